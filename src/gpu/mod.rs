@@ -1,0 +1,1 @@
+//! The device: everything that needs an adapter.

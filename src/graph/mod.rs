@@ -1,0 +1,1 @@
+//! The graph file: text to a checked [`Graph`]. No device.

@@ -1,0 +1,13 @@
+//! lightgraph: a data-driven render-graph framework.
+
+#![forbid(unsafe_code)]
+
+pub mod diag;
+pub mod gpu;
+pub mod graph;
+pub mod image;
+pub mod math;
+pub mod plan;
+pub mod scene;
+pub mod shader;
+pub mod value;

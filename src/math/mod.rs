@@ -1,0 +1,1 @@
+//! Spherical harmonics, sampling, colour: the CPU twins of what shaders compute.

@@ -1,0 +1,290 @@
+//! The plan: ordered steps over concrete resources, as plain data. No device.
+//!
+//! Everything is decided here: sizes, order, what is left out and why, which resources share memory, what each
+//! variable is bound to. The executor only walks it.
+
+use crate::shader::{Layout, Shader};
+use crate::value::{Value, Values};
+use std::sync::Arc;
+
+/// Index into [`Plan::resources`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ResourceId(pub usize);
+
+/// Index into [`Plan::steps`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct StepId(pub usize);
+
+/// A graph made concrete for one set of parameters, facts, sizes and outputs.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Path of the graph, as shown.
+    pub graph: String,
+    /// Parameters, derived values and facts: all that is known before a frame.
+    pub values: Values,
+    pub resources: Vec<Resource>,
+    /// Memory that resources share; each resource names its slot.
+    pub slots: Vec<Slot>,
+    pub shaders: Vec<Arc<Shader>>,
+    /// Scene tables that shaders read, each in the byte layout one shader expects.
+    pub tables: Vec<TableUse>,
+    pub steps: Vec<Step>,
+    /// The order of execution.
+    pub order: Vec<Node>,
+    /// Passes that do not run, and why, in the order of the graph.
+    pub skipped: Vec<(String, String)>,
+    /// Requested outputs by name.
+    pub outputs: Vec<(String, ResourceId)>,
+}
+
+/// A place in the order: a step or a loop over more of them.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Node {
+    Step(StepId),
+    Loop(Loop),
+}
+
+/// A body repeated `count` times, or until a number on the device passes a test.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loop {
+    /// Also the name under which shaders read the iteration's index, from 0.
+    pub name: String,
+    pub count: u32,
+    pub until: Option<Until>,
+    pub body: Vec<Node>,
+}
+
+/// Ends a loop after an iteration that makes it true.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Until {
+    /// A buffer whose first four bytes are the `f32` tested.
+    pub buffer: ResourceId,
+    pub comparison: Comparison,
+    pub value: f32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Comparison {
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+}
+
+impl Comparison {
+    /// `a ⋄ b`.
+    pub fn holds(self, a: f32, b: f32) -> bool {
+        match self {
+            Comparison::Less => a < b,
+            Comparison::LessEqual => a <= b,
+            Comparison::Greater => a > b,
+            Comparison::GreaterEqual => a >= b,
+        }
+    }
+}
+
+/// A texture or buffer of the plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Resource {
+    /// The graph's name; `name[i]` for a member of a set, `pass.i` for a reduction's intermediate.
+    pub name: String,
+    pub desc: Desc,
+    /// Where it lives. Valid for every resource.
+    pub slot: usize,
+    /// First and last place in the order (whole loops count as one range) at which it holds something needed.
+    pub alive: (usize, usize),
+    /// Keeps its content from frame to frame.
+    pub history: bool,
+    /// Content before anything is written; `Some` also clears it on allocation.
+    pub initial: Option<[f64; 4]>,
+}
+
+/// Memory for one or more resources of the same [`Desc`] (usages united).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slot {
+    pub desc: Desc,
+    pub bytes: u64,
+}
+
+/// What to allocate.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Desc {
+    Texture(TextureDesc),
+    /// Size in bytes, a multiple of 4.
+    Buffer {
+        size: u64,
+        usage: wgpu::BufferUsages,
+    },
+}
+
+/// A texture to allocate.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct TextureDesc {
+    pub kind: TextureKind,
+    pub format: wgpu::TextureFormat,
+    pub width: u32,
+    pub height: u32,
+    /// Depth of a 3D texture, layers of any other (a cube has 6 for each).
+    pub layers: u32,
+    pub mips: u32,
+    pub usage: wgpu::TextureUsages,
+    /// An atlas: square tiles in rows, each the view of one member.
+    pub tiles: Option<Tiles>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TextureKind {
+    /// 2D; an array when the graph gave it layers.
+    D2 { array: bool },
+    /// A cube, or an array of cubes.
+    Cube { array: bool },
+    D3,
+}
+
+/// The tiling of an atlas. Tile `i` has its corner at `(i % columns, i / columns) · edge`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Tiles {
+    pub edge: u32,
+    pub columns: u32,
+    pub count: u32,
+}
+
+/// A scene table in the layout of one shader's row type.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableUse {
+    /// One of [`crate::scene::TABLES`].
+    pub table: String,
+    pub row: Layout,
+    /// Bytes from row to row.
+    pub stride: u32,
+}
+
+/// One thing the device does.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// The pass's name; `name[i]` for a member, `name.i` for a reduction's stage.
+    pub name: String,
+    /// Name of the pass in the graph.
+    pub pass: String,
+    pub action: Action,
+    /// What each variable of the shader is bound to, by its index in the interface. Empty without a shader.
+    pub bindings: Vec<Binding>,
+    pub reads: Vec<ResourceId>,
+    pub writes: Vec<ResourceId>,
+    /// Steps that must come before, for reasons of data.
+    pub after: Vec<StepId>,
+}
+
+#[derive(Debug, Clone)]
+pub enum Action {
+    /// Scene geometry (or one full-screen triangle) into targets.
+    Draw(Draw),
+    /// `shader` indexes [`Plan::shaders`].
+    Compute { shader: usize, entry: String, groups: [u32; 3] },
+    /// All of one resource to another of the same shape.
+    Copy { from: ResourceId, to: ResourceId },
+    /// Every texel (or, for buffers, every `f32`) to a value.
+    Clear { target: ResourceId, value: [f64; 4] },
+}
+
+/// A render pass.
+#[derive(Debug, Clone)]
+pub struct Draw {
+    pub shader: usize,
+    /// `None`: the built-in vertex stage that covers the screen with one triangle.
+    pub vertex: Option<String>,
+    /// `None`: depth only.
+    pub fragment: Option<String>,
+    pub geometry: Geometry,
+    /// In the order of the fragment's locations.
+    pub color: Vec<ColorTarget>,
+    pub depth: Option<DepthTarget>,
+    /// One draw for each; the instance index of each is its `index`.
+    pub members: Vec<Member>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Geometry {
+    Scene { cull: Cull },
+    Screen,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cull {
+    None,
+    Front,
+    Back,
+    /// As each material says: back faces are culled unless it is double sided.
+    Material,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColorTarget {
+    pub resource: ResourceId,
+    pub location: u32,
+    pub format: wgpu::TextureFormat,
+    /// `None`: what is there is kept.
+    pub clear: Option<[f64; 4]>,
+    pub blend: Option<wgpu::BlendState>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthTarget {
+    pub resource: ResourceId,
+    pub format: wgpu::TextureFormat,
+    /// `None`: what is there is kept.
+    pub clear: Option<f32>,
+    pub compare: wgpu::CompareFunction,
+    pub write: bool,
+}
+
+/// One draw of a render pass, and where it goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Member {
+    /// The instance index.
+    pub index: u32,
+    pub place: Place,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// The whole of a target without layers.
+    Whole,
+    /// This layer (or cube face, or slice) of the targets.
+    Layer(u32),
+    /// The layer given by the index of the innermost loop, plus an offset.
+    LoopLayer(u32),
+    /// This rectangle (x, y, width, height) in texels.
+    Rect([u32; 4]),
+}
+
+/// What a shader's variable is bound to.
+#[derive(Debug, Clone)]
+pub enum Binding {
+    /// The whole resource, in the dimension that the variable asks for.
+    Resource(ResourceId),
+    /// Packed from [`Plan::values`], the frame's values, the loops' indices and `extra`, in that order of weakness.
+    Uniform {
+        layout: Layout,
+        extra: Values,
+    },
+    /// Index into [`Plan::tables`].
+    Table(usize),
+    /// The base-colour textures of the scene: a 2D array, sRGB, with mips.
+    SceneTextures,
+    Sampler(SamplerDesc),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SamplerDesc {
+    pub filter: wgpu::FilterMode,
+    pub address: wgpu::AddressMode,
+    pub compare: Option<wgpu::CompareFunction>,
+}
+
+impl Plan {
+    /// The value of a name known before a frame.
+    pub fn value(&self, name: &str) -> Option<Value> {
+        self.values.get(name).copied()
+    }
+}

@@ -1,0 +1,162 @@
+//! Scenes: glTF and a scene RON beside it, to plain arrays, named tables and facts. No device.
+
+use crate::value::{Type, Value};
+use glam::{Mat4, Vec2, Vec3, Vec4};
+
+/// A vertex as the draw passes see it. A shader names the attributes it wants.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Vertex {
+    /// In the node's space, metres.
+    pub position: [f32; 3],
+    /// In the node's space, unit length.
+    pub normal: [f32; 3],
+    pub uv: [f32; 2],
+    /// Row of the `nodes` table.
+    pub node: u32,
+    /// Row of the `materials` table.
+    pub material: u32,
+}
+
+/// The attributes of [`Vertex`]: name, format, byte offset.
+pub const VERTEX_ATTRIBUTES: [(&str, wgpu::VertexFormat, u64); 5] = [
+    ("position", wgpu::VertexFormat::Float32x3, 0),
+    ("normal", wgpu::VertexFormat::Float32x3, 12),
+    ("uv", wgpu::VertexFormat::Float32x2, 24),
+    ("node", wgpu::VertexFormat::Uint32, 32),
+    ("material", wgpu::VertexFormat::Uint32, 36),
+];
+
+/// Rows of named columns; what a shader's `var<storage> NAME: array<T>` binds to when NAME is a table's.
+/// `T`'s members pick columns by name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    pub name: &'static str,
+    pub rows: usize,
+    pub columns: Vec<(&'static str, Column)>,
+}
+
+/// One column of a [`Table`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum Column {
+    Uint(Vec<u32>),
+    Float(Vec<f32>),
+    Vec2(Vec<Vec2>),
+    Vec3(Vec<Vec3>),
+    Vec4(Vec<Vec4>),
+    Mat4(Vec<Mat4>),
+}
+
+impl Column {
+    /// The value in a row.
+    pub fn get(&self, row: usize) -> Option<Value> {
+        match self {
+            Column::Uint(v) => v.get(row).map(|x| Value::Uint(*x)),
+            Column::Float(v) => v.get(row).map(|x| Value::Float(*x)),
+            Column::Vec2(v) => v.get(row).map(|x| Value::Vec2(*x)),
+            Column::Vec3(v) => v.get(row).map(|x| Value::Vec3(*x)),
+            Column::Vec4(v) => v.get(row).map(|x| Value::Vec4(*x)),
+            Column::Mat4(v) => v.get(row).map(|x| Value::Mat4(*x)),
+        }
+    }
+}
+
+/// The tables every scene has, with their columns: what shaders may ask for, known without a scene.
+///
+/// - `nodes`: `transform`, `inverse_transpose` (for normals)
+/// - `materials`: `base_color` (rgb + alpha), `base_color_texture` (layer of `scene_textures`, `0xffffffff` for none),
+///   `emission` (radiance), `double_sided` (0 or 1), `specular` (Phong strength, 0 to 1), `shininess` (Phong exponent)
+/// - `lights`: `kind` (0 point, 1 spot, 2 directional), `position`, `direction` (of travel, unit), `intensity`
+///   (colour × candela, or × lux for directional), `range` (0: none), `cos_inner`, `cos_outer`, `first_view`, `views`
+///   (the light's rows in `light_views`)
+/// - `light_views`: one row a shadow map: `light`, `view_projection`, `near`, `far`; a point light has 6 in the
+///   order +X −X +Y −Y +Z −Z, the others 1
+/// - `triangles`: world space: `a`, `b`, `c`, `na`, `nb`, `nc`, `material`
+/// - `emitters`: the emissive triangles: `a`, `b`, `c`, `radiance`, `area`
+///
+/// A table without rows binds as one zeroed row, so that a shader always has something to point at; the counts
+/// are facts.
+pub const TABLES: &[(&str, &[(&str, Type)])] = &[
+    ("nodes", &[("transform", Type::Mat4), ("inverse_transpose", Type::Mat4)]),
+    (
+        "materials",
+        &[
+            ("base_color", Type::Vec4),
+            ("base_color_texture", Type::Uint),
+            ("emission", Type::Vec3),
+            ("double_sided", Type::Uint),
+            ("specular", Type::Float),
+            ("shininess", Type::Float),
+        ],
+    ),
+    (
+        "lights",
+        &[
+            ("kind", Type::Uint),
+            ("position", Type::Vec3),
+            ("direction", Type::Vec3),
+            ("intensity", Type::Vec3),
+            ("range", Type::Float),
+            ("cos_inner", Type::Float),
+            ("cos_outer", Type::Float),
+            ("first_view", Type::Uint),
+            ("views", Type::Uint),
+        ],
+    ),
+    (
+        "light_views",
+        &[("light", Type::Uint), ("view_projection", Type::Mat4), ("near", Type::Float), ("far", Type::Float)],
+    ),
+    (
+        "triangles",
+        &[
+            ("a", Type::Vec3),
+            ("b", Type::Vec3),
+            ("c", Type::Vec3),
+            ("na", Type::Vec3),
+            ("nb", Type::Vec3),
+            ("nc", Type::Vec3),
+            ("material", Type::Uint),
+        ],
+    ),
+    (
+        "emitters",
+        &[("a", Type::Vec3), ("b", Type::Vec3), ("c", Type::Vec3), ("radiance", Type::Vec3), ("area", Type::Float)],
+    ),
+];
+
+/// The facts every scene states, for conditions, sizes and uniforms.
+/// `bounds_*` enclose all geometry over all its motion; `grid_*` are the scene file's probe bounds, or `bounds_*`.
+pub const FACTS: &[(&str, Type)] = &[
+    ("lights", Type::Uint),
+    ("point_lights", Type::Uint),
+    ("spot_lights", Type::Uint),
+    ("directional_lights", Type::Uint),
+    ("light_views", Type::Uint),
+    ("emitters", Type::Uint),
+    ("materials", Type::Uint),
+    ("emissive_materials", Type::Uint),
+    ("specular_materials", Type::Uint),
+    ("textured_materials", Type::Uint),
+    ("double_sided_materials", Type::Uint),
+    ("nodes", Type::Uint),
+    ("moving_nodes", Type::Uint),
+    ("triangles", Type::Uint),
+    ("vertices", Type::Uint),
+    ("bounds_min", Type::Vec3),
+    ("bounds_max", Type::Vec3),
+    ("grid_min", Type::Vec3),
+    ("grid_max", Type::Vec3),
+];
+
+/// What a frame adds to the values: the camera and the clock.
+/// Matrices are column-major, clip space z in 0..1 (wgpu's), y up.
+pub const FRAME_VALUES: &[(&str, Type)] = &[
+    ("camera_position", Type::Vec3),
+    ("camera_view", Type::Mat4),
+    ("camera_projection", Type::Mat4),
+    ("camera_view_projection", Type::Mat4),
+    ("camera_inverse_view_projection", Type::Mat4),
+    ("frame", Type::Uint),
+    ("time", Type::Float),
+];
