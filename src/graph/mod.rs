@@ -80,3 +80,18 @@ fn load_unchecked(path: &Path, read: ReadFile, chain: &mut Vec<PathBuf>) -> Chec
 pub fn is_inside(path: &str) -> bool {
     Path::new(path).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir))
 }
+
+/// Whether a pass names a resource in the graph file: as target, source or binding.
+pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
+    use ast::PassKind;
+    let named = match &pass.kind {
+        PassKind::Draw(r) | PassKind::Screen(r) => r.color.iter().chain(&r.depth).any(|n| n.value == resource),
+        PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => {
+            from.value == resource || to.value == resource
+        }
+        PassKind::Clear { target, .. } => target.value == resource,
+        PassKind::Loop { passes, .. } => passes.iter().any(|p| ast_mentions(p, resource)),
+        PassKind::Compute { .. } => false,
+    };
+    named || pass.bind.iter().any(|(_, to)| to.value == resource)
+}
