@@ -87,7 +87,8 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     }
     Faults::check(faults, ())?;
     let mut seed = options.order_seed;
-    let order = order(block, &mut steps, &mut |ready: &[Rank]| if seed == 0 { 0 } else { next(&mut seed) % ready.len() });
+    let order =
+        order(block, &mut steps, &mut |ready: &[Rank]| if seed == 0 { 0 } else { next(&mut seed) % ready.len() });
     let mut plan = Plan {
         graph: graph.source.path.clone(),
         values: values.clone(),

@@ -110,7 +110,14 @@ impl Expander<'_, '_> {
         self.member(name, first, sized.members, member, span)
     }
 
-    fn member(&mut self, name: &str, first: ResourceId, members: Option<u32>, member: u32, span: &Span) -> Option<ResourceId> {
+    fn member(
+        &mut self,
+        name: &str,
+        first: ResourceId,
+        members: Option<u32>,
+        member: u32,
+        span: &Span,
+    ) -> Option<ResourceId> {
         match members {
             None => Some(first),
             Some(n) if member < n => Some(ResourceId(first.0 + member as usize)),
@@ -184,11 +191,25 @@ impl Expander<'_, '_> {
             PassKind::Reduce { .. } | PassKind::Loop { .. } => return None,
         };
         let bindings = self.bindings(w, member, &name, &BTreeMap::new())?;
-        self.out.steps.push(Step { name, pass: pass.name.value.clone(), action, bindings, reads, writes, after: vec![] });
+        self.out.steps.push(Step {
+            name,
+            pass: pass.name.value.clone(),
+            action,
+            bindings,
+            reads,
+            writes,
+            after: vec![],
+        });
         Some(())
     }
 
-    fn bindings(&mut self, w: &Wired, member: u32, _name: &str, stage: &BTreeMap<&str, ResourceId>) -> Option<Vec<Binding>> {
+    fn bindings(
+        &mut self,
+        w: &Wired,
+        member: u32,
+        _name: &str,
+        stage: &BTreeMap<&str, ResourceId>,
+    ) -> Option<Vec<Binding>> {
         let mut bindings = vec![];
         for wire in &w.bindings {
             bindings.push(match wire {
@@ -287,9 +308,14 @@ impl Expander<'_, '_> {
         }
         let (x, l) = (size, self.limits);
         let ours = x[0].saturating_mul(x[1]).saturating_mul(x[2]);
-        if ours > l.max_compute_invocations_per_workgroup || x[0] > l.max_compute_workgroup_size_x || x[1] > l.max_compute_workgroup_size_y || x[2] > l.max_compute_workgroup_size_z {
+        if ours > l.max_compute_invocations_per_workgroup
+            || x[0] > l.max_compute_workgroup_size_x
+            || x[1] > l.max_compute_workgroup_size_y
+            || x[2] > l.max_compute_workgroup_size_z
+        {
             let most = l.max_compute_invocations_per_workgroup;
-            let d = Diagnostic::error(format!("a workgroup of {size:?} exceeds the adapter's limit of {most} invocations"));
+            let d =
+                Diagnostic::error(format!("a workgroup of {size:?} exceeds the adapter's limit of {most} invocations"));
             self.faults.push(d.at(span, ""));
             return None;
         }
@@ -315,9 +341,15 @@ impl Expander<'_, '_> {
         };
         let stages = self.stages(first, factor, until, last.format, &w.pass.span)?;
         let end = stages.last()?;
-        if (end.width, end.height, end.layers, end.tiles, end.kind) != (last.width, last.height, last.layers, last.tiles, last.kind) {
+        if (end.width, end.height, end.layers, end.tiles, end.kind)
+            != (last.width, last.height, last.layers, last.tiles, last.kind)
+        {
             let made = shape(&Desc::Texture(end.clone()));
-            let d = Diagnostic::error(format!("the reduction ends with {made}, `{}` is {}", to.value, shape(&Desc::Texture(last))));
+            let d = Diagnostic::error(format!(
+                "the reduction ends with {made}, `{}` is {}",
+                to.value,
+                shape(&Desc::Texture(last))
+            ));
             self.faults.push(d.at(&to.span, "").help(format!("declare `{}` with that size", to.value)));
             return None;
         }
@@ -357,7 +389,14 @@ impl Expander<'_, '_> {
     }
 
     /// The extents after each stage of a reduction.
-    fn stages(&mut self, first: TextureDesc, factor: [u32; 3], until: u32, format: wgpu::TextureFormat, span: &Span) -> Option<Vec<TextureDesc>> {
+    fn stages(
+        &mut self,
+        first: TextureDesc,
+        factor: [u32; 3],
+        until: u32,
+        format: wgpu::TextureFormat,
+        span: &Span,
+    ) -> Option<Vec<TextureDesc>> {
         let mut at = TextureDesc { format, usage: wgpu::TextureUsages::empty(), mips: 1, ..first };
         let mut stages = vec![];
         loop {
@@ -380,7 +419,11 @@ impl Expander<'_, '_> {
             };
             let done = match next.tiles {
                 Some(t) => t.edge <= until,
-                None => next.width <= until && next.height <= until && (next.kind != TextureKind::D3 || next.layers <= until),
+                None => {
+                    next.width <= until
+                        && next.height <= until
+                        && (next.kind != TextureKind::D3 || next.layers <= until)
+                }
             };
             if next == at && !done {
                 let d = Diagnostic::error("the reduction never reaches its end: a factor is 1").at(span, "");
@@ -430,14 +473,27 @@ impl Expander<'_, '_> {
             let id = self.id(&name.value, member, &name.span)?;
             let Desc::Texture(t) = &self.out.resources[id.0].desc else { return None };
             let clear = (!loads(&name.value)).then(|| clear_of(&name.value).map_or(1.0, |c| c[0] as f32));
-            depth = Some(DepthTarget { resource: id, format: t.format, clear, compare: r.depth_compare, write: r.depth_write });
+            depth = Some(DepthTarget {
+                resource: id,
+                format: t.format,
+                clear,
+                compare: r.depth_compare,
+                write: r.depth_write,
+            });
             extents.push((id, name.value.clone()));
         }
         let members = self.places(w, r, member, batched, &extents)?;
         Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members })
     }
 
-    fn places(&mut self, w: &Wired, r: &Raster, member: u32, batched: bool, targets: &[(ResourceId, String)]) -> Option<Vec<Member>> {
+    fn places(
+        &mut self,
+        w: &Wired,
+        r: &Raster,
+        member: u32,
+        batched: bool,
+        targets: &[(ResourceId, String)],
+    ) -> Option<Vec<Member>> {
         let texture = |id: ResourceId| match &self.out.resources[id.0].desc {
             Desc::Texture(t) => Some(t.clone()),
             Desc::Buffer { .. } => None,
@@ -447,7 +503,8 @@ impl Expander<'_, '_> {
             let t = texture(*id)?;
             if (t.width, t.height, t.tiles) != (first.width, first.height, first.tiles) {
                 let d = Diagnostic::error(format!("the targets `{}` and `{name}` differ in size", targets[0].1));
-                let d = d.at(&w.pass.name.span, format!("{}×{} and {}×{}", first.width, first.height, t.width, t.height));
+                let d =
+                    d.at(&w.pass.name.span, format!("{}×{} and {}×{}", first.width, first.height, t.width, t.height));
                 self.faults.push(d);
                 return None;
             }
@@ -469,7 +526,8 @@ impl Expander<'_, '_> {
             let what = if first.tiles.is_some() { "tiles" } else { "layers" };
             if n > room || w.each.is_none() && room > 1 {
                 let d = Diagnostic::error(format!("`{}` has {room} {what}, the pass draws {n}", targets[0].1));
-                self.faults.push(d.at(&w.pass.name.span, "").help(format!("give the pass `each` of {room}, or `layer`")));
+                self.faults
+                    .push(d.at(&w.pass.name.span, "").help(format!("give the pass `each` of {room}, or `layer`")));
                 return None;
             }
         }
@@ -489,17 +547,27 @@ impl Expander<'_, '_> {
     fn layer(&mut self, w: &Wired, layer: &Expr, target: &TextureDesc) -> Option<Place> {
         let inner = w.loops.last();
         let at = |i: i64| {
-            layer.eval(&|n| if Some(n) == inner.map(String::as_str) { Some(Val::Int(i)) } else { self.values.get(n).map(|v| Val::from(*v)) })
+            layer.eval(&|n| {
+                if Some(n) == inner.map(String::as_str) {
+                    Some(Val::Int(i))
+                } else {
+                    self.values.get(n).map(|v| Val::from(*v))
+                }
+            })
         };
         let (a, b) = (at(0), at(1));
         let (a, b) = (self.keep(a)?, self.keep(b)?);
         let place = match (&a, &b) {
-            (Val::Int(x), Val::Int(y)) if x == y => u32::try_from(*x).ok().filter(|x| *x < target.layers).map(Place::Layer),
+            (Val::Int(x), Val::Int(y)) if x == y => {
+                u32::try_from(*x).ok().filter(|x| *x < target.layers).map(Place::Layer)
+            }
             (Val::Int(x), Val::Int(y)) if *x + 1 == *y => u32::try_from(*x).ok().map(Place::LoopLayer),
             _ => None,
         };
         if place.is_none() {
-            let d = Diagnostic::error("a layer is a number below the target's layers, or the innermost loop's index plus a number");
+            let d = Diagnostic::error(
+                "a layer is a number below the target's layers, or the innermost loop's index plus a number",
+            );
             self.faults.push(d.at(&layer.span, format!("the target has {} layers", target.layers)));
         }
         place

@@ -12,7 +12,11 @@ use std::collections::BTreeSet;
 /// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions.
 pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
     let mut used: BTreeSet<String> = BTreeSet::new();
-    let mut note = |e: &crate::graph::expr::Expr| e.names(&mut |n, _| drop(used.insert(n.to_string())));
+    let mut note = |e: &crate::graph::expr::Expr| {
+        e.names(&mut |n, _| {
+            used.insert(n.to_string());
+        })
+    };
     graph.lets.iter().chain(&graph.defines).for_each(|(_, e)| note(e));
     for (_, r) in &graph.resources {
         r.members.iter().for_each(&mut note);
@@ -58,9 +62,8 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
         files.extend(import_closure(library, s));
         defs.extend(mentioned_defs(library, s));
     }
-    let in_shader = |name: &str| {
-        files.iter().any(|f| library.files.get(f).is_some_and(|s| find_word(&s.text, name).is_some()))
-    };
+    let in_shader =
+        |name: &str| files.iter().any(|f| library.files.get(f).is_some_and(|s| find_word(&s.text, name).is_some()));
     let names = graph.params.iter().map(|(n, _)| (n, "parameter"));
     let names = names.chain(graph.lets.iter().map(|(n, _)| (n, "let")));
     let names = names.chain(graph.resources.iter().map(|(n, _)| (n, "resource")));

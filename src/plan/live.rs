@@ -110,7 +110,8 @@ fn fault(w: &Wired, u: &Use, later: Option<&Wired>, passes: &[&Wired], off: &[(&
             let d = match path(w, writer, passes) {
                 Some(cycle) => Diagnostic::error(format!("a cycle: {cycle}")),
                 None => {
-                    let text = format!("`{}` reads `{}`, which `{}` writes only later", name.value, u.resource, word.value);
+                    let text =
+                        format!("`{}` reads `{}`, which `{}` writes only later", name.value, u.resource, word.value);
                     Diagnostic::error(text).help(format!("move `{}` before `{}`", word.value, name.value))
                 }
             };
@@ -167,7 +168,11 @@ pub fn flatten<'a, 'g>(items: &'a [Item<'g>], out: &mut Vec<&'a Wired<'g>>) {
 }
 
 /// Calls `unwritten` for each read of something not yet written.
-fn walk<'a, 'g>(items: &'a [Item<'g>], written: &mut BTreeSet<String>, unwritten: &mut impl FnMut(&'a Wired<'g>, &'a Use)) {
+fn walk<'a, 'g>(
+    items: &'a [Item<'g>],
+    written: &mut BTreeSet<String>,
+    unwritten: &mut impl FnMut(&'a Wired<'g>, &'a Use),
+) {
     for item in items {
         match item {
             Item::Pass(w) => {

@@ -1,8 +1,8 @@
 //! What a plan is made from, and the values that are known before a frame.
 
 use crate::diag::{Checked, Diagnostic, Faults, Span};
-use crate::graph::expr::{Expr, Val};
 use crate::graph::Graph;
+use crate::graph::expr::{Expr, Val};
 use crate::shader::Library;
 use crate::value::{Value, Values};
 use glam::UVec2;
@@ -62,9 +62,9 @@ pub fn values(request: &Request) -> Checked<Values> {
             match e.eval(&|n| values.get(n).map(|v| Val::from(*v))) {
                 Ok(val) => match val.to_value() {
                     Some(v) => drop(values.insert(name.value.clone(), v)),
-                    None => errors.push(
-                        Diagnostic::error(format!("`{}` doesn't fit 32 bits", name.value)).at(&e.span, ""),
-                    ),
+                    None => {
+                        errors.push(Diagnostic::error(format!("`{}` doesn't fit 32 bits", name.value)).at(&e.span, ""))
+                    }
                 },
                 Err(d) => errors.push(d),
             }

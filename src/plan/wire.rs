@@ -102,7 +102,13 @@ pub fn wire<'g>(
     sizes: &'g Sizes<'g>,
     faults: &mut Vec<Diagnostic>,
 ) -> Wiring<'g> {
-    let mut w = Wirer { request, values, sizes, faults, out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![] } };
+    let mut w = Wirer {
+        request,
+        values,
+        sizes,
+        faults,
+        out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![] },
+    };
     let items = w.passes(&request.graph.passes, &[]);
     w.out.items = items;
     w.out
@@ -163,7 +169,9 @@ impl<'g> Wirer<'g, '_> {
                     if let Some((buffer, ..)) = &until
                         && !any_use(&body, &mut |u| u.resource == *buffer && u.mode.writes())
                     {
-                        let d = Diagnostic::error(format!("nothing in the loop writes `{buffer}`, so it would never end early"));
+                        let d = Diagnostic::error(format!(
+                            "nothing in the loop writes `{buffer}`, so it would never end early"
+                        ));
                         let span = match &pass.kind {
                             PassKind::Loop { until: Some(e), .. } => &e.span,
                             _ => &pass.span,
@@ -332,7 +340,13 @@ impl<'g> Wirer<'g, '_> {
     }
 
     /// The wire of one variable; `None` after a fault.
-    fn variable(&mut self, wired: &mut Wired<'g>, shader: &Shader, v: &Variable, access: Option<Access>) -> Option<Wire> {
+    fn variable(
+        &mut self,
+        wired: &mut Wired<'g>,
+        shader: &Shader,
+        v: &Variable,
+        access: Option<Access>,
+    ) -> Option<Wire> {
         let bound = wired.pass.bind.iter().find(|(from, _)| from.value == v.name).map(|(_, to)| to);
         let target = bound.map_or(v.name.as_str(), |to| to.value.as_str()).to_string();
         let place = bound.map_or_else(|| self.locate(wired.pass, shader, &v.name), |to| to.span.clone());
@@ -357,7 +371,10 @@ impl<'g> Wirer<'g, '_> {
             let d = Diagnostic::error(format!("nothing is called `{target}`: the shader's variable can't be bound"));
             let names = self.graph().resources.iter().map(|(n, _)| n.value.as_str()).chain(TABLES.iter().map(|t| t.0));
             let d = d.at(&place, "").nearest(&target, names);
-            self.faults.push(d.help(format!("declare a resource `{target}`, or add `bind: {{\"{}\": \"…\"}}` to `{}`", v.name, wired.pass.name.value)));
+            self.faults.push(d.help(format!(
+                "declare a resource `{target}`, or add `bind: {{\"{}\": \"…\"}}` to `{}`",
+                v.name, wired.pass.name.value
+            )));
             return None;
         };
         if let ResourceKind::Sampler(desc) = &declared.kind {
@@ -434,7 +451,9 @@ impl<'g> Wirer<'g, '_> {
             _ => return None,
         };
         let good = match t.kind {
-            TextureKind::D2 { array } => dim == TextureDim::D2Array || dim == TextureDim::D2 && (!array || t.layers == 1),
+            TextureKind::D2 { array } => {
+                dim == TextureDim::D2Array || dim == TextureDim::D2 && (!array || t.layers == 1)
+            }
             TextureKind::Cube { array } => {
                 dim == TextureDim::D2Array || dim == TextureDim::Cube && !array || dim == TextureDim::CubeArray
             }
@@ -464,7 +483,10 @@ impl<'g> Wirer<'g, '_> {
                 if !able {
                     let what = if both { "reading and writing at once" } else { "storage" };
                     let d = Diagnostic::error(format!("{format:?} does not allow {what}")).at(declared, "");
-                    self.faults.push(d.at(place, "").help("R32Float, R32Uint and R32Sint allow both; Rgba32Float, Rgba16Float allow writing"));
+                    self.faults.push(
+                        d.at(place, "")
+                            .help("R32Float, R32Uint and R32Sint allow both; Rgba32Float, Rgba16Float allow writing"),
+                    );
                     return None;
                 }
                 Some(How::Storage)
@@ -474,7 +496,11 @@ impl<'g> Wirer<'g, '_> {
                     (TextureSample::Float { filtered }, Some(wgpu::TextureSampleType::Float { filterable })) => {
                         if *filtered && !filterable {
                             let d = Diagnostic::error(format!("{:?} can't be filtered on this adapter", t.format));
-                            self.faults.push(d.at(place, "sampled here").at(declared, "declared here").help("use textureLoad, or a 16-bit format"));
+                            self.faults.push(
+                                d.at(place, "sampled here")
+                                    .at(declared, "declared here")
+                                    .help("use textureLoad, or a 16-bit format"),
+                            );
                             return None;
                         }
                         true
@@ -522,7 +548,8 @@ impl<'g> Wirer<'g, '_> {
                     self.faults.push(d.nearest(&m.name, columns.iter().map(|c| c.0)));
                 }
                 Some((_, ty)) if !castable(*ty, m.ty) => {
-                    let d = Diagnostic::error(format!("`{table}.{}` is a {}, not a {}", m.name, ty.wgsl(), m.ty.wgsl()));
+                    let d =
+                        Diagnostic::error(format!("`{table}.{}` is a {}, not a {}", m.name, ty.wgsl(), m.ty.wgsl()));
                     self.faults.push(d.at(&span, ""));
                 }
                 Some(_) => {}
@@ -541,7 +568,14 @@ impl<'g> Wirer<'g, '_> {
     }
 
     /// A uniform's members, each a value by name. A renamed plain value asks for its new name.
-    fn uniform(&mut self, wired: &Wired<'g>, shader: &Shader, layout: &Layout, variable: &str, target: &str) -> Option<Binding> {
+    fn uniform(
+        &mut self,
+        wired: &Wired<'g>,
+        shader: &Shader,
+        layout: &Layout,
+        variable: &str,
+        target: &str,
+    ) -> Option<Binding> {
         let mut layout = layout.clone();
         if let [only] = &mut layout.members[..]
             && only.name == variable
@@ -560,7 +594,12 @@ impl<'g> Wirer<'g, '_> {
             match ty.or_else(frame) {
                 Some((_, true)) => {}
                 Some((ty, false)) => {
-                    let d = Diagnostic::error(format!("`{}` is a {}, the shader wants a {}", m.name, ty.wgsl(), m.ty.wgsl()));
+                    let d = Diagnostic::error(format!(
+                        "`{}` is a {}, the shader wants a {}",
+                        m.name,
+                        ty.wgsl(),
+                        m.ty.wgsl()
+                    ));
                     let span = self.locate(wired.pass, shader, &m.name);
                     self.faults.push(d.at(&span, ""));
                     good = false;
@@ -614,7 +653,10 @@ impl<'g> Wirer<'g, '_> {
                     self.faults.push(d.at(&name.span, "").nearest(&input.name, known.map(|a| a.0)));
                 }
                 Some(a) if a.1 != input.format => {
-                    let d = Diagnostic::error(format!("`{}`: the attribute `{}` is {:?}, not {:?}", name.value, a.0, a.1, input.format));
+                    let d = Diagnostic::error(format!(
+                        "`{}`: the attribute `{}` is {:?}, not {:?}",
+                        name.value, a.0, a.1, input.format
+                    ));
                     self.faults.push(d.at(&name.span, ""));
                 }
                 Some(_) => {}
@@ -643,7 +685,8 @@ impl<'g> Wirer<'g, '_> {
                 self.faults.push(d.at(&c.span, "this one's outputs have names").help("use `bind` to rename them"));
             }
             let Some(declared) = self.sizes.declared(&resource) else {
-                let d = Diagnostic::error(format!("nothing is called `{resource}`: the fragment's output has no target"));
+                let d =
+                    Diagnostic::error(format!("nothing is called `{resource}`: the fragment's output has no target"));
                 let names = self.graph().resources.iter().map(|(n, _)| n.value.as_str());
                 self.faults.push(d.at(&span, "").nearest(&resource, names));
                 continue;
@@ -672,7 +715,8 @@ impl<'g> Wirer<'g, '_> {
             let d = Diagnostic::error("the pass has neither a colour output nor a depth target");
             self.faults.push(d.at(&wired.pass.name.span, ""));
         }
-        let named: BTreeSet<&str> = wired.uses.iter().filter(|u| u.how == How::Target).map(|u| u.resource.as_str()).collect();
+        let named: BTreeSet<&str> =
+            wired.uses.iter().filter(|u| u.how == How::Target).map(|u| u.resource.as_str()).collect();
         let strays = r.load.iter().chain(r.clear.iter().map(|c| &c.0)).filter(|n| !named.contains(n.value.as_str()));
         let strays: Vec<Diagnostic> = strays
             .map(|n| {
@@ -729,9 +773,13 @@ impl<'g> Wirer<'g, '_> {
                 let texture = matches!(self.sizes.of(&a.resource), Some(Ok(s)) if matches!(s.desc, Desc::Texture(_)));
                 let clash = a.mode.writes() && b.mode != Mode::Size || b.mode.writes() && a.mode != Mode::Size;
                 if a.resource == b.resource && texture && clash {
-                    let d = Diagnostic::error(format!("`{}` reads and writes `{}` at once", wired.pass.name.value, a.resource));
+                    let d = Diagnostic::error(format!(
+                        "`{}` reads and writes `{}` at once",
+                        wired.pass.name.value, a.resource
+                    ));
                     let d = d.at(&b.span, "").at(&a.span, "").at(&wired.pass.name.span, "in this pass");
-                    self.faults.push(d.help("write to another resource and copy, or keep last frame's with `history: true`"));
+                    self.faults
+                        .push(d.help("write to another resource and copy, or keep last frame's with `history: true`"));
                 }
             }
         }

@@ -56,26 +56,6 @@ pub const VERTEX_ATTRIBUTES: [(&str, wgpu::VertexFormat, u64); 5] = [
     ("material", wgpu::VertexFormat::Uint32, 36),
 ];
 
-/// Triangles of all nodes in one list.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Geometry {
-    pub vertices: Vec<Vertex>,
-    /// Three for each triangle; those of single-sided materials first.
-    pub indices: Vec<u32>,
-    /// How many indices belong to single-sided materials.
-    pub one_sided: u32,
-}
-
-/// The base-colour textures: RGBA8, sRGB, all of one size.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TextureArray {
-    pub width: u32,
-    pub height: u32,
-    pub layers: u32,
-    /// One a mip level: layer after layer, row after row.
-    pub mips: Vec<Vec<u8>>,
-}
-
 /// Rows of named columns; what a shader's `var<storage> NAME: array<T>` binds to when NAME is a table's.
 /// `T`'s members pick columns by name.
 #[derive(Debug, Clone, PartialEq)]

@@ -75,3 +75,8 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
 pub fn mentioned_defs(library: &Library, path: &str) -> BTreeSet<String> {
     link::mentioned(library, path)
 }
+
+/// Library paths of `path` and of all files it may import, whatever branches are taken.
+pub fn import_closure(library: &Library, path: &str) -> BTreeSet<String> {
+    link::reachable(library, path)
+}

@@ -54,10 +54,16 @@ pub(super) fn gather(library: &Library, path: &str, defs: &Defs) -> Checked<Vec<
 
 /// Every definition that `path` or a file it may import asks for, under any definitions. Faults are ignored.
 pub(super) fn mentioned(library: &Library, path: &str) -> BTreeSet<String> {
+    let files = reachable(library, path);
+    let sources = files.iter().filter_map(|path| library.files.get(path));
+    sources.flat_map(|source| scan(source, None, &mut vec![]).mentioned).collect()
+}
+
+/// Library paths of `path` and of all files it may import, under any definitions. Faults are ignored.
+pub(super) fn reachable(library: &Library, path: &str) -> BTreeSet<String> {
     let modules = modules(library);
     let mut seen = BTreeSet::new();
     let mut open = vec![path.to_owned()];
-    let mut names = BTreeSet::new();
     while let Some(path) = open.pop() {
         let Some(source) = library.files.get(&path) else { continue };
         if !seen.insert(path) {
@@ -69,9 +75,8 @@ pub(super) fn mentioned(library: &Library, path: &str) -> BTreeSet<String> {
         for named in scan.imports.iter().map(|i| i.path.as_str()).chain(inline) {
             open.extend(find_module(&modules, named).into_iter().flat_map(|(_, paths)| paths).cloned());
         }
-        names.extend(scan.mentioned);
     }
-    names
+    seen
 }
 
 /// Library paths by the name to import them by: `#define_import_path`'s, or the path in quotes.
