@@ -61,12 +61,10 @@ struct Joiner<'a> {
 impl Joiner<'_> {
     fn join(&self) -> Result<naga::Module, Diagnostic> {
         let mut composer = Composer::default().with_capabilities(capabilities());
-        let Some(((root, root_written), modules)) =
-            self.units.iter().zip(self.written).collect::<Vec<_>>().split_last().map(|(r, m)| (*r, m.to_vec()))
-        else {
+        let (Some((root, modules)), Some(root_written)) = (self.units.split_last(), self.written.last()) else {
             return Ok(naga::Module::default());
         };
-        for (index, (unit, written)) in modules.iter().enumerate() {
+        for (index, (unit, written)) in modules.iter().zip(self.written).enumerate() {
             composer
                 .add_composable_module(ComposableModuleDescriptor {
                     source: &written.text,
