@@ -148,6 +148,14 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
+    /// # Errors
+    /// The device is lost.
+    pub fn check(&self) -> Checked<()> {
+        // The loss is told while the device is polled; what the poll itself says is no news to anybody.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        self.mailbox.lost()
+    }
+
     /// Waits until the device has done all that was submitted.
     ///
     /// # Errors

@@ -188,3 +188,45 @@ fn history_outlives_a_new_plan_of_the_same_shape() {
     assert_eq!(after(sketch(9.0, 8)), [8.0, 5.0]);
     assert_eq!(after(sketch(9.0, 4)), [10.0]);
 }
+
+#[test]
+fn solid_textures_and_cubes_are_bound_whole() {
+    let mut s = Sketch::new();
+    s.texture("solid", TextureKind::D3, F::Rgba16Float, [2, 3, 4]);
+    let cube = s.texture("cube", TextureKind::Cube { array: false }, F::Rgba32Float, [2, 2, 6]);
+    s.buffer("out", 20);
+    let fill = s.compute(
+        "fill",
+        "var solid: texture_storage_3d<rgba16float, write>;
+        @compute @workgroup_size(1) fn main(@builtin(global_invocation_id) at: vec3u) {
+            textureStore(solid, at, vec4f(vec3f(at), 1.0));
+        }",
+        [2, 3, 4],
+    );
+    let clear = s.step("clear", Action::Clear { target: cube, value: [0.5; 4] }, vec![]);
+    // A cube is written to as an array of six faces.
+    let face = s.compute(
+        "face",
+        "var cube: texture_storage_2d_array<rgba32float, write>;
+        @compute @workgroup_size(2, 2) fn main(@builtin(global_invocation_id) at: vec3u) {
+            textureStore(cube, at.xy, 3, vec4f(8.0));
+        }",
+        [1, 1, 1],
+    );
+    let read = s.compute(
+        "read",
+        "var solid: texture_3d<f32>; var cube: texture_cube<f32>; var nearest: sampler;
+        var<storage, read_write> out: array<f32>;
+        @compute @workgroup_size(1) fn main() {
+            let texel = textureLoad(solid, vec3u(1, 2, 3), 0);
+            out[0] = texel.x; out[1] = texel.y; out[2] = texel.z;
+            out[3] = textureSampleLevel(cube, nearest, vec3f(1.0, 0.0, 0.0), 0.0).x;
+            out[4] = textureSampleLevel(cube, nearest, vec3f(0.0, -1.0, 0.0), 0.0).x;
+        }",
+        [1, 1, 1],
+    );
+    let ran = run(s.order([fill, clear, face, read]));
+    assert_eq!(ran.floats("out"), [1.0, 2.0, 3.0, 0.5, 8.0]);
+    let solid = ran.image("solid");
+    assert_eq!((solid.layers, &solid.data[solid.data.len() - 4..]), (4, [1.0, 2.0, 3.0, 1.0].as_slice()));
+}

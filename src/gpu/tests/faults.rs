@@ -1,6 +1,6 @@
 use crate::gpu::testing::{Sketch, faults, gpu, run};
-use crate::gpu::{Gpu, prepare};
-use crate::plan::{Comparison, Cull, Geometry, Loop, Node, Place, TextureKind, Until};
+use crate::gpu::{Frame, Gpu, execute, prepare, read_image};
+use crate::plan::{Comparison, Cull, Geometry, Loop, Node, Place, ResourceId, TextureKind, Until};
 use crate::scene;
 use wgpu::TextureFormat as F;
 
@@ -145,4 +145,19 @@ fn a_loop_that_tests_a_texture_is_refused() {
     let until = Some(Until { buffer, comparison: Comparison::Less, value: 0.0 });
     let text = faults(s.order([Node::Loop(Loop { name: "l".into(), count: 1, until, body: vec![] })]));
     assert!(text.contains("`l`") && text.contains("`image`"), "{text}");
+}
+
+#[test]
+fn a_lost_device_is_a_fault_and_no_panic() {
+    let gpu = Gpu::open().unwrap_or_else(|e| panic!("{}", crate::diag::Faults::from(e)));
+    let mut s = Sketch::new();
+    s.image("image", F::Rgba32Float, 4, 4);
+    let step = s.screen("step", "@fragment fn main() -> @location(0) vec4f { return vec4f(1.0); }", "image");
+    let plan = s.order([step]);
+    let mut prepared = prepare(&gpu, &plan, &scene::Geometry::default(), None, &[]).unwrap();
+    gpu.device.destroy();
+    let text = execute(&gpu, &plan, &mut prepared, &Frame::default()).unwrap_err().to_string();
+    assert!(text.contains("the device is lost"), "{text}");
+    assert!(read_image(&gpu, &prepared, &plan, ResourceId(0)).is_err());
+    assert!(prepare(&gpu, &plan, &scene::Geometry::default(), None, &[]).is_err());
 }
