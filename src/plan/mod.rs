@@ -135,9 +135,13 @@ pub struct TextureDesc {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TextureKind {
     /// 2D; an array when the graph gave it layers.
-    D2 { array: bool },
+    D2 {
+        array: bool,
+    },
     /// A cube, or an array of cubes.
-    Cube { array: bool },
+    Cube {
+        array: bool,
+    },
     D3,
 }
 
