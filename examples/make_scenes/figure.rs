@@ -30,16 +30,16 @@ const BODY: [Section; 17] = [
     section(1.40, 0.200, 0.112, 0.000, 0.000),
     section(1.45, 0.160, 0.090, -0.005, 0.000),
     section(1.48, 0.092, 0.070, 0.000, 0.000),
-    section(1.51, 0.058, 0.058, 0.005, 0.000),
-    section(1.59, 0.054, 0.056, 0.015, 0.000),
-    section(1.62, 0.000, 0.000, 0.020, 0.000),
+    section(1.50, 0.060, 0.060, 0.005, 0.000),
+    section(1.56, 0.054, 0.056, 0.015, 0.000),
+    section(1.60, 0.000, 0.000, 0.020, 0.000),
 ];
 
 const fn section(height: f64, half_width: f64, half_depth: f64, forward: f64, fold: f64) -> Section {
     Section { height, half_width, half_depth, forward, fold }
 }
 
-/// Faces +Z, stands on the floor, 1.8 m tall. `sides` is the number of columns round the body; the rest follows it.
+/// Faces +Z, stands on the floor, 1.75 m tall, the staff 2 m. `sides` is the number of columns round the body; the rest follows it.
 pub fn figure(sides: usize) -> Mesh {
     let round = (sides / 2).max(8);
     let mut mesh = body(sides);
@@ -72,11 +72,11 @@ fn body(sides: usize) -> Mesh {
 }
 
 fn head(round: usize) -> Mesh {
-    let at = DVec3::new(0.0, 1.69, 0.025);
+    let at = DVec3::new(0.0, 1.645, 0.025);
     let mut mesh = ellipsoid(at, DVec3::new(0.078, 0.112, 0.092), round, round);
     // Chin, nose and hair make it a face that looks somewhere.
     mesh.add(ellipsoid(at + DVec3::new(0.0, -0.072, 0.038), DVec3::new(0.046, 0.042, 0.046), round, round / 2));
-    mesh.add(ellipsoid(at + DVec3::new(0.0, -0.008, 0.092), DVec3::new(0.013, 0.030, 0.020), round / 2, round / 2));
+    mesh.add(ellipsoid(at + DVec3::new(0.0, -0.008, 0.092), DVec3::new(0.014, 0.032, 0.019), 6, 4));
     mesh.add(ellipsoid(at + DVec3::new(0.0, 0.028, -0.022), DVec3::new(0.093, 0.106, 0.098), round, round));
     mesh.add(ellipsoid(at + DVec3::new(0.0, 0.03, -0.135), DVec3::new(0.05, 0.05, 0.05), round, round / 2));
     mesh

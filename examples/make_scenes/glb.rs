@@ -45,6 +45,11 @@ impl Document {
         self.material(name, albedo, json!({}), None)
     }
 
+    /// A thin Lambert sheet, seen from both sides.
+    pub fn cloth(&mut self, name: &str, albedo: [f64; 3]) -> Material {
+        self.material(name, albedo, json!({ "doubleSided": true }), None)
+    }
+
     /// A Lambert surface that also gives off `radiance`, at most 1, from its front.
     pub fn emissive(&mut self, name: &str, albedo: [f64; 3], radiance: [f64; 3]) -> Material {
         self.material(name, albedo, json!({ "emissiveFactor": radiance }), None)

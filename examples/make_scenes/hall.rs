@@ -65,7 +65,7 @@ pub fn hall() -> Document {
     end_walls(&mut document);
     drapes(&mut document);
     figure_and_ball(&mut document);
-    document.spot_light("spot", DVec3::new(-1.7, 4.7, 4.9), DVec3::new(1.0, 0.4, 0.6), 470.0, [22.0, 28.0]);
+    document.spot_light("spot", DVec3::new(-1.7, 4.7, 4.9), DVec3::new(1.0, 0.4, 0.6), 560.0, [24.0, 30.0]);
     document.camera("nave", DVec3::new(-0.65, 1.62, 7.4), DVec3::new(0.12, 1.72, 0.0), 50.0);
     document.camera("aisle", DVec3::new(3.5, 1.7, 7.0), DVec3::new(-0.6, 1.4, -2.0), 55.0);
     document
@@ -194,7 +194,7 @@ fn end_walls(document: &mut Document) {
     document.place("far wall", wall, DAffine3::from_translation(DVec3::Z * -l));
 
     let arch =
-        Arch { width: 2.0 * NAVE, bottom: 0.0, springing: 2.6, top: WALL, radius: 1.35, thickness: 0.5, segments: 24 };
+        Arch { width: 2.0 * NAVE, bottom: 0.0, springing: 2.6, top: WALL, radius: 1.35, thickness: 0.5, segments: 18 };
     let to_wall = DVec3::Z * (0.25 - l);
     document.fixture("apse", &arch.wall().moved(to_wall), plaster);
     document.fixture("apse moulding", &arch.moulding(0.18, 0.06).moved(to_wall), gold);
@@ -231,7 +231,7 @@ fn drapes(document: &mut Document) {
     let brass = document.matte("rod", [0.62, 0.46, 0.18]);
     let rod = block(DVec3::new(-0.95, 3.73, 0.0), DVec3::new(0.95, 3.79, 0.16));
     let hung = colours.map(|(name, albedo)| {
-        let material = document.matte(name, albedo);
+        let material = document.cloth(name, albedo);
         document.mesh(name, &[(&cloth, material), (&rod, brass)])
     });
     for (side, shift) in [(-1.0, 0), (1.0, 1)] {
@@ -245,7 +245,7 @@ fn drapes(document: &mut Document) {
 
 fn figure_and_ball(document: &mut Document) {
     let stone = document.matte("plinth", [0.62, 0.60, 0.58]);
-    let figure_material = document.matte("figure", [0.74, 0.71, 0.66]);
+    let figure_material = document.matte("figure", [0.66, 0.62, 0.56]);
     let ball_material = document.matte("ball", [0.16, 0.30, 0.72]);
     let (x, z) = (-0.25, 0.2);
     let plinth =

@@ -139,7 +139,8 @@ impl Arch {
         DVec2::new(0.0, self.springing) + self.radius * DVec2::new(angle.cos(), angle.sin())
     }
 
-    /// The wall along X, in the middle of Z. Its top and ends are open: they meet a ceiling and neighbours.
+    /// The wall along X, in the middle of Z. Its top is open, to meet a ceiling; so are its ends when it rests on columns, to
+    /// meet its neighbours.
     pub fn wall(&self) -> Mesh {
         let depth = self.thickness / 2.0;
         let half = self.width / 2.0;
@@ -168,6 +169,11 @@ impl Arch {
             for (from, to) in [(self.radius, half), (-half, -self.radius)] {
                 let at = |x: f64, z: f64| DVec3::new(x, self.bottom, z);
                 mesh.quad([at(from, -depth), at(to, -depth), at(to, depth), at(from, depth)]);
+            }
+        } else {
+            for side in [half, -half] {
+                let at = |y: f64, z: f64| DVec3::new(side, y, z * side.signum());
+                mesh.quad([at(0.0, depth), at(0.0, -depth), at(self.top, -depth), at(self.top, depth)]);
             }
         }
         mesh
