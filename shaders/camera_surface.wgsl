@@ -14,7 +14,7 @@ struct Vertex {
 }
 
 struct Varying {
-    @builtin(position) clip: vec4f,
+    @builtin(position) at: vec4f,
     @location(0) world: vec3f,
     @location(1) normal: vec3f,
     @location(2) uv: vec2f,
@@ -25,7 +25,7 @@ struct Varying {
 fn vertex(in: Vertex) -> Varying {
     let world = world_position(in.node, in.position);
     var out: Varying;
-    out.clip = camera_view_projection * vec4f(world, 1.0);
+    out.at = camera_view_projection * vec4f(world, 1.0);
     out.world = world;
     out.normal = world_normal(in.node, in.normal);
     out.uv = in.uv;
@@ -40,7 +40,7 @@ struct Seen {
 
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Seen {
-    let depth = distance(in.world, pixel_ray(vec2u(in.clip.xy)).origin);
+    let depth = distance(in.world, pixel_ray(vec2u(in.at.xy)).origin);
     let r = record(in.material, in.uv, in.normal, depth, front);
     return Seen(r.albedo, r.normal);
 }

@@ -21,7 +21,7 @@ struct Vertex {
 }
 
 struct Varying {
-    @builtin(position) clip: vec4f,
+    @builtin(position) at: vec4f,
     /// From the probe, metres.
     @location(0) offset: vec3f,
     @location(1) normal: vec3f,
@@ -36,7 +36,7 @@ fn vertex(in: Vertex, @builtin(instance_index) member: u32) -> Varying {
     // From any probe the whole scene lies within the diagonal of the box round scene and probes.
     let far = distance(min(box.bounds_min, box.grid_min), max(box.bounds_max, box.grid_max)) * 1.01;
     var out: Varying;
-    out.clip = clip(offset, member % 6u, far * 0.001, far);
+    out.at = clip(offset, member % 6u, far * 0.001, far);
     out.offset = offset;
     out.normal = world_normal(in.node, in.normal);
     out.uv = in.uv;

@@ -45,9 +45,9 @@ fn gather(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, point: vec3
     var w = weights;
     var sum = vec3f(0.0);
     for (var corner = 0u; corner < 8u; corner++) {
-        let step = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
-        let share = select(1.0 - fraction, fraction, step == vec3u(1u));
-        let probe = min(vec3u(base) + step, last);
+        let side = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let share = select(1.0 - fraction, fraction, side == vec3u(1u));
+        let probe = min(vec3u(base) + side, last);
         var light = vec3f(0.0);
         for (var k = 0u; k < COUNT; k++) {
             light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;

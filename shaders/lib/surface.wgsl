@@ -30,8 +30,8 @@ struct Record {
     normal: vec4f,
 }
 
-/// Records a point at `distance` along the ray. Call it in uniform control flow of a fragment entry only.
-fn record(material: u32, uv: vec2f, normal: vec3f, distance: f32, front: bool) -> Record {
+/// Records a point `depth` metres along the ray. Call it in uniform control flow of a fragment entry only.
+fn record(material: u32, uv: vec2f, normal: vec3f, depth: f32, front: bool) -> Record {
     let m = materials[material];
     var color = m.base_color.rgb;
 #ifdef TEXTURES
@@ -42,12 +42,12 @@ fn record(material: u32, uv: vec2f, normal: vec3f, distance: f32, front: bool) -
     let n = normalize(normal);
     let code = f32(material + 1u);
     if front {
-        return Record(vec4f(color, code), vec4f(n, distance));
+        return Record(vec4f(color, code), vec4f(n, depth));
     }
     if m.double_sided != 0u {
-        return Record(vec4f(color, -code), vec4f(-n, distance));
+        return Record(vec4f(color, -code), vec4f(-n, depth));
     }
-    return Record(vec4f(0.0), vec4f(-n, distance));
+    return Record(vec4f(0.0), vec4f(-n, depth));
 }
 
 /// A point that light leaves.
