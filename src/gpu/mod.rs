@@ -1,1 +1,29 @@
-//! The device: everything that needs an adapter.
+//! The device: everything that needs an adapter. It walks a [`crate::plan::Plan`] and decides nothing.
+//!
+//! [`Gpu`] opens a device; [`prepare`] makes a plan ready for it and a scene; [`execute`] runs a frame;
+//! [`read_image`] and [`read_buffer`] bring the results back. No call panics on what the device says: its
+//! errors come back as faults with the step's name.
+
+mod bindings;
+mod device;
+mod encode;
+mod execute;
+mod pipelines;
+mod pool;
+mod prepare;
+mod readback;
+mod scene_data;
+mod scope;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+mod texel;
+mod timing;
+mod uniforms;
+
+pub use device::{ADAPTER_VARIABLE, Gpu, OpenError};
+pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};
+pub use pool::{MOST_BYTES, Memory, Pool};
+pub use prepare::{Prepared, prepare, prepare_after};
+pub use readback::{read_buffer, read_image};

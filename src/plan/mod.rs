@@ -3,6 +3,16 @@
 //! Everything is decided here: sizes, order, what is left out and why, which resources share memory, what each
 //! variable is bound to. The executor only walks it.
 
+pub mod build;
+pub mod expand;
+pub mod lint;
+pub mod live;
+pub mod memory;
+pub mod order;
+pub mod request;
+pub mod sizes;
+pub mod wire;
+
 use crate::shader::{Layout, Shader};
 use crate::value::{Value, Values};
 use std::sync::Arc;
@@ -135,9 +145,13 @@ pub struct TextureDesc {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TextureKind {
     /// 2D; an array when the graph gave it layers.
-    D2 { array: bool },
+    D2 {
+        array: bool,
+    },
     /// A cube, or an array of cubes.
-    Cube { array: bool },
+    Cube {
+        array: bool,
+    },
     D3,
 }
 
@@ -286,5 +300,43 @@ impl Plan {
     /// The value of a name known before a frame.
     pub fn value(&self, name: &str) -> Option<Value> {
         self.values.get(name).copied()
+    }
+}
+
+impl Desc {
+    /// Bytes of memory, without the driver's padding.
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Desc::Buffer { size, .. } => *size,
+            Desc::Texture(t) => {
+                let texel = u64::from(t.format.block_copy_size(None).unwrap_or(4));
+                let level = |m: u32| {
+                    let side = |n: u32| u64::from((n >> m).max(1));
+                    let layers = if t.kind == TextureKind::D3 { side(t.layers) } else { u64::from(t.layers) };
+                    side(t.width).saturating_mul(side(t.height)).saturating_mul(layers).saturating_mul(texel)
+                };
+                (0..t.mips.min(32)).map(level).fold(0, u64::saturating_add)
+            }
+        }
+    }
+
+    /// The same without usages: what must agree for memory to be shared.
+    pub fn shape(&self) -> Desc {
+        match self {
+            Desc::Buffer { size, .. } => Desc::Buffer { size: *size, usage: wgpu::BufferUsages::empty() },
+            Desc::Texture(t) => {
+                Desc::Texture(TextureDesc { usage: wgpu::TextureUsages::empty(), tiles: None, ..t.clone() })
+            }
+        }
+    }
+}
+
+/// The usage by which a texture is cleared: as a target where its format can be one, else by a copy.
+pub fn clear_usage(t: &TextureDesc) -> wgpu::TextureUsages {
+    let able = t.format.guaranteed_format_features(wgpu::Features::empty()).allowed_usages;
+    if t.kind != TextureKind::D3 && able.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
+        wgpu::TextureUsages::RENDER_ATTACHMENT
+    } else {
+        wgpu::TextureUsages::COPY_DST
     }
 }

@@ -1,4 +1,33 @@
 //! Scenes: glTF and a scene RON beside it, to plain arrays, named tables and facts. No device.
+//!
+//! [`load`] reads files into a [`Scene`], and is the only part that can meet a fault in what a user wrote.
+//! A scene then answers pure questions: [`Scene::facts`], [`Scene::pose`] at a time, [`Scene::tables`] and
+//! [`Scene::camera_values`] at a pose.
+//!
+//! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes, materials, lights
+//!   and cameras of them; `geometry` the vertices; `textures` the base-colour array; `description` the scene RON
+//! - `model` holds the scene and its facts; `motion` poses it; `tables` and `light_views` fill the shaders' tables;
+//!   `camera` makes the view matrices
+
+mod camera;
+mod description;
+mod document;
+#[cfg(test)]
+mod fixture;
+mod geometry;
+mod import;
+mod light_views;
+mod load;
+mod model;
+mod motion;
+mod tables;
+mod textures;
+
+pub use geometry::Geometry;
+pub use load::{Loaded, load};
+pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
+pub use motion::{CameraPose, LightPose, Pose};
+pub use textures::TextureArray;
 
 use crate::value::{Type, Value};
 use glam::{Mat4, Vec2, Vec3, Vec4};

@@ -1,8 +1,16 @@
 //! Imports and definitions, through naga_oil; bindings; validation; reflection.
 
-use super::interface::Interface;
-use crate::diag::{Checked, Source};
-use std::{collections::BTreeMap, sync::Arc};
+use super::{
+    bind::bind,
+    interface::Interface,
+    library::Library,
+    link::{self, gather},
+    oil::join,
+    reflect::reflect,
+    write::{RESERVED_MARKS, write},
+};
+use crate::diag::{Checked, Diagnostic, Faults, Span};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The value of a shader definition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -13,13 +21,9 @@ pub enum Def {
 }
 
 /// Definitions by name.
+///
+/// `#ifdef NAME` holds when NAME has a value other than `false`; `#if NAME == VALUE` compares it; `#{NAME}` is it.
 pub type Defs = BTreeMap<String, Def>;
-
-/// The WGSL texts that a graph may use, by their path relative to the shader folder (`/` separated).
-#[derive(Debug, Clone, Default)]
-pub struct Library {
-    pub files: BTreeMap<String, Arc<Source>>,
-}
 
 /// A composed, validated and reflected shader.
 #[derive(Debug, Clone)]
@@ -27,6 +31,7 @@ pub struct Shader {
     /// The path in the library.
     pub path: String,
     pub defs: Defs,
+    /// Valid, without anything that no entry point uses.
     pub module: naga::Module,
     pub interface: Interface,
     /// Library paths that went into it: its own and those of all imports, sorted.
@@ -35,9 +40,43 @@ pub struct Shader {
 
 /// Composes `path` with `defs`. Each call uses a fresh composer.
 ///
+/// Resource variables need no `@group` or `@binding`: those that an entry point uses get group 0 and, as binding,
+/// their place among their names in order. Attributes that are written are ignored.
+///
 /// # Errors
-/// Unknown path, parse errors, unknown imports, validation errors; each with its place in the file that the user wrote.
+/// Unknown path, faulty directives and imports (all of them), the first parse error, the first validation error, two
+/// variables of one name, types that nothing can be bound to; each with its place in the file that the user wrote.
 pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
-    let _ = (library, path, defs);
-    todo!()
+    let units = gather(library, path, defs)?;
+    let mut faults = vec![];
+    for unit in &units {
+        for mark in RESERVED_MARKS {
+            if let Some(at) = unit.source.text.find(mark) {
+                let place = Span::new(&unit.source, at..at + mark.len());
+                faults.push(
+                    Diagnostic::error(format!("`{mark}` is reserved")).at(&place, "").help("choose another name"),
+                );
+            }
+        }
+    }
+    Faults::check(faults, ())?;
+    let mut bindings = 0;
+    let written: Vec<_> = units.iter().map(|unit| write(unit, defs, &mut bindings)).collect();
+    let module = join(&units, &written)?;
+    let bound = bind(module, &units)?;
+    let interface = reflect(&bound, &units)?;
+    let mut sources: Vec<String> = units.into_iter().map(|u| u.path).collect();
+    sources.sort();
+    Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources })
+}
+
+/// The definitions that `path` and all files it may import ask for (`#ifdef`, `#if`, `#{NAME}`), whatever branches
+/// are taken. Empty for an unknown path; faults in the files are left to [`compose`].
+pub fn mentioned_defs(library: &Library, path: &str) -> BTreeSet<String> {
+    link::mentioned(library, path)
+}
+
+/// Library paths of `path` and of all files it may import, whatever branches are taken.
+pub fn import_closure(library: &Library, path: &str) -> BTreeSet<String> {
+    link::reachable(library, path)
 }

@@ -1,15 +1,33 @@
 //! WGSL text to a validated naga module and its [`Interface`]. No device.
 //!
-//! `compose` resolves `#import` and definitions (the only place that knows naga_oil), gives every resource
+//! `compose` resolves `#import` and definitions (nothing outside this module knows naga_oil), gives every resource
 //! variable a binding in group 0, validates, and reflects. `layout` packs named values into the bytes a
 //! shader expects.
+//!
+//! Inside: `lex` finds words, `scan` settles conditions and reads imports, `outline` lists what a file declares, `link`
+//! follows imports, `write` spells the text for naga_oil and leads its places back, `oil` calls it, `bind` gives
+//! bindings, `reflect` reads the [`Interface`].
 
+mod bind;
 pub mod compose;
+mod imports;
 pub mod interface;
 pub mod layout;
+mod lex;
+pub mod library;
+mod link;
+mod oil;
+mod outline;
+mod reflect;
+mod scan;
+mod write;
 
-pub use compose::{Def, Defs, Library, Shader, compose};
+#[cfg(test)]
+mod tests;
+
+pub use compose::{Def, Defs, Shader, compose, import_closure, mentioned_defs};
 pub use interface::{
     Access, BindingKind, Entry, Interface, Output, OutputKind, Stage, TextureDim, TextureSample, Variable, VertexInput,
 };
 pub use layout::{Layout, Member};
+pub use library::Library;

@@ -1,0 +1,208 @@
+//! Opens a device, best adapter first.
+
+use super::scope::Mailbox;
+use crate::diag::{Checked, Diagnostic, Faults};
+use std::sync::Arc;
+
+/// The environment variable that picks an adapter: a part of its name, in any case.
+pub const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
+
+/// What a graph can profit from; the device has those of them that its adapter has.
+const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
+    .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
+    .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES)
+    .union(wgpu::Features::FLOAT32_FILTERABLE)
+    .union(wgpu::Features::FLOAT32_BLENDABLE)
+    .union(wgpu::Features::RG11B10UFLOAT_RENDERABLE)
+    .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
+    .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES)
+    .union(wgpu::Features::SUBGROUP)
+    .union(wgpu::Features::INDIRECT_FIRST_INSTANCE);
+
+/// An open device. Every other part of the program reaches the GPU through it.
+#[derive(Debug)]
+pub struct Gpu {
+    pub instance: wgpu::Instance,
+    pub adapter: wgpu::Adapter,
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    pub info: wgpu::AdapterInfo,
+    pub features: wgpu::Features,
+    pub limits: wgpu::Limits,
+    /// Nanoseconds a timestamp tick.
+    pub timestamp_period: f32,
+    pub(super) mailbox: Arc<Mailbox>,
+}
+
+/// Why there is no device.
+#[derive(Debug, Clone, PartialEq)]
+pub enum OpenError {
+    /// The machine has no adapter that fits.
+    NoAdapter(Diagnostic),
+    /// There is an adapter, but it gives no device.
+    Other(Faults),
+}
+
+impl From<OpenError> for Faults {
+    fn from(e: OpenError) -> Faults {
+        match e {
+            OpenError::NoAdapter(d) => d.into(),
+            OpenError::Other(f) => f,
+        }
+    }
+}
+
+impl Gpu {
+    /// Opens the best adapter: discrete, integrated, virtual, other, then software. [`ADAPTER_VARIABLE`] narrows
+    /// the choice. The device has the adapter's own limits.
+    ///
+    /// # Errors
+    /// [`OpenError::NoAdapter`] when none is found or none fits the variable, with the remedy;
+    /// [`OpenError::Other`] when every adapter that fits refuses to give a device.
+    pub fn open() -> Result<Gpu, OpenError> {
+        let wanted = std::env::var(ADAPTER_VARIABLE).ok().filter(|n| !n.is_empty());
+        Gpu::open_named(wanted.as_deref())
+    }
+
+    /// As [`Gpu::open`], with the part of the name given here.
+    ///
+    /// # Errors
+    /// As [`Gpu::open`].
+    pub fn open_named(part: Option<&str>) -> Result<Gpu, OpenError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::VULKAN | wgpu::Backends::METAL,
+            // Labels reach a graphics debugger; the driver's validation layer stays off unless asked for.
+            flags: wgpu::InstanceFlags::DEBUG.with_env(),
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let mut adapters =
+            pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN | wgpu::Backends::METAL));
+        adapters.sort_by_key(|a| rank(a.get_info().device_type));
+        let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
+        if let Some(part) = part {
+            let part = part.to_lowercase();
+            adapters.retain(|a| a.get_info().name.to_lowercase().contains(&part));
+        }
+        let mut faults = vec![];
+        for adapter in adapters {
+            match Gpu::from_adapter(instance.clone(), adapter) {
+                Ok(gpu) => return Ok(gpu),
+                Err(f) => faults.extend(f.0),
+            }
+        }
+        Err(if faults.is_empty() {
+            OpenError::NoAdapter(no_adapter(part, &names))
+        } else {
+            OpenError::Other(Faults(faults))
+        })
+    }
+
+    /// A device of this adapter, with the adapter's own limits and what it has of the features wanted.
+    ///
+    /// # Errors
+    /// The adapter gives no device.
+    pub fn from_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter) -> Checked<Gpu> {
+        let info = adapter.get_info();
+        let request = adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("lightgraph"),
+            required_features: adapter.features() & WANTED,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        });
+        let (device, queue) = pollster::block_on(request).map_err(|e| {
+            Diagnostic::error(format!("the adapter `{}` gives no device: {e}", info.name))
+                .help(format!("choose another with {ADAPTER_VARIABLE}=PART_OF_ITS_NAME, or update its driver"))
+        })?;
+        let mailbox = Mailbox::install(&device);
+        let (features, limits, timestamp_period) = (device.features(), device.limits(), queue.get_timestamp_period());
+        Ok(Gpu { instance, adapter, device, queue, info, features, limits, timestamp_period, mailbox })
+    }
+
+    /// A device without hardware: it checks what is asked of it against `limits`, and computes nothing.
+    ///
+    /// # Errors
+    /// `limits` are not consistent.
+    pub fn noop(limits: wgpu::Limits) -> Checked<Gpu> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::NOOP,
+            backend_options: wgpu::BackendOptions {
+                noop: wgpu::NoopBackendOptions {
+                    enable: true,
+                    limits: Some(limits),
+                    features: Some(WANTED),
+                    ..Default::default()
+                },
+                ..Default::default()
+            },
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let options = wgpu::RequestAdapterOptions::default();
+        let adapter = pollster::block_on(instance.request_adapter(&options))
+            .map_err(|e| Diagnostic::error(format!("the device without hardware can't be made: {e}")))?;
+        Gpu::from_adapter(instance, adapter)
+    }
+
+    /// True when a software driver does the work.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Waits until the device has done all that was submitted.
+    ///
+    /// # Errors
+    /// The device is lost, or can't be waited for.
+    pub fn wait(&self) -> Checked<()> {
+        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.mailbox.lost()?;
+        match polled {
+            Ok(_) => Ok(()),
+            Err(e) => Err(Diagnostic::error(format!("can't wait for the device: {e}")).into()),
+        }
+    }
+}
+
+fn rank(kind: wgpu::DeviceType) -> u8 {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}
+
+fn no_adapter(part: Option<&str>, names: &[String]) -> Diagnostic {
+    match part {
+        Some(part) if !names.is_empty() => Diagnostic::error(format!("no adapter has `{part}` in its name"))
+            .help(format!("adapters here: {}", names.join(", ")))
+            .help(format!("set or unset {ADAPTER_VARIABLE}")),
+        _ => Diagnostic::error("no Vulkan or Metal adapter is found")
+            .help("install a GPU's Vulkan driver, or the software one: on Debian and Ubuntu `apt install mesa-vulkan-drivers libvulkan1`"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::testing;
+
+    #[test]
+    fn an_adapter_opens_with_its_own_limits() {
+        let gpu = testing::gpu();
+        assert_eq!(gpu.limits.max_texture_array_layers, gpu.adapter.limits().max_texture_array_layers);
+    }
+
+    #[test]
+    fn a_name_that_no_adapter_has_is_told_apart() {
+        match Gpu::open_named(Some("no such adapter")) {
+            Err(OpenError::NoAdapter(d)) => assert!(!d.help.is_empty(), "{d:?}"),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn without_adapters_the_remedy_names_the_packages() {
+        let d = no_adapter(None, &[]);
+        assert!(d.help[0].contains("apt install mesa-vulkan-drivers libvulkan1"), "{d:?}");
+    }
+}

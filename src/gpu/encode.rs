@@ -1,0 +1,352 @@
+//! One run of one step, into a command encoder.
+
+use super::{
+    device::Gpu,
+    pipelines::{Built, by_location},
+    pool::{Memory, Pool, floats, target_view},
+    prepare::{Pass, Ready, Shaded},
+    scene_data::SceneData,
+    texel,
+    timing::Pair,
+    uniforms::Uniforms,
+};
+use crate::diag::{Checked, Diagnostic};
+use crate::plan::{Action, Draw, Geometry, Place, Plan, ResourceId, StepId};
+
+/// What encoding reads.
+pub(super) struct Source<'a> {
+    pub gpu: &'a Gpu,
+    pub plan: &'a Plan,
+    pub pool: &'a Pool,
+    pub scene: &'a SceneData,
+    pub uniforms: &'a Uniforms,
+    pub steps: &'a [Ready],
+}
+
+impl Source<'_> {
+    /// Encodes a step at these iterations of the loops around it, outermost first. With a pair it writes its times.
+    ///
+    /// # Errors
+    /// The step does not belong to what was prepared, or clears what can't be cleared. Errors of the device come when the
+    /// encoder is finished.
+    pub(super) fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        id: StepId,
+        iterations: &[u32],
+        pair: Option<&Pair>,
+    ) -> Checked<()> {
+        let (Some(step), Some(ready)) = (self.plan.steps.get(id.0), self.steps.get(id.0)) else {
+            return Err(Diagnostic::error(format!("step {} is not in the plan", id.0)).into());
+        };
+        encoder.push_debug_group(&step.name);
+        let done = match (&step.action, ready) {
+            (Action::Compute { groups, .. }, Ready::Shaded(shaded)) => {
+                self.compute(encoder, &step.name, *groups, shaded, iterations, pair);
+                Ok(())
+            }
+            (Action::Draw(draw), Ready::Shaded(shaded)) => {
+                self.draw(encoder, &step.name, draw, shaded, iterations, pair);
+                Ok(())
+            }
+            (Action::Copy { from, to }, _) => self.timed(encoder, pair, |e| self.copy(e, *from, *to)),
+            (Action::Clear { target, value }, _) => self.timed(encoder, pair, |e| self.clear(e, *target, *value)),
+            (Action::Compute { .. } | Action::Draw(_), Ready::Plain) => {
+                Err(Diagnostic::error(format!("`{}` was not prepared", step.name)).into())
+            }
+        };
+        encoder.pop_debug_group();
+        done
+    }
+
+    fn timed(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pair: Option<&Pair>,
+        work: impl FnOnce(&mut wgpu::CommandEncoder) -> Checked<()>,
+    ) -> Checked<()> {
+        if let Some(p) = pair {
+            encoder.write_timestamp(&p.set, p.begin);
+        }
+        work(encoder)?;
+        if let Some(p) = pair {
+            encoder.write_timestamp(&p.set, p.end);
+        }
+        Ok(())
+    }
+
+    fn offsets(&self, shaded: &Shaded, iterations: &[u32]) -> Vec<u32> {
+        shaded.uniforms.iter().map(|u| self.uniforms.offset(*u, iterations)).collect()
+    }
+
+    fn compute(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        name: &str,
+        [x, y, z]: [u32; 3],
+        shaded: &Shaded,
+        iterations: &[u32],
+        pair: Option<&Pair>,
+    ) {
+        let Built::Compute(pipeline) = &shaded.pipelines.built else { return };
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(name),
+            timestamp_writes: pair.map(|p| wgpu::ComputePassTimestampWrites {
+                query_set: &p.set,
+                beginning_of_pass_write_index: Some(p.begin),
+                end_of_pass_write_index: Some(p.end),
+            }),
+        });
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &shaded.group, &self.offsets(shaded, iterations));
+        pass.dispatch_workgroups(x, y, z);
+    }
+
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        name: &str,
+        draw: &Draw,
+        shaded: &Shaded,
+        iterations: &[u32],
+        pair: Option<&Pair>,
+    ) {
+        let offsets = self.offsets(shaded, iterations);
+        let last = shaded.passes.len().saturating_sub(1);
+        for (i, pass) in shaded.passes.iter().enumerate() {
+            let times = pair.filter(|_| i == 0 || i == last).map(|p| wgpu::RenderPassTimestampWrites {
+                query_set: &p.set,
+                beginning_of_pass_write_index: (i == 0).then_some(p.begin),
+                end_of_pass_write_index: (i == last).then_some(p.end),
+            });
+            let turn = if pass.targets.len() > 1 { iterations.last().copied().unwrap_or(0) as usize } else { 0 };
+            if let Some(mut render) = begin(encoder, name, draw, pass, turn, times) {
+                render.set_bind_group(0, &shaded.group, &offsets);
+                self.members(&mut render, draw, &shaded.pipelines.built, pass);
+            }
+        }
+    }
+
+    fn members(&self, render: &mut wgpu::RenderPass<'_>, draw: &Draw, built: &Built, pass: &Pass) {
+        let Built::Render { first, rest, attributes } = built else { return };
+        let mesh = match draw.geometry {
+            Geometry::Screen => None,
+            Geometry::Scene { .. } => match &self.scene.mesh {
+                Some(mesh) => Some(mesh),
+                None => return,
+            },
+        };
+        if let Some(mesh) = mesh {
+            render.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
+            if *attributes {
+                render.set_vertex_buffer(0, mesh.vertices.slice(..));
+            }
+        }
+        let all = mesh.map_or(0, |m| m.index_count);
+        let split = mesh.map_or(0, |m| m.one_sided);
+        let parts = match rest {
+            None => vec![(first, 0..all)],
+            Some(rest) => vec![(first, 0..split), (rest, split..all)],
+        };
+        for (pipeline, indices) in parts {
+            if mesh.is_some() && indices.is_empty() {
+                continue;
+            }
+            render.set_pipeline(pipeline);
+            for member in &pass.members {
+                if let Place::Rect([x, y, width, height]) = member.place {
+                    render.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+                    render.set_scissor_rect(x, y, width, height);
+                }
+                // The largest index has no end that fits; nothing asks for four billion members.
+                let instance = member.index..member.index.saturating_add(1);
+                match mesh {
+                    Some(_) => render.draw_indexed(indices.clone(), 0, instance),
+                    None => render.draw(0..3, instance),
+                }
+            }
+        }
+    }
+
+    fn copy(&self, encoder: &mut wgpu::CommandEncoder, from: ResourceId, to: ResourceId) -> Checked<()> {
+        match (self.pool.memory(self.plan, from)?, self.pool.memory(self.plan, to)?) {
+            // Two resources that share memory hold the same already.
+            (Memory::Texture(a), Memory::Texture(b)) if a == b => {}
+            (Memory::Buffer(a), Memory::Buffer(b)) if a == b => {}
+            (Memory::Texture(a), Memory::Texture(b)) => {
+                for mip in 0..a.mip_level_count().min(b.mip_level_count()) {
+                    encoder.copy_texture_to_texture(
+                        wgpu::TexelCopyTextureInfo { mip_level: mip, ..a.as_image_copy() },
+                        wgpu::TexelCopyTextureInfo { mip_level: mip, ..b.as_image_copy() },
+                        mip_size(a, mip),
+                    );
+                }
+            }
+            (Memory::Buffer(a), Memory::Buffer(b)) => encoder.copy_buffer_to_buffer(a, 0, b, 0, a.size().min(b.size())),
+            (Memory::Texture(_), Memory::Buffer(_)) | (Memory::Buffer(_), Memory::Texture(_)) => {
+                return Err(Diagnostic::error("a copy goes from texture to texture, or from buffer to buffer").into());
+            }
+        }
+        Ok(())
+    }
+
+    fn clear(&self, encoder: &mut wgpu::CommandEncoder, target: ResourceId, value: [f64; 4]) -> Checked<()> {
+        match self.pool.memory(self.plan, target)? {
+            Memory::Texture(texture) => clear_texture(self.gpu, encoder, texture, value)?,
+            Memory::Buffer(buffer) if value[0] == 0.0 => encoder.clear_buffer(buffer, 0, None),
+            Memory::Buffer(buffer) => {
+                let from = filled(self.gpu, &floats(value[0], buffer.size()))?;
+                encoder.copy_buffer_to_buffer(&from, 0, buffer, 0, buffer.size());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Sets every texel of every mip level and layer: by a render pass where the texture can be a target, else by copying.
+///
+/// # Errors
+/// Neither way is open for its format and usage.
+pub(super) fn clear_texture(
+    gpu: &Gpu,
+    encoder: &mut wgpu::CommandEncoder,
+    texture: &wgpu::Texture,
+    value: [f64; 4],
+) -> Checked<()> {
+    for mip in 0..texture.mip_level_count() {
+        let size = mip_size(texture, mip);
+        if texture.usage().contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
+            for layer in 0..size.depth_or_array_layers {
+                clear_by_pass(encoder, texture, (layer, mip), value);
+            }
+            continue;
+        }
+        let texel = texel::encode(texture.format(), value)
+            .filter(|_| texture.usage().contains(wgpu::TextureUsages::COPY_DST))
+            .ok_or_else(|| Diagnostic::error(format!("a texture of format {:?} can't be cleared", texture.format())))?;
+        let row = (texel.len() * size.width as usize).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
+        let mut line = texel.repeat(size.width as usize);
+        line.resize(row, 0);
+        let from = filled(gpu, &line.repeat(size.height as usize))?;
+        for layer in 0..size.depth_or_array_layers {
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: u32::try_from(row).ok(),
+                rows_per_image: Some(size.height),
+            };
+            let to = wgpu::TexelCopyTextureInfo {
+                mip_level: mip,
+                origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
+                ..texture.as_image_copy()
+            };
+            let one = wgpu::Extent3d { depth_or_array_layers: 1, ..size };
+            encoder.copy_buffer_to_texture(wgpu::TexelCopyBufferInfo { buffer: &from, layout }, to, one);
+        }
+    }
+    Ok(())
+}
+
+fn clear_by_pass(
+    encoder: &mut wgpu::CommandEncoder,
+    texture: &wgpu::Texture,
+    (layer, mip): (u32, u32),
+    value: [f64; 4],
+) {
+    let view = target_view(texture, layer, mip);
+    let format = texture.format();
+    let solid = texture.dimension() == wgpu::TextureDimension::D3;
+    let color = [Some(wgpu::RenderPassColorAttachment {
+        view: &view,
+        depth_slice: solid.then_some(layer),
+        resolve_target: None,
+        ops: wgpu::Operations { load: wgpu::LoadOp::Clear(color(value)), store: wgpu::StoreOp::Store },
+    })];
+    let depth = wgpu::RenderPassDepthStencilAttachment {
+        view: &view,
+        depth_ops: format
+            .has_depth_aspect()
+            .then_some(wgpu::Operations { load: wgpu::LoadOp::Clear(value[0] as f32), store: wgpu::StoreOp::Store }),
+        stencil_ops: None,
+    };
+    let is_depth = format.is_depth_stencil_format();
+    drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("clear"),
+        color_attachments: if is_depth { &[] } else { &color },
+        depth_stencil_attachment: is_depth.then_some(depth),
+        ..Default::default()
+    }));
+}
+
+fn begin<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    name: &str,
+    draw: &Draw,
+    pass: &Pass,
+    turn: usize,
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+) -> Option<wgpu::RenderPass<'e>> {
+    let targets = pass.targets.get(turn)?;
+    let clears = pass.clears;
+    let attachments: Vec<_> = targets
+        .color
+        .iter()
+        .zip(by_location(&draw.color))
+        .map(|(view, target)| {
+            let ((view, depth_slice), target) = (view.as_ref()?, target?);
+            let load = match target.clear.filter(|_| clears) {
+                Some(value) => wgpu::LoadOp::Clear(color(value)),
+                None => wgpu::LoadOp::Load,
+            };
+            Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: *depth_slice,
+                resolve_target: None,
+                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+            })
+        })
+        .collect();
+    let depth = draw.depth.as_ref().zip(targets.depth.as_ref()).map(|(depth, view)| {
+        let clear = depth.clear.filter(|_| clears);
+        wgpu::RenderPassDepthStencilAttachment {
+            view,
+            // Neither cleared nor written: read-only, so that the shader may sample it at the same time.
+            depth_ops: (depth.write || depth.clear.is_some()).then_some(wgpu::Operations {
+                load: clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear),
+                store: wgpu::StoreOp::Store,
+            }),
+            stencil_ops: None,
+        }
+    });
+    Some(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(name),
+        color_attachments: &attachments,
+        depth_stencil_attachment: depth,
+        timestamp_writes,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    }))
+}
+
+/// A buffer to copy from, with this content.
+fn filled(gpu: &Gpu, bytes: &[u8]) -> Checked<wgpu::Buffer> {
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("clear value"),
+        size: bytes.len() as u64,
+        usage: wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: true,
+    });
+    match buffer.get_mapped_range_mut(..) {
+        Ok(mut range) => range.copy_from_slice(bytes),
+        Err(e) => return Err(Diagnostic::error(format!("no memory is left for a clear value: {e}")).into()),
+    }
+    buffer.unmap();
+    Ok(buffer)
+}
+
+fn mip_size(texture: &wgpu::Texture, mip: u32) -> wgpu::Extent3d {
+    texture.size().mip_level_size(mip, texture.dimension())
+}
+
+fn color([r, g, b, a]: [f64; 4]) -> wgpu::Color {
+    wgpu::Color { r, g, b, a }
+}

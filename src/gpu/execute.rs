@@ -1,0 +1,228 @@
+//! A frame: uploads, then the plan's order, step by step.
+
+use super::{device::Gpu, encode::Source, prepare::Prepared, readback::map, scope::Scope, timing::Timer};
+use crate::diag::{Checked, Diagnostic};
+use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
+use crate::scene::Table;
+use crate::value::Values;
+use std::time::Instant;
+
+/// Runs of steps that go to the device in one piece: enough to hide the cost of handing over, few enough that the device
+/// starts early and no watchdog wakes.
+const RUNS_A_SUBMISSION: usize = 256;
+
+/// What a frame adds to what was prepared.
+#[derive(Debug, Clone, Default)]
+pub struct Frame<'a> {
+    /// The camera, the clock and the like, by name.
+    pub values: Values,
+    /// Tables that changed since the last frame (or since [`super::prepare`]).
+    pub tables: Option<&'a [Table]>,
+}
+
+/// What a frame took.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FrameReport {
+    /// The steps that ran, in the order of their first run.
+    pub steps: Vec<StepTime>,
+    /// Every run of every loop, in the order of their ends; an inner loop has one entry for each iteration of the outer.
+    pub loops: Vec<LoopReport>,
+    /// What went on, but probably not as meant.
+    pub warnings: Vec<Diagnostic>,
+    /// From the call to the end of the device's work, in milliseconds.
+    pub wall_ms: f64,
+}
+
+/// The time of one step, summed over the iterations of the loops around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepTime {
+    /// Index into [`Plan::steps`].
+    pub step: usize,
+    pub runs: u32,
+    /// On the device; `None` where it can't say.
+    pub gpu_ms: Option<f64>,
+    /// To encode.
+    pub cpu_ms: f64,
+}
+
+/// How a loop went.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoopReport {
+    pub name: String,
+    /// How many it took.
+    pub iterations: u32,
+    /// The number tested last; `None` without a test or an iteration.
+    pub last: Option<f32>,
+}
+
+/// Runs one frame and waits for it.
+///
+/// # Errors
+/// Values that shaders ask for and nothing gives; what the device finds wrong, with the step's name; a lost device.
+pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>) -> Checked<FrameReport> {
+    let start = Instant::now();
+    let scope = Scope::begin(gpu);
+    let uploaded = match frame.tables {
+        Some(tables) => prepared.update_tables(gpu, plan, tables),
+        None => Ok(()),
+    };
+    let uploaded = uploaded.and_then(|()| prepared.uniforms.upload(gpu, plan, &frame.values));
+    scope.end("upload the values of the frame")?;
+    uploaded?;
+
+    let Prepared { pool, scene, uniforms, steps, timer, probe } = prepared;
+    timer.start();
+    let mut walk = Walk {
+        source: Source { gpu, plan, pool, scene, uniforms, steps },
+        timer,
+        probe: probe.as_ref(),
+        encoder: None,
+        pending: vec![],
+        iterations: vec![],
+        times: vec![None; plan.steps.len()],
+        first_runs: vec![],
+        loops: vec![],
+        warnings: vec![],
+    };
+    walk.nodes(&plan.order)?;
+    walk.submit()?;
+    let Walk { mut times, first_runs, loops, warnings, timer, .. } = walk;
+    for ((ms, timed), time) in timer.finish(gpu, plan.steps.len())?.into_iter().zip(&mut times) {
+        if let Some(time) = time {
+            time.gpu_ms = (timed == time.runs).then_some(ms);
+        }
+    }
+    let steps = first_runs.into_iter().filter_map(|s: StepId| times.get(s.0).copied().flatten()).collect();
+    Ok(FrameReport { steps, loops, warnings, wall_ms: ms_since(start) })
+}
+
+/// The state of a walk along the order.
+struct Walk<'a> {
+    source: Source<'a>,
+    timer: &'a mut Timer,
+    probe: Option<&'a wgpu::Buffer>,
+    /// What is encoded and not yet submitted, with the scope that catches its errors.
+    encoder: Option<(wgpu::CommandEncoder, Scope<'a>)>,
+    /// The runs in `encoder`.
+    pending: Vec<(StepId, Vec<u32>)>,
+    /// Of the loops around, outermost first.
+    iterations: Vec<u32>,
+    times: Vec<Option<StepTime>>,
+    first_runs: Vec<StepId>,
+    loops: Vec<LoopReport>,
+    warnings: Vec<Diagnostic>,
+}
+
+impl Walk<'_> {
+    fn nodes(&mut self, nodes: &[Node]) -> Checked<()> {
+        for node in nodes {
+            match node {
+                Node::Step(id) => self.step(*id)?,
+                Node::Loop(l) => self.repeat(l)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, id: StepId) -> Checked<()> {
+        let gpu = self.source.gpu;
+        let start = Instant::now();
+        if self.pending.len() >= RUNS_A_SUBMISSION {
+            self.submit()?;
+        }
+        let in_pass = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
+            Some(Action::Draw(_) | Action::Compute { .. }) => true,
+            Some(Action::Copy { .. } | Action::Clear { .. }) | None => false,
+        };
+        let (encoder, _) = self.encoder.get_or_insert_with(|| {
+            let scope = Scope::begin(gpu);
+            (gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }), scope)
+        });
+        let pair = self.timer.pair(gpu, id, in_pass);
+        self.source.encode(encoder, id, &self.iterations, pair.as_ref())?;
+        self.pending.push((id, self.iterations.clone()));
+        if let Some(time) = self.times.get_mut(id.0) {
+            if time.is_none() {
+                self.first_runs.push(id);
+            }
+            let time = time.get_or_insert(StepTime { step: id.0, runs: 0, gpu_ms: None, cpu_ms: 0.0 });
+            time.runs += 1;
+            time.cpu_ms += ms_since(start);
+        }
+        Ok(())
+    }
+
+    fn repeat(&mut self, l: &Loop) -> Checked<()> {
+        let mut report = LoopReport { name: l.name.clone(), iterations: 0, last: None };
+        for i in 0..l.count {
+            self.iterations.push(i);
+            let done = self.nodes(&l.body);
+            self.iterations.pop();
+            done?;
+            report.iterations += 1;
+            if let Some(until) = &l.until {
+                let tested = self.tested(until)?;
+                report.last = Some(tested);
+                if tested.is_nan() {
+                    let name = &l.name;
+                    let text =
+                        format!("the loop `{name}` stopped after {} iterations: its number is not a number", i + 1);
+                    self.warnings.push(Diagnostic::warning(text).help("look for a division by zero in its passes"));
+                    break;
+                }
+                if until.comparison.holds(tested, until.value) {
+                    break;
+                }
+            }
+        }
+        self.loops.push(report);
+        Ok(())
+    }
+
+    /// Waits for what was encoded, and reads the number that a loop tests.
+    fn tested(&mut self, until: &Until) -> Checked<f32> {
+        let gpu = self.source.gpu;
+        self.submit()?;
+        let buffer = self.source.pool.buffer(self.source.plan, until.buffer)?;
+        let probe = self.probe.ok_or_else(|| Diagnostic::error("a loop tests a number, and none was prepared"))?;
+        let scope = Scope::begin(gpu);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, probe, 0, 4);
+        gpu.queue.submit([encoder.finish()]);
+        scope.end("read the number that a loop tests")?;
+        let bytes = map(gpu, probe, 4)?;
+        let mut raw = [0; 4];
+        for (to, from) in raw.iter_mut().zip(bytes) {
+            *to = from;
+        }
+        Ok(f32::from_le_bytes(raw))
+    }
+
+    /// Hands what is encoded to the device.
+    fn submit(&mut self) -> Checked<()> {
+        let Some((encoder, scope)) = self.encoder.take() else { return Ok(()) };
+        let gpu = self.source.gpu;
+        gpu.queue.submit([encoder.finish()]);
+        let ended = scope.end("run the frame");
+        let pending = std::mem::take(&mut self.pending);
+        ended.map_err(|faults| self.blame(&pending).unwrap_or(faults))
+    }
+
+    /// The faults of the first run that fails when each is encoded by itself. wgpu finds faults when an encoder is
+    /// finished, and its text need not name the step.
+    fn blame(&self, runs: &[(StepId, Vec<u32>)]) -> Option<crate::diag::Faults> {
+        let gpu = self.source.gpu;
+        runs.iter().find_map(|(id, iterations)| {
+            let name = self.source.plan.steps.get(id.0).map_or("?", |s| &s.name);
+            let scope = Scope::begin(gpu);
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let encoded = self.source.encode(&mut encoder, *id, iterations, None);
+            drop(encoder.finish());
+            scope.end(&format!("run `{name}`")).and(encoded).err()
+        })
+    }
+}
+
+fn ms_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}

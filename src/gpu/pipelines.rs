@@ -1,0 +1,362 @@
+//! Pipelines of a plan's steps: each different one is built once, all at the same time.
+
+use super::{bindings::layout_entries, device::Gpu, scope::scoped};
+use crate::diag::{Checked, Diagnostic, Faults};
+use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, Geometry, Plan, Step};
+use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
+use crate::shader::{Entry, Shader, Stage};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// The vertex stage of a pass that covers its target: one triangle, nearest in depth.
+const SCREEN: &str = "@vertex fn screen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
+    return vec4f(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}";
+
+/// What a step with a shader runs with.
+#[derive(Debug)]
+pub(super) struct StepPipelines {
+    pub entries: Vec<wgpu::BindGroupLayoutEntry>,
+    pub layout: wgpu::BindGroupLayout,
+    pub built: Built,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Built {
+    Compute(wgpu::ComputePipeline),
+    Render {
+        /// For the single-sided triangles, or for all when [`Built::Render::rest`] is `None`.
+        first: wgpu::RenderPipeline,
+        /// For the double-sided ones.
+        rest: Option<wgpu::RenderPipeline>,
+        /// Scene geometry is fetched from the vertex buffer.
+        attributes: bool,
+    },
+}
+
+/// Builds the pipelines of all steps, by their index; `None` for steps without a shader.
+///
+/// # Errors
+/// Entry points or attributes that do not exist, and all that the device finds wrong; each names its step.
+pub(super) fn build(gpu: &Gpu, plan: &Plan) -> Checked<Vec<Option<StepPipelines>>> {
+    let mut faults = vec![];
+    let mut jobs: Vec<Job<'_>> = vec![];
+    let mut of_step: Vec<Option<usize>> = vec![];
+    for step in &plan.steps {
+        match Job::of(gpu, plan, step) {
+            Ok(None) => of_step.push(None),
+            Ok(Some(job)) => {
+                let index = jobs.iter().position(|j| j.key == job.key).unwrap_or_else(|| {
+                    jobs.push(job);
+                    jobs.len() - 1
+                });
+                of_step.push(Some(index));
+            }
+            Err(f) => faults.extend(f.0),
+        }
+    }
+    Faults::check(faults, ())?;
+
+    let modules = in_parallel(plan.shaders.len() + 1, |i| match plan.shaders.get(i) {
+        // Only those that a step uses: a module that nobody runs need not suit the device.
+        Some(shader) if jobs.iter().any(|j| j.key.shader == i) => module(gpu, shader).map(Some),
+        Some(_) => Ok(None),
+        None => screen(gpu).map(Some),
+    })?;
+    let built = in_parallel(jobs.len(), |i| jobs[i].build(gpu, &modules))?;
+    let of_step = of_step.into_iter().map(|job| {
+        job.and_then(|j| Some((jobs.get(j)?, built.get(j)?))).map(|(job, (layout, built))| StepPipelines {
+            entries: job.key.entries.clone(),
+            layout: layout.clone(),
+            built: built.clone(),
+        })
+    });
+    Ok(of_step.collect())
+}
+
+/// Everything that tells one pipeline from another.
+#[derive(Debug, Clone, PartialEq)]
+struct Key {
+    shader: usize,
+    entries: Vec<wgpu::BindGroupLayoutEntry>,
+    kind: Kind,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Kind {
+    Compute { entry: String },
+    Render(Box<Render>),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Render {
+    vertex: Option<String>,
+    fragment: Option<String>,
+    geometry: Geometry,
+    attributes: Vec<wgpu::VertexAttribute>,
+    targets: Vec<Option<wgpu::ColorTargetState>>,
+    depth: Option<wgpu::DepthStencilState>,
+}
+
+struct Job<'a> {
+    key: Key,
+    /// The first step that wants it, for faults.
+    step: &'a Step,
+    path: &'a str,
+}
+
+impl<'a> Job<'a> {
+    fn of(gpu: &Gpu, plan: &'a Plan, step: &'a Step) -> Checked<Option<Job<'a>>> {
+        let (index, kind) = match &step.action {
+            Action::Copy { .. } | Action::Clear { .. } => return Ok(None),
+            Action::Compute { shader, entry, groups } => {
+                check_groups(gpu, step, *groups)?;
+                (*shader, Kind::Compute { entry: entry.clone() })
+            }
+            Action::Draw(draw) => (draw.shader, Kind::Render(Box::new(render(plan, step, draw)?))),
+        };
+        let shader = shader(plan, step, index)?;
+        let entries = match &kind {
+            Kind::Compute { entry: name } => vec![entry(shader, step, name, Stage::Compute)?],
+            Kind::Render(r) => {
+                let mut entries = vec![];
+                if let Some(name) = &r.vertex {
+                    entries.push(entry(shader, step, name, Stage::Vertex)?);
+                }
+                if let Some(name) = &r.fragment {
+                    entries.push(entry(shader, step, name, Stage::Fragment)?);
+                }
+                entries
+            }
+        };
+        let entries = layout_entries(gpu, plan, step, shader, &entries)?;
+        Ok(Some(Job { key: Key { shader: index, entries, kind }, step, path: &shader.path }))
+    }
+
+    fn build(&self, gpu: &Gpu, modules: &[Option<wgpu::ShaderModule>]) -> Checked<(wgpu::BindGroupLayout, Built)> {
+        let (Some(Some(module)), Some(Some(screen))) = (modules.get(self.key.shader), modules.last()) else {
+            return Err(Diagnostic::error(format!("`{}` has no shader module", self.step.name)).into());
+        };
+        let what = format!("build the pipeline of `{}` ({})", self.step.name, self.path);
+        scoped(gpu, &what, || {
+            let label = Some(self.step.name.as_str());
+            let layout = gpu
+                .device
+                .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &self.key.entries });
+            let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label,
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let built = match &self.key.kind {
+                Kind::Compute { entry } => {
+                    Built::Compute(gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                        label,
+                        layout: Some(&pipeline_layout),
+                        module,
+                        entry_point: Some(entry),
+                        compilation_options: Default::default(),
+                        cache: None,
+                    }))
+                }
+                Kind::Render(r) => {
+                    let make = |cull| r.pipeline(gpu, label, &pipeline_layout, (module, screen), cull);
+                    let (first, rest) = match r.geometry {
+                        Geometry::Screen | Geometry::Scene { cull: Cull::None } => (make(None), None),
+                        Geometry::Scene { cull: Cull::Front } => (make(Some(wgpu::Face::Front)), None),
+                        Geometry::Scene { cull: Cull::Back } => (make(Some(wgpu::Face::Back)), None),
+                        Geometry::Scene { cull: Cull::Material } => (make(Some(wgpu::Face::Back)), Some(make(None))),
+                    };
+                    Built::Render { first, rest, attributes: !r.attributes.is_empty() }
+                }
+            };
+            (layout, built)
+        })
+    }
+}
+
+impl Render {
+    fn pipeline(
+        &self,
+        gpu: &Gpu,
+        label: Option<&str>,
+        layout: &wgpu::PipelineLayout,
+        (module, screen): (&wgpu::ShaderModule, &wgpu::ShaderModule),
+        cull_mode: Option<wgpu::Face>,
+    ) -> wgpu::RenderPipeline {
+        let vertices = Some(wgpu::VertexBufferLayout {
+            array_stride: size_of::<Vertex>() as u64,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &self.attributes,
+        });
+        let (vertex_module, vertex_entry) = match &self.vertex {
+            Some(name) => (module, name.as_str()),
+            None => (screen, "screen"),
+        };
+        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label,
+            layout: Some(layout),
+            vertex: wgpu::VertexState {
+                module: vertex_module,
+                entry_point: Some(vertex_entry),
+                compilation_options: Default::default(),
+                buffers: if self.attributes.is_empty() { &[] } else { std::slice::from_ref(&vertices) },
+            },
+            primitive: wgpu::PrimitiveState { front_face: wgpu::FrontFace::Ccw, cull_mode, ..Default::default() },
+            depth_stencil: self.depth.clone(),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: self.fragment.as_ref().map(|name| wgpu::FragmentState {
+                module,
+                entry_point: Some(name),
+                compilation_options: Default::default(),
+                targets: &self.targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
+/// What is drawn to each location; a location that no target takes is empty.
+pub(super) fn by_location(targets: &[ColorTarget]) -> Vec<Option<&ColorTarget>> {
+    let count = targets.iter().map(|t| t.location as usize + 1).max().unwrap_or(0);
+    (0..count).map(|l| targets.iter().find(|t| t.location as usize == l)).collect()
+}
+
+fn render(plan: &Plan, step: &Step, draw: &Draw) -> Checked<Render> {
+    let attributes = match (&draw.vertex, draw.geometry) {
+        (Some(name), Geometry::Scene { .. }) => {
+            let shader = shader(plan, step, draw.shader)?;
+            attributes(shader, step, entry(shader, step, name, Stage::Vertex)?)?
+        }
+        (None, Geometry::Scene { .. }) => {
+            return Err(Diagnostic::error(format!("`{}` draws the scene without a vertex entry", step.name))
+                .help("write an entry point marked `@vertex`")
+                .into());
+        }
+        (_, Geometry::Screen) => vec![],
+    };
+    let targets = by_location(&draw.color).into_iter().map(|t| {
+        t.map(|t| wgpu::ColorTargetState { format: t.format, blend: t.blend, write_mask: wgpu::ColorWrites::ALL })
+    });
+    Ok(Render {
+        vertex: draw.vertex.clone(),
+        fragment: draw.fragment.clone(),
+        geometry: draw.geometry,
+        attributes,
+        targets: targets.collect(),
+        depth: draw.depth.as_ref().map(depth_state),
+    })
+}
+
+fn depth_state(depth: &DepthTarget) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: depth.format,
+        depth_write_enabled: Some(depth.write),
+        depth_compare: Some(depth.compare),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
+    }
+}
+
+fn attributes(shader: &Shader, step: &Step, entry: &Entry) -> Checked<Vec<wgpu::VertexAttribute>> {
+    let mut faults = vec![];
+    let mut out = vec![];
+    for input in &entry.inputs {
+        match VERTEX_ATTRIBUTES.iter().find(|(name, ..)| *name == input.name) {
+            Some((_, format, offset)) => {
+                out.push(wgpu::VertexAttribute { format: *format, offset: *offset, shader_location: input.location });
+            }
+            None => faults.push(
+                Diagnostic::error(format!(
+                    "`{}` ({}): vertices have no attribute `{}`",
+                    step.name, shader.path, input.name
+                ))
+                .nearest(&input.name, VERTEX_ATTRIBUTES.iter().map(|(name, ..)| *name))
+                .help("attributes are position, normal, uv, node and material"),
+            ),
+        }
+    }
+    Faults::check(faults, out)
+}
+
+fn check_groups(gpu: &Gpu, step: &Step, groups: [u32; 3]) -> Checked<()> {
+    let most = gpu.limits.max_compute_workgroups_per_dimension;
+    match groups.iter().max() {
+        Some(largest) if *largest > most => Err(Diagnostic::error(format!(
+            "`{}` starts {groups:?} workgroups, and this device allows {most} along each axis",
+            step.name
+        ))
+        .help("use larger workgroups, or spread the work over two axes")
+        .into()),
+        _ => Ok(()),
+    }
+}
+
+fn shader<'a>(plan: &'a Plan, step: &Step, index: usize) -> Checked<&'a Shader> {
+    let found = plan.shaders.get(index).map(AsRef::as_ref);
+    found.ok_or_else(|| Diagnostic::error(format!("`{}` has no shader", step.name)).into())
+}
+
+fn entry<'a>(shader: &'a Shader, step: &Step, name: &str, stage: Stage) -> Checked<&'a Entry> {
+    let mut of_stage = shader.interface.entries.iter().filter(|e| e.stage == stage);
+    of_stage.clone().find(|e| e.name == name).ok_or_else(|| {
+        Diagnostic::error(format!("`{}`: {} has no entry point `{name}` of that stage", step.name, shader.path))
+            .nearest(name, of_stage.by_ref().map(|e| e.name.as_str()))
+            .into()
+    })
+}
+
+fn module(gpu: &Gpu, shader: &Shader) -> Checked<wgpu::ShaderModule> {
+    scoped(gpu, &format!("load the shader {}", shader.path), || {
+        gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(&shader.path),
+            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(shader.module.clone())),
+        })
+    })
+}
+
+fn screen(gpu: &Gpu) -> Checked<wgpu::ShaderModule> {
+    scoped(gpu, "load the built-in vertex stage", || {
+        gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("screen"),
+            source: wgpu::ShaderSource::Wgsl(SCREEN.into()),
+        })
+    })
+}
+
+/// `work(0)` to `work(count - 1)` on all cores; results in order, or all faults in order.
+fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> Checked<T> + Sync) -> Checked<Vec<T>> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count);
+    let next = AtomicUsize::new(0);
+    let run = || {
+        let mut done = vec![];
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            if i >= count {
+                return done;
+            }
+            done.push((i, work(i)));
+        }
+    };
+    let mut done = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(run)).collect();
+        let mut done = run();
+        for other in others {
+            match other.join() {
+                Ok(more) => done.extend(more),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        done
+    });
+    done.sort_by_key(|(i, _)| *i);
+    let mut faults = vec![];
+    let mut out = vec![];
+    for (_, result) in done {
+        match result {
+            Ok(value) => out.push(value),
+            Err(f) => faults.extend(f.0),
+        }
+    }
+    Faults::check(faults, out)
+}

@@ -1,0 +1,281 @@
+//! The memory of a plan: one texture or buffer a slot, and views of it.
+
+use super::{device::Gpu, encode::clear_texture, scope::scoped};
+use crate::diag::{Checked, Diagnostic, Faults};
+use crate::plan::{Desc, Plan, ResourceId, TextureDesc, TextureKind};
+use crate::shader::TextureDim;
+
+/// What a plan may allocate overall, in bytes. Beyond it a size in the graph is far more likely a slip than a wish.
+pub const MOST_BYTES: u64 = 8 << 30;
+
+/// The memory of one slot.
+#[derive(Debug, Clone)]
+pub enum Memory {
+    Texture(wgpu::Texture),
+    Buffer(wgpu::Buffer),
+}
+
+/// All slots of a plan, by their index.
+#[derive(Debug, Clone)]
+pub struct Pool {
+    slots: Vec<Memory>,
+}
+
+impl Pool {
+    /// Allocates the plan's slots. Slots of resources with an initial content are cleared to it; all others are zero.
+    /// History of the same name and shape comes over from `previous`, content included.
+    ///
+    /// # Errors
+    /// Sizes beyond the device's limits or [`MOST_BYTES`], formats or usages that the device lacks, no memory left;
+    /// each names the resources that live there.
+    pub fn allocate(gpu: &Gpu, plan: &Plan, previous: Option<(&Plan, &Pool)>) -> Checked<Pool> {
+        check_limits(plan, &gpu.limits)?;
+        let mut slots = vec![];
+        let mut fresh = vec![];
+        let mut faults = vec![];
+        for (index, slot) in plan.slots.iter().enumerate() {
+            if let Some(kept) = previous.and_then(|p| kept(plan, index, p)) {
+                slots.push(kept);
+                fresh.push(false);
+                continue;
+            }
+            let label = tenants(plan, index);
+            match scoped(gpu, &format!("allocate `{label}`"), || allocate(gpu, &slot.desc, &label)) {
+                Ok(memory) => {
+                    slots.push(memory);
+                    fresh.push(true);
+                }
+                Err(f) => faults.extend(f.0),
+            }
+        }
+        let pool = Faults::check(faults, Pool { slots })?;
+        pool.clear_initial(gpu, plan, &fresh)?;
+        Ok(pool)
+    }
+
+    /// The memory of a resource.
+    ///
+    /// # Errors
+    /// The plan that `id` comes from is not the one that this pool was made for.
+    pub fn memory(&self, plan: &Plan, id: ResourceId) -> Checked<&Memory> {
+        let slot = plan.resources.get(id.0).and_then(|r| self.slots.get(r.slot));
+        slot.ok_or_else(|| Diagnostic::error(format!("resource {} has no memory in this plan", id.0)).into())
+    }
+
+    /// As [`Pool::memory`], for a resource that must be a texture.
+    ///
+    /// # Errors
+    /// As [`Pool::memory`], or it is a buffer.
+    pub fn texture(&self, plan: &Plan, id: ResourceId) -> Checked<&wgpu::Texture> {
+        match self.memory(plan, id)? {
+            Memory::Texture(t) => Ok(t),
+            Memory::Buffer(_) => {
+                Err(Diagnostic::error(format!("`{}` is a buffer, where a texture is needed", name(plan, id))).into())
+            }
+        }
+    }
+
+    /// As [`Pool::memory`], for a resource that must be a buffer.
+    ///
+    /// # Errors
+    /// As [`Pool::memory`], or it is a texture.
+    pub fn buffer(&self, plan: &Plan, id: ResourceId) -> Checked<&wgpu::Buffer> {
+        match self.memory(plan, id)? {
+            Memory::Buffer(b) => Ok(b),
+            Memory::Texture(_) => {
+                Err(Diagnostic::error(format!("`{}` is a texture, where a buffer is needed", name(plan, id))).into())
+            }
+        }
+    }
+
+    fn clear_initial(&self, gpu: &Gpu, plan: &Plan, fresh: &[bool]) -> Checked<()> {
+        let mut faults = vec![];
+        for (index, resource) in plan.resources.iter().enumerate() {
+            let Some(value) = resource.initial else { continue };
+            // New memory is zero already.
+            if value == [0.0; 4] || fresh.get(resource.slot) != Some(&true) {
+                continue;
+            }
+            let cleared = self.memory(plan, ResourceId(index)).and_then(|memory| {
+                scoped(gpu, &format!("clear `{}`", resource.name), || match memory {
+                    Memory::Texture(texture) => {
+                        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                        clear_texture(gpu, &mut encoder, texture, value)?;
+                        gpu.queue.submit([encoder.finish()]);
+                        Ok(())
+                    }
+                    Memory::Buffer(buffer) => {
+                        gpu.queue.write_buffer(buffer, 0, &floats(value[0], buffer.size()));
+                        Ok(())
+                    }
+                })?
+            });
+            faults.extend(cleared.err().into_iter().flat_map(|f| f.0));
+        }
+        Faults::check(faults, ())
+    }
+}
+
+/// `bytes` filled with one `f32`; `bytes` is a multiple of 4.
+pub(super) fn floats(value: f64, bytes: u64) -> Vec<u8> {
+    (value as f32).to_le_bytes().repeat(usize::try_from(bytes / 4).unwrap_or(0))
+}
+
+/// A view of all of a texture in the dimension that a shader asks for, at its first mip level only when `storage`.
+pub(super) fn view(texture: &wgpu::Texture, dim: TextureDim, storage: bool) -> wgpu::TextureView {
+    let layers = match dim {
+        TextureDim::D1 | TextureDim::D2 | TextureDim::D3 => Some(1),
+        TextureDim::Cube => Some(6),
+        TextureDim::D2Array | TextureDim::CubeArray => None,
+    };
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(view_dimension(dim)),
+        aspect: depth_aspect(texture.format()),
+        mip_level_count: storage.then_some(1),
+        array_layer_count: layers,
+        ..Default::default()
+    })
+}
+
+/// A view of one layer at the first mip level, as a render target. Of a 3D texture it is the whole: there a slice
+/// is chosen by the attachment.
+pub(super) fn target_view(texture: &wgpu::Texture, layer: u32, mip: u32) -> wgpu::TextureView {
+    let solid = texture.dimension() == wgpu::TextureDimension::D3;
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(if solid { wgpu::TextureViewDimension::D3 } else { wgpu::TextureViewDimension::D2 }),
+        base_mip_level: mip,
+        mip_level_count: Some(1),
+        base_array_layer: if solid { 0 } else { layer },
+        array_layer_count: Some(1),
+        ..Default::default()
+    })
+}
+
+pub(super) fn view_dimension(dim: TextureDim) -> wgpu::TextureViewDimension {
+    match dim {
+        TextureDim::D1 => wgpu::TextureViewDimension::D1,
+        TextureDim::D2 => wgpu::TextureViewDimension::D2,
+        TextureDim::D2Array => wgpu::TextureViewDimension::D2Array,
+        TextureDim::Cube => wgpu::TextureViewDimension::Cube,
+        TextureDim::CubeArray => wgpu::TextureViewDimension::CubeArray,
+        TextureDim::D3 => wgpu::TextureViewDimension::D3,
+    }
+}
+
+fn depth_aspect(format: wgpu::TextureFormat) -> wgpu::TextureAspect {
+    if format.is_combined_depth_stencil_format() { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All }
+}
+
+fn allocate(gpu: &Gpu, desc: &Desc, label: &str) -> Memory {
+    match desc {
+        Desc::Buffer { size, usage } => Memory::Buffer(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: *size,
+            usage: *usage,
+            mapped_at_creation: false,
+        })),
+        Desc::Texture(t) => Memory::Texture(gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width: t.width, height: t.height, depth_or_array_layers: t.layers },
+            mip_level_count: t.mips,
+            sample_count: 1,
+            dimension: match t.kind {
+                TextureKind::D2 { .. } | TextureKind::Cube { .. } => wgpu::TextureDimension::D2,
+                TextureKind::D3 => wgpu::TextureDimension::D3,
+            },
+            format: t.format,
+            usage: t.usage,
+            view_formats: &[],
+        })),
+    }
+}
+
+/// The memory that a slot takes over: that of a history resource with the same name and shape.
+fn kept(plan: &Plan, slot: usize, (old_plan, old): (&Plan, &Pool)) -> Option<Memory> {
+    let resource = plan.resources.iter().find(|r| r.slot == slot && r.history)?;
+    let before = old_plan.resources.iter().find(|r| r.history && r.name == resource.name)?;
+    let memory = old.slots.get(before.slot)?;
+    let fits = match (&plan.slots.get(slot)?.desc, &old_plan.slots.get(before.slot)?.desc, memory) {
+        (Desc::Texture(new), Desc::Texture(was), Memory::Texture(t)) => {
+            TextureDesc { usage: was.usage, ..new.clone() } == *was && t.usage().contains(new.usage)
+        }
+        (Desc::Buffer { size, usage }, Desc::Buffer { .. }, Memory::Buffer(b)) => {
+            b.size() == *size && b.usage().contains(*usage)
+        }
+        _ => false,
+    };
+    fits.then(|| memory.clone())
+}
+
+/// The names of the resources that live in a slot.
+fn tenants(plan: &Plan, slot: usize) -> String {
+    let names: Vec<&str> = plan.resources.iter().filter(|r| r.slot == slot).map(|r| r.name.as_str()).collect();
+    names.join(", ")
+}
+
+fn name(plan: &Plan, id: ResourceId) -> &str {
+    plan.resources.get(id.0).map_or("?", |r| &r.name)
+}
+
+fn check_limits(plan: &Plan, limits: &wgpu::Limits) -> Checked<()> {
+    let mut faults = vec![];
+    for (index, slot) in plan.slots.iter().enumerate() {
+        for (what, ours, most) in sizes(&slot.desc, limits) {
+            let label = tenants(plan, index);
+            if ours == 0 {
+                faults.push(
+                    Diagnostic::error(format!("`{label}` has a {what} of 0")).help("give it a size of at least 1"),
+                );
+            } else if ours > most {
+                let d = Diagnostic::error(format!("`{label}` has a {what} of {ours}, and this device allows {most}"));
+                faults.push(d.help(format!(
+                    "lower the parameters that its size comes from, so that its {what} is at most {most}"
+                )));
+            }
+        }
+    }
+    let bytes: u64 = plan.slots.iter().fold(0, |sum, s| sum.saturating_add(s.bytes));
+    if bytes > MOST_BYTES {
+        let gib = |b: u64| b as f64 / (1u64 << 30) as f64;
+        let mut largest: Vec<(u64, usize)> = plan.slots.iter().enumerate().map(|(i, s)| (s.bytes, i)).collect();
+        largest.sort_by(|a, b| b.0.cmp(&a.0));
+        let largest: Vec<String> =
+            largest.iter().take(3).map(|(b, i)| format!("`{}` {:.2} GiB", tenants(plan, *i), gib(*b))).collect();
+        faults.push(
+            Diagnostic::error(format!(
+                "the graph asks for {:.2} GiB; at most {:.0} GiB are allowed",
+                gib(bytes),
+                gib(MOST_BYTES)
+            ))
+            .help(format!("the largest are {}", largest.join(", "))),
+        );
+    }
+    Faults::check(faults, ())
+}
+
+/// What is limited: its name, ours, the device's.
+fn sizes(desc: &Desc, limits: &wgpu::Limits) -> Vec<(&'static str, u64, u64)> {
+    match desc {
+        Desc::Buffer { size, usage } => {
+            let mut sizes = vec![("size in bytes", *size, limits.max_buffer_size)];
+            if usage.contains(wgpu::BufferUsages::STORAGE) {
+                sizes.push(("size in bytes for a storage binding", *size, limits.max_storage_buffer_binding_size));
+            }
+            sizes
+        }
+        Desc::Texture(t) => {
+            let (across, deep) = match t.kind {
+                TextureKind::D3 => (limits.max_texture_dimension_3d, limits.max_texture_dimension_3d),
+                TextureKind::D2 { .. } | TextureKind::Cube { .. } => {
+                    (limits.max_texture_dimension_2d, limits.max_texture_array_layers)
+                }
+            };
+            let depth = if t.kind == TextureKind::D3 { "depth" } else { "number of layers" };
+            vec![
+                ("width", t.width.into(), across.into()),
+                ("height", t.height.into(), across.into()),
+                (depth, t.layers.into(), deep.into()),
+            ]
+        }
+    }
+}

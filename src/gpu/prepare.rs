@@ -1,0 +1,278 @@
+//! Everything that a steady frame needs, made once: memory, pipelines, bind groups, views of targets.
+
+use super::{
+    bindings::{Bindable, Shared, bind_group},
+    device::Gpu,
+    pipelines::{self, StepPipelines, by_location},
+    pool::{Pool, target_view},
+    readback::staging,
+    scene_data::SceneData,
+    scope::Scope,
+    timing::Timer,
+    uniforms::{Uniforms, enclosing_loops},
+};
+use crate::diag::{Checked, Diagnostic, Faults};
+use crate::plan::{Action, Desc, Draw, Member, Node, Place, Plan, ResourceId, StepId};
+use crate::scene::{Geometry, Table, TextureArray};
+
+/// A plan made ready for one device and one scene. Frames run on it through [`super::execute`].
+#[derive(Debug)]
+pub struct Prepared {
+    /// The textures and buffers of the plan.
+    pub pool: Pool,
+    pub(super) scene: SceneData,
+    pub(super) uniforms: Uniforms,
+    pub(super) steps: Vec<Ready>,
+    pub(super) timer: Timer,
+    /// Where loops with a test read their number; `None` without such loops.
+    pub(super) probe: Option<wgpu::Buffer>,
+}
+
+/// A step made ready.
+#[derive(Debug)]
+pub(super) enum Ready {
+    /// Copies and clears need nothing.
+    Plain,
+    Shaded(Box<Shaded>),
+}
+
+#[derive(Debug)]
+pub(super) struct Shaded {
+    pub pipelines: StepPipelines,
+    pub group: wgpu::BindGroup,
+    /// Indices of the uniform uses that want an offset, in the order of their bindings.
+    pub uniforms: Vec<usize>,
+    /// The render passes of a draw; none for a compute step.
+    pub passes: Vec<Pass>,
+}
+
+/// One render pass of a draw: the members that go to the same layer.
+#[derive(Debug)]
+pub(super) struct Pass {
+    pub members: Vec<Member>,
+    /// False when an earlier pass of the same step has drawn to this layer.
+    pub clears: bool,
+    /// One; or, for a layer chosen by a loop's index, one for each iteration.
+    pub targets: Vec<Targets>,
+}
+
+/// The attachments of a render pass.
+#[derive(Debug)]
+pub(super) struct Targets {
+    /// By location; with the slice of a 3D texture.
+    pub color: Vec<Option<(wgpu::TextureView, Option<u32>)>>,
+    pub depth: Option<wgpu::TextureView>,
+}
+
+/// Makes a plan ready.
+///
+/// # Errors
+/// Whatever the device lacks or finds wrong, all at once for each stage: memory, scene, pipelines, bindings.
+pub fn prepare(
+    gpu: &Gpu,
+    plan: &Plan,
+    geometry: &Geometry,
+    textures: Option<&TextureArray>,
+    tables: &[Table],
+) -> Checked<Prepared> {
+    prepare_after(gpu, plan, geometry, textures, tables, None)
+}
+
+/// As [`prepare`]; resources with history keep what they hold in `previous`, when name and shape are the same. The two
+/// then share that memory: run frames on one of them only.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_after(
+    gpu: &Gpu,
+    plan: &Plan,
+    geometry: &Geometry,
+    textures: Option<&TextureArray>,
+    tables: &[Table],
+    previous: Option<(&Plan, &Prepared)>,
+) -> Checked<Prepared> {
+    let probe = probe(gpu, plan)?;
+    let pool = Pool::allocate(gpu, plan, previous.map(|(plan, prepared)| (plan, &prepared.pool)))?;
+    let scene = SceneData::upload(gpu, plan, geometry, textures, tables)?;
+    let uniforms = Uniforms::allocate(gpu, plan)?;
+    let pipelines = pipelines::build(gpu, plan)?;
+    let mut shared = Shared::default();
+    let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms };
+    let mut steps = vec![];
+    let mut faults = vec![];
+    let loops = enclosing_loops(plan);
+    for (index, built) in pipelines.into_iter().enumerate() {
+        let Some(built) = built else {
+            steps.push(Ready::Plain);
+            continue;
+        };
+        let around = loops.iter().find(|(id, _)| id.0 == index).and_then(|(_, l)| l.last());
+        match shaded(gpu, plan, index, built, around.map(|(_, count)| *count), &things, &mut shared) {
+            Ok(ready) => steps.push(Ready::Shaded(Box::new(ready))),
+            Err(f) => faults.extend(f.0),
+        }
+    }
+    Faults::check(faults, ())?;
+    Ok(Prepared { pool, scene, uniforms, steps, timer: Timer::new(gpu), probe })
+}
+
+impl Prepared {
+    /// Uploads changed tables, and binds anew what had to move.
+    ///
+    /// # Errors
+    /// A table without a column that a shader asks for, or beyond the device's limits.
+    pub(super) fn update_tables(&mut self, gpu: &Gpu, plan: &Plan, changed: &[Table]) -> Checked<()> {
+        if !self.scene.update(gpu, plan, changed)? {
+            return Ok(());
+        }
+        let things = Bindable { pool: &self.pool, scene: &self.scene, uniforms: &self.uniforms };
+        let mut shared = Shared::default();
+        for (index, ready) in self.steps.iter_mut().enumerate() {
+            if let Ready::Shaded(shaded) = ready {
+                shaded.group = bound(gpu, plan, index, &shaded.pipelines, &things, &mut shared)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn shaded(
+    gpu: &Gpu,
+    plan: &Plan,
+    index: usize,
+    pipelines: StepPipelines,
+    innermost: Option<u32>,
+    things: &Bindable<'_>,
+    shared: &mut Shared,
+) -> Checked<Shaded> {
+    let group = bound(gpu, plan, index, &pipelines, things, shared)?;
+    let uniforms = things.uniforms.of_step(index, |v| pipelines.entries.iter().any(|e| e.binding as usize == v));
+    let passes = match plan.steps.get(index).map(|s| (&s.action, s)) {
+        Some((Action::Draw(draw), step)) => {
+            let scope = Scope::begin(gpu);
+            let passes = passes(plan, &step.name, draw, innermost, things.pool);
+            scope.end(&format!("make the targets of `{}`", step.name))?;
+            passes?
+        }
+        _ => vec![],
+    };
+    Ok(Shaded { pipelines, group, uniforms, passes })
+}
+
+fn bound(
+    gpu: &Gpu,
+    plan: &Plan,
+    index: usize,
+    pipelines: &StepPipelines,
+    things: &Bindable<'_>,
+    shared: &mut Shared,
+) -> Checked<wgpu::BindGroup> {
+    let step = plan.steps.get(index);
+    let shader = match step.map(|s| &s.action) {
+        Some(Action::Draw(d)) => plan.shaders.get(d.shader),
+        Some(Action::Compute { shader, .. }) => plan.shaders.get(*shader),
+        Some(Action::Copy { .. } | Action::Clear { .. }) | None => None,
+    };
+    let (Some(step), Some(shader)) = (step, shader) else {
+        return Err(Diagnostic::error(format!("step {index} has no shader")).into());
+    };
+    let scope = Scope::begin(gpu);
+    let layout = (&pipelines.layout, pipelines.entries.as_slice());
+    let group = bind_group(gpu, plan, (index, step), shader, layout, things, shared);
+    scope.end(&format!("bind the resources of `{}`", step.name))?;
+    group
+}
+
+/// Splits the members of a draw into passes. A draw without members has one that only clears.
+fn passes(plan: &Plan, name: &str, draw: &Draw, innermost: Option<u32>, pool: &Pool) -> Checked<Vec<Pass>> {
+    let mut groups: Vec<(Place, Vec<Member>)> = vec![];
+    for member in &draw.members {
+        // What matters here is the layer; rectangles share the pass over the whole.
+        let key = match member.place {
+            Place::Rect(_) | Place::Whole => Place::Whole,
+            layer => layer,
+        };
+        match groups.last_mut() {
+            Some((last, members)) if *last == key => members.push(*member),
+            _ => groups.push((key, vec![*member])),
+        }
+    }
+    if groups.is_empty() {
+        groups.push((Place::Whole, vec![]));
+    }
+    let mut out: Vec<Pass> = vec![];
+    for (i, (place, members)) in groups.iter().enumerate() {
+        let layers = match place {
+            Place::Whole | Place::Rect(_) => 0..1,
+            Place::Layer(layer) => *layer..layer.saturating_add(1),
+            Place::LoopLayer(offset) => match innermost {
+                Some(count) => *offset..offset.saturating_add(count),
+                None => {
+                    return Err(Diagnostic::error(format!("`{name}` draws to a loop's layer outside of a loop")).into());
+                }
+            },
+        };
+        let targets = layers.map(|layer| targets(plan, name, draw, layer, pool)).collect::<Checked<Vec<_>>>()?;
+        let clears = !groups[..i].iter().any(|(before, _)| before == place);
+        out.push(Pass { members: members.clone(), clears, targets });
+    }
+    Ok(out)
+}
+
+fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Checked<Targets> {
+    let attach = |id: ResourceId, layer: u32| -> Checked<(wgpu::TextureView, Option<u32>)> {
+        let texture = pool.texture(plan, id)?;
+        let layers = texture.depth_or_array_layers();
+        if layer >= layers {
+            let target = plan.resources.get(id.0).map_or("?", |r| &r.name);
+            return Err(Diagnostic::error(format!(
+                "`{name}` draws to layer {layer} of `{target}`, which has {layers}"
+            ))
+            .help(format!("give `{target}` more layers, or draw to one below {layers}"))
+            .into());
+        }
+        let slice = (texture.dimension() == wgpu::TextureDimension::D3).then_some(layer);
+        Ok((target_view(texture, layer, 0), slice))
+    };
+    let color = by_location(&draw.color).into_iter().map(|t| t.map(|t| attach(t.resource, layer)).transpose());
+    let depth = draw.depth.as_ref().map(|d| {
+        // A depth buffer of one layer serves all layers in turn.
+        let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == 1;
+        attach(d.resource, if single { 0 } else { layer }).map(|(view, _)| view)
+    });
+    Ok(Targets { color: color.collect::<Checked<_>>()?, depth: depth.transpose()? })
+}
+
+/// The buffer to read loops' numbers from, after a check that they can be read.
+fn probe(gpu: &Gpu, plan: &Plan) -> Checked<Option<wgpu::Buffer>> {
+    fn tested<'a>(nodes: &'a [Node], out: &mut Vec<(&'a str, ResourceId)>) {
+        for node in nodes {
+            match node {
+                Node::Step(StepId(_)) => {}
+                Node::Loop(l) => {
+                    out.extend(l.until.iter().map(|u| (l.name.as_str(), u.buffer)));
+                    tested(&l.body, out);
+                }
+            }
+        }
+    }
+    let mut found = vec![];
+    tested(&plan.order, &mut found);
+    let mut faults = vec![];
+    for (name, id) in &found {
+        let resource = plan.resources.get(id.0);
+        let slot = resource.and_then(|r| plan.slots.get(r.slot));
+        let shown = resource.map_or("?", |r| &r.name);
+        match slot.map(|s| &s.desc) {
+            Some(Desc::Buffer { size, usage }) if *size >= 4 && usage.contains(wgpu::BufferUsages::COPY_SRC) => {}
+            _ => faults.push(
+                Diagnostic::error(format!(
+                    "the loop `{name}` tests `{shown}`, which is no readable buffer of an `f32`"
+                ))
+                .help(format!("declare `{shown}` as `Buffer(stride: 4, count: 1)`")),
+            ),
+        }
+    }
+    Faults::check(faults, ())?;
+    if found.is_empty() { Ok(None) } else { staging(gpu, "the number of a loop", 4).map(Some) }
+}

@@ -1,0 +1,125 @@
+//! What the device computed, back on the CPU.
+
+use super::{device::Gpu, prepare::Prepared, scope::scoped, texel};
+use crate::diag::{Checked, Diagnostic};
+use crate::image::Image;
+use crate::plan::{Plan, ResourceId};
+
+/// All layers (slices of a 3D texture) of a resource at its first mip level, as 32-bit floats in linear light.
+/// Integers become the nearest `f32`.
+///
+/// # Errors
+/// It is a buffer, its format has no numbers to read, its memory can't be copied from, or the device fails.
+pub fn read_image(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -> Checked<Image> {
+    let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
+    let texture = prepared.pool.texture(plan, id)?;
+    let format = texture.format();
+    let (Some(channels), Some(texel_bytes)) =
+        (texel::channels(format), format.block_copy_size(Some(wgpu::TextureAspect::All)))
+    else {
+        return Err(Diagnostic::error(format!("`{name}` has the format {format:?}, which can't be read back"))
+            .help("copy it to a texture of a plain format in a pass")
+            .into());
+    };
+    if !texture.usage().contains(wgpu::TextureUsages::COPY_SRC) {
+        return Err(Diagnostic::error(format!("`{name}` can't be read back: it is no output of the graph"))
+            .help(format!("add `\"{name}\": \"{name}\"` to the outputs"))
+            .into());
+    }
+    let size = texture.size();
+    let row = u64::from(size.width) * u64::from(texel_bytes);
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into());
+    let layer_bytes = padded * u64::from(size.height);
+    let too_large = || Diagnostic::error(format!("a row of `{name}` is too long to be read back"));
+    let bytes_per_row = u32::try_from(padded).map_err(|_| too_large())?;
+    let (row, padded) = (row as usize, padded as usize);
+
+    let staging = staging(gpu, name, layer_bytes)?;
+    let mut data = vec![];
+    for layer in 0..size.depth_or_array_layers {
+        scoped(gpu, &format!("read back `{name}`"), || {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let from = wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
+                ..texture.as_image_copy()
+            };
+            let to = wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(bytes_per_row),
+                    rows_per_image: Some(size.height),
+                },
+            };
+            encoder.copy_texture_to_buffer(from, to, wgpu::Extent3d { depth_or_array_layers: 1, ..size });
+            gpu.queue.submit([encoder.finish()]);
+        })?;
+        for line in map(gpu, &staging, layer_bytes)?.chunks_exact(padded) {
+            for texel in line[..row].chunks_exact(texel_bytes as usize) {
+                texel::decode(format, texel, &mut data);
+            }
+        }
+    }
+    Ok(Image { width: size.width, height: size.height, layers: size.depth_or_array_layers, channels, data })
+}
+
+/// All bytes of a buffer.
+///
+/// # Errors
+/// It is a texture, its memory can't be copied from, or the device fails.
+pub fn read_buffer(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -> Checked<Vec<u8>> {
+    let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
+    let buffer = prepared.pool.buffer(plan, id)?;
+    if !buffer.usage().contains(wgpu::BufferUsages::COPY_SRC) {
+        return Err(Diagnostic::error(format!("`{name}` can't be read back: it is no output of the graph"))
+            .help(format!("add `\"{name}\": \"{name}\"` to the outputs"))
+            .into());
+    }
+    let staging = staging(gpu, name, buffer.size())?;
+    scoped(gpu, &format!("read back `{name}`"), || {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+        gpu.queue.submit([encoder.finish()]);
+    })?;
+    map(gpu, &staging, buffer.size())
+}
+
+/// A buffer to copy to and map.
+///
+/// # Errors
+/// No memory is left.
+pub(super) fn staging(gpu: &Gpu, name: &str, size: u64) -> Checked<wgpu::Buffer> {
+    scoped(gpu, &format!("allocate room to read back `{name}`"), || {
+        gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("readback"),
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    })
+}
+
+/// Waits for the device, then gives the first `size` bytes of a mappable buffer.
+///
+/// # Errors
+/// The device fails.
+pub(super) fn map(gpu: &Gpu, buffer: &wgpu::Buffer, size: u64) -> Checked<Vec<u8>> {
+    let slice = buffer.slice(..size);
+    let (send, receive) = std::sync::mpsc::channel();
+    scoped(gpu, "map a buffer", || {
+        slice.map_async(wgpu::MapMode::Read, move |mapped| {
+            // The receiver lives until this function returns; without one, nobody waits for the answer.
+            let _ = send.send(mapped);
+        });
+    })?;
+    gpu.wait()?;
+    let failed = |e: &dyn std::fmt::Display| Diagnostic::error(format!("can't read from the device: {e}"));
+    match receive.try_recv() {
+        Ok(Ok(())) => {}
+        Ok(Err(e)) => return Err(failed(&e).into()),
+        Err(e) => return Err(failed(&e).into()),
+    }
+    let bytes = slice.get_mapped_range().map_err(|e| failed(&e))?.to_vec();
+    buffer.unmap();
+    Ok(bytes)
+}

@@ -1,0 +1,225 @@
+//! The scene on the device: vertices, indices, tables in the layout that shaders ask for, base-colour textures.
+
+use super::{device::Gpu, scope::scoped};
+use crate::diag::{Checked, Diagnostic, Faults};
+use crate::plan::{Plan, TableUse};
+use crate::scene::{Geometry, Table, TextureArray};
+
+/// The uploaded scene.
+#[derive(Debug)]
+pub(super) struct SceneData {
+    /// `None` without triangles.
+    pub mesh: Option<Mesh>,
+    /// By the index in [`Plan::tables`].
+    pub tables: Vec<wgpu::Buffer>,
+    /// A 2D array; one white texel when the scene has no textures.
+    pub textures: wgpu::TextureView,
+}
+
+/// Triangles.
+#[derive(Debug)]
+pub(super) struct Mesh {
+    pub vertices: wgpu::Buffer,
+    /// 32 bits each.
+    pub indices: wgpu::Buffer,
+    pub index_count: u32,
+    /// The first so many indices belong to single-sided materials.
+    pub one_sided: u32,
+}
+
+impl SceneData {
+    /// Uploads everything that the plan's shaders may ask for.
+    ///
+    /// # Errors
+    /// A table that the scene lacks or that lacks a column; sizes beyond the device's limits; texture data that do not
+    /// fit their size.
+    pub(super) fn upload(
+        gpu: &Gpu,
+        plan: &Plan,
+        geometry: &Geometry,
+        textures: Option<&TextureArray>,
+        tables: &[Table],
+    ) -> Checked<SceneData> {
+        let mut faults = vec![];
+        let mut keep = |f: Faults| faults.extend(f.0);
+        let mesh = Mesh::upload(gpu, geometry).map_err(&mut keep).ok();
+        let views = upload_textures(gpu, textures).map_err(&mut keep).ok();
+        let mut buffers = vec![];
+        for wanted in &plan.tables {
+            let buffer = find(wanted, tables)
+                .and_then(|t| pack(wanted, t))
+                .and_then(|bytes| storage(gpu, &wanted.table, &bytes));
+            buffers.extend(buffer.map_err(&mut keep).ok());
+        }
+        match (mesh, views) {
+            (Some(mesh), Some(textures)) if faults.is_empty() => Ok(SceneData { mesh, tables: buffers, textures }),
+            _ => Err(Faults(faults)),
+        }
+    }
+
+    /// Uploads changed tables. True when one needed new memory: what binds it must be bound again.
+    ///
+    /// # Errors
+    /// As [`SceneData::upload`].
+    pub(super) fn update(&mut self, gpu: &Gpu, plan: &Plan, changed: &[Table]) -> Checked<bool> {
+        let mut moved = false;
+        for (wanted, buffer) in plan.tables.iter().zip(&mut self.tables) {
+            let Some(table) = changed.iter().find(|t| t.name == wanted.table) else { continue };
+            let bytes = pack(wanted, table)?;
+            // The same size exactly: a shader may ask for the length of the array.
+            if bytes.len() as u64 == buffer.size() {
+                gpu.queue.write_buffer(buffer, 0, &bytes);
+            } else {
+                *buffer = storage(gpu, &wanted.table, &bytes)?;
+                moved = true;
+            }
+        }
+        Ok(moved)
+    }
+}
+
+impl Mesh {
+    fn upload(gpu: &Gpu, geometry: &Geometry) -> Checked<Option<Mesh>> {
+        if geometry.indices.is_empty() || geometry.vertices.is_empty() {
+            return Ok(None);
+        }
+        let index_count = u32::try_from(geometry.indices.len())
+            .map_err(|_| Diagnostic::error(format!("{} indices are too many", geometry.indices.len())))?;
+        let vertices: &[u8] = bytemuck::cast_slice(&geometry.vertices);
+        let indices: &[u8] = bytemuck::cast_slice(&geometry.indices);
+        Ok(Some(Mesh {
+            vertices: buffer(gpu, "vertices", vertices, wgpu::BufferUsages::VERTEX)?,
+            indices: buffer(gpu, "indices", indices, wgpu::BufferUsages::INDEX)?,
+            index_count,
+            one_sided: geometry.one_sided.min(index_count),
+        }))
+    }
+}
+
+/// The rows in the byte layout that a shader asks for; one zeroed row for an empty table.
+///
+/// # Errors
+/// The table lacks a column, or has it in another type.
+pub(super) fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
+    let stride = wanted.stride.max(wanted.row.size).max(4) as usize;
+    let size = wanted.row.size as usize;
+    let too_large = || Diagnostic::error(format!("table `{}` with {} rows is too large", wanted.table, table.rows));
+    let mut out = vec![0u8; stride.checked_mul(table.rows.max(1)).ok_or_else(too_large)?];
+    let mut faults: Vec<Diagnostic> = vec![];
+    for (row, bytes) in out.chunks_exact_mut(stride).take(table.rows).enumerate() {
+        let value = |name: &str| table.columns.iter().find(|(n, _)| *n == name).and_then(|(_, c)| c.get(row));
+        for member in wanted.row.pack(&mut bytes[..size], value) {
+            faults.push(
+                Diagnostic::error(format!(
+                    "table `{}` has no column `{}` of type {}",
+                    wanted.table,
+                    member.name,
+                    member.ty.wgsl()
+                ))
+                .nearest(&member.name, table.columns.iter().map(|(n, _)| *n)),
+            );
+        }
+        // The same columns are missing from every row.
+        if !faults.is_empty() {
+            break;
+        }
+    }
+    Faults::check(faults, out)
+}
+
+fn find<'a>(wanted: &TableUse, tables: &'a [Table]) -> Checked<&'a Table> {
+    tables.iter().find(|t| t.name == wanted.table).ok_or_else(|| {
+        Diagnostic::error(format!("the scene has no table `{}`", wanted.table))
+            .nearest(&wanted.table, tables.iter().map(|t| t.name))
+            .into()
+    })
+}
+
+fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Checked<wgpu::Buffer> {
+    let (ours, most) = (bytes.len() as u64, gpu.limits.max_storage_buffer_binding_size);
+    if ours > most {
+        return Err(Diagnostic::error(format!("table `{name}` takes {ours} bytes, and this device allows {most}"))
+            .help("use a smaller scene")
+            .into());
+    }
+    buffer(gpu, name, bytes, wgpu::BufferUsages::STORAGE)
+}
+
+fn buffer(gpu: &Gpu, label: &str, bytes: &[u8], usage: wgpu::BufferUsages) -> Checked<wgpu::Buffer> {
+    let (ours, most) = (bytes.len() as u64, gpu.limits.max_buffer_size);
+    if ours > most {
+        return Err(Diagnostic::error(format!("the {label} take {ours} bytes, and this device allows {most}"))
+            .help("use a smaller scene")
+            .into());
+    }
+    scoped(gpu, &format!("upload `{label}`"), || {
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: ours,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        gpu.queue.write_buffer(&buffer, 0, bytes);
+        buffer
+    })
+}
+
+fn upload_textures(gpu: &Gpu, textures: Option<&TextureArray>) -> Checked<wgpu::TextureView> {
+    let white = TextureArray { width: 1, height: 1, layers: 1, mips: vec![vec![255; 4]] };
+    let t = textures.unwrap_or(&white);
+    let limits = &gpu.limits;
+    for (what, ours, most) in [
+        ("width", t.width, limits.max_texture_dimension_2d),
+        ("height", t.height, limits.max_texture_dimension_2d),
+        ("number", t.layers, limits.max_texture_array_layers),
+    ] {
+        if ours > most || ours == 0 {
+            return Err(Diagnostic::error(format!(
+                "the {what} of the scene's textures is {ours}, and this device allows 1 to {most}"
+            ))
+            .help("use fewer or smaller textures")
+            .into());
+        }
+    }
+    let mip = |level: usize| {
+        let across = |edge: u32| edge.checked_shr(level as u32).unwrap_or(0).max(1);
+        wgpu::Extent3d { width: across(t.width), height: across(t.height), depth_or_array_layers: t.layers }
+    };
+    for (level, bytes) in t.mips.iter().enumerate() {
+        let e = mip(level);
+        let want = 4 * u64::from(e.width) * u64::from(e.height) * u64::from(e.depth_or_array_layers);
+        if bytes.len() as u64 != want {
+            return Err(Diagnostic::error(format!(
+                "mip level {level} of the scene's textures has {} bytes, not {want}",
+                bytes.len()
+            ))
+            .into());
+        }
+    }
+    scoped(gpu, "upload the scene's textures", || {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("scene_textures"),
+            size: mip(0),
+            mip_level_count: t.mips.len().max(1) as u32,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8UnormSrgb,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        for (level, bytes) in t.mips.iter().enumerate() {
+            let e = mip(level);
+            let info = wgpu::TexelCopyTextureInfo { mip_level: level as u32, ..texture.as_image_copy() };
+            let rows = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(4 * e.width),
+                rows_per_image: Some(e.height),
+            };
+            gpu.queue.write_texture(info, bytes, rows, e);
+        }
+        texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        })
+    })
+}

@@ -1,0 +1,105 @@
+//! Errors of the device as faults. wgpu panics on an error that nobody catches; here every call runs in a scope,
+//! and what slips past the scopes lands in a mailbox.
+
+use super::device::Gpu;
+use crate::diag::{Checked, Diagnostic};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What the device says outside of any scope.
+#[derive(Debug, Default)]
+pub(super) struct Mailbox {
+    stray: Mutex<Vec<String>>,
+    lost: Mutex<Option<String>>,
+}
+
+impl Mailbox {
+    /// A mailbox that `device` writes to from now on.
+    pub(super) fn install(device: &wgpu::Device) -> Arc<Mailbox> {
+        let mailbox = Arc::new(Mailbox::default());
+        let to = mailbox.clone();
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
+            to.stray.lock().unwrap_or_else(PoisonError::into_inner).push(e.to_string());
+        }));
+        let to = Arc::downgrade(&mailbox);
+        device.set_device_lost_callback(move |reason, message| {
+            // Dropping a device says so here too; that is no loss.
+            if let (Some(to), wgpu::DeviceLostReason::Unknown) = (to.upgrade(), reason) {
+                *to.lost.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
+            }
+        });
+        mailbox
+    }
+
+    /// # Errors
+    /// The device is lost.
+    pub(super) fn lost(&self) -> Checked<()> {
+        match &*self.lost.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(message) => Err(Diagnostic::error(format!("the device is lost: {message}"))
+                .help("one submission ran too long, or the driver failed: lower the sizes or counts, then start again")
+                .into()),
+            None => Ok(()),
+        }
+    }
+
+    fn take_stray(&self) -> Vec<String> {
+        std::mem::take(&mut *self.stray.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// Catches the errors of everything this thread asks of the device until [`Scope::end`].
+pub(super) struct Scope<'a> {
+    gpu: &'a Gpu,
+    // In the reverse order of their opening: that is the order of dropping, and scopes close from the inside.
+    internal: wgpu::ErrorScopeGuard,
+    validation: wgpu::ErrorScopeGuard,
+    memory: wgpu::ErrorScopeGuard,
+}
+
+impl<'a> Scope<'a> {
+    pub(super) fn begin(gpu: &'a Gpu) -> Scope<'a> {
+        let memory = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let internal = gpu.device.push_error_scope(wgpu::ErrorFilter::Internal);
+        Scope { gpu, internal, validation, memory }
+    }
+
+    /// The first error of each kind; `what` says what was tried, as in "can't {what}".
+    ///
+    /// # Errors
+    /// Whatever the device found wrong since the scope began.
+    pub(super) fn end(self, what: &str) -> Checked<()> {
+        let caught = [self.internal, self.validation, self.memory].map(|s| pollster::block_on(s.pop()));
+        self.gpu.mailbox.lost()?;
+        let mut faults: Vec<Diagnostic> = caught.into_iter().flatten().map(|e| fault(what, &e)).collect();
+        let stray = self.gpu.mailbox.take_stray();
+        faults.extend(stray.iter().map(|e| Diagnostic::error(format!("can't {what}: {}", one_line(e)))));
+        crate::diag::Faults::check(faults, ())
+    }
+}
+
+/// Runs `work` in a scope of its own.
+///
+/// # Errors
+/// The device finds fault with it.
+pub(super) fn scoped<T>(gpu: &Gpu, what: &str, work: impl FnOnce() -> T) -> Checked<T> {
+    let scope = Scope::begin(gpu);
+    let value = work();
+    scope.end(what)?;
+    Ok(value)
+}
+
+fn fault(what: &str, e: &wgpu::Error) -> Diagnostic {
+    match e {
+        wgpu::Error::OutOfMemory { .. } => Diagnostic::error(format!("can't {what}: the device is out of memory"))
+            .help("lower the sizes or counts of the resources, or choose another adapter"),
+        wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => {
+            Diagnostic::error(format!("can't {what}: {}", one_line(description)))
+        }
+    }
+}
+
+/// wgpu writes a chain of causes over several lines; a fault is one sentence.
+fn one_line(text: &str) -> String {
+    let lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && *l != "Validation Error" && *l != "Caused by:");
+    lines.collect::<Vec<_>>().join("; ").trim_end_matches('.').to_owned()
+}

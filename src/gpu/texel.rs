@@ -1,0 +1,265 @@
+//! Texels to numbers and back, format by format, as the Vulkan and WebGPU specifications lay them out.
+
+use half::f16;
+use wgpu::TextureFormat as F;
+
+/// How the bytes of a texel are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Channel {
+    Unorm8,
+    Snorm8,
+    /// Stored with the sRGB curve; alpha without.
+    Srgb8,
+    Uint8,
+    Sint8,
+    Unorm16,
+    Snorm16,
+    Uint16,
+    Sint16,
+    Float16,
+    Uint32,
+    Sint32,
+    Float32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Texel {
+    Plain {
+        channel: Channel,
+        count: usize,
+        /// Blue comes first.
+        bgra: bool,
+    },
+    /// 10, 10, 10 and 2 bits from the lowest up; as fractions or as integers.
+    Rgb10a2 { unorm: bool },
+    /// Unsigned floats of 11, 11 and 10 bits.
+    Rg11b10,
+}
+
+/// How many values a texel has, when the format can be read.
+pub fn channels(format: F) -> Option<u32> {
+    Some(match texel(format)? {
+        Texel::Plain { count, .. } => count as u32,
+        Texel::Rgb10a2 { .. } => 4,
+        Texel::Rg11b10 => 3,
+    })
+}
+
+/// The values of one texel, in linear light, appended to `out`. Integers become the nearest `f32`.
+/// `bytes` is one texel long; a shorter one reads as 0 where bytes are missing.
+pub fn decode(format: F, bytes: &[u8], out: &mut Vec<f32>) {
+    match texel(format) {
+        None => {}
+        Some(Texel::Plain { channel, count, bgra }) => {
+            for i in 0..count {
+                let stored = if bgra && i < 3 { 2 - i } else { i };
+                let width = channel.width();
+                let mut raw = [0u8; 4];
+                for (to, from) in raw.iter_mut().zip(bytes.iter().skip(stored * width).take(width)) {
+                    *to = *from;
+                }
+                out.push(channel.decode(raw, i == 3));
+            }
+        }
+        Some(Texel::Rgb10a2 { unorm }) => {
+            let word = word(bytes);
+            for (shift, most) in [(0, 1023u32), (10, 1023), (20, 1023), (30, 3)] {
+                let v = ((word >> shift) & most) as f32;
+                out.push(if unorm { v / most as f32 } else { v });
+            }
+        }
+        Some(Texel::Rg11b10) => {
+            let word = word(bytes);
+            for (shift, mantissa) in [(0, 6), (11, 6), (22, 5)] {
+                let bits = (word >> shift) & ((1 << (mantissa + 5)) - 1);
+                // The same exponent as a half float's, and fewer bits of mantissa.
+                out.push(f16::from_bits((bits << (10 - mantissa)) as u16).to_f32());
+            }
+        }
+    }
+}
+
+/// The bytes of a texel that holds `value`, clamped to what the format can hold; `None` when it can't be written.
+pub fn encode(format: F, value: [f64; 4]) -> Option<Vec<u8>> {
+    Some(match texel(format)? {
+        Texel::Plain { channel, count, bgra } => (0..count)
+            .flat_map(|stored| {
+                let i = if bgra && stored < 3 { 2 - stored } else { stored };
+                channel.encode(value[i], i == 3)
+            })
+            .collect(),
+        Texel::Rgb10a2 { unorm } => {
+            let mut word = 0;
+            for (v, (shift, most)) in value.iter().zip([(0, 1023u32), (10, 1023), (20, 1023), (30, 3)]) {
+                let scaled = if unorm { (v.clamp(0.0, 1.0) * f64::from(most)).round() } else { *v };
+                word |= (scaled as u32).min(most) << shift;
+            }
+            word.to_le_bytes().to_vec()
+        }
+        Texel::Rg11b10 => {
+            let mut word = 0u32;
+            for (v, (shift, mantissa)) in value.iter().zip([(0, 6), (11, 6), (22, 5)]) {
+                let bits = u32::from(f16::from_f64(v.max(0.0)).to_bits());
+                word |= (bits >> (10 - mantissa)) << shift;
+            }
+            word.to_le_bytes().to_vec()
+        }
+    })
+}
+
+fn texel(format: F) -> Option<Texel> {
+    use Channel::*;
+    let plain = |channel, count| Some(Texel::Plain { channel, count, bgra: false });
+    match format {
+        F::R8Unorm => plain(Unorm8, 1),
+        F::Rg8Unorm => plain(Unorm8, 2),
+        F::Rgba8Unorm => plain(Unorm8, 4),
+        F::R8Snorm => plain(Snorm8, 1),
+        F::Rg8Snorm => plain(Snorm8, 2),
+        F::Rgba8Snorm => plain(Snorm8, 4),
+        F::Rgba8UnormSrgb => plain(Srgb8, 4),
+        F::Bgra8Unorm => Some(Texel::Plain { channel: Unorm8, count: 4, bgra: true }),
+        F::Bgra8UnormSrgb => Some(Texel::Plain { channel: Srgb8, count: 4, bgra: true }),
+        F::R8Uint => plain(Uint8, 1),
+        F::Rg8Uint => plain(Uint8, 2),
+        F::Rgba8Uint => plain(Uint8, 4),
+        F::R8Sint => plain(Sint8, 1),
+        F::Rg8Sint => plain(Sint8, 2),
+        F::Rgba8Sint => plain(Sint8, 4),
+        F::R16Unorm | F::Depth16Unorm => plain(Unorm16, 1),
+        F::Rg16Unorm => plain(Unorm16, 2),
+        F::Rgba16Unorm => plain(Unorm16, 4),
+        F::R16Snorm => plain(Snorm16, 1),
+        F::Rg16Snorm => plain(Snorm16, 2),
+        F::Rgba16Snorm => plain(Snorm16, 4),
+        F::R16Uint => plain(Uint16, 1),
+        F::Rg16Uint => plain(Uint16, 2),
+        F::Rgba16Uint => plain(Uint16, 4),
+        F::R16Sint => plain(Sint16, 1),
+        F::Rg16Sint => plain(Sint16, 2),
+        F::Rgba16Sint => plain(Sint16, 4),
+        F::R16Float => plain(Float16, 1),
+        F::Rg16Float => plain(Float16, 2),
+        F::Rgba16Float => plain(Float16, 4),
+        F::R32Uint => plain(Uint32, 1),
+        F::Rg32Uint => plain(Uint32, 2),
+        F::Rgba32Uint => plain(Uint32, 4),
+        F::R32Sint => plain(Sint32, 1),
+        F::Rg32Sint => plain(Sint32, 2),
+        F::Rgba32Sint => plain(Sint32, 4),
+        F::R32Float | F::Depth32Float => plain(Float32, 1),
+        F::Rg32Float => plain(Float32, 2),
+        F::Rgba32Float => plain(Float32, 4),
+        F::Rgb10a2Unorm => Some(Texel::Rgb10a2 { unorm: true }),
+        F::Rgb10a2Uint => Some(Texel::Rgb10a2 { unorm: false }),
+        F::Rg11b10Ufloat => Some(Texel::Rg11b10),
+        // Compressed, planar, shared-exponent and stencil formats hold nothing that a graph computes.
+        _ => None,
+    }
+}
+
+impl Channel {
+    /// In bytes.
+    fn width(self) -> usize {
+        match self {
+            Channel::Unorm8 | Channel::Snorm8 | Channel::Srgb8 | Channel::Uint8 | Channel::Sint8 => 1,
+            Channel::Unorm16 | Channel::Snorm16 | Channel::Uint16 | Channel::Sint16 | Channel::Float16 => 2,
+            Channel::Uint32 | Channel::Sint32 | Channel::Float32 => 4,
+        }
+    }
+
+    fn decode(self, raw: [u8; 4], alpha: bool) -> f32 {
+        let half = [raw[0], raw[1]];
+        match self {
+            Channel::Srgb8 if !alpha => to_linear(f32::from(raw[0]) / 255.0),
+            Channel::Unorm8 | Channel::Srgb8 => f32::from(raw[0]) / 255.0,
+            Channel::Snorm8 => (f32::from(raw[0] as i8) / 127.0).max(-1.0),
+            Channel::Uint8 => f32::from(raw[0]),
+            Channel::Sint8 => f32::from(raw[0] as i8),
+            Channel::Unorm16 => f32::from(u16::from_le_bytes(half)) / 65535.0,
+            Channel::Snorm16 => (f32::from(i16::from_le_bytes(half)) / 32767.0).max(-1.0),
+            Channel::Uint16 => f32::from(u16::from_le_bytes(half)),
+            Channel::Sint16 => f32::from(i16::from_le_bytes(half)),
+            Channel::Float16 => f16::from_le_bytes(half).to_f32(),
+            Channel::Uint32 => u32::from_le_bytes(raw) as f32,
+            Channel::Sint32 => i32::from_le_bytes(raw) as f32,
+            Channel::Float32 => f32::from_le_bytes(raw),
+        }
+    }
+
+    fn encode(self, v: f64, alpha: bool) -> Vec<u8> {
+        let unit = v.clamp(0.0, 1.0);
+        let signed = v.clamp(-1.0, 1.0);
+        match self {
+            Channel::Srgb8 if !alpha => vec![(from_linear(unit) * 255.0).round() as u8],
+            Channel::Unorm8 | Channel::Srgb8 => vec![(unit * 255.0).round() as u8],
+            Channel::Snorm8 => vec![(signed * 127.0).round() as i8 as u8],
+            // `as` clamps to the range of the integer.
+            Channel::Uint8 => vec![v as u8],
+            Channel::Sint8 => vec![v as i8 as u8],
+            Channel::Unorm16 => ((unit * 65535.0).round() as u16).to_le_bytes().to_vec(),
+            Channel::Snorm16 => ((signed * 32767.0).round() as i16).to_le_bytes().to_vec(),
+            Channel::Uint16 => (v as u16).to_le_bytes().to_vec(),
+            Channel::Sint16 => (v as i16).to_le_bytes().to_vec(),
+            Channel::Float16 => f16::from_f64(v).to_le_bytes().to_vec(),
+            Channel::Uint32 => (v as u32).to_le_bytes().to_vec(),
+            Channel::Sint32 => (v as i32).to_le_bytes().to_vec(),
+            Channel::Float32 => (v as f32).to_le_bytes().to_vec(),
+        }
+    }
+}
+
+/// IEC 61966-2-1.
+fn to_linear(v: f32) -> f32 {
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+/// IEC 61966-2-1.
+fn from_linear(v: f64) -> f64 {
+    if v <= 0.0031308 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+}
+
+fn word(bytes: &[u8]) -> u32 {
+    let mut raw = [0u8; 4];
+    for (to, from) in raw.iter_mut().zip(bytes) {
+        *to = *from;
+    }
+    u32::from_le_bytes(raw)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn there_and_back(format: F, value: [f64; 4]) -> Vec<f32> {
+        let mut out = vec![];
+        decode(format, &encode(format, value).unwrap(), &mut out);
+        out
+    }
+
+    #[test]
+    fn what_is_written_reads_back() {
+        for format in
+            [F::Rgba8Unorm, F::Rgba8UnormSrgb, F::Bgra8UnormSrgb, F::Rgba16Unorm, F::Rgba16Float, F::Rgba32Float]
+        {
+            let got = there_and_back(format, [0.25, 0.5, 0.75, 1.0]);
+            for (g, want) in got.iter().zip([0.25, 0.5, 0.75, 1.0]) {
+                assert!((g - want).abs() < 0.005, "{format:?} {got:?}");
+            }
+        }
+        assert_eq!(there_and_back(F::Rgba32Uint, [7.0, 0.0, 3.0, 9.0]), [7.0, 0.0, 3.0, 9.0]);
+        assert_eq!(there_and_back(F::Rg8Sint, [-7.0, 100.0, 0.0, 0.0]), [-7.0, 100.0]);
+        assert_eq!(there_and_back(F::Rgba8Snorm, [-1.0, 1.0, 0.0, -2.0]), [-1.0, 1.0, 0.0, -1.0]);
+    }
+
+    #[test]
+    fn packed_words_unpack() {
+        assert_eq!(there_and_back(F::Rgb10a2Unorm, [1.0, 0.0, 1.0, 1.0]), [1.0, 0.0, 1.0, 1.0]);
+        assert_eq!(there_and_back(F::Rg11b10Ufloat, [0.5, 1.5, 24.0, 0.0]), [0.5, 1.5, 24.0]);
+    }
+
+    #[test]
+    fn blue_comes_first_only_in_memory() {
+        assert_eq!(encode(F::Bgra8Unorm, [1.0, 0.0, 0.0, 1.0]).unwrap(), [0, 0, 255, 255]);
+    }
+}

@@ -1,0 +1,159 @@
+//! What a graph file says, each part with its place. Names are not yet resolved; [`super::check`] does that.
+
+use super::expr::Expr;
+use crate::diag::{Source, Span};
+use crate::plan::{Cull, SamplerDesc};
+use crate::value::{Type, Value};
+use std::{path::PathBuf, sync::Arc};
+
+/// A value and its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spanned<T> {
+    pub value: T,
+    pub span: Span,
+}
+
+/// A name and its place.
+pub type Name = Spanned<String>;
+
+/// A graph file, variants applied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Graph {
+    pub source: Arc<Source>,
+    /// Files it was made from: itself first, then its bases.
+    pub files: Vec<PathBuf>,
+    pub about: String,
+    pub params: Vec<(Name, Param)>,
+    pub lets: Vec<(Name, Expr)>,
+    pub defines: Vec<(Name, Expr)>,
+    pub resources: Vec<(Name, Resource)>,
+    pub passes: Vec<Pass>,
+    /// Output name, resource name.
+    pub outputs: Vec<(Name, Name)>,
+}
+
+/// A parameter that users set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Param {
+    pub ty: Type,
+    pub default: Value,
+    pub min: Option<Value>,
+    pub max: Option<Value>,
+    pub about: String,
+    pub span: Span,
+}
+
+/// A texture, buffer or sampler, or a set of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Resource {
+    pub span: Span,
+    pub kind: ResourceKind,
+    /// Keeps its content to the next frame.
+    pub history: bool,
+    /// Content before anything is written.
+    pub initial: Option<[f64; 4]>,
+    /// How many equal ones the set has; `None`: a single one.
+    pub members: Option<Expr>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum ResourceKind {
+    Texture { format: wgpu::TextureFormat, size: Size, layers: Option<Expr>, mips: Option<Expr> },
+    Texture3d { format: wgpu::TextureFormat, size: Size, mips: Option<Expr> },
+    Cube { format: wgpu::TextureFormat, size: Size, count: Option<Expr>, mips: Option<Expr> },
+    Atlas { format: wgpu::TextureFormat, tile: Expr, count: Expr },
+    Buffer { stride: Expr, count: Expr },
+    Sampler(SamplerDesc),
+}
+
+/// An extent: one expression (a vector, a scalar, or the name of a resource), or one for each axis.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Size {
+    One(Expr),
+    Axes(Vec<Expr>, Span),
+}
+
+/// One pass of the graph.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pass {
+    pub name: Name,
+    pub span: Span,
+    pub when: Option<Expr>,
+    pub each: Option<Expr>,
+    pub defines: Vec<(Name, Expr)>,
+    /// Shader variable, resource.
+    pub bind: Vec<(Name, Name)>,
+    pub kind: PassKind,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum PassKind {
+    Draw(Raster),
+    Screen(Raster),
+    Compute { shader: Name, over: Size },
+    Reduce { shader: Name, from: Name, to: Name, factor: Vec<Expr>, until: Expr },
+    Copy { from: Name, to: Name },
+    Clear { target: Name, value: [f64; 4] },
+    Loop { count: Expr, until: Option<Expr>, passes: Vec<Pass> },
+}
+
+/// What draw and screen passes share.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Raster {
+    pub shader: Name,
+    /// The target of a fragment that returns a bare value.
+    pub color: Option<Name>,
+    pub depth: Option<Name>,
+    pub depth_compare: wgpu::CompareFunction,
+    pub depth_write: bool,
+    pub cull: Cull,
+    /// Targets whose content is kept.
+    pub load: Vec<Name>,
+    pub clear: Vec<(Name, [f64; 4])>,
+    pub blend: Option<wgpu::BlendState>,
+    pub layer: Option<Expr>,
+}
+
+impl PassKind {
+    /// The word the graph file uses.
+    pub fn word(&self) -> &'static str {
+        match self {
+            PassKind::Draw(_) => "Draw",
+            PassKind::Screen(_) => "Screen",
+            PassKind::Compute { .. } => "Compute",
+            PassKind::Reduce { .. } => "Reduce",
+            PassKind::Copy { .. } => "Copy",
+            PassKind::Clear { .. } => "Clear",
+            PassKind::Loop { .. } => "Loop",
+        }
+    }
+
+    /// The shader it runs.
+    pub fn shader(&self) -> Option<&Name> {
+        match self {
+            PassKind::Draw(r) | PassKind::Screen(r) => Some(&r.shader),
+            PassKind::Compute { shader, .. } | PassKind::Reduce { shader, .. } => Some(shader),
+            PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Loop { .. } => None,
+        }
+    }
+}
+
+/// Calls `f` with every pass, loops before their bodies.
+pub fn walk<'a>(passes: &'a [Pass], f: &mut impl FnMut(&'a Pass)) {
+    for pass in passes {
+        f(pass);
+        if let PassKind::Loop { passes, .. } = &pass.kind {
+            walk(passes, f);
+        }
+    }
+}
+
+impl Size {
+    /// The expressions in it.
+    pub fn exprs(&self) -> &[Expr] {
+        match self {
+            Size::One(e) => std::slice::from_ref(e),
+            Size::Axes(v, _) => v,
+        }
+    }
+}

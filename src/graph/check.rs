@@ -1,0 +1,324 @@
+//! Names: every one resolves, none stands twice, none collides with what scenes and frames provide.
+
+use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, Size, walk};
+use super::expr::{Binary, Expr, ExprKind};
+use super::is_inside;
+use crate::diag::{Diagnostic, Span};
+use crate::scene::{FACTS, FRAME_VALUES, TABLES};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Values that are neither parameters nor facts: the image's size, a member's index, the scene's textures.
+pub const BUILT_IN: [&str; 3] = ["screen", "member", "scene_textures"];
+
+/// The faults of names in a graph.
+pub fn check(graph: &Graph) -> Vec<Diagnostic> {
+    let mut c = Check::new(graph);
+    c.unique();
+    c.lets();
+    for (_, e) in &graph.defines {
+        c.names(e, Scope::Values);
+    }
+    for (name, r) in &graph.resources {
+        c.resource(&name.value, r);
+    }
+    c.passes(&graph.passes, &mut vec![]);
+    for (_, resource) in &graph.outputs {
+        c.resource_name(resource, "an output");
+    }
+    if graph.outputs.is_empty() {
+        c.faults.push(
+            Diagnostic::error("the graph has no outputs, so nothing of it would run")
+                .at(&Span::new(&graph.source, 0..0), "")
+                .help("add `outputs: {\"color\": \"color\"}`"),
+        );
+    }
+    c.faults
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Scope<'a> {
+    /// Parameters, lets, facts, `screen`.
+    Values,
+    /// Also the names of resources: their extents.
+    Sizes,
+    /// Also the indices of the loops around.
+    Loops(&'a [String]),
+}
+
+struct Check<'g> {
+    graph: &'g Graph,
+    values: BTreeSet<&'g str>,
+    resources: BTreeMap<&'g str, &'g ResourceKind>,
+    faults: Vec<Diagnostic>,
+}
+
+impl<'g> Check<'g> {
+    fn new(graph: &'g Graph) -> Check<'g> {
+        let mut values: BTreeSet<&str> = FACTS.iter().map(|f| f.0).chain(["screen"]).collect();
+        values.extend(graph.params.iter().map(|(n, _)| n.value.as_str()));
+        values.extend(graph.lets.iter().map(|(n, _)| n.value.as_str()));
+        let resources = graph.resources.iter().map(|(n, r)| (n.value.as_str(), &r.kind)).collect();
+        Check { graph, values, resources, faults: vec![] }
+    }
+
+    /// Names share one space, so that a shader's variable can mean one thing only.
+    fn unique(&mut self) {
+        let g = self.graph;
+        let mut seen: BTreeMap<&str, (&Span, &str)> = BTreeMap::new();
+        let params = g.params.iter().map(|(n, _)| (n, "parameter"));
+        let lets = g.lets.iter().map(|(n, _)| (n, "let"));
+        let resources = g.resources.iter().map(|(n, _)| (n, "resource"));
+        for (name, noun) in params.chain(lets).chain(resources) {
+            let built_in = FACTS.iter().chain(FRAME_VALUES).map(|f| f.0).chain(TABLES.iter().map(|t| t.0));
+            if built_in.chain(BUILT_IN).any(|n| n == name.value) {
+                let d = Diagnostic::error(format!("`{}` is a name that the scene or the frame provides", name.value));
+                self.faults.push(d.at(&name.span, "choose another name"));
+            } else if let Some((span, other)) = seen.insert(&name.value, (&name.span, noun)) {
+                let d = Diagnostic::error(format!("`{}` stands twice", name.value));
+                self.faults.push(d.at(&name.span, format!("this {noun}")).at(span, format!("and this {other}")));
+            }
+        }
+        self.twice(g.defines.iter().map(|(n, _)| n), "definition");
+        self.twice(g.outputs.iter().map(|(n, _)| n), "output");
+        let mut passes = vec![];
+        walk(&g.passes, &mut |p| passes.push(&p.name));
+        self.twice(passes.into_iter(), "pass");
+    }
+
+    fn twice(&mut self, names: impl Iterator<Item = &'g Name>, noun: &str) {
+        let mut seen: BTreeMap<&str, &Span> = BTreeMap::new();
+        for n in names {
+            if let Some(there) = seen.insert(&n.value, &n.span) {
+                let d = Diagnostic::error(format!("two of the name `{}` ({noun})", n.value));
+                self.faults.push(d.at(&n.span, "").at(there, "the other"));
+            }
+        }
+    }
+
+    fn lets(&mut self) {
+        let graph = self.graph;
+        let by_name: BTreeMap<&str, &Expr> = graph.lets.iter().map(|(n, e)| (n.value.as_str(), e)).collect();
+        for (name, e) in &graph.lets {
+            self.names(e, Scope::Values);
+            let mut reached: BTreeSet<&str> = BTreeSet::new();
+            let mut open: Vec<&Expr> = vec![e];
+            while let Some(e) = open.pop() {
+                e.names(&mut |n, _| {
+                    if let Some(next) = by_name.get(n)
+                        && reached.insert(n)
+                    {
+                        open.push(next);
+                    }
+                });
+            }
+            if reached.contains(name.value.as_str()) {
+                let d = Diagnostic::error(format!("`{}` is defined by itself", name.value));
+                self.faults.push(d.at(&name.span, "a cycle of lets"));
+            }
+        }
+    }
+
+    fn names(&mut self, e: &Expr, scope: Scope) {
+        let mut unknown = vec![];
+        e.names(&mut |name, span| {
+            let known = self.values.contains(name)
+                || match scope {
+                    Scope::Values => false,
+                    Scope::Sizes => self.resources.contains_key(name),
+                    Scope::Loops(loops) => loops.iter().any(|l| l == name),
+                };
+            if !known {
+                unknown.push((name.to_string(), span.clone()));
+            }
+        });
+        for (name, span) in unknown {
+            let d = Diagnostic::error(format!("unknown name `{name}`")).at(&span, "");
+            let mut near: Vec<&str> = self.values.iter().copied().collect();
+            if scope == Scope::Sizes {
+                near.extend(self.resources.keys());
+            }
+            let hint = self.resources.contains_key(name.as_str()) && scope != Scope::Sizes;
+            let d = if hint { d.help("a resource's name stands for its extent in sizes only") } else { d };
+            self.faults.push(d.nearest(&name, near));
+        }
+    }
+
+    fn resource(&mut self, name: &str, r: &super::ast::Resource) {
+        let mut sizes: Vec<&Expr> = vec![];
+        let mut counts: Vec<&Expr> = r.members.iter().collect();
+        match &r.kind {
+            ResourceKind::Texture { size, layers: n, mips, .. } | ResourceKind::Cube { size, count: n, mips, .. } => {
+                sizes.extend(size.exprs());
+                counts.extend(n.iter().chain(mips));
+            }
+            ResourceKind::Texture3d { size, mips, .. } => {
+                sizes.extend(size.exprs());
+                counts.extend(mips.iter());
+            }
+            ResourceKind::Atlas { tile, count, .. } => counts.extend([tile, count]),
+            ResourceKind::Buffer { stride, count } => counts.extend([stride, count]),
+            ResourceKind::Sampler(_) => {}
+        }
+        for e in sizes {
+            self.names(e, Scope::Sizes);
+            let mut itself = false;
+            e.names(&mut |n, _| itself |= n == name);
+            if itself {
+                self.faults.push(Diagnostic::error(format!("`{name}` takes its size from itself")).at(&e.span, ""));
+            }
+        }
+        for e in counts {
+            self.names(e, Scope::Values);
+        }
+    }
+
+    fn passes(&mut self, passes: &'g [Pass], loops: &mut Vec<String>) {
+        for p in passes {
+            for e in p.when.iter().chain(&p.each).chain(p.defines.iter().map(|d| &d.1)) {
+                self.names(e, Scope::Values);
+            }
+            for (_, to) in &p.bind {
+                let table = TABLES.iter().any(|t| t.0 == to.value);
+                if !table && !self.values.contains(to.value.as_str()) {
+                    self.resource_name(to, "a binding");
+                }
+            }
+            if let Some(shader) = p.kind.shader()
+                && !is_inside(&shader.value)
+            {
+                let d = Diagnostic::error(format!("the shader `{}` lies outside the shader folder", shader.value));
+                self.faults.push(d.at(&shader.span, "").help("give a path inside it, without `..`"));
+            }
+            self.kind(p, loops);
+        }
+    }
+
+    fn kind(&mut self, p: &'g Pass, loops: &mut Vec<String>) {
+        match &p.kind {
+            PassKind::Draw(r) | PassKind::Screen(r) => self.raster(r, loops),
+            PassKind::Compute { over, .. } => over.exprs().iter().for_each(|e| self.names(e, Scope::Sizes)),
+            PassKind::Reduce { from, to, factor, until, .. } => {
+                factor.iter().chain([until]).for_each(|e| self.names(e, Scope::Values));
+                self.texture_name(from, "a reduction");
+                self.texture_name(to, "a reduction");
+            }
+            PassKind::Copy { from, to } => {
+                self.resource_name(from, "a copy");
+                self.resource_name(to, "a copy");
+                if from.value == to.value {
+                    self.faults.push(Diagnostic::error("a copy onto itself").at(&to.span, ""));
+                }
+            }
+            PassKind::Clear { target, .. } => self.resource_name(target, "a clear"),
+            PassKind::Loop { count, until, passes } => {
+                self.names(count, Scope::Values);
+                if let Some(until) = until {
+                    self.until(until);
+                }
+                if passes.is_empty() {
+                    self.faults.push(Diagnostic::error("a loop without passes").at(&p.name.span, ""));
+                }
+                loops.push(p.name.value.clone());
+                self.passes(passes, loops);
+                loops.pop();
+            }
+        }
+    }
+
+    fn until(&mut self, until: &Expr) {
+        let ExprKind::Binary(op, left, right) = &until.kind else {
+            return self.until_shape(until);
+        };
+        let comparison = matches!(op, Binary::Less | Binary::LessEqual | Binary::Greater | Binary::GreaterEqual);
+        match &left.kind {
+            ExprKind::Name(n) if comparison => match self.resources.get(n.as_str()) {
+                Some(ResourceKind::Buffer { .. }) => self.names(right, Scope::Values),
+                _ => {
+                    let buffers = self.resources.iter().filter(|r| matches!(r.1, ResourceKind::Buffer { .. }));
+                    let near: Vec<&str> = buffers.map(|r| *r.0).collect();
+                    let d = Diagnostic::error(format!("`{n}` is not a buffer")).at(&left.span, "");
+                    self.faults.push(d.nearest(n, near));
+                }
+            },
+            _ => self.until_shape(until),
+        }
+    }
+
+    fn until_shape(&mut self, until: &Expr) {
+        let d = Diagnostic::error("`until` compares a buffer's first f32 with a value").at(&until.span, "");
+        self.faults.push(d.help("write it as `change < epsilon`"));
+    }
+
+    fn raster(&mut self, r: &'g Raster, loops: &[String]) {
+        if let Some(depth) = &r.depth
+            && let Some(format) = self.texture_name(depth, "a depth target")
+            && !format.has_depth_aspect()
+        {
+            let d = Diagnostic::error(format!("`{}` has no depth format", depth.value));
+            self.faults.push(d.at(&depth.span, format!("{format:?}")).help("use Depth32Float"));
+        }
+        if let Some(color) = &r.color
+            && let Some(format) = self.texture_name(color, "a colour target")
+            && format.has_depth_aspect()
+        {
+            let d = Diagnostic::error(format!("`{}` has a depth format", color.value));
+            self.faults.push(d.at(&color.span, format!("{format:?}")).help("give it as `depth`"));
+        }
+        for name in r.load.iter().chain(r.clear.iter().map(|c| &c.0)) {
+            self.texture_name(name, "a target");
+        }
+        for name in &r.load {
+            if r.clear.iter().any(|c| c.0.value == name.value) {
+                let d = Diagnostic::error(format!("`{}` is both kept and cleared", name.value));
+                self.faults.push(d.at(&name.span, ""));
+            }
+        }
+        if let Some(layer) = &r.layer {
+            self.names(layer, Scope::Loops(loops));
+        }
+    }
+
+    fn resource_name(&mut self, name: &Name, noun: &str) {
+        match self.resources.get(name.value.as_str()) {
+            None => {
+                let d = Diagnostic::error(format!("unknown resource `{}`", name.value)).at(&name.span, "");
+                self.faults.push(d.nearest(&name.value, self.resources.keys().copied()));
+            }
+            Some(ResourceKind::Sampler(_)) if noun != "a binding" => {
+                let d = Diagnostic::error(format!("`{}` is a sampler, it can't be {noun}", name.value));
+                self.faults.push(d.at(&name.span, ""));
+            }
+            Some(_) => {}
+        }
+    }
+
+    /// The format of a texture resource; a fault when it is none.
+    fn texture_name(&mut self, name: &Name, noun: &str) -> Option<wgpu::TextureFormat> {
+        match self.resources.get(name.value.as_str()) {
+            Some(ResourceKind::Buffer { .. }) => {
+                let d = Diagnostic::error(format!("`{}` is a buffer, it can't be {noun}", name.value));
+                self.faults.push(d.at(&name.span, ""));
+                None
+            }
+            Some(
+                ResourceKind::Texture { format, .. }
+                | ResourceKind::Texture3d { format, .. }
+                | ResourceKind::Cube { format, .. }
+                | ResourceKind::Atlas { format, .. },
+            ) => Some(*format),
+            _ => {
+                self.resource_name(name, noun);
+                None
+            }
+        }
+    }
+}
+
+/// The names that a size mentions.
+pub fn size_names(size: &Size) -> Vec<String> {
+    let mut names = vec![];
+    for e in size.exprs() {
+        e.names(&mut |n, _| names.push(n.to_string()));
+    }
+    names
+}

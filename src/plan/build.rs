@@ -1,0 +1,240 @@
+//! A request to a plan: the table of contents of this module.
+
+use super::expand::{Expanded, expand};
+use super::live::{live, retain, starts_unwritten, unwritten};
+use super::order::{Block, Entry, Rank, order};
+use super::request::{Request, values};
+use super::sizes::Sizes;
+use super::wire::{Item, any_use, wire};
+use super::{Action, Desc, Plan, Step, StepId, clear_usage, lint, memory};
+use crate::diag::{Checked, Diagnostic, Faults};
+use crate::graph::Graph;
+
+/// A plan and what the user should know about it.
+#[derive(Debug, Clone)]
+pub struct Planned {
+    pub plan: Plan,
+    pub notices: Vec<Diagnostic>,
+}
+
+/// How freely the plan may be made; both ways must give the same images.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Memory is shared between resources that are never alive together.
+    pub share: bool,
+    /// 0: the order of the file. Otherwise the seed of some other legal order.
+    pub order_seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options { share: true, order_seed: 0 }
+    }
+}
+
+/// Plans a graph.
+///
+/// # Errors
+/// Every fault of parameters, conditions, sizes, shaders, bindings and data flow, at once.
+pub fn plan(request: &Request) -> Checked<Planned> {
+    plan_with(request, Options::default())
+}
+
+/// As [`plan`], with another legal order or private memory.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
+    let graph = request.graph;
+    let values = values(request)?;
+    let sizes = Sizes::new(request, &values);
+    let mut faults = vec![];
+    let wiring = wire(request, &values, &sizes, &mut faults);
+    faults.extend(lint::unused(graph, request.library));
+    faults.extend(unwritten(&wiring.items, &sizes, &wiring.off));
+    let outputs = outputs(graph, request.outputs, &mut faults);
+    for (name, resource) in &outputs {
+        let written = any_use(&wiring.items, &mut |u| u.resource == *resource && u.mode.writes());
+        if !written && sizes.declared(resource).is_some_and(|r| r.initial.is_none()) {
+            let d = Diagnostic::error(format!("nothing writes the output `{name}` (`{resource}`)"));
+            let place = graph.outputs.iter().find(|o| o.0.value == *name);
+            faults.push(place.map_or(d.clone(), |o| d.at(&o.1.span, "")));
+        }
+    }
+    // What depends on broken parts would only repeat their faults.
+    Faults::check(std::mem::take(&mut faults), ())?;
+
+    let wanted: Vec<String> = outputs.iter().map(|o| o.1.clone()).collect();
+    let needed = live(&wiring.items, &wanted);
+    let mut skipped: Vec<(String, String)> =
+        wiring.off.iter().map(|(p, why)| (p.name.value.clone(), why.clone())).collect();
+    note_unneeded(&wiring.items, &needed, &mut skipped);
+    let items = retain(wiring.items, &needed);
+
+    let expanded = expand(&items, &sizes, &values, &wiring.shaders, request.limits, &mut faults);
+    let Expanded { mut resources, mut steps, mut block, mut ids } = expanded;
+    let cleared = initial_clears(graph, &items, &wanted, &mut ids, &mut resources, &sizes, &mut steps);
+    block = prepend(cleared, block);
+    let mut outs = vec![];
+    for (name, resource) in &outputs {
+        if let Some(id) = ids.get(resource) {
+            outs.push((name.clone(), *id));
+            match &mut resources[id.0].desc {
+                Desc::Texture(t) => t.usage |= wgpu::TextureUsages::COPY_SRC,
+                Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_SRC,
+            }
+        }
+    }
+    Faults::check(faults, ())?;
+    let mut seed = options.order_seed;
+    let order =
+        order(block, &mut steps, &mut |ready: &[Rank]| if seed == 0 { 0 } else { next(&mut seed) % ready.len() });
+    let mut plan = Plan {
+        graph: graph.source.path.clone(),
+        values: values.clone(),
+        resources,
+        slots: vec![],
+        shaders: wiring.shaders,
+        tables: wiring.tables,
+        steps,
+        order,
+        skipped,
+        outputs: outs,
+    };
+    until_usage(&mut plan);
+    history_usage(&mut plan);
+    memory::allocate(&mut plan, options.share);
+    let notices = lint::notices(&plan);
+    Ok(Planned { plan, notices })
+}
+
+/// A linear congruential step; good enough to pick orders.
+fn next(seed: &mut u64) -> usize {
+    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*seed >> 33) as usize
+}
+
+fn outputs(graph: &Graph, wanted: Option<&[String]>, faults: &mut Vec<Diagnostic>) -> Vec<(String, String)> {
+    let all = graph.outputs.iter().map(|(n, r)| (n.value.clone(), r.value.clone()));
+    let Some(wanted) = wanted else { return all.collect() };
+    for name in wanted {
+        if !graph.outputs.iter().any(|o| o.0.value == *name) {
+            let d = Diagnostic::error(format!("the graph has no output `{name}`"));
+            let names: Vec<&str> = graph.outputs.iter().map(|o| o.0.value.as_str()).collect();
+            faults.push(d.nearest(name, names.iter().copied()).help(format!("outputs: {}", names.join(", "))));
+        }
+    }
+    all.filter(|(n, _)| wanted.contains(n)).collect()
+}
+
+fn note_unneeded(items: &[Item], needed: &std::collections::BTreeSet<String>, skipped: &mut Vec<(String, String)>) {
+    for item in items {
+        let (pass, body) = match item {
+            Item::Pass(w) => (w.pass, None),
+            Item::Loop { pass, body, .. } => (*pass, Some(body)),
+        };
+        if !needed.contains(&pass.name.value) {
+            skipped.push((pass.name.value.clone(), "no requested output needs it".into()));
+        } else if let Some(body) = body {
+            note_unneeded(body, needed, skipped);
+        }
+    }
+}
+
+/// Steps that give resources their initial content each frame, where the frame begins with it.
+/// Those with history get it once, on allocation.
+fn initial_clears(
+    graph: &Graph,
+    items: &[Item],
+    wanted: &[String],
+    ids: &mut std::collections::BTreeMap<String, super::ResourceId>,
+    resources: &mut Vec<super::Resource>,
+    sizes: &Sizes,
+    steps: &mut Vec<Step>,
+) -> Vec<StepId> {
+    let mut cleared = vec![];
+    for (name, declared) in &graph.resources {
+        let Some(value) = declared.initial else { continue };
+        if declared.history {
+            continue;
+        }
+        let starts = starts_unwritten(items, &name.value);
+        if starts.is_none() && wanted.contains(&name.value) && !ids.contains_key(&name.value) {
+            // An output that nothing writes is its initial content.
+            let Some(Ok(sized)) = sizes.of(&name.value) else { continue };
+            ids.insert(name.value.clone(), super::ResourceId(resources.len()));
+            resources.push(super::Resource {
+                name: name.value.clone(),
+                desc: sized.desc,
+                slot: 0,
+                alive: (0, 0),
+                history: false,
+                initial: declared.initial,
+            });
+        } else if starts != Some(true) {
+            continue;
+        }
+        let Some(first) = ids.get(&name.value).copied() else { continue };
+        let members = match sizes.of(&name.value) {
+            Some(Ok(s)) => s.members.unwrap_or(1),
+            _ => 1,
+        };
+        for m in 0..members as usize {
+            let id = super::ResourceId(first.0 + m);
+            match &mut resources[id.0].desc {
+                Desc::Texture(t) => t.usage |= clear_usage(t),
+                Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_DST,
+            }
+            cleared.push(StepId(steps.len()));
+            steps.push(Step {
+                name: format!("{} = initial", resources[id.0].name),
+                pass: name.value.clone(),
+                action: Action::Clear { target: id, value },
+                bindings: vec![],
+                reads: vec![],
+                writes: vec![id],
+                after: vec![],
+            });
+        }
+    }
+    cleared
+}
+
+/// The clears first, then the block.
+fn prepend(cleared: Vec<StepId>, block: Block) -> Block {
+    let mut all = Block::default();
+    for step in cleared {
+        all.push(Entry::Step(step), (0, 0, 0));
+    }
+    all.append(block);
+    all
+}
+
+/// The host reads a loop's test.
+fn until_usage(plan: &mut Plan) {
+    fn buffers(nodes: &[super::Node], out: &mut Vec<usize>) {
+        for n in nodes {
+            if let super::Node::Loop(l) = n {
+                out.extend(l.until.iter().map(|u| u.buffer.0));
+                buffers(&l.body, out);
+            }
+        }
+    }
+    let mut ids = vec![];
+    buffers(&plan.order, &mut ids);
+    for id in ids {
+        if let Desc::Buffer { usage, .. } = &mut plan.resources[id].desc {
+            *usage |= wgpu::BufferUsages::COPY_SRC;
+        }
+    }
+}
+
+/// History is cleared on allocation.
+fn history_usage(plan: &mut Plan) {
+    for r in plan.resources.iter_mut().filter(|r| r.history) {
+        match &mut r.desc {
+            Desc::Texture(t) => t.usage |= clear_usage(t),
+            Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_DST,
+        }
+    }
+}

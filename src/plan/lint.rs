@@ -1,0 +1,91 @@
+//! Things declared and never used, and what a plan's reader should know.
+
+use super::wire::find_word;
+use super::{Desc, Plan};
+use crate::diag::Diagnostic;
+use crate::graph::Graph;
+use crate::graph::ast::{PassKind, ResourceKind, walk};
+use crate::graph::check::size_names;
+use crate::shader::{Library, import_closure, mentioned_defs};
+use std::collections::BTreeSet;
+
+/// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions.
+pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
+    let mut used: BTreeSet<String> = BTreeSet::new();
+    let mut note = |e: &crate::graph::expr::Expr| {
+        e.names(&mut |n, _| {
+            used.insert(n.to_string());
+        })
+    };
+    graph.lets.iter().chain(&graph.defines).for_each(|(_, e)| note(e));
+    for (_, r) in &graph.resources {
+        r.members.iter().for_each(&mut note);
+        match &r.kind {
+            ResourceKind::Texture { size, layers: n, mips, .. } | ResourceKind::Cube { size, count: n, mips, .. } => {
+                size.exprs().iter().chain(n).chain(mips).for_each(&mut note);
+            }
+            ResourceKind::Texture3d { size, mips, .. } => size.exprs().iter().chain(mips).for_each(&mut note),
+            ResourceKind::Atlas { tile, count, .. } => [tile, count].into_iter().for_each(&mut note),
+            ResourceKind::Buffer { stride, count } => [stride, count].into_iter().for_each(&mut note),
+            ResourceKind::Sampler(_) => {}
+        }
+    }
+    let mut shaders: BTreeSet<&str> = BTreeSet::new();
+    let mut touched: BTreeSet<String> = BTreeSet::new();
+    walk(&graph.passes, &mut |p| {
+        p.when.iter().chain(&p.each).chain(p.defines.iter().map(|d| &d.1)).for_each(&mut note);
+        touched.extend(p.bind.iter().map(|b| b.1.value.clone()));
+        shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
+        match &p.kind {
+            PassKind::Draw(r) | PassKind::Screen(r) => {
+                r.layer.iter().for_each(&mut note);
+                touched.extend(r.color.iter().chain(&r.depth).map(|n| n.value.clone()));
+            }
+            PassKind::Compute { over, .. } => {
+                over.exprs().iter().for_each(&mut note);
+                touched.extend(size_names(over));
+            }
+            PassKind::Reduce { from, to, factor, until, .. } => {
+                factor.iter().chain([until]).for_each(&mut note);
+                touched.extend([from.value.clone(), to.value.clone()]);
+            }
+            PassKind::Copy { from, to } => touched.extend([from.value.clone(), to.value.clone()]),
+            PassKind::Clear { target, .. } => touched.extend([target.value.clone()]),
+            PassKind::Loop { count, until, .. } => [count].into_iter().chain(until).for_each(&mut note),
+        }
+    });
+    used.extend(touched);
+    used.extend(graph.outputs.iter().map(|o| o.1.value.clone()));
+    let mut files: BTreeSet<String> = BTreeSet::new();
+    let mut defs: BTreeSet<String> = BTreeSet::new();
+    for s in shaders {
+        files.extend(import_closure(library, s));
+        defs.extend(mentioned_defs(library, s));
+    }
+    let in_shader =
+        |name: &str| files.iter().any(|f| library.files.get(f).is_some_and(|s| find_word(&s.text, name).is_some()));
+    let names = graph.params.iter().map(|(n, _)| (n, "parameter"));
+    let names = names.chain(graph.lets.iter().map(|(n, _)| (n, "let")));
+    let names = names.chain(graph.resources.iter().map(|(n, _)| (n, "resource")));
+    let mut faults = vec![];
+    for (name, noun) in names {
+        if !used.contains(&name.value) && !in_shader(&name.value) {
+            let d = Diagnostic::error(format!("nothing uses the {noun} `{}`", name.value)).at(&name.span, "");
+            faults.push(d.help("remove it, or name it in a pass or a shader"));
+        }
+    }
+    for (name, _) in &graph.defines {
+        if !defs.contains(&name.value) {
+            let d = Diagnostic::error(format!("no shader mentions the definition `{}`", name.value));
+            faults.push(d.at(&name.span, "").nearest(&name.value, defs.iter().map(String::as_str)));
+        }
+    }
+    faults
+}
+
+/// What is worth saying about a plan that works.
+pub fn notices(plan: &Plan) -> Vec<Diagnostic> {
+    let large = |d: &Desc| d.bytes() > 1 << 30;
+    let big = plan.resources.iter().filter(|r| large(&r.desc));
+    big.map(|r| Diagnostic::note(format!("`{}` takes {} MiB", r.name, r.desc.bytes() >> 20))).collect()
+}

@@ -1,0 +1,199 @@
+//! Which passes the requested outputs need, and reads that nothing comes before.
+
+use super::sizes::Sizes;
+use super::wire::{Item, Mode, Use, Wired};
+use crate::diag::{Diagnostic, Span};
+use crate::graph::ast::Pass;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Names of the passes (loops included) that `outputs` (resource names) need.
+///
+/// Walks backwards: a pass is needed when something it writes is. A resource that a needed pass reads before anything
+/// of this frame wrote it (history) must be written in the frame before, so the walk is repeated until nothing new
+/// is needed.
+pub fn live(items: &[Item], outputs: &[String]) -> BTreeSet<String> {
+    let mut end: BTreeSet<String> = outputs.iter().cloned().collect();
+    loop {
+        let mut needed = end.clone();
+        let mut live = BTreeSet::new();
+        block(items, &mut needed, &mut live);
+        let before = end.len();
+        // What is still needed at the start of the frame comes from the frame before.
+        end.extend(needed);
+        if end.len() == before {
+            return live;
+        }
+    }
+}
+
+fn block(items: &[Item], needed: &mut BTreeSet<String>, live: &mut BTreeSet<String>) {
+    for item in items.iter().rev() {
+        match item {
+            Item::Pass(w) => {
+                if !w.uses.iter().any(|u| u.mode.writes() && needed.contains(&u.resource)) {
+                    continue;
+                }
+                live.insert(w.pass.name.value.clone());
+                for u in w.uses.iter().filter(|u| u.mode == Mode::Write) {
+                    needed.remove(&u.resource);
+                }
+                needed.extend(w.uses.iter().filter(|u| u.mode.reads()).map(|u| u.resource.clone()));
+            }
+            Item::Loop { pass, until, body, .. } => {
+                let after = needed.clone();
+                let mut inside = BTreeSet::new();
+                loop {
+                    // What the next iteration needs at its start is needed at this one's end.
+                    let mut at_end: BTreeSet<String> = after.union(needed).cloned().collect();
+                    if !inside.is_empty() {
+                        at_end.extend(until.iter().map(|u| u.0.clone()));
+                    }
+                    let before = (inside.len(), needed.len());
+                    block(body, &mut at_end, &mut inside);
+                    needed.extend(at_end);
+                    if before == (inside.len(), needed.len()) {
+                        break;
+                    }
+                }
+                if !inside.is_empty() {
+                    live.insert(pass.name.value.clone());
+                    live.append(&mut inside);
+                }
+            }
+        }
+    }
+}
+
+/// Keeps the live passes only.
+pub fn retain<'g>(items: Vec<Item<'g>>, live: &BTreeSet<String>) -> Vec<Item<'g>> {
+    let keep = |item: &Item| match item {
+        Item::Pass(w) => live.contains(&w.pass.name.value),
+        Item::Loop { pass, .. } => live.contains(&pass.name.value),
+    };
+    let inner = |item| match item {
+        Item::Loop { pass, count, until, body } => Item::Loop { pass, count, until, body: retain(body, live) },
+        other => other,
+    };
+    items.into_iter().filter(keep).map(inner).collect()
+}
+
+/// Faults of resources that are read before anything writes them, cycles among them.
+pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<Diagnostic> {
+    let mut passes = vec![];
+    flatten(items, &mut passes);
+    let mut faults = vec![];
+    let mut written = BTreeSet::new();
+    walk(items, &mut written, &mut |w: &Wired, u: &Use| {
+        let declared = sizes.declared(&u.resource);
+        if declared.is_none_or(|r| r.history || r.initial.is_some()) {
+            return;
+        }
+        let at = passes.iter().position(|p| std::ptr::eq(*p, w)).unwrap_or(0);
+        let writes = |p: &&Wired| p.uses.iter().any(|v| v.resource == u.resource && v.mode.writes());
+        let later = passes[at..].iter().copied().find(writes);
+        faults.push(fault(w, u, later, &passes, off));
+    });
+    faults
+}
+
+fn fault(w: &Wired, u: &Use, later: Option<&Wired>, passes: &[&Wired], off: &[(&Pass, String)]) -> Diagnostic {
+    let name = &w.pass.name;
+    let read = |d: Diagnostic| d.at(&u.span, "read here").at(&name.span, "in this pass");
+    let history = format!("or give `{}` an `initial` value, or `history: true` for last frame's", u.resource);
+    match later {
+        Some(writer) if std::ptr::eq(writer, w) => {
+            let d = Diagnostic::error(format!("`{}` reads `{}` before anything writes it", name.value, u.resource));
+            read(d).help("clear it first").help(history)
+        }
+        Some(writer) => {
+            let word = &writer.pass.name;
+            let d = match path(w, writer, passes) {
+                Some(cycle) => Diagnostic::error(format!("a cycle: {cycle}")),
+                None => {
+                    let text =
+                        format!("`{}` reads `{}`, which `{}` writes only later", name.value, u.resource, word.value);
+                    Diagnostic::error(text).help(format!("move `{}` before `{}`", word.value, name.value))
+                }
+            };
+            read(d).at(&word.span, "written here").help(history)
+        }
+        None => {
+            let d = Diagnostic::error(format!("`{}` reads `{}`, which nothing writes", name.value, u.resource));
+            let mut d = read(d);
+            let blank = Span::new(&name.span.source, 0..0);
+            for (pass, why) in off.iter().filter(|(p, _)| p.span != blank) {
+                if crate::graph::ast_mentions(pass, &u.resource) {
+                    d = d.at(&pass.name.span, format!("left out: {why}"));
+                }
+            }
+            d.help(history)
+        }
+    }
+}
+
+/// `a → b → a` when `from`'s results lead to `to`.
+fn path(from: &Wired, to: &Wired, passes: &[&Wired]) -> Option<String> {
+    let mut came: BTreeMap<&str, &str> = BTreeMap::new();
+    let mut open = vec![from];
+    while let Some(p) = open.pop() {
+        for q in passes {
+            let flows = p.uses.iter().filter(|u| u.mode.writes());
+            let flows = flows.into_iter().any(|u| q.uses.iter().any(|v| v.resource == u.resource && v.mode.reads()));
+            let known = came.contains_key(q.pass.name.value.as_str());
+            if flows && !known && !std::ptr::eq(*q, from) {
+                came.insert(&q.pass.name.value, &p.pass.name.value);
+                open.push(q);
+            }
+        }
+    }
+    let mut names = vec![from.pass.name.value.as_str()];
+    let mut at = to.pass.name.value.as_str();
+    while at != from.pass.name.value {
+        names.push(at);
+        at = came.get(at)?;
+    }
+    names.push(&from.pass.name.value);
+    names.reverse();
+    Some(names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(" → "))
+}
+
+/// All passes, in order, loops opened.
+pub fn flatten<'a, 'g>(items: &'a [Item<'g>], out: &mut Vec<&'a Wired<'g>>) {
+    for item in items {
+        match item {
+            Item::Pass(w) => out.push(w),
+            Item::Loop { body, .. } => flatten(body, out),
+        }
+    }
+}
+
+/// Calls `unwritten` for each read of something not yet written.
+fn walk<'a, 'g>(
+    items: &'a [Item<'g>],
+    written: &mut BTreeSet<String>,
+    unwritten: &mut impl FnMut(&'a Wired<'g>, &'a Use),
+) {
+    for item in items {
+        match item {
+            Item::Pass(w) => {
+                for u in w.uses.iter().filter(|u| u.mode.reads() && !written.contains(&u.resource)) {
+                    unwritten(w, u);
+                }
+                written.extend(w.uses.iter().filter(|u| u.mode.writes()).map(|u| u.resource.clone()));
+            }
+            Item::Loop { body, .. } => walk(body, written, unwritten),
+        }
+    }
+}
+
+/// Whether the first pass that touches a resource finds what the frame began with: it reads, or overwrites only a part.
+pub fn starts_unwritten(items: &[Item], resource: &str) -> Option<bool> {
+    items.iter().find_map(|item| match item {
+        Item::Pass(w) => {
+            let modes = w.uses.iter().filter(|u| u.resource == resource && u.mode != Mode::Size);
+            let modes: Vec<Mode> = modes.map(|u| u.mode).collect();
+            (!modes.is_empty()).then(|| modes.iter().any(|m| *m != Mode::Write))
+        }
+        Item::Loop { body, .. } => starts_unwritten(body, resource),
+    })
+}

@@ -1,0 +1,226 @@
+//! Declared resources to concrete descriptions: extents, counts, limits.
+
+use super::request::{Request, count_with};
+use super::{Desc, TextureDesc, TextureKind, Tiles};
+use crate::diag::{Diagnostic, Span};
+use crate::graph::ast::{Resource, ResourceKind, Size};
+use crate::graph::expr::{Expr, Val};
+use crate::value::Values;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+/// A resource's description before it is known how it is used (no usages yet).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sized {
+    pub desc: Desc,
+    /// Elements of a buffer; 0 otherwise.
+    pub elements: u32,
+    /// How many the set has; `None`: not a set.
+    pub members: Option<u32>,
+}
+
+impl Sized {
+    /// The extent that a size expression sees.
+    fn extent(&self) -> Val {
+        match &self.desc {
+            Desc::Texture(t) => {
+                let mut v = vec![i64::from(t.width), i64::from(t.height)];
+                if t.kind == TextureKind::D3 {
+                    v.push(i64::from(t.layers));
+                }
+                Val::Ints(v)
+            }
+            Desc::Buffer { .. } => Val::Int(self.elements.into()),
+        }
+    }
+}
+
+/// Descriptions of the graph's resources, computed when asked for.
+pub struct Sizes<'a> {
+    request: &'a Request<'a>,
+    values: &'a Values,
+    known: RefCell<BTreeMap<String, Option<Result<Sized, Diagnostic>>>>,
+}
+
+impl<'a> Sizes<'a> {
+    /// Nothing is computed yet.
+    pub fn new(request: &'a Request<'a>, values: &'a Values) -> Sizes<'a> {
+        Sizes { request, values, known: RefCell::default() }
+    }
+
+    /// The declaration of a resource.
+    pub fn declared(&self, name: &str) -> Option<&'a Resource> {
+        self.request.graph.resources.iter().find(|(n, _)| n.value == name).map(|(_, r)| r)
+    }
+
+    /// The description of a texture or buffer; `None` for samplers and unknown names.
+    ///
+    /// # Errors
+    /// Zero, negative, overflowing sizes; limits of the adapter exceeded; sizes that go in a circle.
+    pub fn of(&self, name: &str) -> Option<Result<Sized, Diagnostic>> {
+        let resource = self.declared(name)?;
+        if matches!(resource.kind, ResourceKind::Sampler(_)) {
+            return None;
+        }
+        if let Some(known) = self.known.borrow().get(name) {
+            return Some(known.clone().unwrap_or_else(|| {
+                Err(Diagnostic::error(format!("the size of `{name}` depends on itself")).at(&resource.span, ""))
+            }));
+        }
+        self.known.borrow_mut().insert(name.to_string(), None);
+        let sized = self.compute(name, resource);
+        self.known.borrow_mut().insert(name.to_string(), Some(sized.clone()));
+        Some(sized)
+    }
+
+    /// A name in a size expression: a value, or a resource's extent.
+    pub fn name(&self, name: &str) -> Option<Val> {
+        match self.values.get(name) {
+            Some(v) => Some(Val::from(*v)),
+            None => self.of(name)?.ok().map(|s| s.extent()),
+        }
+    }
+
+    fn count(&self, e: &Expr, what: &str) -> Result<u32, Diagnostic> {
+        self.first_fault(e)?;
+        let n = count_with(e, &|n| self.name(n), what)?;
+        if n == 0 {
+            return Err(Diagnostic::error(format!("{what} is 0")).at(&e.span, "must be at least 1"));
+        }
+        Ok(n)
+    }
+
+    /// The fault of a resource that an expression takes its size from, rather than "has no value".
+    fn first_fault(&self, e: &Expr) -> Result<(), Diagnostic> {
+        let mut fault = None;
+        e.names(&mut |n, _| {
+            if fault.is_none() && !self.values.contains_key(n) {
+                fault = self.of(n).and_then(Result::err);
+            }
+        });
+        fault.map_or(Ok(()), Err)
+    }
+
+    /// An extent of `axes` axes; a scalar stands for all axes.
+    pub fn extent(&self, size: &Size, axes: usize) -> Result<Vec<u32>, Diagnostic> {
+        match size {
+            Size::Axes(exprs, span) if exprs.len() == axes => {
+                let _ = span;
+                exprs.iter().map(|e| self.count(e, "a size")).collect()
+            }
+            Size::Axes(exprs, span) => {
+                Err(Diagnostic::error(format!("expected {axes} axes, found {}", exprs.len())).at(span, ""))
+            }
+            Size::One(e) => {
+                self.first_fault(e)?;
+                let parts = match e.eval(&|n| self.name(n))? {
+                    Val::Int(i) => vec![i; axes],
+                    Val::Ints(v) if v.len() == axes => v,
+                    _ => {
+                        let d = Diagnostic::error(format!("expected an integer or a vector of {axes} integers"));
+                        return Err(d.at(&e.span, ""));
+                    }
+                };
+                let part = |i: i64| match u32::try_from(i) {
+                    Ok(0) => Err(Diagnostic::error("a size is 0").at(&e.span, "must be at least 1")),
+                    Ok(n) => Ok(n),
+                    Err(_) => Err(super::request::absurd(&e.span, "a size", i)),
+                };
+                parts.into_iter().map(part).collect()
+            }
+        }
+    }
+
+    fn compute(&self, name: &str, r: &Resource) -> Result<Sized, Diagnostic> {
+        let members = r.members.as_ref().map(|e| self.count(e, "a number of members")).transpose()?;
+        let optional = |e: &Option<Expr>, what| e.as_ref().map_or(Ok(1), |e| self.count(e, what));
+        let texture = |kind, format, width, height, layers, mips, tiles| {
+            let usage = wgpu::TextureUsages::empty();
+            Desc::Texture(TextureDesc { kind, format, width, height, layers, mips, usage, tiles })
+        };
+        let mut elements = 0;
+        let desc = match &r.kind {
+            ResourceKind::Texture { format, size, layers, mips } => {
+                let (e, n) = (self.extent(size, 2)?, optional(layers, "a number of layers")?);
+                let kind = TextureKind::D2 { array: layers.is_some() };
+                texture(kind, *format, e[0], e[1], n, optional(mips, "a number of mips")?, None)
+            }
+            ResourceKind::Texture3d { format, size, mips } => {
+                let e = self.extent(size, 3)?;
+                texture(TextureKind::D3, *format, e[0], e[1], e[2], optional(mips, "a number of mips")?, None)
+            }
+            ResourceKind::Cube { format, size, count, mips } => {
+                let (e, n) = (self.extent(size, 2)?, optional(count, "a number of cubes")?);
+                if e[0] != e[1] {
+                    return Err(Diagnostic::error("the faces of a cube are square").at(&r.span, ""));
+                }
+                let layers = n.checked_mul(6).ok_or_else(|| too_big(name, &r.span))?;
+                let kind = TextureKind::Cube { array: count.is_some() };
+                texture(kind, *format, e[0], e[1], layers, optional(mips, "a number of mips")?, None)
+            }
+            ResourceKind::Atlas { format, tile, count } => {
+                let (edge, count) = (self.count(tile, "a tile's edge")?, self.count(count, "a number of tiles")?);
+                let columns = (1..=count).find(|c| u64::from(*c) * u64::from(*c) >= u64::from(count)).unwrap_or(count);
+                let tiles = Tiles { edge, columns, count };
+                let side = |n: u32| n.checked_mul(edge).ok_or_else(|| too_big(name, &r.span));
+                let (w, h) = (side(columns)?, side(count.div_ceil(columns))?);
+                texture(TextureKind::D2 { array: false }, *format, w, h, 1, 1, Some(tiles))
+            }
+            ResourceKind::Buffer { stride, count } => {
+                let (stride, n) = (self.count(stride, "a stride")?, self.count(count, "a number of elements")?);
+                elements = n;
+                let size = u64::from(stride) * u64::from(n);
+                Desc::Buffer { size: size.next_multiple_of(4), usage: wgpu::BufferUsages::empty() }
+            }
+            ResourceKind::Sampler(_) => return Err(Diagnostic::error("a sampler has no size").at(&r.span, "")),
+        };
+        limits(name, &desc, &r.span, self.request.limits)?;
+        Ok(Sized { desc, elements, members })
+    }
+}
+
+fn too_big(name: &str, span: &Span) -> Diagnostic {
+    Diagnostic::error(format!("`{name}` is larger than any adapter allows")).at(span, "")
+}
+
+/// The largest texture or buffer that is not taken for a slip, in bytes.
+pub const LARGEST: u64 = 8 << 30;
+
+/// Checks a description against an adapter's limits; the fault says the limit's number and ours.
+pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Result<(), Diagnostic> {
+    let over = |what: &str, ours: u64, limit: u64| {
+        let d = Diagnostic::error(format!("`{name}`: {what} {ours} exceeds the adapter's limit of {limit}"));
+        Err(d.at(span, "").help("choose smaller parameters"))
+    };
+    if desc.bytes() > LARGEST {
+        return over("bytes", desc.bytes(), LARGEST);
+    }
+    match desc {
+        Desc::Texture(t) => {
+            let side = match t.kind {
+                TextureKind::D3 => limits.max_texture_dimension_3d,
+                _ => limits.max_texture_dimension_2d,
+            };
+            for (axis, n) in [("width", t.width), ("height", t.height)] {
+                if n > side {
+                    return over(axis, n.into(), side.into());
+                }
+            }
+            let most = if t.kind == TextureKind::D3 { side } else { limits.max_texture_array_layers };
+            if t.layers > most {
+                return over("depth or layers", t.layers.into(), most.into());
+            }
+            let most = t.width.max(t.height).ilog2() + 1;
+            if t.mips > most {
+                return over("mips", t.mips.into(), most.into());
+            }
+        }
+        Desc::Buffer { size, .. } => {
+            let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+            if *size > most {
+                return over("bytes", *size, most);
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,91 @@
+//! The shader files that a graph may use.
+
+use crate::diag::{Checked, Diagnostic, Faults, Source};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// The WGSL texts that a graph may use, by their path relative to the shader folder (`/` separated).
+#[derive(Debug, Clone, Default)]
+pub struct Library {
+    pub files: BTreeMap<String, Arc<Source>>,
+}
+
+impl Library {
+    /// Reads every `*.wgsl` in the folders and the folders in them. A file hides those of the same relative path in
+    /// later folders. Links that lead out of a folder are not followed.
+    ///
+    /// # Errors
+    /// Every folder and file that can't be read, and every file that isn't UTF-8.
+    pub fn load(dirs: &[PathBuf]) -> Checked<Library> {
+        let mut library = Library::default();
+        let mut faults = vec![];
+        for dir in dirs {
+            match dir.canonicalize() {
+                Ok(root) => {
+                    let mut walk =
+                        Walk { root: &root, seen: BTreeSet::new(), library: &mut library, faults: &mut faults };
+                    walk.folder(dir, "");
+                }
+                Err(e) => faults.push(unreadable(dir, &e)),
+            }
+        }
+        Faults::check(faults, library)
+    }
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {
+    Diagnostic::error(format!("can't read {}: {error}", path.display()))
+}
+
+struct Walk<'a> {
+    /// With all links resolved.
+    root: &'a Path,
+    /// Folders with all links resolved: a link to a folder above must not lead round for ever.
+    seen: BTreeSet<PathBuf>,
+    library: &'a mut Library,
+    faults: &'a mut Vec<Diagnostic>,
+}
+
+impl Walk<'_> {
+    /// Reads `folder`, whose path relative to the root is `prefix` (empty, or ending in `/`).
+    fn folder(&mut self, folder: &Path, prefix: &str) {
+        let entries = match fs::read_dir(folder).and_then(|entries| entries.collect::<Result<Vec<_>, _>>()) {
+            Ok(entries) => entries,
+            Err(e) => return self.faults.push(unreadable(folder, &e)),
+        };
+        let mut paths: Vec<PathBuf> = entries.iter().map(|e| e.path()).collect();
+        paths.sort();
+        for path in paths {
+            let Some(name) = path.file_name().map(|n| n.to_string_lossy().into_owned()) else { continue };
+            let resolved = match path.canonicalize() {
+                Ok(resolved) => resolved,
+                // A link to nowhere matters only where it stands for a shader.
+                Err(_) if !name.ends_with(".wgsl") => continue,
+                Err(e) => {
+                    self.faults.push(unreadable(&path, &e));
+                    continue;
+                }
+            };
+            if !resolved.starts_with(self.root) {
+                continue;
+            }
+            let relative = format!("{prefix}{name}");
+            if resolved.is_dir() {
+                if self.seen.insert(resolved) {
+                    self.folder(&path, &format!("{relative}/"));
+                }
+            } else if name.ends_with(".wgsl") && !self.library.files.contains_key(&relative) {
+                match Source::read(&path) {
+                    Ok(source) => {
+                        self.library.files.insert(relative, source);
+                    }
+                    Err(faults) => self.faults.extend(faults.0),
+                }
+            }
+        }
+    }
+}

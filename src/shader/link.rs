@@ -1,0 +1,262 @@
+//! From a shader to the files it is made of: follows imports, checks every imported name, orders the files.
+
+use super::{
+    compose::Defs,
+    imports::Import,
+    lex::{self, Kind, Token},
+    library::Library,
+    outline::{Outline, outline},
+    scan::{Scan, scan, unknown_definition},
+};
+use crate::diag::{Checked, Diagnostic, Faults, Source, Span, nearest};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
+
+/// A file that goes into a shader.
+#[derive(Debug, Clone)]
+pub(super) struct Unit {
+    /// Its path in the library.
+    pub path: String,
+    pub source: Arc<Source>,
+    pub scan: Scan,
+    pub words: Vec<Token>,
+    pub outline: Outline,
+    /// What its imports mean, by local name; units by their index.
+    pub imports: BTreeMap<String, Target>,
+    /// What each path (`a::b`) among its words means, by the word's index.
+    pub paths: BTreeMap<usize, Target>,
+}
+
+/// What an imported name stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Target {
+    Module(usize),
+    Item(usize, String),
+}
+
+/// The files of a shader: what is imported stands before what imports it, the shader's own file is last.
+///
+/// # Errors
+/// Every fault in directives and imports of all these files.
+pub(super) fn gather(library: &Library, path: &str, defs: &Defs) -> Checked<Vec<Unit>> {
+    let modules = modules(library);
+    let mut gather =
+        Gather { library, modules, defs, units: vec![], known: BTreeMap::new(), stack: vec![], faults: vec![] };
+    let Some(source) = library.files.get(path) else {
+        let known = library.files.keys().map(String::as_str);
+        return Err(Diagnostic::error(format!("unknown shader `{path}`")).nearest(path, known).into());
+    };
+    gather.visit(path, source);
+    Faults::check(gather.faults, gather.units)
+}
+
+/// Every definition that `path` or a file it may import asks for, under any definitions. Faults are ignored.
+pub(super) fn mentioned(library: &Library, path: &str) -> BTreeSet<String> {
+    let files = reachable(library, path);
+    let sources = files.iter().filter_map(|path| library.files.get(path));
+    sources.flat_map(|source| scan(source, None, &mut vec![]).mentioned).collect()
+}
+
+/// Library paths of `path` and of all files it may import, under any definitions. Faults are ignored.
+pub(super) fn reachable(library: &Library, path: &str) -> BTreeSet<String> {
+    let modules = modules(library);
+    let mut seen = BTreeSet::new();
+    let mut open = vec![path.to_owned()];
+    while let Some(path) = open.pop() {
+        let Some(source) = library.files.get(&path) else { continue };
+        if !seen.insert(path) {
+            continue;
+        }
+        let scan = scan(source, None, &mut vec![]);
+        let words = lex::tokens(&scan.text, 0..scan.text.len());
+        let inline = words.iter().filter(|w| w.kind == Kind::Name).map(|w| w.text(&scan.text));
+        for named in scan.imports.iter().map(|i| i.path.as_str()).chain(inline) {
+            open.extend(find_module(&modules, named).into_iter().flat_map(|(_, paths)| paths).cloned());
+        }
+    }
+    seen
+}
+
+/// Library paths by the name to import them by: `#define_import_path`'s, or the path in quotes.
+fn modules(library: &Library) -> BTreeMap<String, Vec<String>> {
+    let mut modules: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (path, source) in &library.files {
+        let name = match scan(source, None, &mut vec![]).module {
+            Some((name, _)) => name,
+            None => format!("\"{path}\""),
+        };
+        modules.entry(name).or_default().push(path.clone());
+    }
+    modules
+}
+
+/// The module that `path` names, or the one before its last `::`.
+fn find_module<'a>(modules: &'a BTreeMap<String, Vec<String>>, path: &str) -> Option<(&'a String, &'a Vec<String>)> {
+    modules.get_key_value(path).or_else(|| modules.get_key_value(path.rsplit_once("::")?.0))
+}
+
+struct Gather<'a> {
+    library: &'a Library,
+    modules: BTreeMap<String, Vec<String>>,
+    defs: &'a Defs,
+    units: Vec<Unit>,
+    /// Units by library path; `None` for a file that is still being read.
+    known: BTreeMap<String, Option<usize>>,
+    stack: Vec<String>,
+    faults: Vec<Diagnostic>,
+}
+
+impl Gather<'_> {
+    fn visit(&mut self, path: &str, source: &Arc<Source>) -> usize {
+        self.known.insert(path.to_owned(), None);
+        self.stack.push(path.to_owned());
+        let scan = scan(source, Some(self.defs), &mut self.faults);
+        let words = lex::tokens(&scan.text, 0..scan.text.len());
+        let outline = outline(source, &scan.text, &words, &mut self.faults);
+        for word in words.iter().filter(|w| w.kind == Kind::Definition) {
+            let name = word.definition(&scan.text);
+            if !self.defs.contains_key(name) {
+                let place = Span::new(source, word.range.clone());
+                self.faults.push(unknown_definition(name, &place, self.defs));
+            }
+        }
+        let mut imports = BTreeMap::new();
+        for import in &scan.imports {
+            let Some(target) = self.resolve(import, source) else { continue };
+            let place = Span::new(source, import.range.clone());
+            match imports.get(&import.local) {
+                Some(other) if *other != target => {
+                    let message = format!("`{}` is imported twice with two meanings", import.local);
+                    self.faults.push(Diagnostic::error(message).at(&place, "").help("rename one with `as`"));
+                }
+                _ => {}
+            }
+            if let Some(own) = outline.declared.get(&import.local) {
+                let message = format!("`{}` is both imported and declared", import.local);
+                let own = Span::new(source, own.range.clone());
+                let fault = Diagnostic::error(message).at(&place, "imported here").at(&own, "declared here");
+                self.faults.push(fault.help("rename the import with `as`"));
+            }
+            imports.insert(import.local.clone(), target);
+        }
+        let paths = self.paths(source, &scan.text, &words, &imports);
+        self.stack.pop();
+        let index = self.units.len();
+        self.known.insert(path.to_owned(), Some(index));
+        self.units.push(Unit { path: path.to_owned(), source: source.clone(), scan, words, outline, imports, paths });
+        index
+    }
+
+    /// The unit of the module called `name`, read now if it wasn't yet.
+    fn unit(&mut self, name: &str, place: &Span) -> Option<usize> {
+        let paths = self.modules.get(name).cloned().unwrap_or_default();
+        let Some(path) = paths.first() else {
+            self.faults.push(self.unknown_module(name, place));
+            return None;
+        };
+        if paths.len() > 1 {
+            let message = format!("two files are both called `{name}`: {}", paths.join(", "));
+            self.faults.push(Diagnostic::error(message).at(place, "").help("give each its own `#define_import_path`"));
+        }
+        match self.known.get(path) {
+            Some(Some(index)) => Some(*index),
+            Some(None) => {
+                let from = self.stack.iter().position(|p| p == path).unwrap_or(0);
+                let ring = self.stack.get(from..).unwrap_or_default().join(" → ");
+                let message = format!("imports go round in a circle: {ring} → {path}");
+                self.faults.push(Diagnostic::error(message).at(place, "").help("move what both need to a third file"));
+                None
+            }
+            None => {
+                let source = self.library.files.get(path)?.clone();
+                Some(self.visit(path, &source))
+            }
+        }
+    }
+
+    fn unknown_module(&self, name: &str, place: &Span) -> Diagnostic {
+        let fault = Diagnostic::error(format!("unknown module `{name}`")).at(place, "");
+        let quoted = format!("\"{}\"", name.trim_matches('"'));
+        if self.modules.contains_key(&quoted) {
+            return fault.help(format!("a path stands in quotes: `{quoted}`"));
+        }
+        let by_path = self.modules.iter().find(|(_, paths)| paths.iter().any(|p| p == name.trim_matches('"')));
+        match by_path {
+            Some((name, _)) => fault.help(format!("that file is called `{name}`")),
+            None => fault.nearest(name, self.modules.keys().map(String::as_str)),
+        }
+    }
+
+    fn resolve(&mut self, import: &Import, source: &Arc<Source>) -> Option<Target> {
+        let place = Span::new(source, import.range.clone());
+        if self.modules.contains_key(&import.path) {
+            return self.unit(&import.path, &place).map(Target::Module);
+        }
+        match import.path.rsplit_once("::") {
+            Some((module, item)) => self.item(module, item, &place),
+            None => {
+                self.faults.push(self.unknown_module(&import.path, &place));
+                None
+            }
+        }
+    }
+
+    fn item(&mut self, module: &str, item: &str, place: &Span) -> Option<Target> {
+        let unit = self.unit(module, place)?;
+        self.item_of(unit, module, item, place)
+    }
+
+    fn item_of(&mut self, unit: usize, module: &str, item: &str, place: &Span) -> Option<Target> {
+        let declared = &self.units.get(unit)?.outline.declared;
+        match declared.get(item) {
+            Some(found) if found.keyword == "alias" => {
+                let message = format!("`{item}` is an alias, and aliases can't be imported");
+                self.faults.push(Diagnostic::error(message).at(place, "").help("import the type that it stands for"));
+                None
+            }
+            Some(_) => Some(Target::Item(unit, item.to_owned())),
+            None => {
+                let mut fault = Diagnostic::error(format!("`{module}` has no `{item}`")).at(place, "");
+                let names: Vec<&str> = declared.keys().map(String::as_str).collect();
+                fault = match nearest(item, names.iter().copied()) {
+                    Some(near) => fault.help(format!("did you mean `{near}`?")),
+                    None if names.is_empty() => fault.help("the module declares nothing"),
+                    None => fault.help(format!("it declares: {}", names.join(", "))),
+                };
+                self.faults.push(fault);
+                None
+            }
+        }
+    }
+
+    /// What the words with `::` mean.
+    fn paths(
+        &mut self,
+        source: &Arc<Source>,
+        text: &str,
+        words: &[Token],
+        imports: &BTreeMap<String, Target>,
+    ) -> BTreeMap<usize, Target> {
+        let mut out = BTreeMap::new();
+        for (at, word) in words.iter().enumerate().filter(|(_, w)| w.kind == Kind::Name) {
+            let Some((module, item)) = word.text(text).rsplit_once("::") else {
+                if word.text(text).starts_with('"') {
+                    let place = Span::new(source, word.range.clone());
+                    self.faults.push(Diagnostic::error("WGSL has no strings").at(&place, "").help("remove it"));
+                }
+                continue;
+            };
+            let place = Span::new(source, word.range.clone());
+            let target = match imports.get(module) {
+                Some(Target::Module(unit)) => self.item_of(*unit, module, item, &place),
+                _ => self.item(module, item, &place),
+            };
+            if let Some(target) = target {
+                out.insert(at, target);
+            }
+        }
+        out
+    }
+}
