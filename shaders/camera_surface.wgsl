@@ -1,0 +1,46 @@
+//! What the camera sees through the centre of each pixel.
+#import lightgraph::geometry::{world_position, world_normal}
+#import lightgraph::camera::pixel_ray
+#import lightgraph::surface::record
+
+var<uniform> camera_view_projection: mat4x4f;
+
+struct Vertex {
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) uv: vec2f,
+    @location(3) node: u32,
+    @location(4) material: u32,
+}
+
+struct Varying {
+    @builtin(position) at: vec4f,
+    @location(0) world: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) uv: vec2f,
+    @location(3) @interpolate(flat) material: u32,
+}
+
+@vertex
+fn vertex(in: Vertex) -> Varying {
+    let world = world_position(in.node, in.position);
+    var out: Varying;
+    out.at = camera_view_projection * vec4f(world, 1.0);
+    out.world = world;
+    out.normal = world_normal(in.node, in.normal);
+    out.uv = in.uv;
+    out.material = in.material;
+    return out;
+}
+
+struct Seen {
+    @location(0) surface_albedo: vec4f,
+    @location(1) surface_normal: vec4f,
+}
+
+@fragment
+fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Seen {
+    let depth = distance(in.world, pixel_ray(vec2u(in.at.xy)).origin);
+    let r = record(in.material, in.uv, in.normal, depth, front);
+    return Seen(r.albedo, r.normal);
+}

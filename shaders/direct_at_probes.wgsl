@@ -1,0 +1,38 @@
+//! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first bounce.
+#import lightgraph::cube
+#import lightgraph::probes
+#import lightgraph::surface::{is_lit, read_record}
+#ifdef LIGHTS
+#import lightgraph::lights::reflected_light
+#endif
+
+struct Params {
+    cube_direct_tile: u32,
+    cube_direct_columns: u32,
+    cube_direct_count: u32,
+}
+var<uniform> params: Params;
+var cube_albedo: texture_2d<f32>;
+var cube_normal: texture_2d<f32>;
+var cube_direct: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
+    let edge = params.cube_direct_tile;
+    let here = cube::place(id.xy, edge, params.cube_direct_columns);
+    if any(id.xy >= textureDimensions(cube_direct)) || here.tile >= params.cube_direct_count {
+        return;
+    }
+    var light = vec3f(0.0);
+    let albedo = textureLoad(cube_albedo, id.xy, 0);
+    if is_lit(albedo) {
+        let probe = probes::position(probes::coordinates(here.tile / 6u));
+        let ray = cube::direction(here.tile % 6u, here.texel, edge);
+        let s = read_record(albedo, textureLoad(cube_normal, id.xy, 0), probe, ray);
+        light = s.emission;
+#ifdef LIGHTS
+        light += reflected_light(s);
+#endif
+    }
+    textureStore(cube_direct, id.xy, vec4f(light, 1.0));
+}

@@ -1,0 +1,64 @@
+//! Cube maps in WebGPU's convention: faces +X -X +Y -Y +Z -Z, columns along `right`, rows along `down`.
+#define_import_path lightgraph::cube
+
+/// The frame of a face: (u, v) of -1..1 on it lies in the direction `forward + u * right + v * down`.
+struct Axes {
+    forward: vec3f,
+    right: vec3f,
+    down: vec3f,
+}
+
+fn axes(face: u32) -> Axes {
+    switch face {
+        case 0u: { return Axes(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 0.0, -1.0), vec3f(0.0, -1.0, 0.0)); }
+        case 1u: { return Axes(vec3f(-1.0, 0.0, 0.0), vec3f(0.0, 0.0, 1.0), vec3f(0.0, -1.0, 0.0)); }
+        case 2u: { return Axes(vec3f(0.0, 1.0, 0.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, 0.0, 1.0)); }
+        case 3u: { return Axes(vec3f(0.0, -1.0, 0.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, 0.0, -1.0)); }
+        case 4u: { return Axes(vec3f(0.0, 0.0, 1.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, -1.0, 0.0)); }
+        default: { return Axes(vec3f(0.0, 0.0, -1.0), vec3f(-1.0, 0.0, 0.0), vec3f(0.0, -1.0, 0.0)); }
+    }
+}
+
+/// Unit direction through the centre of a texel (column, row) of a face of `edge`² texels.
+fn direction(face: u32, texel: vec2u, edge: u32) -> vec3f {
+    let a = axes(face);
+    let at = (2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0;
+    return normalize(a.forward + at.x * a.right + at.y * a.down);
+}
+
+/// Exact solid angle of a texel of a face of `edge`² texels, in steradians; all of them sum to 4 pi.
+fn solid_angle(texel: vec2u, edge: u32) -> f32 {
+    let low = 2.0 * vec2f(texel) / f32(edge) - 1.0;
+    let high = 2.0 * vec2f(texel + 1u) / f32(edge) - 1.0;
+    return corner(high.x, high.y) - corner(low.x, high.y) - corner(high.x, low.y) + corner(low.x, low.y);
+}
+
+/// Solid angle of the rectangle from a face's centre to (x, y).
+fn corner(x: f32, y: f32) -> f32 {
+    return atan2(x * y, sqrt(x * x + y * y + 1.0));
+}
+
+/// Clip position of a point `offset` from the cube's centre, seen through a face (90 degrees, right-handed world).
+/// The image is a mirror image: the front of a triangle turns clockwise.
+fn clip(offset: vec3f, face: u32, near: f32, far: f32) -> vec4f {
+    let a = axes(face);
+    let depth = dot(offset, a.forward);
+    return vec4f(dot(offset, a.right), -dot(offset, a.down), far * (depth - near) / (far - near), depth);
+}
+
+/// A texel of an atlas: the tile it lies in, and its place there.
+struct Place {
+    tile: u32,
+    texel: vec2u,
+}
+
+/// Where `texel` of an atlas with tiles of `edge` texels in rows of `columns` lies.
+fn place(texel: vec2u, edge: u32, columns: u32) -> Place {
+    let tile = texel / edge;
+    return Place(tile.y * columns + tile.x, texel % edge);
+}
+
+/// The atlas texel of `texel` of tile number `tile`.
+fn unplace(tile: u32, texel: vec2u, edge: u32, columns: u32) -> vec2u {
+    return vec2u(tile % columns, tile / columns) * edge + texel;
+}

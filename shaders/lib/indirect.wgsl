@@ -1,0 +1,21 @@
+//! Light that a surface reflects from the probes round it.
+#define_import_path lightgraph::indirect
+#import lightgraph::surface::Surface
+#import lightgraph::probes::gather
+#import lightgraph::brdf::lambert_weights
+#ifdef SPECULAR
+#import lightgraph::brdf::phong_weights
+#endif
+
+/// Radiance that a surface reflects towards its viewer from light in spherical harmonics. May fall below 0 where a
+/// truncated series rings; clamp what is shown, not what is summed on.
+fn reflected_probes(coefficients: texture_3d<f32>, s: Surface) -> vec3f {
+    var sum = s.albedo * gather(coefficients, lambert_weights(s.normal), s.position);
+#ifdef SPECULAR
+    if s.specular > 0.0 {
+        let weights = phong_weights(reflect(-s.view, s.normal), s.shininess);
+        sum += s.specular * gather(coefficients, weights, s.position);
+    }
+#endif
+    return sum;
+}

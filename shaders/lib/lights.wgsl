@@ -1,0 +1,129 @@
+//! Light straight from the scene's lights. Units as in glTF's KHR_lights_punctual, taken as radiometric: point and
+//! spot lights in W/sr a channel, directional ones in W/m².
+#define_import_path lightgraph::lights
+#import lightgraph::surface::Surface
+#ifdef SPECULAR
+#import lightgraph::brdf::phong
+#endif
+
+struct Light {
+    /// 0 point, 1 spot, 2 directional.
+    kind: u32,
+    position: vec3f,
+    /// Of travel, unit.
+    direction: vec3f,
+    intensity: vec3f,
+    /// Metres; 0 for none.
+    range: f32,
+    cos_inner: f32,
+    cos_outer: f32,
+    /// Rows of `light_views`.
+    first_view: u32,
+    views: u32,
+}
+var<storage, read> lights: array<Light>;
+
+struct LightView {
+    view_projection: mat4x4f,
+}
+var<storage, read> light_views: array<LightView>;
+
+/// Depth of what each light view sees, one layer a view.
+var shadow_map: texture_depth_2d_array;
+
+struct Shadow {
+    /// Offset along the normal that keeps a surface out of its own shadow, in shadow texels.
+    bias: f32,
+}
+var<uniform> shadow: Shadow;
+
+/// Light that reaches a point from one light.
+struct Arrival {
+    /// Unit, towards the light.
+    direction: vec3f,
+    /// Irradiance on a surface that faces the light, unshadowed.
+    irradiance: vec3f,
+}
+
+fn arrival(light: Light, point: vec3f) -> Arrival {
+    if light.kind == 2u {
+        return Arrival(-light.direction, light.intensity);
+    }
+    let to_light = light.position - point;
+    let distance_squared = max(dot(to_light, to_light), 1e-12);
+    let direction = to_light * inverseSqrt(distance_squared);
+    var strength = 1.0 / distance_squared;
+    if light.range > 0.0 {
+        // The window that KHR_lights_punctual recommends.
+        let share = distance_squared / (light.range * light.range);
+        strength *= clamp(1.0 - share * share, 0.0, 1.0);
+    }
+    if light.kind == 1u {
+        let width = max(light.cos_inner - light.cos_outer, 0.001);
+        let cone = clamp((-dot(direction, light.direction) - light.cos_outer) / width, 0.0, 1.0);
+        strength *= cone * cone;
+    }
+    return Arrival(direction, strength * light.intensity);
+}
+
+/// The view of a light with six, in the order +X -X +Y -Y +Z -Z, that `offset` from the light lies in.
+fn cube_view(offset: vec3f) -> u32 {
+    let size = abs(offset);
+    if size.x >= size.y && size.x >= size.z {
+        return select(0u, 1u, offset.x < 0.0);
+    }
+    if size.y >= size.z {
+        return select(2u, 3u, offset.y < 0.0);
+    }
+    return select(4u, 5u, offset.z < 0.0);
+}
+
+fn view_of(light: Light, point: vec3f) -> u32 {
+    return light.first_view + select(0u, cube_view(point - light.position), light.views == 6u);
+}
+
+/// Whether a light's shadow map sees a surface.
+///
+/// The map holds the depth at its texels' centres. A plane stays clear of its own map when the point looked up is
+/// moved along the normal by half a texel's diagonal times the sine between the normal and the view's axis:
+/// 0.71 texels at most. A tenth of a texel covers the rounding of depths where the sine vanishes.
+fn is_visible(light: Light, point: vec3f, normal: vec3f) -> bool {
+    let edge = f32(textureDimensions(shadow_map).x);
+    let m = light_views[view_of(light, point)].view_projection;
+    let across = vec3f(m[0].x, m[1].x, m[2].x);
+    let along = normalize(vec3f(m[0].z, m[1].z, m[2].z));
+    let depth = (m * vec4f(point, 1.0)).w;
+    let texel = 2.0 * abs(depth) / (edge * length(across));
+    let cosine = dot(normal, along);
+    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    let moved = point + shadow.bias * texel * max(sine, 0.1) * normal;
+
+    let view = view_of(light, moved);
+    let clip = light_views[view].view_projection * vec4f(moved, 1.0);
+    if clip.w <= 0.0 {
+        return true;
+    }
+    let ndc = clip.xyz / clip.w;
+    let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge;
+    let nearest = vec2u(clamp(at, vec2f(0.0), vec2f(edge - 1.0)));
+    return ndc.z <= textureLoad(shadow_map, nearest, view, 0);
+}
+
+/// Radiance that a surface reflects towards its viewer straight from all lights.
+fn reflected_light(s: Surface) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < arrayLength(&lights); i++) {
+        let light = lights[i];
+        let a = arrival(light, s.position);
+        let cosine = dot(s.normal, a.direction);
+        let reaches = cosine > 0.0 && any(a.irradiance > vec3f(0.0));
+        if reaches && is_visible(light, s.position, s.normal) {
+            var lobe = s.albedo * (cosine / 3.14159265359);
+#ifdef SPECULAR
+            lobe += s.specular * phong(dot(reflect(-s.view, s.normal), a.direction), s.shininess);
+#endif
+            sum += lobe * a.irradiance;
+        }
+    }
+    return sum;
+}

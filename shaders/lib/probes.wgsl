@@ -1,0 +1,58 @@
+//! A uniform grid of probes in a box, and the coefficients they hold.
+//!
+//! Coefficients lie in a 3D texture of (grid.x, grid.y, grid.z * COUNT) texels: coefficient k of all probes in the
+//! slices from k * grid.z on.
+#define_import_path lightgraph::probes
+#import lightgraph::sh::COUNT
+
+struct Grid {
+    /// Probes along x, y, z.
+    grid: vec3u,
+    /// The box, metres.
+    grid_min: vec3f,
+    grid_max: vec3f,
+    /// Distance of the outer probes from the box, in distances between probes.
+    inset: f32,
+}
+var<uniform> probe_grid: Grid;
+
+/// The box's edges in distances between probes; a single probe stands in the middle.
+fn span() -> vec3f {
+    return max(vec3f(probe_grid.grid - 1u) + 2.0 * probe_grid.inset, vec3f(1e-20));
+}
+
+/// Where a probe stands: min + (i + inset)/(n - 1 + 2 inset) * (max - min).
+fn position(probe: vec3u) -> vec3f {
+    let share = (vec3f(probe) + probe_grid.inset) / span();
+    let middle = probe_grid.grid == vec3u(1u);
+    return mix(probe_grid.grid_min, probe_grid.grid_max, select(share, vec3f(0.5), middle));
+}
+
+/// Grid coordinates of probe number `index`: x fastest, then y, then z.
+fn coordinates(index: u32) -> vec3u {
+    let n = probe_grid.grid;
+    return vec3u(index % n.x, index / n.x % n.y, index / (n.x * n.y));
+}
+
+/// Sum over the coefficients of `weights` times their trilinear interpolation at a point in the world.
+/// With a lobe's weights: the radiance it reflects. Outside the probes the nearest face of the grid counts.
+fn gather(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, point: vec3f) -> vec3f {
+    let last = probe_grid.grid - 1u;
+    let extent = max(probe_grid.grid_max - probe_grid.grid_min, vec3f(1e-20));
+    let at = clamp((point - probe_grid.grid_min) / extent * span() - probe_grid.inset, vec3f(0.0), vec3f(last));
+    let base = floor(at);
+    let fraction = at - base;
+    var w = weights;
+    var sum = vec3f(0.0);
+    for (var corner = 0u; corner < 8u; corner++) {
+        let side = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let share = select(1.0 - fraction, fraction, side == vec3u(1u));
+        let probe = min(vec3u(base) + side, last);
+        var light = vec3f(0.0);
+        for (var k = 0u; k < COUNT; k++) {
+            light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
+        }
+        sum += share.x * share.y * share.z * light;
+    }
+    return sum;
+}

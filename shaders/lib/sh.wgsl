@@ -1,0 +1,54 @@
+//! Real orthonormal spherical harmonics up to l = SH_ORDER (0 to 4).
+//!
+//! Order (l, m) = (0,0) (1,-1) (1,0) (1,1) (2,-2) and so on, without the Condon-Shortley sign. The constants are
+//! sqrt((2l + 1)/(4 pi) * (l - |m|)!/(l + |m|)!), times sqrt(2) for m != 0, multiplied out.
+#define_import_path lightgraph::sh
+
+/// Number of coefficients.
+const COUNT: u32 = (#{SH_ORDER}u + 1u) * (#{SH_ORDER}u + 1u);
+
+/// Every basis function in the unit direction `d`.
+fn basis(d: vec3f) -> array<f32, COUNT> {
+    var y: array<f32, COUNT>;
+    y[0] = 0.28209479177;
+#if SH_ORDER >= 1
+    y[1] = 0.48860251190 * d.y;
+    y[2] = 0.48860251190 * d.z;
+    y[3] = 0.48860251190 * d.x;
+#endif
+#if SH_ORDER >= 2
+    let s = d * d;
+    y[4] = 1.09254843059 * d.x * d.y;
+    y[5] = 1.09254843059 * d.y * d.z;
+    y[6] = 0.31539156525 * (3.0 * s.z - 1.0);
+    y[7] = 1.09254843059 * d.x * d.z;
+    y[8] = 0.54627421530 * (s.x - s.y);
+#endif
+#if SH_ORDER >= 3
+    y[9] = 0.59004358993 * d.y * (3.0 * s.x - s.y);
+    y[10] = 2.89061144264 * d.x * d.y * d.z;
+    y[11] = 0.45704579946 * d.y * (5.0 * s.z - 1.0);
+    y[12] = 0.37317633259 * d.z * (5.0 * s.z - 3.0);
+    y[13] = 0.45704579946 * d.x * (5.0 * s.z - 1.0);
+    y[14] = 1.44530572132 * d.z * (s.x - s.y);
+    y[15] = 0.59004358993 * d.x * (s.x - 3.0 * s.y);
+#endif
+#if SH_ORDER >= 4
+    y[16] = 2.50334294180 * d.x * d.y * (s.x - s.y);
+    y[17] = 1.77013076978 * d.y * d.z * (3.0 * s.x - s.y);
+    y[18] = 0.94617469576 * d.x * d.y * (7.0 * s.z - 1.0);
+    y[19] = 0.66904654355 * d.y * d.z * (7.0 * s.z - 3.0);
+    y[20] = 0.10578554692 * (35.0 * s.z * s.z - 30.0 * s.z + 3.0);
+    y[21] = 0.66904654355 * d.x * d.z * (7.0 * s.z - 3.0);
+    y[22] = 0.47308734788 * (s.x - s.y) * (7.0 * s.z - 1.0);
+    y[23] = 1.77013076978 * d.x * d.z * (s.x - 3.0 * s.y);
+    y[24] = 0.62583573545 * (s.x * (s.x - 3.0 * s.y) - s.y * (3.0 * s.x - s.y));
+#endif
+    return y;
+}
+
+/// Basis function number `index` in the unit direction `d`; 0 past the last.
+fn term(index: u32, d: vec3f) -> f32 {
+    var y = basis(d);
+    return select(0.0, y[min(index, COUNT - 1u)], index < COUNT);
+}

@@ -1,0 +1,36 @@
+//! Light that every captured texel sends to its probe: its direct light, and what it reflects of the light in the
+//! probes round it, as of the bounce before (section 4 of the paper).
+#import lightgraph::cube
+#import lightgraph::probes
+#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::indirect::reflected_probes
+
+struct Params {
+    cube_light_tile: u32,
+    cube_light_columns: u32,
+    cube_light_count: u32,
+}
+var<uniform> params: Params;
+var cube_albedo: texture_2d<f32>;
+var cube_normal: texture_2d<f32>;
+var cube_direct: texture_2d<f32>;
+var sh: texture_3d<f32>;
+var cube_light: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn relight(@builtin(global_invocation_id) id: vec3u) {
+    let edge = params.cube_light_tile;
+    let here = cube::place(id.xy, edge, params.cube_light_columns);
+    if any(id.xy >= textureDimensions(cube_light)) || here.tile >= params.cube_light_count {
+        return;
+    }
+    var light = vec3f(0.0);
+    let albedo = textureLoad(cube_albedo, id.xy, 0);
+    if is_lit(albedo) {
+        let probe = probes::position(probes::coordinates(here.tile / 6u));
+        let ray = cube::direction(here.tile % 6u, here.texel, edge);
+        let s = read_record(albedo, textureLoad(cube_normal, id.xy, 0), probe, ray);
+        light = textureLoad(cube_direct, id.xy, 0).rgb + reflected_probes(sh, s);
+    }
+    textureStore(cube_light, id.xy, vec4f(light, 1.0));
+}
