@@ -50,9 +50,12 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let sizes = Sizes::new(request, &values);
     let mut faults = vec![];
     let wiring = wire(request, &values, &sizes, &mut faults);
+    let whole = faults.is_empty();
     faults.extend(lint::unused(graph, request.library));
-    faults.extend(unwritten(&wiring.items, &sizes, &wiring.off));
     let outputs = outputs(graph, request.outputs, &mut faults);
+    // What a broken pass would have written seems unwritten: such faults would only repeat the first.
+    Faults::check(if whole { vec![] } else { std::mem::take(&mut faults) }, ())?;
+    faults.extend(unwritten(&wiring.items, &sizes, &wiring.off));
     for (name, resource) in &outputs {
         let written = any_use(&wiring.items, &mut |u| u.resource == *resource && u.mode.writes());
         if !written && sizes.declared(resource).is_some_and(|r| r.initial.is_none()) {

@@ -41,7 +41,7 @@ pub enum Wire {
     Resource(String),
     /// A variable that a reduction binds itself.
     Source,
-    Target,
+    Result,
     Fixed(Binding),
 }
 
@@ -353,7 +353,7 @@ impl<'g> Wirer<'g, '_> {
         if matches!(wired.pass.kind, PassKind::Reduce { .. }) && bound.is_none() {
             match v.name.as_str() {
                 "source" => return self.reduce_variable(wired, v, &place, true),
-                "target" => return self.reduce_variable(wired, v, &place, false),
+                "result" => return self.reduce_variable(wired, v, &place, false),
                 _ => {}
             }
         }
@@ -414,7 +414,7 @@ impl<'g> Wirer<'g, '_> {
         let sized = self.sizes.of(&name.value)?;
         let sized = self.keep(sized)?;
         self.fits(v, &name.value, &sized.desc, place, &name.span)?;
-        Some(if source { Wire::Source } else { Wire::Target })
+        Some(if source { Wire::Source } else { Wire::Result })
     }
 
     fn mismatch(&mut self, name: &str, is: &str, v: &Variable, place: &Span, declared: &Span) {
@@ -628,7 +628,7 @@ impl<'g> Wirer<'g, '_> {
             let bound = wired.pass.bind.iter().find(|(from, _)| from.value == v.name).map(|(_, to)| &to.value);
             let resource = match &wired.pass.kind {
                 PassKind::Reduce { from, .. } if v.name == "source" => &from.value,
-                PassKind::Reduce { to, .. } if v.name == "target" => &to.value,
+                PassKind::Reduce { to, .. } if v.name == "result" => &to.value,
                 _ => bound.unwrap_or(&v.name),
             };
             if let Some(Ok(sized)) = self.sizes.of(resource)
