@@ -268,8 +268,9 @@ mod tests {
     #[test]
     fn everything_a_scene_file_can_say_is_read() {
         let text = r#"Scene(
-    gltf: "hall.glb",
-    grid: ((-4, 0, -4), (4, 3, 4)),
+    gltf: "hall.glb", // beside this file
+    grid: /* corners */ ((-4, 0, -4), (4, 3, 4)),
+    // By the glTF's names.
     materials: { "floor": (specular: 0.4, shininess: 20), "wall": (specular: 0.1) },
     motion: { "lamp": [(time: 0, translation: (0, 2, 0)), (time: 4.5, rotation_degrees: (0, 1, 0, 90))] },
     camera: "overview",

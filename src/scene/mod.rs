@@ -4,8 +4,9 @@
 //! A scene then answers pure questions: [`Scene::facts`], [`Scene::pose`] at a time, [`Scene::tables`] and
 //! [`Scene::camera_values`] at a pose.
 //!
-//! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes, materials, lights
-//!   and cameras of them; `geometry` the vertices; `textures` the base-colour array; `description` the scene RON
+//! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes and materials of
+//!   them, `attached` lights and cameras, `geometry` the vertices, `textures` the base-colour array; `description`
+//!   reads the scene RON
 //! - `model` holds the scene and its facts; `motion` poses it; `tables` and `light_views` fill the shaders' tables;
 //!   `camera` makes the view matrices
 //!
@@ -35,6 +36,7 @@
 //! two keyframes with the same axis the angle grows linearly, so that 0 to 360 is a whole turn. A keyframe
 //! without one of them has the node's own.
 
+mod attached;
 mod camera;
 mod description;
 mod document;
