@@ -76,7 +76,7 @@ pub fn two_rooms() -> Document {
         let block = standing_block(x, -0.2, DVec3::new(0.5, 0.7, 0.5));
         document.fixture(&format!("{name}_block"), &block, white);
     }
-    document.point_light("lamp", DVec3::new(-1.0, 1.7, 0.2), 4.0);
+    document.point_light("lamp", DVec3::new(-1.0, 1.7, 0.2), 1.5);
     for (name, side) in [("lit", -1.0), ("dark", 1.0)] {
         let eye = DVec3::new(side * 1.8, 1.2, 0.8);
         document.camera(name, eye, DVec3::new(side * 0.4, 0.8, -0.5), 65.0);
