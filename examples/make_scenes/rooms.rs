@@ -10,6 +10,14 @@ const WHITE: [f64; 3] = [0.73, 0.73, 0.73];
 const RED: [f64; 3] = [0.63, 0.065, 0.05];
 const GREEN: [f64; 3] = [0.14, 0.45, 0.091];
 
+/// The plane alone has no height; probes need a box with a volume.
+pub const PLANE_SCENE: &str = r#"// A plane has no height of its own: the probes' box reaches past the light.
+Scene(
+    gltf: "lambert_plane.glb",
+    grid: ((-10.0, 0.0, -10.0), (10.0, 2.0, 10.0)),
+)
+"#;
+
 /// A box of 2 m, open at +Z, with two blocks and a point light.
 pub fn cornell() -> Document {
     let mut document = Document::new();
