@@ -1,4 +1,59 @@
 //! Scenes: glTF and a scene RON beside it, to plain arrays, named tables and facts. No device.
+//!
+//! [`load`] reads files into a [`Scene`], and is the only part that can meet a fault in what a user wrote.
+//! A scene then answers pure questions: [`Scene::facts`], [`Scene::pose`] at a time, [`Scene::tables`] and
+//! [`Scene::camera_values`] at a pose.
+//!
+//! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes, materials, lights
+//!   and cameras of them; `geometry` the vertices; `textures` the base-colour array; `description` the scene RON
+//! - `model` holds the scene and its facts; `motion` poses it; `tables` and `light_views` fill the shaders' tables;
+//!   `camera` makes the view matrices
+//!
+//! # The scene file
+//! A RON file beside the glTF says what glTF has no place for:
+//!
+//! ```ron
+//! Scene(
+//!     gltf: "hall.glb",                       // beside this file; without it, the glTF of the same stem
+//!     grid: ((-4, 0, -4), (4, 3, 4)),         // corners of the box for probes; without it, the scene's bounds
+//!     materials: {                            // by the glTF's names
+//!         "floor": (specular: 0.4, shininess: 20),
+//!     },
+//!     motion: {                               // by the name of a node, or of a light or camera at a node
+//!         "lamp": [
+//!             (time: 0, translation: (0, 2, 0)),
+//!             (time: 4, translation: (1, 2, 0), rotation_degrees: (0, 1, 0, 90)),
+//!         ],
+//!     },
+//!     camera: "overview",                     // used when none is named; without it, the glTF's first
+//! )
+//! ```
+//!
+//! All fields are optional. Motion is linear from keyframe to keyframe and begins anew after the last one's time;
+//! before the first one's time the first holds. `translation` replaces the node's own; `rotation_degrees`
+//! (axis x, y, z, then the angle) turns it about that axis of its parent's space, on top of its own rotation. Between
+//! two keyframes with the same axis the angle grows linearly, so that 0 to 360 is a whole turn. A keyframe
+//! without one of them has the node's own.
+
+mod camera;
+mod description;
+mod document;
+mod geometry;
+mod import;
+mod light_views;
+mod load;
+mod model;
+mod motion;
+mod tables;
+#[cfg(test)]
+mod tests;
+mod textures;
+
+pub use geometry::Geometry;
+pub use load::{Loaded, load};
+pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
+pub use motion::{CameraPose, LightPose, Pose};
+pub use textures::TextureArray;
 
 use crate::value::{Type, Value};
 use glam::{Mat4, Vec2, Vec3, Vec4};
@@ -26,26 +81,6 @@ pub const VERTEX_ATTRIBUTES: [(&str, wgpu::VertexFormat, u64); 5] = [
     ("node", wgpu::VertexFormat::Uint32, 32),
     ("material", wgpu::VertexFormat::Uint32, 36),
 ];
-
-/// Triangles of all nodes in one list.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Geometry {
-    pub vertices: Vec<Vertex>,
-    /// Three for each triangle; those of single-sided materials first.
-    pub indices: Vec<u32>,
-    /// How many indices belong to single-sided materials.
-    pub one_sided: u32,
-}
-
-/// The base-colour textures: RGBA8, sRGB, all of one size.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TextureArray {
-    pub width: u32,
-    pub height: u32,
-    pub layers: u32,
-    /// One a mip level: layer after layer, row after row.
-    pub mips: Vec<Vec<u8>>,
-}
 
 /// Rows of named columns; what a shader's `var<storage> NAME: array<T>` binds to when NAME is a table's.
 /// `T`'s members pick columns by name.

@@ -1,0 +1,125 @@
+//! The camera's matrices for a frame.
+
+use super::{
+    model::{Camera, Lens, Scene},
+    motion::{CameraPose, Pose},
+};
+use crate::{
+    diag::{Checked, Diagnostic},
+    value::{Value, Values},
+};
+use glam::{Mat4, Vec3};
+
+/// Whole vertical angle of the camera made up for a scene without one, in radians (60°).
+const DEFAULT_YFOV: f32 = std::f32::consts::FRAC_PI_3;
+
+impl Scene {
+    /// The `camera_…` names of [`super::FRAME_VALUES`] for an image of `width` × `height`, and what the user should
+    /// know: a camera's vertical angle holds and the aspect is the image's. Clip space has z in 0..1 and y up, so that
+    /// row 0 of the image is its top.
+    ///
+    /// Without a name: the scene file's camera, else the first of the glTF, else one that frames the bounds.
+    ///
+    /// # Errors
+    /// An unknown camera name, with the nearest; an image without pixels; numbers that make no usable matrix.
+    pub fn camera_values(
+        &self,
+        pose: &Pose,
+        camera: Option<&str>,
+        width: u32,
+        height: u32,
+    ) -> Checked<(Values, Vec<Diagnostic>)> {
+        if width == 0 || height == 0 {
+            return Err(Diagnostic::error(format!("an image of {width}×{height} has no pixels")).into());
+        }
+        let aspect = width as f32 / height as f32;
+        let mut notices = vec![];
+        let found = match camera {
+            Some(name) => Some(self.find_camera(name)?),
+            None => self.default_camera,
+        };
+        let chosen = found.and_then(|i| Some((self.cameras.get(i)?, *pose.cameras.get(i)?)));
+        let (view, projection, position, name) = match chosen {
+            Some((camera, place)) => (
+                view(place),
+                self.projection(camera.lens, place.position, aspect),
+                place.position,
+                camera.name.as_str(),
+            ),
+            None => {
+                let d = Diagnostic::note(format!("{}: the scene has no camera; the view frames its bounds", self.name));
+                notices.push(d.help("add a camera to the glTF"));
+                let (place, lens) = self.framing(aspect);
+                (view(place), self.projection(lens, place.position, aspect), place.position, "default")
+            }
+        };
+        // In f64: with near and far four decades apart, an f32 product and inverse lose most of their digits.
+        let (exact_view, exact_projection) = (view.as_dmat4(), projection.as_dmat4());
+        let view_projection = (exact_projection * exact_view).as_mat4();
+        let inverse = (exact_projection * exact_view).inverse().as_mat4();
+        if !(view_projection.is_finite() && inverse.is_finite()) {
+            let d =
+                Diagnostic::error(format!("{}: camera \"{name}\" makes no usable view of {width}×{height}", self.name));
+            return Err(d.help("check its angle, depths and position").into());
+        }
+        let values = [
+            ("camera_position", Value::Vec3(position)),
+            ("camera_view", Value::Mat4(view)),
+            ("camera_projection", Value::Mat4(projection)),
+            ("camera_view_projection", Value::Mat4(view_projection)),
+            ("camera_inverse_view_projection", Value::Mat4(inverse)),
+        ];
+        Ok((values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(), notices))
+    }
+
+    /// Index of the camera called so (its node's name, or its own).
+    ///
+    /// # Errors
+    /// No camera of that name: the nearest name, and all there are.
+    pub fn find_camera(&self, name: &str) -> Checked<usize> {
+        let named = |c: &Camera| c.name == name || c.alias.as_deref() == Some(name);
+        self.cameras.iter().position(named).ok_or_else(|| {
+            let known: Vec<&str> = self.cameras.iter().map(|c| c.name.as_str()).collect();
+            let aliases = self.cameras.iter().filter_map(|c| c.alias.as_deref());
+            let d = Diagnostic::error(format!("{}: there is no camera \"{name}\"", self.name));
+            let d = d.nearest(name, known.iter().copied().chain(aliases));
+            match known.len() {
+                0 => d.help("the scene has no cameras"),
+                _ => d.help(format!("the cameras are {}", known.join(", "))),
+            }
+            .into()
+        })
+    }
+
+    fn projection(&self, lens: Lens, position: Vec3, aspect: f32) -> Mat4 {
+        match lens {
+            Lens::Perspective { yfov, near, far } => {
+                // glTF's endless projection has no inverse at its far plane; an end behind everything draws the same.
+                let far = far.unwrap_or_else(|| (self.bounds.farthest(position) * 1.01).max(near * 2.0));
+                Mat4::perspective_rh(yfov, aspect, near, far)
+            }
+            Lens::Orthographic { ymag, near, far } => {
+                let xmag = ymag * aspect;
+                Mat4::orthographic_rh(-xmag, xmag, -ymag, ymag, near, far)
+            }
+        }
+    }
+
+    /// A camera from +Z, a little above, as near as the whole bounding sphere stays in the picture.
+    fn framing(&self, aspect: f32) -> (CameraPose, Lens) {
+        let radius = (self.bounds.diagonal() * 0.5).max(1e-3);
+        let half_height = (DEFAULT_YFOV * 0.5).tan();
+        let narrower = half_height.min(half_height * aspect).atan();
+        let distance = radius / narrower.sin();
+        let back = Vec3::new(0.0, 0.3, 1.0).normalize();
+        let forward = -back;
+        let up = (Vec3::Y - forward * Vec3::Y.dot(forward)).normalize();
+        let place = CameraPose { position: self.bounds.center() + back * distance, forward, up };
+        let near = (distance - radius).max(distance * 1e-3) * 0.9;
+        (place, Lens::Perspective { yfov: DEFAULT_YFOV, near, far: Some((distance + radius) * 1.01) })
+    }
+}
+
+fn view(place: CameraPose) -> Mat4 {
+    Mat4::look_to_rh(place.position, place.forward, place.up)
+}

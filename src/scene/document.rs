@@ -1,0 +1,346 @@
+//! A glTF file's JSON and buffers, and checked reads from them.
+//!
+//! The `gltf` crate's own readers and validation index without checking, so that a malformed file can panic there:
+//! only its JSON types are used here, and every index, offset and count is checked before a byte is read.
+
+use crate::diag::{Diagnostic, Source, Span};
+use gltf::json::{
+    Root,
+    accessor::{Accessor, ComponentType, Type},
+    validation::Checked,
+};
+use std::{
+    fmt::Display,
+    path::{Path, PathBuf},
+};
+
+/// A parsed file with its buffers.
+pub(super) struct Document {
+    pub root: Root,
+    /// One for each of `root.buffers`; `None` where it could not be had (and a fault says why).
+    buffers: Vec<Option<Vec<u8>>>,
+    /// The path as shown.
+    pub shown: String,
+    directory: PathBuf,
+}
+
+/// The values of an accessor, all inside their buffer.
+struct Elements<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    size: usize,
+    count: usize,
+    component: ComponentType,
+}
+
+impl Document {
+    /// Reads `.gltf` or `.glb` bytes. Paths inside are relative to `directory`; those read are added to `files`.
+    /// `None` when the faults leave nothing to go on with.
+    pub fn new(
+        bytes: &[u8],
+        shown: &str,
+        directory: &Path,
+        files: &mut Vec<PathBuf>,
+        faults: &mut Vec<Diagnostic>,
+    ) -> Option<Document> {
+        let (json, blob) = match split(bytes) {
+            Ok(parts) => parts,
+            Err(why) => {
+                faults.push(Diagnostic::error(format!("{shown}: {why}")));
+                return None;
+            }
+        };
+        let root = match Root::from_slice(json) {
+            Ok(root) => root,
+            Err(e) => {
+                faults.push(json_fault(json, shown, &e));
+                return None;
+            }
+        };
+        let mut document = Document { root, buffers: vec![], shown: shown.into(), directory: directory.into() };
+        if !document.root.asset.version.starts_with("2.") {
+            let version = &document.root.asset.version;
+            faults.push(
+                document
+                    .error("asset", format!("version {version} is not glTF 2"))
+                    .help("export the scene as glTF 2.0"),
+            );
+        }
+        let known = gltf::json::extensions::ENABLED_EXTENSIONS;
+        for name in &document.root.extensions_required {
+            if !known.contains(&name.as_str()) {
+                let why = format!("extension `{name}` is required but not supported");
+                faults.push(document.error("extensionsRequired", why).help("export the scene without it"));
+            }
+        }
+        for name in &document.root.extensions_used {
+            if !known.contains(&name.as_str()) && !document.root.extensions_required.contains(name) {
+                faults.push(document.warning("extensionsUsed", format!("extension `{name}` is ignored")));
+            }
+        }
+        document.buffers = document.read_buffers(blob, files, faults);
+        Some(document)
+    }
+
+    /// Whether every buffer is there.
+    pub fn complete(&self) -> bool {
+        self.buffers.iter().all(Option::is_some)
+    }
+
+    /// A fault in this file: place, then reason.
+    pub fn error(&self, place: impl Display, why: impl Display) -> Diagnostic {
+        Diagnostic::error(format!("{}: {place}: {why}", self.shown))
+    }
+
+    /// Something in this file that is not used as it stands.
+    pub fn warning(&self, place: impl Display, why: impl Display) -> Diagnostic {
+        Diagnostic::warning(format!("{}: {place}: {why}", self.shown))
+    }
+
+    /// An accessor of `f32` vectors.
+    pub fn floats<const N: usize>(&self, accessor: usize) -> Result<Vec<[f32; N]>, String> {
+        let shape = match N {
+            2 => Type::Vec2,
+            3 => Type::Vec3,
+            _ => Type::Vec4,
+        };
+        let elements = self.elements(accessor, shape)?;
+        let normalized = self.root.accessors.get(accessor).is_some_and(|a| a.normalized);
+        match elements.component {
+            ComponentType::F32 => Ok(elements
+                .iter()
+                .map(|e| {
+                    let mut parts = e.chunks_exact(4).map(|c| f32::from_le_bytes([c[0], c[1], c[2], c[3]]));
+                    std::array::from_fn(|_| parts.next().unwrap_or(0.0))
+                })
+                .collect()),
+            ComponentType::U8 if N == 2 && normalized => {
+                Ok(elements.iter().map(|e| std::array::from_fn(|i| f32::from(e[i]) / 255.0)).collect())
+            }
+            ComponentType::U16 if N == 2 && normalized => Ok(elements
+                .iter()
+                .map(|e| std::array::from_fn(|i| f32::from(u16::from_le_bytes([e[2 * i], e[2 * i + 1]])) / 65535.0))
+                .collect()),
+            other => Err(format!("accessor {accessor} holds {other:?}, not f32")),
+        }
+    }
+
+    /// An accessor of vertex indices.
+    pub fn indices(&self, accessor: usize) -> Result<Vec<u32>, String> {
+        let elements = self.elements(accessor, Type::Scalar)?;
+        match elements.component {
+            ComponentType::U8 => Ok(elements.iter().map(|e| u32::from(e[0])).collect()),
+            ComponentType::U16 => Ok(elements.iter().map(|e| u32::from(u16::from_le_bytes([e[0], e[1]]))).collect()),
+            ComponentType::U32 => Ok(elements.iter().map(|e| u32::from_le_bytes([e[0], e[1], e[2], e[3]])).collect()),
+            other => Err(format!("accessor {accessor} holds {other:?}, not unsigned integers")),
+        }
+    }
+
+    /// The bytes of a buffer view.
+    pub fn view(&self, view: usize) -> Result<&[u8], String> {
+        let found = self.root.buffer_views.get(view).ok_or_else(|| format!("there is no buffer view {view}"))?;
+        let buffer = found.buffer.value();
+        let bytes = self
+            .buffers
+            .get(buffer)
+            .and_then(Option::as_deref)
+            .ok_or_else(|| format!("buffer view {view}: there is no buffer {buffer}"))?;
+        let start = found.byte_offset.map_or(Some(0), |o| usize::try_from(o.0).ok());
+        let length = usize::try_from(found.byte_length.0).ok();
+        start
+            .zip(length)
+            .and_then(|(start, length)| bytes.get(start..start.checked_add(length)?))
+            .ok_or_else(|| format!("buffer view {view} reaches past its buffer of {} bytes", bytes.len()))
+    }
+
+    /// The bytes behind a URI: base64 data, or a file beside the document.
+    pub fn fetch(&self, uri: &str, files: &mut Vec<PathBuf>) -> Result<Vec<u8>, String> {
+        if uri.starts_with("data:") {
+            if !uri.contains(";base64,") {
+                return Err("a data URI that is not base64".into());
+            }
+            // The crate pads the bytes to a multiple of four, which neither buffers nor images mind.
+            return gltf::buffer::Data::from_source(gltf::buffer::Source::Uri(uri), None)
+                .map(|data| data.0)
+                .map_err(|e| format!("a data URI with broken base64: {e}"));
+        }
+        if uri.contains("://") || uri.starts_with("file:") {
+            return Err(format!("`{uri}` is not a path relative to the file"));
+        }
+        let path = self.directory.join(percent_decoded(uri)?);
+        let bytes = read_file(&path)?;
+        files.push(path);
+        Ok(bytes)
+    }
+
+    fn read_buffers(
+        &self,
+        blob: Option<&[u8]>,
+        files: &mut Vec<PathBuf>,
+        faults: &mut Vec<Diagnostic>,
+    ) -> Vec<Option<Vec<u8>>> {
+        let mut all = vec![];
+        for (i, buffer) in self.root.buffers.iter().enumerate() {
+            let bytes = match &buffer.uri {
+                Some(uri) => self.fetch(uri, files),
+                None if i == 0 => {
+                    blob.map(<[u8]>::to_vec).ok_or_else(|| "no URI, and the file has no binary chunk".into())
+                }
+                None => Err("no URI; only the first buffer may be the binary chunk".into()),
+            };
+            let place = format!("buffers[{i}]");
+            let wanted = buffer.byte_length.0;
+            let checked = match bytes {
+                Ok(bytes) if (bytes.len() as u64) < wanted => {
+                    let why = format!("it should hold {wanted} bytes but has {}", bytes.len());
+                    Err(self.error(place, why).help("the file is cut off: export or copy it again"))
+                }
+                Ok(mut bytes) => {
+                    // What lies behind the declared length is padding, no part of the buffer.
+                    bytes.truncate(usize::try_from(wanted).unwrap_or(usize::MAX));
+                    Ok(bytes)
+                }
+                Err(why) => Err(self.error(place, why)),
+            };
+            all.push(checked.map_err(|fault| faults.push(fault)).ok());
+        }
+        all
+    }
+
+    fn elements(&self, index: usize, shape: Type) -> Result<Elements<'_>, String> {
+        let accessor = self.root.accessors.get(index).ok_or_else(|| format!("there is no accessor {index}"))?;
+        self.checked_elements(accessor, shape).map_err(|why| format!("accessor {index} {why}"))
+    }
+
+    fn checked_elements(&self, accessor: &Accessor, shape: Type) -> Result<Elements<'_>, String> {
+        let Checked::Valid(found) = accessor.type_ else { return Err("has an unknown type".into()) };
+        if found != shape {
+            return Err(format!("holds {found:?}, not {shape:?}"));
+        }
+        let Checked::Valid(component) = accessor.component_type else {
+            return Err("has an unknown component type".into());
+        };
+        let component = component.0;
+        if accessor.sparse.is_some() {
+            return Err("is sparse, which is not supported".into());
+        }
+        let view_index = accessor.buffer_view.ok_or("has no buffer view")?.value();
+        let view = self.view(view_index)?;
+        let size = component.size() * shape.multiplicity();
+        let stride = self.root.buffer_views.get(view_index).and_then(|v| v.byte_stride).map_or(size, |s| s.0);
+        if stride < size {
+            return Err(format!("has elements of {size} bytes, {stride} bytes apart"));
+        }
+        let past = || {
+            let (count, length) = (accessor.count.0, view.len());
+            format!("of {count} elements reaches past its buffer view of {length} bytes")
+        };
+        let offset = usize::try_from(accessor.byte_offset.map_or(0, |o| o.0)).map_err(|_| past())?;
+        let count = usize::try_from(accessor.count.0).map_err(|_| past())?;
+        let bytes = view.get(offset..).ok_or_else(past)?;
+        if let Some(last) = count.checked_sub(1) {
+            let end = last.checked_mul(stride).and_then(|start| start.checked_add(size)).ok_or_else(past)?;
+            if end > bytes.len() {
+                return Err(past());
+            }
+        }
+        Ok(Elements { bytes, stride, size, count, component })
+    }
+}
+
+impl<'a> Elements<'a> {
+    fn iter(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        let size = self.size;
+        self.bytes.chunks(self.stride).take(self.count).map(move |c| &c[..size])
+    }
+}
+
+/// All of a regular file; anything else might never end.
+pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, String> {
+    let shown = path.display();
+    match std::fs::metadata(path) {
+        Ok(meta) if meta.is_file() => std::fs::read(path).map_err(|e| format!("can't read {shown}: {e}")),
+        Ok(_) => Err(format!("can't read {shown}: it is not a file")),
+        Err(e) => Err(format!("can't read {shown}: {e}")),
+    }
+}
+
+/// `kind[index] "name"`.
+pub(super) fn place(kind: &str, index: usize, name: Option<&str>) -> String {
+    match name {
+        Some(name) => format!("{kind}[{index}] \"{name}\""),
+        None => format!("{kind}[{index}]"),
+    }
+}
+
+/// The JSON and, of a GLB, the binary chunk.
+/// Source: glTF 2.0 specification, section 4, "GLB File Format Specification".
+fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
+    const CUT: &str = "the GLB is cut off";
+    if !bytes.starts_with(b"glTF") {
+        let head = bytes.iter().find(|b| !b.is_ascii_whitespace());
+        return match head {
+            Some(b'{') => Ok((bytes, None)),
+            Some(_) => Err("neither a GLB (which starts with `glTF`) nor glTF JSON (which starts with `{`)".into()),
+            None => Err("the file is empty".into()),
+        };
+    }
+    let version = word(bytes, 4).ok_or(CUT)?;
+    if version != 2 {
+        return Err(format!("GLB version {version}; only version 2 is supported"));
+    }
+    let length = word(bytes, 8).ok_or(CUT)?;
+    let whole = bytes
+        .get(..length as usize)
+        .ok_or_else(|| format!("{CUT}: it should hold {length} bytes but has {}", bytes.len()))?;
+    let (json, rest) = chunk(whole.get(12..).ok_or(CUT)?, b"JSON").ok_or("the GLB has no whole JSON chunk")?;
+    if rest.is_empty() {
+        return Ok((json, None));
+    }
+    let (binary, _) = chunk(rest, b"BIN\0").ok_or("the GLB's second chunk is no whole binary chunk")?;
+    Ok((json, Some(binary)))
+}
+
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    let b = bytes.get(at..at.checked_add(4)?)?;
+    Some(u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+}
+
+/// The content of a chunk of this kind at the start of `bytes`, and what follows it.
+fn chunk<'a>(bytes: &'a [u8], kind: &[u8; 4]) -> Option<(&'a [u8], &'a [u8])> {
+    let length = word(bytes, 0)? as usize;
+    if bytes.get(4..8)? != kind {
+        return None;
+    }
+    bytes.get(8..)?.split_at_checked(length)
+}
+
+fn json_fault(json: &[u8], shown: &str, e: &gltf::json::Error) -> Diagnostic {
+    let d = Diagnostic::error(format!("{shown}: not valid glTF JSON: {e}"));
+    let Ok(text) = std::str::from_utf8(json) else { return d };
+    // Minified files have one line of megabytes: the line and column in the message must do there.
+    if text.lines().nth(e.line().saturating_sub(1)).is_none_or(|line| line.len() > 200) {
+        return d;
+    }
+    let before: usize = text.split_inclusive('\n').take(e.line().saturating_sub(1)).map(str::len).sum();
+    let at = (before + e.column().saturating_sub(1)).min(text.len());
+    d.at(&Span::new(&Source::new(shown, text), at..at + 1), "")
+}
+
+fn percent_decoded(uri: &str) -> Result<String, String> {
+    let mut bytes = vec![];
+    let mut rest = uri.as_bytes();
+    while let [first, tail @ ..] = rest {
+        rest = tail;
+        let escape =
+            tail.get(..2).and_then(|d| std::str::from_utf8(d).ok()).and_then(|d| u8::from_str_radix(d, 16).ok());
+        match (first, escape) {
+            (b'%', Some(byte)) => {
+                bytes.push(byte);
+                rest = &tail[2..];
+            }
+            _ => bytes.push(*first),
+        }
+    }
+    String::from_utf8(bytes).map_err(|_| format!("`{uri}` does not decode to UTF-8"))
+}

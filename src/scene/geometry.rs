@@ -1,0 +1,298 @@
+//! Meshes to one vertex and one index array.
+
+use super::{
+    Vertex,
+    document::{Document, place},
+};
+use crate::diag::Diagnostic;
+use glam::{DVec3, Mat4, Vec2, Vec3};
+use gltf::json::{
+    mesh::{Mode, Primitive as RawPrimitive, Semantic},
+    validation::Checked,
+};
+
+/// One indexed triangle list; counter-clockwise triangles face front.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Geometry {
+    pub vertices: Vec<Vertex>,
+    /// Triangles of single-sided materials come first.
+    pub indices: Vec<u32>,
+    /// How many indices belong to single-sided materials.
+    pub one_sided: u32,
+}
+
+/// A mesh's primitive as a checked triangle list in the mesh's own space.
+pub(super) struct Primitive {
+    positions: Vec<Vec3>,
+    normals: Option<Vec<Vec3>>,
+    uvs: Option<Vec<Vec2>>,
+    triangles: Vec<[u32; 3]>,
+    /// Row of the `materials` table.
+    material: u32,
+}
+
+impl Primitive {
+    /// Row of the `materials` table.
+    pub fn material(&self) -> usize {
+        self.material as usize
+    }
+}
+
+/// A primitive at a node.
+pub(super) struct Instance<'a> {
+    pub primitive: &'a Primitive,
+    /// Row of the `nodes` table.
+    pub node: u32,
+    pub node_name: &'a str,
+    /// Node to world, before any motion.
+    pub world: Mat4,
+    pub double_sided: bool,
+}
+
+/// What a primitive needs to know of its material.
+pub(super) struct Surface {
+    /// Row of the `materials` table.
+    pub material: u32,
+    /// The texture coordinate set of the base-colour texture, where there is one.
+    pub uv_set: Option<u32>,
+}
+
+/// Triangles over all instances. Vertices and indices of more would not fit a GPU buffer, and a file of a few
+/// kilobytes can ask for any number by placing one mesh at many nodes.
+const MAX_TRIANGLES: usize = 1 << 24;
+
+/// Metres. Squared distances between farther points leave the range of `f32` arithmetic that shaders do.
+pub(super) const MAX_COORDINATE: f32 = 1e9;
+
+/// Reads one primitive. `None` when there is nothing to draw; the faults say why.
+pub(super) fn primitive(
+    document: &Document,
+    raw: &RawPrimitive,
+    at: &str,
+    surface: &Surface,
+    faults: &mut Vec<Diagnostic>,
+) -> Option<Primitive> {
+    let Checked::Valid(mode) = raw.mode else {
+        faults.push(document.error(at, "unknown primitive mode"));
+        return None;
+    };
+    if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        faults.push(document.warning(at, format!("{mode:?} are not drawn; only triangles are")));
+        return None;
+    }
+    if raw.targets.as_ref().is_some_and(|t| !t.is_empty()) {
+        faults.push(document.warning(at, "morph targets are ignored"));
+    }
+    let attribute = |semantic| raw.attributes.get(&Checked::Valid(semantic)).map(gltf::json::Index::value);
+    let Some(position) = attribute(Semantic::Positions) else {
+        faults.push(document.error(at, "it has no POSITION"));
+        return None;
+    };
+    let before = faults.len();
+    let positions = vectors(document, at, "POSITION", position, faults)?;
+    let count = positions.len();
+    let normals = attribute(Semantic::Normals).and_then(|a| vectors(document, at, "NORMAL", a, faults));
+    let normals = normals.filter(|n| same_count(document, at, "NORMAL", n.len(), count, faults));
+    let uvs = surface.uv_set.and_then(|set| texture_coordinates(document, at, set, attribute, count, faults));
+    let indices = match &raw.indices {
+        Some(index) => match document.indices(index.value()) {
+            Ok(indices) => indices,
+            Err(why) => {
+                faults.push(document.error(at, format!("indices: {why}")));
+                vec![]
+            }
+        },
+        None => (0..u32::try_from(count).unwrap_or(u32::MAX)).collect(),
+    };
+    if let Some(wrong) = indices.iter().find(|i| **i as usize >= count)
+        && faults.len() == before
+    {
+        let why = format!("index {wrong} is out of range: it has {count} vertices");
+        faults.push(document.error(at, why).help("export the mesh again; primitive restart is not part of glTF"));
+    }
+    if faults[before..].iter().any(|d| d.severity == crate::diag::Severity::Error) {
+        return None;
+    }
+    if mode == Mode::Triangles && indices.len() % 3 != 0 {
+        let left = indices.len() % 3;
+        faults.push(document.warning(
+            at,
+            format!("{} vertices do not make whole triangles; the last {left} are ignored", indices.len()),
+        ));
+    }
+    let mut triangles = triangles(mode, &indices);
+    let all = triangles.len();
+    triangles.retain(|t| has_area(t.map(|i| positions[i as usize])));
+    // Strips repeat vertices on purpose to jump; only a strip of nothing else is worth a word.
+    if triangles.len() < all && (mode == Mode::Triangles || triangles.is_empty()) {
+        let dropped = all - triangles.len();
+        faults.push(document.warning(at, format!("{dropped} of {all} triangles have no area and are dropped")));
+    }
+    Some(Primitive { positions, normals, uvs, triangles, material: surface.material })
+}
+
+/// Lays all instances out in one list. Mirroring transforms get their winding turned round, so that front stays front.
+pub(super) fn assemble(document: &Document, instances: &[Instance<'_>], faults: &mut Vec<Diagnostic>) -> Geometry {
+    let total = instances.iter().map(|i| i.primitive.triangles.len()).fold(0, usize::saturating_add);
+    if total > MAX_TRIANGLES {
+        let why = format!("{total} triangles over all nodes; at most {MAX_TRIANGLES} fit");
+        faults.push(document.error("scene", why).help("thin the meshes out, or place them at fewer nodes"));
+        return Geometry::default();
+    }
+    let mut vertices = vec![];
+    let mut one_sided = vec![];
+    let mut two_sided = vec![];
+    for instance in instances {
+        let indices = if instance.double_sided { &mut two_sided } else { &mut one_sided };
+        let dropped = place_instance(instance, &mut vertices, indices);
+        if dropped > 0 {
+            let why = format!("its transform leaves {dropped} triangles without area; they are dropped");
+            faults.push(document.warning(format!("node \"{}\"", instance.node_name), why));
+        }
+    }
+    // MAX_TRIANGLES keeps the count far inside u32.
+    let count = one_sided.len() as u32;
+    one_sided.append(&mut two_sided);
+    Geometry { vertices, indices: one_sided, one_sided: count }
+}
+
+/// Appends an instance; returns how many triangles its transform flattens away.
+fn place_instance(instance: &Instance<'_>, vertices: &mut Vec<Vertex>, indices: &mut Vec<u32>) -> usize {
+    let primitive = instance.primitive;
+    let mirrored = instance.world.determinant() < 0.0;
+    let mut placed: Vec<Option<u32>> = vec![None; primitive.positions.len()];
+    let mut dropped = 0;
+    for triangle in &primitive.triangles {
+        let corners = triangle.map(|i| primitive.positions[i as usize]);
+        if !has_area(corners.map(|p| instance.world.transform_point3(p))) {
+            dropped += 1;
+            continue;
+        }
+        let flat = face_normal(corners);
+        let mut place = |i: u32| {
+            let index = i as usize;
+            let new = |normal: Vec3, vertices: &mut Vec<Vertex>| {
+                vertices.push(Vertex {
+                    position: primitive.positions[index].to_array(),
+                    normal: normal.to_array(),
+                    uv: primitive.uvs.as_ref().map_or(Vec2::ZERO, |uvs| uvs[index]).to_array(),
+                    node: instance.node,
+                    material: primitive.material,
+                });
+                (vertices.len() - 1) as u32
+            };
+            match &primitive.normals {
+                // A flat normal belongs to one triangle: its vertices are its own.
+                None => new(flat, vertices),
+                Some(normals) => {
+                    *placed[index].get_or_insert_with(|| new(normals[index].try_normalize().unwrap_or(flat), vertices))
+                }
+            }
+        };
+        let [a, b, c] = triangle.map(&mut place);
+        indices.extend(if mirrored { [a, c, b] } else { [a, b, c] });
+    }
+    dropped
+}
+
+fn triangles(mode: Mode, v: &[u32]) -> Vec<[u32; 3]> {
+    match mode {
+        // Source: glTF 2.0, section 3.7.2.1: strips {vᵢ, vᵢ₊₁₊ᵢ%₂, vᵢ₊₂₋ᵢ%₂}, fans {vᵢ₊₁, vᵢ₊₂, v₀}.
+        Mode::TriangleStrip => v
+            .windows(3)
+            .enumerate()
+            .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
+            .collect(),
+        Mode::TriangleFan => v.windows(2).skip(1).map(|w| [w[0], w[1], v[0]]).collect(),
+        Mode::Triangles => v.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => vec![],
+    }
+}
+
+/// Whether a triangle is more than a line or a point, as far as `f32` corners can tell.
+fn has_area(corners: [Vec3; 3]) -> bool {
+    let [a, b, c] = corners.map(|p| p.as_dvec3());
+    let longest = (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
+    longest > 0.0 && (b - a).cross(c - a).length() > 1e-9 * longest
+}
+
+/// Unit normal of a triangle that has an area.
+fn face_normal(corners: [Vec3; 3]) -> Vec3 {
+    let [a, b, c]: [DVec3; 3] = corners.map(|p| p.as_dvec3());
+    (b - a).cross(c - a).normalize_or_zero().as_vec3()
+}
+
+fn vectors(
+    document: &Document,
+    at: &str,
+    what: &str,
+    accessor: usize,
+    faults: &mut Vec<Diagnostic>,
+) -> Option<Vec<Vec3>> {
+    let values = match document.floats::<3>(accessor) {
+        Ok(values) => values,
+        Err(why) => {
+            faults.push(document.error(at, format!("{what}: {why}")));
+            return None;
+        }
+    };
+    let bad = values.iter().filter(|v| !in_range(*v)).count();
+    if let Some((i, v)) = values.iter().enumerate().find(|(_, v)| !in_range(*v)) {
+        let why = format!("{what} of vertex {i} is {v:?}, no usable vector ({bad} like it)");
+        faults.push(document.error(at, why).help(format!("components must be finite and within ±{MAX_COORDINATE:e}")));
+        return None;
+    }
+    Some(values.into_iter().map(Vec3::from).collect())
+}
+
+fn texture_coordinates(
+    document: &Document,
+    at: &str,
+    set: u32,
+    attribute: impl Fn(Semantic) -> Option<usize>,
+    count: usize,
+    faults: &mut Vec<Diagnostic>,
+) -> Option<Vec<Vec2>> {
+    let what = format!("TEXCOORD_{set}");
+    let Some(accessor) = attribute(Semantic::TexCoords(set)) else {
+        faults.push(document.warning(at, format!("its material has a texture, but it has no {what}; (0, 0) is used")));
+        return None;
+    };
+    match document.floats::<2>(accessor) {
+        Ok(values) => {
+            if let Some((i, v)) = values.iter().enumerate().find(|(_, v)| !in_range(*v)) {
+                faults.push(document.error(at, format!("{what} of vertex {i} is {v:?}, no usable vector")));
+                return None;
+            }
+            same_count(document, at, &what, values.len(), count, faults)
+                .then(|| values.into_iter().map(Vec2::from).collect())
+        }
+        Err(why) => {
+            faults.push(document.error(at, format!("{what}: {why}")));
+            None
+        }
+    }
+}
+
+fn in_range(v: &[f32]) -> bool {
+    v.iter().all(|x| x.abs() <= MAX_COORDINATE)
+}
+
+fn same_count(
+    document: &Document,
+    at: &str,
+    what: &str,
+    found: usize,
+    wanted: usize,
+    faults: &mut Vec<Diagnostic>,
+) -> bool {
+    if found != wanted {
+        faults.push(document.error(at, format!("{found} of {what}, but {wanted} of POSITION")));
+    }
+    found == wanted
+}
+
+/// `meshes[i] "name" primitive j`.
+pub(super) fn primitive_place(mesh: usize, name: Option<&str>, primitive: usize) -> String {
+    format!("{} primitive {primitive}", place("meshes", mesh, name))
+}

@@ -1,0 +1,426 @@
+//! A glTF document to nodes, materials, lights, cameras and geometry, every number checked.
+//!
+//! Units and conventions are glTF's: metres, right-handed, +Y up, lights and cameras look down −Z.
+
+use super::{
+    document::{Document, place},
+    geometry::{self, Instance, MAX_COORDINATE, Surface},
+    model::{Bounds, Camera, Lens, Light, LightKind, Material, Node, Scene},
+    textures,
+};
+use crate::diag::Diagnostic;
+use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
+use gltf::json::{
+    Node as RawNode,
+    camera::Type as CameraType,
+    extensions::scene::khr_lights_punctual::{Light as RawLight, Type as LightType},
+    material::Material as RawMaterial,
+    validation::Checked,
+};
+use std::{
+    f32::consts::{FRAC_PI_2, PI},
+    path::PathBuf,
+};
+
+/// A node of the scene with what its place in the document says.
+struct Placed {
+    node: Node,
+    /// Index in the document.
+    index: usize,
+    /// Node to world, before any motion.
+    world: Mat4,
+}
+
+/// The scene of a document, without what a scene RON adds. With errors among the faults it is not to be used.
+pub(super) fn import(document: &Document, name: &str, files: &mut Vec<PathBuf>, faults: &mut Vec<Diagnostic>) -> Scene {
+    if !document.root.animations.is_empty() {
+        let d = document.warning("animations", "glTF animations are ignored");
+        faults.push(d.help("state motion in a scene RON beside the file"));
+    }
+    let placed = hierarchy(document, faults);
+    let (mut materials, mut uv_sets) = materials(document, faults);
+    let textures = texture_array(document, &mut materials, files, faults);
+    let geometry = geometry_of(document, &placed, &mut materials, &mut uv_sets, faults);
+    let lights = lights(document, &placed, faults);
+    let cameras = cameras(document, &placed, faults);
+    Scene {
+        name: name.to_owned(),
+        geometry,
+        nodes: placed.into_iter().map(|p| p.node).collect(),
+        materials,
+        lights,
+        default_camera: (!cameras.is_empty()).then_some(0),
+        cameras,
+        textures,
+        bounds: Bounds::EMPTY,
+        grid: Bounds::EMPTY,
+    }
+}
+
+/// All nodes reachable from the scene's roots, parents first.
+fn hierarchy(document: &Document, faults: &mut Vec<Diagnostic>) -> Vec<Placed> {
+    let root = &document.root;
+    let all = &root.nodes;
+    let mut pending: Vec<(usize, Option<usize>)> = match (root.scene, root.scenes.first()) {
+        (Some(index), _) if root.scenes.get(index.value()).is_none() => {
+            faults.push(document.error("scene", format!("there is no scene {}", index.value())));
+            return vec![];
+        }
+        (Some(index), _) => root.scenes[index.value()].nodes.iter().map(|n| (n.value(), None)).collect(),
+        (None, Some(first)) => first.nodes.iter().map(|n| (n.value(), None)).collect(),
+        (None, None) => {
+            let mut child = vec![false; all.len()];
+            for c in all.iter().flat_map(|n| n.children.iter().flatten()) {
+                child.get_mut(c.value()).into_iter().for_each(|c| *c = true);
+            }
+            (0..all.len()).filter(|i| !child[*i]).map(|i| (i, None)).collect()
+        }
+    };
+    pending.reverse();
+    let mut seen = vec![false; all.len()];
+    let mut placed: Vec<Placed> = vec![];
+    while let Some((index, parent)) = pending.pop() {
+        let Some(raw) = all.get(index) else {
+            faults.push(document.error("nodes", format!("there is no node {index}, yet it is used")));
+            continue;
+        };
+        let at = place("nodes", index, raw.name.as_deref());
+        if std::mem::replace(&mut seen[index], true) {
+            let d = document.error(at, "it has two parents, or is its own ancestor");
+            faults.push(d.help("each node may be the child of one node, or a root of the scene"));
+            continue;
+        }
+        let (translation, linear) = match local(raw) {
+            Ok(local) => local,
+            Err(why) => {
+                faults.push(document.error(at, why));
+                continue;
+            }
+        };
+        let above = parent.map_or(Mat4::IDENTITY, |p| placed[p].world);
+        let world = above * Mat4::from_mat3_translation(linear, translation);
+        if !world.to_cols_array().iter().all(|x| x.abs() <= MAX_COORDINATE) {
+            faults.push(document.error(at, "its transform, with those above it, leaves the range of usable numbers"));
+            continue;
+        }
+        if raw.skin.is_some() {
+            faults.push(document.warning(at, "its skin is ignored"));
+        }
+        let this = placed.len();
+        let name = raw.name.clone().unwrap_or_else(|| format!("node {index}"));
+        let node = Node { name, parent, translation, linear, motion: vec![] };
+        placed.push(Placed { node, index, world });
+        pending.extend(raw.children.iter().flatten().rev().map(|c| (c.value(), Some(this))));
+    }
+    placed
+}
+
+/// A node's own translation, and rotation with scale.
+fn local(raw: &RawNode) -> Result<(Vec3, Mat3), String> {
+    if let Some(matrix) = raw.matrix {
+        let matrix = Mat4::from_cols_array(&matrix);
+        if !matrix.is_finite() {
+            return Err("its matrix holds a number that is not finite".into());
+        }
+        if matrix.row(3) != Vec4::W {
+            return Err("the last row of its matrix is not (0, 0, 0, 1)".into());
+        }
+        return Ok((matrix.w_axis.truncate(), Mat3::from_mat4(matrix)));
+    }
+    let translation = Vec3::from(raw.translation.unwrap_or([0.0; 3]));
+    let scale = Vec3::from(raw.scale.unwrap_or([1.0; 3]));
+    let rotation = Quat::from_array(raw.rotation.unwrap_or_default().0);
+    if !(translation.is_finite() && scale.is_finite() && rotation.is_finite()) {
+        return Err("its transform holds a number that is not finite".into());
+    }
+    if !(rotation.length_squared() > 0.0 && rotation.length_squared().is_finite()) {
+        return Err("its rotation is no unit quaternion".into());
+    }
+    Ok((translation, Mat3::from_quat(rotation.normalize()) * Mat3::from_diagonal(scale)))
+}
+
+/// The materials, and for each the texture coordinate set of its base-colour texture.
+fn materials(document: &Document, faults: &mut Vec<Diagnostic>) -> (Vec<Material>, Vec<Option<u32>>) {
+    let mut all = vec![];
+    let mut sets = vec![];
+    for (i, raw) in document.root.materials.iter().enumerate() {
+        let at = place("materials", i, raw.name.as_deref());
+        let strength =
+            raw.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
+        let base_color = Vec4::from(raw.pbr_metallic_roughness.base_color_factor.0);
+        let emission = Vec3::from(raw.emissive_factor.0) * strength;
+        if !usable(&base_color.to_array()) {
+            let why = format!("baseColorFactor {base_color} must be finite and not negative");
+            faults.push(document.error(&at, why));
+        } else if base_color.max_element() > 1.0 {
+            let why = format!("baseColorFactor {base_color} exceeds 1: the surface gives more light than it gets");
+            faults.push(document.warning(&at, why));
+        }
+        if !usable(&emission.to_array()) || strength < 0.0 {
+            let why = format!("emission {emission} (emissiveFactor × strength) must be finite and not negative");
+            faults.push(document.error(&at, why));
+        }
+        warn_ignored(document, &at, raw, faults);
+        sets.push(raw.pbr_metallic_roughness.base_color_texture.as_ref().map(|t| t.tex_coord));
+        all.push(Material {
+            name: raw.name.clone().unwrap_or_else(|| format!("material {i}")),
+            base_color,
+            base_color_texture: None,
+            emission,
+            double_sided: raw.double_sided,
+            specular: 0.0,
+            shininess: 1.0,
+        });
+    }
+    (all, sets)
+}
+
+fn warn_ignored(document: &Document, at: &str, raw: &RawMaterial, faults: &mut Vec<Diagnostic>) {
+    use gltf::json::material::AlphaMode;
+    if raw.emissive_texture.is_some() {
+        faults.push(document.warning(at, "its emissive texture is ignored; the factor alone holds"));
+    }
+    if raw.normal_texture.is_some() {
+        faults.push(document.warning(at, "its normal map is ignored"));
+    }
+    match raw.alpha_mode {
+        Checked::Valid(AlphaMode::Opaque) => {}
+        Checked::Valid(mode) => faults.push(document.warning(at, format!("alpha mode {mode:?} is drawn opaque"))),
+        Checked::Invalid => faults.push(document.warning(at, "unknown alpha mode; it is drawn opaque")),
+    }
+}
+
+/// Loads the base-colour images that materials use, each once, and tells the materials their layers.
+fn texture_array(
+    document: &Document,
+    materials: &mut [Material],
+    files: &mut Vec<PathBuf>,
+    faults: &mut Vec<Diagnostic>,
+) -> Option<textures::TextureArray> {
+    if !document.complete() {
+        return None;
+    }
+    let root = &document.root;
+    let mut images: Vec<usize> = vec![];
+    let mut pictures = vec![];
+    for (i, (raw, material)) in root.materials.iter().zip(materials).enumerate() {
+        let Some(texture) = &raw.pbr_metallic_roughness.base_color_texture else { continue };
+        let found = textures::image_of(root, texture.index.value()).and_then(|image| {
+            if let Some(layer) = images.iter().position(|known| *known == image) {
+                return Ok(layer);
+            }
+            pictures.push(textures::picture(document, &root.images[image], files)?);
+            images.push(image);
+            Ok(images.len() - 1)
+        });
+        match found {
+            Ok(layer) => material.base_color_texture = u32::try_from(layer).ok(),
+            Err(why) => {
+                let at = place("materials", i, raw.name.as_deref());
+                faults.push(document.error(at, format!("base-colour texture: {why}")));
+            }
+        }
+    }
+    textures::array(&pictures)
+}
+
+fn geometry_of(
+    document: &Document,
+    placed: &[Placed],
+    materials: &mut Vec<Material>,
+    uv_sets: &mut Vec<Option<u32>>,
+    faults: &mut Vec<Diagnostic>,
+) -> geometry::Geometry {
+    let root = &document.root;
+    if !document.complete() {
+        return geometry::Geometry::default();
+    }
+    // Meshes are read once, whatever the number of nodes that show them.
+    let mut meshes: Vec<Option<Vec<geometry::Primitive>>> = root.meshes.iter().map(|_| None).collect();
+    let mut default_material = None;
+    for p in placed {
+        let Some(index) = root.nodes[p.index].mesh.map(|m| m.value()) else { continue };
+        let Some(mesh) = root.meshes.get(index) else {
+            let at = place("nodes", p.index, Some(&p.node.name));
+            faults.push(document.error(at, format!("there is no mesh {index}")));
+            continue;
+        };
+        if meshes[index].is_some() {
+            continue;
+        }
+        let mut primitives = vec![];
+        for (j, raw) in mesh.primitives.iter().enumerate() {
+            let at = geometry::primitive_place(index, mesh.name.as_deref(), j);
+            let row = match raw.material {
+                Some(material) if material.value() >= root.materials.len() => {
+                    faults.push(document.error(at, format!("there is no material {material}")));
+                    continue;
+                }
+                Some(material) => material.value(),
+                None => *default_material.get_or_insert_with(|| {
+                    materials.push(plain_material());
+                    uv_sets.push(None);
+                    materials.len() - 1
+                }),
+            };
+            let surface = Surface { material: row as u32, uv_set: uv_sets[row] };
+            primitives.extend(geometry::primitive(document, raw, &at, &surface, faults));
+        }
+        meshes[index] = Some(primitives);
+    }
+    let mut instances = vec![];
+    for (row, p) in placed.iter().enumerate() {
+        let mesh = root.nodes[p.index].mesh.and_then(|m| meshes.get(m.value())?.as_ref());
+        instances.extend(mesh.into_iter().flatten().map(|primitive| Instance {
+            primitive,
+            node: row as u32,
+            node_name: &p.node.name,
+            world: p.world,
+            double_sided: materials[primitive.material()].double_sided,
+        }));
+    }
+    geometry::assemble(document, &instances, faults)
+}
+
+/// What glTF gives a primitive without a material.
+fn plain_material() -> Material {
+    Material {
+        name: "default".into(),
+        base_color: Vec4::ONE,
+        base_color_texture: None,
+        emission: Vec3::ZERO,
+        double_sided: false,
+        specular: 0.0,
+        shininess: 1.0,
+    }
+}
+
+fn lights(document: &Document, placed: &[Placed], faults: &mut Vec<Diagnostic>) -> Vec<Light> {
+    let root = &document.root;
+    let raw_lights: &[RawLight] = root.as_ref();
+    let mut lights = vec![];
+    for (row, p) in placed.iter().enumerate() {
+        let extension = root.nodes[p.index].extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        let Some(index) = extension.map(|e| e.light.value()) else { continue };
+        let at = place("nodes", p.index, Some(&p.node.name));
+        let Some(raw) = raw_lights.get(index) else {
+            faults.push(document.error(at, format!("there is no light {index}")));
+            continue;
+        };
+        match light(raw, row, p) {
+            Ok(light) => {
+                if light.outer > super::light_views::WIDEST_HALF_ANGLE {
+                    let why = "its spot is too wide for one shadow view: the rim past 85° casts no shadow";
+                    faults.push(document.warning(at, why));
+                }
+                lights.push(light);
+            }
+            Err(why) => {
+                faults.push(document.error(format!("{at}, {}", place("lights", index, raw.name.as_deref())), why));
+            }
+        }
+    }
+    lights
+}
+
+fn light(raw: &RawLight, row: usize, p: &Placed) -> Result<Light, String> {
+    let kind = match raw.type_ {
+        Checked::Valid(LightType::Point) => LightKind::Point,
+        Checked::Valid(LightType::Spot) => LightKind::Spot,
+        Checked::Valid(LightType::Directional) => LightKind::Directional,
+        Checked::Invalid => return Err("its type is none of point, spot and directional".into()),
+    };
+    let intensity = Vec3::from(raw.color) * raw.intensity;
+    if !usable(&intensity.to_array()) || raw.intensity < 0.0 {
+        return Err(format!("colour × intensity {intensity} must be finite and not negative"));
+    }
+    if let Some(range) = raw.range
+        && !(range > 0.0 && range.is_finite())
+    {
+        return Err(format!("range {range} must be a positive number"));
+    }
+    let (inner, outer) = match (kind, &raw.spot) {
+        (LightKind::Spot, Some(spot)) => (spot.inner_cone_angle, spot.outer_cone_angle),
+        (LightKind::Spot, None) => return Err("it is a spot without its cone (`spot`)".into()),
+        (LightKind::Point | LightKind::Directional, _) => (0.0, 0.0),
+    };
+    // Files round π/2 up as often as down.
+    let ordered = 0.0 <= inner && inner <= outer && outer <= FRAC_PI_2 + 1e-3;
+    if kind == LightKind::Spot && !(ordered && outer > 0.0) {
+        return Err(format!("cone angles {inner} and {outer} must rise from 0 to π/2 radians"));
+    }
+    if kind != LightKind::Point && forward(p).is_none() {
+        return Err("its node is scaled to nothing, so that it has no direction".into());
+    }
+    Ok(Light {
+        name: raw.name.clone().unwrap_or_else(|| p.node.name.clone()),
+        node: row,
+        kind,
+        intensity,
+        range: raw.range.unwrap_or(0.0),
+        inner,
+        outer: outer.min(FRAC_PI_2),
+    })
+}
+
+fn cameras(document: &Document, placed: &[Placed], faults: &mut Vec<Diagnostic>) -> Vec<Camera> {
+    let root = &document.root;
+    let mut cameras = vec![];
+    for (row, p) in placed.iter().enumerate() {
+        let Some(index) = root.nodes[p.index].camera.map(|c| c.value()) else { continue };
+        let node_at = place("nodes", p.index, Some(&p.node.name));
+        let Some(raw) = root.cameras.get(index) else {
+            faults.push(document.error(node_at, format!("there is no camera {index}")));
+            continue;
+        };
+        let lens = lens(raw).and_then(|lens| {
+            let across = p.world.x_axis.truncate().cross(p.world.y_axis.truncate());
+            forward(p).zip(across.try_normalize()).map(|_| lens).ok_or("its node is scaled to nothing".into())
+        });
+        match lens {
+            Ok(lens) => {
+                let own = raw.name.clone();
+                let named = root.nodes[p.index].name.clone();
+                let name = named.or_else(|| own.clone()).unwrap_or_else(|| format!("camera {index}"));
+                cameras.push(Camera { alias: own.filter(|own| *own != name), name, node: row, lens });
+            }
+            Err(why) => faults.push(document.error(place("cameras", index, raw.name.as_deref()), why)),
+        }
+    }
+    cameras
+}
+
+fn lens(raw: &gltf::json::Camera) -> Result<Lens, String> {
+    let depths = |near: f32, far: f32| near.is_finite() && far.is_finite() && near < far;
+    match (&raw.type_, &raw.perspective, &raw.orthographic) {
+        (Checked::Valid(CameraType::Perspective), Some(p), _) => {
+            if !(p.yfov > 0.0 && p.yfov < PI) {
+                return Err(format!("yfov {} must lie between 0 and π radians", p.yfov));
+            }
+            if !(p.znear > 0.0 && depths(p.znear, p.zfar.unwrap_or(f32::MAX))) {
+                return Err(format!("znear {} and zfar {:?} must be positive and in this order", p.znear, p.zfar));
+            }
+            Ok(Lens::Perspective { yfov: p.yfov, near: p.znear, far: p.zfar })
+        }
+        (Checked::Valid(CameraType::Orthographic), _, Some(o)) => {
+            if !(o.ymag != 0.0 && o.ymag.is_finite()) {
+                return Err(format!("ymag {} must be finite and not 0", o.ymag));
+            }
+            if !(o.znear >= 0.0 && depths(o.znear, o.zfar)) {
+                return Err(format!("znear {} and zfar {} must not be negative, and in this order", o.znear, o.zfar));
+            }
+            Ok(Lens::Orthographic { ymag: o.ymag.abs(), near: o.znear, far: o.zfar })
+        }
+        (Checked::Valid(kind), ..) => Err(format!("the numbers of its kind, {kind:?}, are missing")),
+        (Checked::Invalid, ..) => Err("its type is neither perspective nor orthographic".into()),
+    }
+}
+
+/// World direction of a node's −Z; `None` where its scale leaves none.
+fn forward(p: &Placed) -> Option<Vec3> {
+    (-p.world.z_axis.truncate()).try_normalize()
+}
+
+fn usable(numbers: &[f32]) -> bool {
+    numbers.iter().all(|x| *x >= 0.0 && x.is_finite())
+}

@@ -1,0 +1,245 @@
+//! From a path to a scene: finds the files, joins the glTF and its scene RON.
+
+use super::{
+    description::{self, Description, Key, Spanned},
+    document::{Document, read_file},
+    import::import,
+    model::{Keyframe, Scene},
+};
+use crate::diag::{Checked, Diagnostic, Faults, Severity, Source};
+use glam::Vec3;
+use std::path::{Path, PathBuf};
+
+/// A scene, and what its user should know.
+#[derive(Debug, Clone)]
+pub struct Loaded {
+    pub scene: Scene,
+    /// Warnings and notes: what is ignored, dropped or made up.
+    pub notices: Vec<Diagnostic>,
+    /// All files that went into it, in the order they were read.
+    pub files: Vec<PathBuf>,
+}
+
+/// Loads a scene from a `.gltf`, a `.glb`, a scene `.ron`, or a path without one of these endings: then the first of
+/// PATH.ron, PATH.glb and PATH.gltf that is there, or else of the same names inside the directory PATH.
+/// A glTF with a `.ron` of the same stem beside it uses it.
+///
+/// # Errors
+/// Every fault of the files: what can't be read, is no glTF 2 or scene RON, or holds numbers, indices or names that
+/// nothing can be made of; and a scene without triangles.
+pub fn load(path: &Path) -> Checked<Loaded> {
+    let mut faults = vec![];
+    let mut files = vec![];
+    let found = resolve(path)?;
+    let name = found.file_stem().unwrap_or(found.as_os_str()).to_string_lossy().into_owned();
+    let (gltf, description) = if has_extension(&found, &["ron"]) {
+        let source = Source::read(&found)?;
+        files.push(found.clone());
+        let description = description::parse(&source, &mut faults);
+        (described_gltf(&found, &description)?, Some(description))
+    } else {
+        let description = beside(&found, &mut files, &mut faults)?;
+        (found, description)
+    };
+    let shown = gltf.display().to_string();
+    let bytes = read_file(&gltf).map_err(|why| {
+        faults.push(Diagnostic::error(why));
+        Faults(std::mem::take(&mut faults))
+    })?;
+    files.push(gltf.clone());
+    let directory = gltf.parent().unwrap_or(Path::new(""));
+    let scene = read(&bytes, &shown, &name, directory, description.as_ref(), &mut files, &mut faults);
+    match scene {
+        Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
+            Ok(Loaded { scene, notices: faults, files })
+        }
+        _ => Err(Faults(faults)),
+    }
+}
+
+/// A scene from a glTF's bytes. Not to be used when `faults` then holds an error; `None` only with one.
+pub(super) fn read(
+    bytes: &[u8],
+    shown: &str,
+    name: &str,
+    directory: &Path,
+    description: Option<&Description>,
+    files: &mut Vec<PathBuf>,
+    faults: &mut Vec<Diagnostic>,
+) -> Option<Scene> {
+    let document = Document::new(bytes, shown, directory, files, faults)?;
+    let mut scene = import(&document, name, files, faults);
+    if let Some(description) = description {
+        apply(&mut scene, description, &document, faults);
+    }
+    if faults.iter().any(|d| d.severity == Severity::Error) {
+        return None;
+    }
+    if scene.geometry.indices.is_empty() {
+        let d = document.error("scene", "it has no triangles");
+        faults.push(d.help("export at least one mesh, at a node of the default scene"));
+        return None;
+    }
+    if scene.lights.is_empty() && !scene.materials.iter().any(super::Material::emits) {
+        let d = Diagnostic::note(format!("{shown}: the scene has no light; everything will be black"));
+        faults.push(d.help("add a light (KHR_lights_punctual) or an emissive material"));
+    }
+    scene.bounds = scene.swept_bounds();
+    let reach = scene.bounds.min.abs().max(scene.bounds.max.abs()).max_element();
+    if reach > super::geometry::MAX_COORDINATE || reach.is_nan() {
+        faults.push(
+            document.error("scene", format!("it reaches {reach} metres from its origin, too far to compute with")),
+        );
+        return None;
+    }
+    scene.grid = description.and_then(|d| d.grid).unwrap_or(scene.bounds);
+    Some(scene)
+}
+
+/// What the scene RON adds, its names looked up.
+fn apply(scene: &mut Scene, description: &Description, document: &Document, faults: &mut Vec<Diagnostic>) {
+    for (name, finish) in &description.materials {
+        let mut known = false;
+        for material in scene.materials.iter_mut().filter(|m| m.name == name.value) {
+            material.specular = finish.specular;
+            material.shininess = finish.shininess;
+            known = true;
+        }
+        if !known {
+            let names = scene.materials.iter().map(|m| m.name.as_str());
+            faults.push(unknown("material", name, names, &document.shown));
+        }
+    }
+    let mut moved: Vec<(usize, &Spanned<String>)> = vec![];
+    for (name, keys) in &description.motion {
+        let nodes = nodes_called(scene, &name.value);
+        let &[node] = nodes.as_slice() else {
+            if nodes.is_empty() {
+                let lights = scene.lights.iter().map(|l| l.name.as_str());
+                let names = scene.nodes.iter().map(|n| n.name.as_str()).chain(lights);
+                faults.push(unknown("node", name, names, &document.shown));
+            } else {
+                let why = format!("{} has {} nodes called \"{}\"", document.shown, nodes.len(), name.value);
+                faults
+                    .push(Diagnostic::error(why).at(&name.span, "").help("give the node that moves a name of its own"));
+            }
+            continue;
+        };
+        if let Some((_, first)) = moved.iter().find(|(n, _)| *n == node) {
+            let d = Diagnostic::error(format!("\"{}\" moves a node that moves already", name.value));
+            faults.push(d.at(&name.span, "").at(&first.span, "here").help("a node and its light move together"));
+            continue;
+        }
+        moved.push((node, name));
+        let own = scene.nodes[node].translation;
+        scene.nodes[node].motion = keys.iter().map(|key| keyframe(key, own)).collect();
+    }
+    if let Some(name) = &description.camera {
+        match scene.find_camera(&name.value) {
+            Ok(camera) => scene.default_camera = Some(camera),
+            Err(Faults(found)) => faults.extend(found.into_iter().map(|d| d.at(&name.span, ""))),
+        }
+    }
+}
+
+/// The nodes of this name, or else those at which lights or cameras of this name are.
+fn nodes_called(scene: &Scene, name: &str) -> Vec<usize> {
+    let mut nodes: Vec<usize> = (0..scene.nodes.len()).filter(|i| scene.nodes[*i].name == name).collect();
+    if nodes.is_empty() {
+        nodes.extend(scene.lights.iter().filter(|l| l.name == name).map(|l| l.node));
+        nodes.extend(scene.cameras.iter().filter(|c| c.alias.as_deref() == Some(name)).map(|c| c.node));
+        nodes.sort_unstable();
+        nodes.dedup();
+    }
+    nodes
+}
+
+fn keyframe(key: &Key, own: Vec3) -> Keyframe {
+    let rotation = key
+        .rotation_degrees
+        .and_then(|[x, y, z, degrees]| Vec3::new(x, y, z).try_normalize().map(|axis| (axis, degrees.to_radians())));
+    Keyframe { time: key.time, translation: key.translation.map_or(own, Vec3::from), rotation }
+}
+
+fn unknown<'a>(what: &str, name: &Spanned<String>, names: impl Iterator<Item = &'a str>, shown: &str) -> Diagnostic {
+    let names: Vec<&str> = names.collect();
+    let d = Diagnostic::error(format!("{shown} has no {what} called \"{}\"", name.value));
+    let d = d.at(&name.span, "").nearest(&name.value, names.iter().copied());
+    // A long list would bury the nearest name.
+    if names.len() <= 12 { d.help(format!("there are {}", names.join(", "))) } else { d }
+}
+
+/// The file that a path means.
+fn resolve(path: &Path) -> Checked<PathBuf> {
+    if has_extension(path, &["ron", "glb", "gltf"]) {
+        return Ok(path.into());
+    }
+    let with = |base: &Path, extension: &str| {
+        let mut name = base.as_os_str().to_owned();
+        name.push(extension);
+        PathBuf::from(name)
+    };
+    let inside = path.file_name().map(|name| path.join(name));
+    let tried: Vec<PathBuf> = std::iter::once(path)
+        .chain(inside.as_deref())
+        .flat_map(|base| [".ron", ".glb", ".gltf"].map(|extension| with(base, extension)))
+        .collect();
+    tried.iter().find(|p| p.is_file()).cloned().ok_or_else(|| {
+        let list: Vec<String> = tried.iter().map(|p| p.display().to_string()).collect();
+        let d = Diagnostic::error(format!("there is no scene {}", path.display()));
+        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let near = scenes_beside(path);
+        d.nearest(&name, near.iter().map(String::as_str)).help(format!("looked for {}", list.join(", "))).into()
+    })
+}
+
+/// Stems of the scenes in the directory of a path, sorted.
+fn scenes_beside(path: &Path) -> Vec<String> {
+    let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten().map(|e| e.path());
+    let scenes = entries.filter(|p| has_extension(p, &["ron", "glb", "gltf"]));
+    let mut stems: Vec<String> = scenes.filter_map(|p| Some(p.file_stem()?.to_string_lossy().into_owned())).collect();
+    stems.sort();
+    stems.dedup();
+    stems
+}
+
+/// The glTF that a scene RON names, or the one of its stem.
+fn described_gltf(ron: &Path, description: &Description) -> Checked<PathBuf> {
+    if let Some(name) = &description.gltf {
+        let path = ron.parent().unwrap_or(Path::new("")).join(&name.value);
+        if path.is_file() && has_extension(&path, &["glb", "gltf"]) {
+            return Ok(path);
+        }
+        let d = Diagnostic::error(format!("{} is no glTF file that is there", path.display()));
+        return Err(d.at(&name.span, "").help("name a .glb or .gltf relative to the scene file").into());
+    }
+    let candidates = ["glb", "gltf"].map(|extension| ron.with_extension(extension));
+    candidates.iter().find(|p| p.is_file()).cloned().ok_or_else(|| {
+        let d = Diagnostic::error(format!("{} names no glTF, and none of its stem is beside it", ron.display()));
+        d.help("add `gltf: \"name.glb\"`").into()
+    })
+}
+
+/// The scene RON beside a glTF, when it is there and is this glTF's.
+fn beside(gltf: &Path, files: &mut Vec<PathBuf>, faults: &mut Vec<Diagnostic>) -> Checked<Option<Description>> {
+    let ron = gltf.with_extension("ron");
+    if !ron.is_file() {
+        return Ok(None);
+    }
+    let source = Source::read(&ron)?;
+    files.push(ron.clone());
+    let description = description::parse(&source, faults);
+    match &description.gltf {
+        Some(name) if gltf.file_name().is_none_or(|file| *file != *name.value) => {
+            let d = Diagnostic::warning(format!("{} describes another glTF and is not used", ron.display()));
+            faults.push(d.at(&name.span, "").help(format!("load {} itself to see that scene", ron.display())));
+            Ok(None)
+        }
+        _ => Ok(Some(description)),
+    }
+}
+
+fn has_extension(path: &Path, any: &[&str]) -> bool {
+    path.extension().is_some_and(|e| any.iter().any(|a| e.eq_ignore_ascii_case(a)))
+}

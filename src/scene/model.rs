@@ -1,0 +1,214 @@
+//! The scene as plain data, and the facts it states.
+
+use super::{Geometry, TextureArray};
+use crate::value::{Value, Values};
+use glam::{Mat3, Vec3, Vec4};
+
+/// Everything a graph may ask of a scene, checked: all numbers are finite, all indices in range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// The file's name without its extension.
+    pub name: String,
+    /// All instances of all meshes as one indexed triangle list.
+    pub geometry: Geometry,
+    /// Parents come before their children.
+    pub nodes: Vec<Node>,
+    pub materials: Vec<Material>,
+    pub lights: Vec<Light>,
+    pub cameras: Vec<Camera>,
+    /// Index into `cameras` of the one used when none is named; `None` only without cameras.
+    pub default_camera: Option<usize>,
+    /// `None` when no material has a base-colour texture.
+    pub textures: Option<TextureArray>,
+    /// All geometry over all its motion, in metres, world space.
+    pub bounds: Bounds,
+    /// Where probes go: the scene file's `grid`, or `bounds`.
+    pub grid: Bounds,
+}
+
+/// A place in the hierarchy: `x_parent = linear · x + translation`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    pub name: String,
+    /// An earlier node.
+    pub parent: Option<usize>,
+    pub translation: Vec3,
+    /// Rotation and scale.
+    pub linear: Mat3,
+    /// In the order of time; empty for a node that does not move by itself.
+    pub motion: Vec<Keyframe>,
+}
+
+/// Where a moving node is at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Keyframe {
+    /// Seconds, at least 0.
+    pub time: f32,
+    /// In the parent's space; replaces the node's own.
+    pub translation: Vec3,
+    /// Unit axis in the parent's space and an angle in radians, on top of the node's own rotation.
+    pub rotation: Option<(Vec3, f32)>,
+}
+
+/// A surface: Lambert, with an optional Phong lobe, and emission from its front face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    pub name: String,
+    /// Linear reflectance (rgb) and alpha.
+    pub base_color: Vec4,
+    /// Layer of the scene's textures.
+    pub base_color_texture: Option<u32>,
+    /// Radiance.
+    pub emission: Vec3,
+    pub double_sided: bool,
+    /// Phong strength, 0 to 1.
+    pub specular: f32,
+    /// Phong exponent.
+    pub shininess: f32,
+}
+
+/// A light at a node, as glTF's `KHR_lights_punctual` states it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Light {
+    pub name: String,
+    pub node: usize,
+    pub kind: LightKind,
+    /// Colour times candela (point, spot) or lux (directional).
+    pub intensity: Vec3,
+    /// Metres; 0 for none.
+    pub range: f32,
+    /// Half angles of a spot's cone in radians, `0 ≤ inner ≤ outer ≤ π/2`; 0 for the other kinds.
+    pub inner: f32,
+    pub outer: f32,
+}
+
+/// The kinds of light; the numbers are those of the `lights` table's `kind`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LightKind {
+    Point = 0,
+    Spot = 1,
+    Directional = 2,
+}
+
+impl LightKind {
+    /// Shadow views of such a light.
+    pub fn views(self) -> u32 {
+        match self {
+            LightKind::Point => 6,
+            LightKind::Spot | LightKind::Directional => 1,
+        }
+    }
+}
+
+/// A camera at a node; it looks down the node's −Z.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// The node's name, or the camera's where the node has none.
+    pub name: String,
+    /// The glTF camera's own name, where it differs.
+    pub alias: Option<String>,
+    pub node: usize,
+    pub lens: Lens,
+}
+
+/// How a camera projects. The aspect is always the image's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lens {
+    /// `yfov` is the whole vertical angle in radians; without `far` the scene's extent decides.
+    Perspective { yfov: f32, near: f32, far: Option<f32> },
+    /// `ymag` is half the height in metres.
+    Orthographic { ymag: f32, near: f32, far: f32 },
+}
+
+/// An axis-aligned box; empty when `min` exceeds `max`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    pub min: Vec3,
+    pub max: Vec3,
+}
+
+impl Bounds {
+    /// The box of nothing.
+    pub const EMPTY: Bounds = Bounds { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+
+    /// The smallest box round some points.
+    pub fn of(points: impl IntoIterator<Item = Vec3>) -> Bounds {
+        points.into_iter().fold(Bounds::EMPTY, |b, p| Bounds { min: b.min.min(p), max: b.max.max(p) })
+    }
+
+    /// The smallest box round both.
+    pub fn union(self, other: Bounds) -> Bounds {
+        Bounds { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// The eight corners.
+    pub fn corners(self) -> [Vec3; 8] {
+        std::array::from_fn(|i| {
+            let pick = |bit: usize, low: f32, high: f32| if i & bit == 0 { low } else { high };
+            Vec3::new(pick(1, self.min.x, self.max.x), pick(2, self.min.y, self.max.y), pick(4, self.min.z, self.max.z))
+        })
+    }
+
+    pub fn center(self) -> Vec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// Length of the diagonal.
+    pub fn diagonal(self) -> f32 {
+        self.min.distance(self.max)
+    }
+
+    /// Distance from a point to the farthest corner.
+    pub fn farthest(self, point: Vec3) -> f32 {
+        (point - self.min).abs().max((point - self.max).abs()).length()
+    }
+}
+
+impl Scene {
+    /// The facts of [`super::FACTS`], by name.
+    pub fn facts(&self) -> Values {
+        let count = |n: usize| Value::Uint(u32::try_from(n).unwrap_or(u32::MAX));
+        let lights = |kind| count(self.lights.iter().filter(|l| l.kind == kind).count());
+        let materials = |test: fn(&Material) -> bool| count(self.materials.iter().filter(|m| test(m)).count());
+        let facts = [
+            ("lights", count(self.lights.len())),
+            ("point_lights", lights(LightKind::Point)),
+            ("spot_lights", lights(LightKind::Spot)),
+            ("directional_lights", lights(LightKind::Directional)),
+            ("light_views", Value::Uint(self.lights.iter().map(|l| l.kind.views()).sum())),
+            ("emitters", count(self.corners().filter(|c| self.material(c).is_some_and(Material::emits)).count())),
+            ("materials", count(self.materials.len())),
+            ("emissive_materials", materials(Material::emits)),
+            ("specular_materials", materials(|m| m.specular > 0.0)),
+            ("textured_materials", materials(|m| m.base_color_texture.is_some())),
+            ("double_sided_materials", materials(|m| m.double_sided)),
+            ("nodes", count(self.nodes.len())),
+            ("moving_nodes", count(self.moving().into_iter().filter(|m| *m).count())),
+            ("triangles", count(self.geometry.indices.len() / 3)),
+            ("vertices", count(self.geometry.vertices.len())),
+            ("bounds_min", Value::Vec3(self.bounds.min)),
+            ("bounds_max", Value::Vec3(self.bounds.max)),
+            ("grid_min", Value::Vec3(self.grid.min)),
+            ("grid_max", Value::Vec3(self.grid.max)),
+        ];
+        facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+
+    /// Vertex indices of each triangle, in the order of the `triangles` table.
+    pub(super) fn corners(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        self.geometry.indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]])
+    }
+
+    /// The material of a triangle.
+    pub(super) fn material(&self, corners: &[u32; 3]) -> Option<&Material> {
+        let vertex = self.geometry.vertices.get(corners[0] as usize)?;
+        self.materials.get(vertex.material as usize)
+    }
+}
+
+impl Material {
+    /// Whether it gives light.
+    pub fn emits(&self) -> bool {
+        self.emission.max_element() > 0.0
+    }
+}

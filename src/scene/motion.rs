@@ -1,0 +1,199 @@
+//! A scene at a time: where its nodes, lights and cameras are, and the box it stays in.
+
+use super::model::{Bounds, Keyframe, Node, Scene};
+use glam::{Mat3, Mat4, Quat, Vec3};
+
+/// A scene at a time, in world space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pose {
+    /// Seconds.
+    pub time: f32,
+    /// Node to world, for each of the scene's nodes.
+    pub nodes: Vec<Mat4>,
+    /// For each of the scene's lights.
+    pub lights: Vec<LightPose>,
+    /// For each of the scene's cameras.
+    pub cameras: Vec<CameraPose>,
+}
+
+/// Where a light is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightPose {
+    pub position: Vec3,
+    /// Unit direction in which the light travels.
+    pub direction: Vec3,
+}
+
+/// Where a camera is. The directions are units at right angles; the node's scale plays no part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraPose {
+    pub position: Vec3,
+    pub forward: Vec3,
+    pub up: Vec3,
+}
+
+/// Angle from sample to sample of a turning node's sweep: between two, an arc leaves the hull of its ends by at most
+/// 1 − cos 1° of its radius, which [`SWEEP_MARGIN`] covers.
+const SWEEP_STEP: f32 = 2.0 * std::f32::consts::PI / 180.0;
+
+/// Share of the swept box's diagonal added on every side when something turns.
+const SWEEP_MARGIN: f32 = 2e-4;
+
+/// Samples between two keyframes: two whole turns in steps of [`SWEEP_STEP`]. Faster spins pass the same angles again.
+const MAX_SWEEP_SAMPLES: usize = 360;
+
+/// Points swept one by one; of larger meshes the corners of their box are.
+const MAX_SWEPT_POINTS: usize = 4096;
+
+impl Scene {
+    /// The scene at a time in seconds. A time that is not finite counts as 0.
+    pub fn pose(&self, time: f32) -> Pose {
+        let time = if time.is_finite() { time } else { 0.0 };
+        let mut nodes: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let local = local(node, time);
+            // Parents come first, so theirs are already there.
+            nodes.push(node.parent.map_or(local, |p| nodes[p] * local));
+        }
+        let forward = |m: &Mat4| (-m.z_axis.truncate()).try_normalize().unwrap_or(Vec3::NEG_Z);
+        let lights = self.lights.iter().map(|light| {
+            let m = &nodes[light.node];
+            LightPose { position: m.w_axis.truncate(), direction: forward(m) }
+        });
+        let cameras = self.cameras.iter().map(|camera| {
+            let m = &nodes[camera.node];
+            let forward = forward(m);
+            let up = m.y_axis.truncate();
+            let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or(forward.any_orthonormal_vector());
+            CameraPose { position: m.w_axis.truncate(), forward, up }
+        });
+        Pose { time, lights: lights.collect(), cameras: cameras.collect(), nodes }
+    }
+
+    /// For each node, whether its world transform changes with time.
+    pub(super) fn moving(&self) -> Vec<bool> {
+        let mut moving: Vec<bool> = vec![];
+        for node in &self.nodes {
+            moving.push(node.motion.len() > 1 || node.parent.is_some_and(|p| moving[p]));
+        }
+        moving
+    }
+
+    /// The box round all geometry over all its motion: exact for what stands still or slides, and for what turns as
+    /// near as the sampling of its sweep allows, from outside.
+    pub(super) fn swept_bounds(&self) -> Bounds {
+        let mut points: Vec<Vec<Vec3>> = vec![vec![]; self.nodes.len()];
+        for vertex in &self.geometry.vertices {
+            points[vertex.node as usize].push(vertex.position.into());
+        }
+        let moving = self.moving();
+        let still = self.pose(0.0).nodes;
+        let mut bounds = Bounds::EMPTY;
+        for (node, points) in points.into_iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+            bounds = bounds.union(if moving[node] {
+                self.swept(node, points)
+            } else {
+                Bounds::of(points.into_iter().map(|p| still[node].transform_point3(p)))
+            });
+        }
+        bounds
+    }
+
+    /// The box that points of a node's space sweep in the world.
+    fn swept(&self, node: usize, mut points: Vec<Vec3>) -> Bounds {
+        let mut margin = 0.0_f32;
+        let mut above = Some(node);
+        let mut pending = Mat4::IDENTITY;
+        while let Some(index) = above {
+            let node = &self.nodes[index];
+            above = node.parent;
+            if node.motion.is_empty() {
+                pending = local(node, 0.0) * pending;
+                continue;
+            }
+            if points.len() > MAX_SWEPT_POINTS {
+                points = Bounds::of(points.iter().map(|p| pending.transform_point3(*p))).corners().to_vec();
+                pending = Mat4::IDENTITY;
+            }
+            // The static way up to the next moving ancestor comes first, so that its rotation costs no tightness.
+            let mut rise = Mat4::IDENTITY;
+            while let Some(parent) = above.filter(|p| self.nodes[*p].motion.is_empty()) {
+                rise = local(&self.nodes[parent], 0.0) * rise;
+                above = self.nodes[parent].parent;
+            }
+            let bounds = sweep(node).into_iter().fold(Bounds::EMPTY, |bounds, local| {
+                let way = rise * local * pending;
+                bounds.union(Bounds::of(points.iter().map(|p| way.transform_point3(*p))))
+            });
+            let turns = node.motion.iter().any(|k| k.rotation.is_some());
+            margin += if turns { bounds.diagonal() * SWEEP_MARGIN } else { 0.0 };
+            points = bounds.corners().to_vec();
+            pending = Mat4::IDENTITY;
+        }
+        let bounds = Bounds::of(points.iter().map(|p| pending.transform_point3(*p)));
+        Bounds { min: bounds.min - margin, max: bounds.max + margin }
+    }
+}
+
+/// A node's transform into its parent's space.
+fn local(node: &Node, time: f32) -> Mat4 {
+    let (translation, rotation) = keyed(&node.motion, time).unwrap_or((node.translation, Quat::IDENTITY));
+    transform(node, translation, rotation)
+}
+
+fn transform(node: &Node, translation: Vec3, rotation: Quat) -> Mat4 {
+    Mat4::from_mat3_translation(Mat3::from_quat(rotation) * node.linear, translation)
+}
+
+/// Translation and added rotation at a time; `None` without keyframes.
+fn keyed(keys: &[Keyframe], time: f32) -> Option<(Vec3, Quat)> {
+    let (first, last) = (keys.first()?, keys.last()?);
+    // In f64: after hours an f32 remainder would jump by frames.
+    let period = f64::from(last.time);
+    let time = if period > 0.0 { f64::from(time).rem_euclid(period) as f32 } else { 0.0 };
+    let next = keys.partition_point(|k| k.time <= time);
+    let (Some(a), Some(b)) = (next.checked_sub(1).and_then(|i| keys.get(i)), keys.get(next)) else {
+        let only = if next == 0 { first } else { last };
+        return Some((only.translation, rotation(only.rotation)));
+    };
+    let share = (time - a.time) / (b.time - a.time);
+    Some((a.translation.lerp(b.translation, share), between(a.rotation, b.rotation, share)))
+}
+
+fn rotation(turn: Option<(Vec3, f32)>) -> Quat {
+    turn.map_or(Quat::IDENTITY, |(axis, angle)| Quat::from_axis_angle(axis, angle))
+}
+
+/// The rotation a share of the way from `a` to `b`: along the common axis where there is one, else the shortest way.
+fn between(a: Option<(Vec3, f32)>, b: Option<(Vec3, f32)>, share: f32) -> Quat {
+    let (axis, from, to) = match (a, b) {
+        (None, None) => return Quat::IDENTITY,
+        (Some((axis, from)), None) => (axis, from, 0.0),
+        (None, Some((axis, to))) => (axis, 0.0, to),
+        (Some((axis, from)), Some((other, to))) if axis.dot(other) > 0.999_999 => (axis, from, to),
+        (a, b) => return rotation(a).slerp(rotation(b), share),
+    };
+    Quat::from_axis_angle(axis, from + (to - from) * share)
+}
+
+/// A moving node's transforms over its sweep: at its keyframes, and between turned ones in steps of a few degrees.
+fn sweep(node: &Node) -> Vec<Mat4> {
+    let mut all: Vec<Mat4> =
+        node.motion.iter().take(1).map(|k| transform(node, k.translation, rotation(k.rotation))).collect();
+    for pair in node.motion.windows(2) {
+        let [a, b] = [&pair[0], &pair[1]];
+        let angle = |k: &Keyframe| k.rotation.map_or(0.0, |(_, angle)| angle);
+        // About different axes the way is at most both angles long.
+        let way = if same_axis(a, b) { (angle(b) - angle(a)).abs() } else { angle(a).abs() + angle(b).abs() };
+        let steps = ((way / SWEEP_STEP).ceil() as usize).clamp(1, MAX_SWEEP_SAMPLES);
+        all.extend((1..=steps).map(|i| {
+            let share = i as f32 / steps as f32;
+            transform(node, a.translation.lerp(b.translation, share), between(a.rotation, b.rotation, share))
+        }));
+    }
+    all
+}
+
+fn same_axis(a: &Keyframe, b: &Keyframe) -> bool {
+    a.rotation.zip(b.rotation).is_none_or(|((a, _), (b, _))| a.dot(b) > 0.999_999)
+}

@@ -1,0 +1,166 @@
+//! The tables shaders read, in world space at a pose.
+
+use super::{
+    Column, Table,
+    light_views::{LightView, light_views},
+    model::Scene,
+    motion::Pose,
+};
+use glam::{Mat3, Mat4, Vec3};
+
+/// A triangle in world space.
+struct Triangle {
+    corners: [Vec3; 3],
+    normals: [Vec3; 3],
+    material: u32,
+}
+
+/// What stands in `base_color_texture` for none.
+const NO_TEXTURE: u32 = u32::MAX;
+
+impl Scene {
+    /// The tables of [`super::TABLES`], in their order, at a pose of this scene.
+    pub fn tables(&self, pose: &Pose) -> Vec<Table> {
+        let triangles = self.world_triangles(pose);
+        let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.corners).collect();
+        vec![
+            nodes(pose),
+            self.material_table(),
+            self.light_table(pose),
+            light_view_table(&light_views(self, pose, &corners)),
+            triangle_table(&triangles),
+            self.emitter_table(&triangles),
+        ]
+    }
+
+    fn world_triangles(&self, pose: &Pose) -> Vec<Triangle> {
+        let normals: Vec<Mat3> = pose.nodes.iter().map(normal_matrix).collect();
+        let vertices = &self.geometry.vertices;
+        self.corners()
+            .map(|c| {
+                let corners = c.map(|i| &vertices[i as usize]);
+                Triangle {
+                    corners: corners.map(|v| pose.nodes[v.node as usize].transform_point3(v.position.into())),
+                    normals: corners
+                        .map(|v| (normals[v.node as usize] * Vec3::from(v.normal)).try_normalize().unwrap_or(Vec3::Y)),
+                    material: corners[0].material,
+                }
+            })
+            .collect()
+    }
+
+    fn material_table(&self) -> Table {
+        let all = &self.materials;
+        Table {
+            name: "materials",
+            rows: all.len(),
+            columns: vec![
+                ("base_color", Column::Vec4(all.iter().map(|m| m.base_color).collect())),
+                (
+                    "base_color_texture",
+                    Column::Uint(all.iter().map(|m| m.base_color_texture.unwrap_or(NO_TEXTURE)).collect()),
+                ),
+                ("emission", Column::Vec3(all.iter().map(|m| m.emission).collect())),
+                ("double_sided", Column::Uint(all.iter().map(|m| m.double_sided.into()).collect())),
+                ("specular", Column::Float(all.iter().map(|m| m.specular).collect())),
+                ("shininess", Column::Float(all.iter().map(|m| m.shininess).collect())),
+            ],
+        }
+    }
+
+    fn light_table(&self, pose: &Pose) -> Table {
+        let all = &self.lights;
+        let mut next = 0;
+        let mut first_view = vec![];
+        for light in all {
+            first_view.push(next);
+            next += light.kind.views();
+        }
+        Table {
+            name: "lights",
+            rows: all.len(),
+            columns: vec![
+                ("kind", Column::Uint(all.iter().map(|l| l.kind as u32).collect())),
+                ("position", Column::Vec3(pose.lights.iter().map(|l| l.position).collect())),
+                ("direction", Column::Vec3(pose.lights.iter().map(|l| l.direction).collect())),
+                ("intensity", Column::Vec3(all.iter().map(|l| l.intensity).collect())),
+                ("range", Column::Float(all.iter().map(|l| l.range).collect())),
+                ("cos_inner", Column::Float(all.iter().map(|l| l.inner.cos()).collect())),
+                ("cos_outer", Column::Float(all.iter().map(|l| l.outer.cos()).collect())),
+                ("first_view", Column::Uint(first_view)),
+                ("views", Column::Uint(all.iter().map(|l| l.kind.views()).collect())),
+            ],
+        }
+    }
+
+    fn emitter_table(&self, triangles: &[Triangle]) -> Table {
+        let radiance = |t: &Triangle| self.materials.get(t.material as usize).map(|m| m.emission);
+        let all: Vec<(&Triangle, Vec3)> =
+            triangles.iter().filter_map(|t| radiance(t).filter(|e| e.max_element() > 0.0).map(|e| (t, e))).collect();
+        let corner = |i: usize| Column::Vec3(all.iter().map(|(t, _)| t.corners[i]).collect());
+        let area = |t: &Triangle| 0.5 * (t.corners[1] - t.corners[0]).cross(t.corners[2] - t.corners[0]).length();
+        Table {
+            name: "emitters",
+            rows: all.len(),
+            columns: vec![
+                ("a", corner(0)),
+                ("b", corner(1)),
+                ("c", corner(2)),
+                ("radiance", Column::Vec3(all.iter().map(|(_, e)| *e).collect())),
+                ("area", Column::Float(all.iter().map(|(t, _)| area(t)).collect())),
+            ],
+        }
+    }
+}
+
+fn nodes(pose: &Pose) -> Table {
+    let normals = pose.nodes.iter().map(|m| Mat4::from_mat3(normal_matrix(m))).collect();
+    Table {
+        name: "nodes",
+        rows: pose.nodes.len(),
+        columns: vec![("transform", Column::Mat4(pose.nodes.clone())), ("inverse_transpose", Column::Mat4(normals))],
+    }
+}
+
+fn light_view_table(views: &[LightView]) -> Table {
+    Table {
+        name: "light_views",
+        rows: views.len(),
+        columns: vec![
+            ("light", Column::Uint(views.iter().map(|v| v.light).collect())),
+            ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
+            ("near", Column::Float(views.iter().map(|v| v.near).collect())),
+            ("far", Column::Float(views.iter().map(|v| v.far).collect())),
+        ],
+    }
+}
+
+fn triangle_table(triangles: &[Triangle]) -> Table {
+    let corner = |i: usize| Column::Vec3(triangles.iter().map(|t| t.corners[i]).collect());
+    let normal = |i: usize| Column::Vec3(triangles.iter().map(|t| t.normals[i]).collect());
+    Table {
+        name: "triangles",
+        rows: triangles.len(),
+        columns: vec![
+            ("a", corner(0)),
+            ("b", corner(1)),
+            ("c", corner(2)),
+            ("na", normal(0)),
+            ("nb", normal(1)),
+            ("nc", normal(2)),
+            ("material", Column::Uint(triangles.iter().map(|t| t.material).collect())),
+        ],
+    }
+}
+
+/// The matrix that turns normals: the inverse transpose, or where a flattening transform has none, the matrix of
+/// cofactors, which points the same way. Normals are to be normalised after it.
+fn normal_matrix(transform: &Mat4) -> Mat3 {
+    let m = Mat3::from_mat4(*transform);
+    let inverse = m.inverse().transpose();
+    if inverse.is_finite() {
+        return inverse;
+    }
+    let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+    if cofactors.is_finite() { cofactors } else { Mat3::IDENTITY }
+}
