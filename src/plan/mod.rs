@@ -4,6 +4,7 @@
 //! variable is bound to. The executor only walks it.
 
 pub mod build;
+pub mod change;
 pub mod expand;
 pub mod lint;
 pub mod live;
@@ -11,6 +12,7 @@ pub mod memory;
 pub mod order;
 pub mod request;
 pub mod sizes;
+pub mod tables;
 pub mod wire;
 
 use crate::shader::{Layout, Shader};
