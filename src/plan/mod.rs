@@ -3,6 +3,7 @@
 //! Everything is decided here: sizes, order, what is left out and why, which resources share memory, what each
 //! variable is bound to. The executor only walks it.
 
+mod bind;
 pub mod build;
 pub mod expand;
 pub mod lint;
@@ -11,6 +12,7 @@ pub mod memory;
 pub mod order;
 pub mod request;
 pub mod sizes;
+mod targets;
 pub mod wire;
 
 use crate::shader::{Layout, Shader};
