@@ -5,6 +5,7 @@ use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
 use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Planned, plan};
+use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
 use crate::plan::{Plan, ResourceId};
 use crate::scene::{Pose, Scene};
@@ -80,6 +81,8 @@ pub struct Settings {
     pub camera: Option<String>,
     /// Outputs to produce; `None`: all.
     pub outputs: Option<Vec<String>>,
+    /// Leave out steps whose results are still in memory.
+    pub skip: bool,
 }
 
 /// Plans a project for a scene with an adapter's limits.
@@ -108,6 +111,10 @@ pub struct Session {
     pub notices: Vec<Diagnostic>,
     prepared: Prepared,
     pose: Pose,
+    /// What memory holds; `None` runs every step of every frame.
+    held: Option<Held>,
+    /// By step: why it ran or did not in the last frame.
+    why: Vec<Why>,
 }
 
 impl Session {
@@ -122,7 +129,8 @@ impl Session {
         notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
         let tables = scene.tables(&pose);
         let prepared = gpu::prepare(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables)?;
-        Ok(Session { scene, settings, plan, notices, prepared, pose })
+        let held = settings.skip.then(Held::default);
+        Ok(Session { scene, settings, plan, notices, prepared, pose, held, why: vec![] })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -136,10 +144,31 @@ impl Session {
         let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
         values.insert("frame".into(), Value::Uint(index));
         values.insert("time".into(), Value::Float(time));
-        let moved = (pose != self.pose).then(|| self.scene.tables(&pose));
-        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &Frame { values, tables: moved.as_deref() })?;
+        let moved = (pose != self.pose || self.why.is_empty()).then(|| self.scene.tables(&pose));
+        let tables = moved.as_deref();
+        let selection = match self.held.take() {
+            Some(held) => Some(change::select(&self.plan, &held, &values, tables)?),
+            None => None,
+        };
+        let run = selection.as_ref().map(|s| s.run.as_slice());
+        // After a fault nothing is known of what memory holds: the next frame begins anew.
+        self.held = self.settings.skip.then(Held::default);
+        self.why = vec![];
+        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &Frame { values, tables, run })?;
         self.pose = pose;
+        match selection {
+            Some(selection) => {
+                self.why.clone_from(&selection.why);
+                self.held = Some(selection.done());
+            }
+            None => self.why = vec![Why::First; self.plan.steps.len()],
+        }
         Ok(report)
+    }
+
+    /// By step: why it ran or did not in the last frame. Empty before the first.
+    pub fn why(&self) -> &[Why] {
+        &self.why
     }
 
     /// Reads an output back.

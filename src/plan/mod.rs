@@ -5,6 +5,7 @@
 
 mod bind;
 pub mod build;
+pub mod change;
 pub mod expand;
 pub mod lint;
 pub mod live;
@@ -12,6 +13,7 @@ pub mod memory;
 pub mod order;
 pub mod request;
 pub mod sizes;
+pub mod tables;
 mod targets;
 pub mod wire;
 
