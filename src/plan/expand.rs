@@ -41,6 +41,12 @@ pub fn expand(
     e.out
 }
 
+/// More members of one pass than this are taken for a slip: 64³ probes with six faces each are 1,572,864.
+pub const MOST_DRAWS: u32 = 1 << 21;
+
+/// More steps of one pass, or members of one set of resources, than this are taken for a slip.
+pub const MOST_STEPS: u32 = 4096;
+
 struct Expander<'a, 'f> {
     sizes: &'a Sizes<'a>,
     values: &'a Values,
@@ -136,6 +142,13 @@ impl Expander<'_, '_> {
         let before = self.out.steps.len();
         let mut members = vec![];
         let count = if batched { 1 } else { w.each.unwrap_or(1) };
+        if count > MOST_STEPS {
+            let d = Diagnostic::error(format!("`{}` would run {count} times in a frame", w.pass.name.value));
+            let span = w.pass.each.as_ref().map_or(&w.pass.span, |e| &e.span);
+            let help = format!("the most is {MOST_STEPS}; let one dispatch do the work of many members");
+            self.faults.push(d.at(span, "").help(help));
+            return vec![];
+        }
         for member in 0..count {
             let at = self.out.steps.len();
             if self.step(w, member, batched).is_none() {
