@@ -35,7 +35,7 @@ pub fn expand(
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
     let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: BTreeMap::new() };
-    let mut e = Expander { sizes, values, shaders, limits, faults, out };
+    let mut e = Expander { sizes, values, shaders, limits, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
     e.out
@@ -54,6 +54,8 @@ struct Expander<'a, 'f> {
     limits: &'a wgpu::Limits,
     faults: &'f mut Vec<Diagnostic>,
     out: Expanded,
+    /// Iterations of the loops around, outermost first.
+    counts: Vec<u32>,
 }
 
 impl Expander<'_, '_> {
@@ -79,7 +81,9 @@ impl Expander<'_, '_> {
                 }
                 Item::Loop { pass, count, until, body } => {
                     last_each = None;
+                    self.counts.push(*count);
                     let body = self.block(body);
+                    self.counts.pop();
                     let until = until.as_ref().and_then(|(buffer, comparison, value)| {
                         Some(Until { buffer: self.id(buffer, 0, &pass.span)?, comparison: *comparison, value: *value })
                     });
@@ -337,11 +341,20 @@ impl Expander<'_, '_> {
 
     fn reduce(&mut self, w: &Wired, member: u32, name: &str) -> Option<()> {
         let PassKind::Reduce { from, to, factor, until, shader } = &w.pass.kind else { return None };
+        let written = factor;
         let factors: Vec<Result<u32, Diagnostic>> =
-            factor.iter().map(|e| request::count(e, self.values, "a factor")).collect();
+            written.iter().map(|e| request::count(e, self.values, "a factor")).collect();
         let mut factor = [1; 3];
         for (i, f) in factors.into_iter().enumerate() {
             factor[i] = self.keep(f)?;
+            if factor[i] == 0 {
+                let d = Diagnostic::error("a reduction divides by 0").at(&written[i].span, "must be at least 1");
+                self.faults.push(d);
+                return None;
+            }
+        }
+        if let [_] = written[..] {
+            factor = [factor[0]; 3];
         }
         let until = request::count(until, self.values, "the size at which to stop");
         let until = self.keep(until)?.max(1);
@@ -574,7 +587,11 @@ impl Expander<'_, '_> {
             (Val::Int(x), Val::Int(y)) if x == y => {
                 u32::try_from(*x).ok().filter(|x| *x < target.layers).map(Place::Layer)
             }
-            (Val::Int(x), Val::Int(y)) if *x + 1 == *y => u32::try_from(*x).ok().map(Place::LoopLayer),
+            (Val::Int(x), Val::Int(y)) if x.checked_add(1) == Some(*y) => {
+                let last = i64::from(self.counts.last().copied().unwrap_or(1)) - 1;
+                let fits = x.checked_add(last).is_some_and(|l| l < target.layers.into());
+                u32::try_from(*x).ok().filter(|_| fits).map(Place::LoopLayer)
+            }
             _ => None,
         };
         if place.is_none() {

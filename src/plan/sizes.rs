@@ -213,9 +213,13 @@ pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Re
                     return over(axis, n.into(), side.into());
                 }
             }
-            let most = if t.kind == TextureKind::D3 { side } else { limits.max_texture_array_layers };
+            let (what, most) = match t.kind {
+                TextureKind::D3 => ("depth", side),
+                TextureKind::D2 { .. } => ("layers", limits.max_texture_array_layers),
+                TextureKind::Cube { .. } => ("faces", limits.max_texture_array_layers),
+            };
             if t.layers > most {
-                return over("depth or layers", t.layers.into(), most.into());
+                return over(what, t.layers.into(), most.into());
             }
             let most = t.width.max(t.height).ilog2() + 1;
             if t.mips > most {
