@@ -70,7 +70,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    let Prepared { pool, scene, uniforms, steps, timer, probe } = prepared;
+    let Prepared { pool, scene, uniforms, steps, timer, probe, .. } = prepared;
     timer.start();
     let mut walk = Walk {
         source: Source { gpu, plan, pool, scene, uniforms, steps },
