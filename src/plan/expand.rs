@@ -581,16 +581,22 @@ impl Expander<'_, '_> {
                 }
             })
         };
-        let (a, b) = (at(0), at(1));
-        let (a, b) = (self.keep(a)?, self.keep(b)?);
+        let end = i64::from(self.counts.last().copied().unwrap_or(1)) - 1;
+        let (a, b, last) = (at(0), at(1), at(end));
+        let (a, b, last) = (self.keep(a)?, self.keep(b)?, self.keep(last)?);
         let place = match (&a, &b) {
             (Val::Int(x), Val::Int(y)) if x == y => {
                 u32::try_from(*x).ok().filter(|x| *x < target.layers).map(Place::Layer)
             }
-            (Val::Int(x), Val::Int(y)) if x.checked_add(1) == Some(*y) => {
-                let last = i64::from(self.counts.last().copied().unwrap_or(1)) - 1;
-                let fits = x.checked_add(last).is_some_and(|l| l < target.layers.into());
-                u32::try_from(*x).ok().filter(|_| fits).map(Place::LoopLayer)
+            (Val::Int(x), Val::Int(y)) if x.checked_add(1) == Some(*y) && last == Val::Int(x.saturating_add(end)) => {
+                let last = x.saturating_add(end);
+                if last >= target.layers.into() {
+                    let d = Diagnostic::error(format!("the loop's last iteration draws to layer {last}"));
+                    let d = d.at(&layer.span, format!("the target has {} layers", target.layers));
+                    self.faults.push(d.help("give the target more layers, or the loop fewer iterations"));
+                    return None;
+                }
+                u32::try_from(*x).ok().map(Place::LoopLayer)
             }
             _ => None,
         };

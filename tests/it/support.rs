@@ -56,3 +56,25 @@ pub fn faults_of_both(project: &Project, params: &Values, outputs: Option<&[Stri
     }
     all
 }
+
+/// A folder of its own for one test, removed in the end.
+pub struct Scratch(PathBuf);
+
+impl Scratch {
+    pub fn new(name: &str) -> Scratch {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+        Scratch(folder)
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What is left behind lies in the build folder and harms nobody.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
