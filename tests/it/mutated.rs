@@ -81,11 +81,13 @@ fn placed(what: &str, faults: &Faults) {
 #[test]
 fn damaged_graphs_give_faults_with_places() {
     let mut random = Random(1);
-    for path in files("graphs", &["ron"]) {
+    let paths = files("graphs", &["ron"]);
+    for path in &paths {
+        let path = path.clone();
         let project = Project::open(&path, &[]).unwrap_or_else(|f| panic!("{f}"));
         let text = std::fs::read_to_string(&path).unwrap();
-        let mut plans = 60;
-        for _ in 0..1000 {
+        let mut plans = 60 / paths.len();
+        for _ in 0..3000 / paths.len() {
             let damaged = damage(&text, &mut random);
             let what = format!("{}:\n{damaged}", path.display());
             let read = |p: &Path| -> Checked<Arc<Source>> {
@@ -148,7 +150,7 @@ fn damaged_shaders_give_faults_with_places() {
     let mut random = Random(2);
     let library = Library::load(&[repository("shaders")]).unwrap();
     for (path, source) in library.files.iter().filter(|(p, _)| !p.contains('/')) {
-        for _ in 0..12 {
+        for _ in 0..30 {
             let mut damaged = library.clone();
             let text = damage(&source.text, &mut random);
             let what = format!("{path}:\n{text}");
