@@ -215,7 +215,7 @@ impl Expander<'_, '_> {
             bindings.push(match wire {
                 Wire::Resource(name) => Binding::Resource(self.id(name, member, &w.pass.span)?),
                 Wire::Source => Binding::Resource(*stage.get("source")?),
-                Wire::Target => Binding::Resource(*stage.get("target")?),
+                Wire::Target => Binding::Resource(*stage.get("result")?),
                 Wire::Fixed(Binding::Uniform { layout, extra }) => {
                     let mut extra = extra.clone();
                     if extra.contains_key("member") {
@@ -358,7 +358,7 @@ impl Expander<'_, '_> {
             let to_id = if i + 1 == stages.len() { target } else { self.intermediate(name, i, desc, &w.pass.span)? };
             self.usage(from_id, How::Sampled);
             self.usage(to_id, How::Storage);
-            let stage = BTreeMap::from([("source", from_id), ("target", to_id)]);
+            let stage = BTreeMap::from([("source", from_id), ("result", to_id)]);
             let bindings = self.bindings(w, member, name, &stage)?;
             let (mut reads, mut writes) = (vec![from_id], vec![to_id]);
             for u in w.uses.iter().filter(|u| u.resource != from.value && u.resource != to.value) {

@@ -353,7 +353,7 @@ impl<'g> Wirer<'g, '_> {
         if matches!(wired.pass.kind, PassKind::Reduce { .. }) && bound.is_none() {
             match v.name.as_str() {
                 "source" => return self.reduce_variable(wired, v, &place, true),
-                "target" => return self.reduce_variable(wired, v, &place, false),
+                "result" => return self.reduce_variable(wired, v, &place, false),
                 _ => {}
             }
         }
@@ -628,7 +628,7 @@ impl<'g> Wirer<'g, '_> {
             let bound = wired.pass.bind.iter().find(|(from, _)| from.value == v.name).map(|(_, to)| &to.value);
             let resource = match &wired.pass.kind {
                 PassKind::Reduce { from, .. } if v.name == "source" => &from.value,
-                PassKind::Reduce { to, .. } if v.name == "target" => &to.value,
+                PassKind::Reduce { to, .. } if v.name == "result" => &to.value,
                 _ => bound.unwrap_or(&v.name),
             };
             if let Some(Ok(sized)) = self.sizes.of(resource)
