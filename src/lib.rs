@@ -10,5 +10,6 @@ pub mod image;
 pub mod math;
 pub mod plan;
 pub mod scene;
+pub mod session;
 pub mod shader;
 pub mod value;

@@ -1,3 +1,103 @@
-//! The commands, one a file.
+//! The commands, one a file: each parses its arguments, does its work and returns an exit code.
+//!
+//! Exit codes: 0 done; 1 the work found a fault; 2 wrong usage; 3 no usable adapter.
 
+pub mod check;
 pub mod compare;
+pub mod plan;
+pub mod render;
+mod stats;
+mod table;
+
+use crate::diag::{Diagnostic, Faults, render as show};
+use crate::gpu::OpenError;
+use std::io::{self, Write};
+
+/// A data-driven render-graph framework: graphs in RON, shaders in WGSL.
+#[derive(Debug, clap::Parser)]
+#[command(name = "lightgraph", version, about)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+pub enum Command {
+    /// Render a graph without a window
+    Render(render::Args),
+    /// Report every fault of graphs and their shaders; needs no adapter
+    Check(check::Args),
+    /// Print what a graph compiles to; needs no adapter
+    Plan(plan::Args),
+    /// Compare two images
+    Compare(compare::Args),
+}
+
+/// Why a command did not do its work.
+#[derive(Debug)]
+pub enum Failure {
+    /// Exit code 1.
+    Faults(Faults),
+    /// Exit code 2.
+    Usage(Diagnostic),
+    /// Exit code 3.
+    NoAdapter(Diagnostic),
+}
+
+impl From<Faults> for Failure {
+    fn from(f: Faults) -> Failure {
+        Failure::Faults(f)
+    }
+}
+
+impl From<OpenError> for Failure {
+    fn from(e: OpenError) -> Failure {
+        match e {
+            OpenError::NoAdapter(d) => Failure::NoAdapter(d),
+            OpenError::Other(f) => Failure::Faults(f),
+        }
+    }
+}
+
+/// Runs a command and says how it went. Returns the exit code.
+pub fn run(cli: &Cli) -> u8 {
+    let result = match &cli.command {
+        Command::Render(args) => render::run(args),
+        Command::Check(args) => check::run(args),
+        Command::Plan(args) => plan::run(args),
+        Command::Compare(args) => compare::run(args).map_err(Failure::from),
+    };
+    let (faults, code) = match result {
+        Ok(code) => return code,
+        Err(Failure::Faults(f)) => (f.0, 1),
+        Err(Failure::Usage(d)) => (vec![d], 2),
+        Err(Failure::NoAdapter(d)) => (vec![d], 3),
+    };
+    notices(&faults);
+    code
+}
+
+/// Shows diagnostics on the error stream.
+pub fn notices(diagnostics: &[Diagnostic]) {
+    // A closed error stream leaves nobody to tell.
+    let _ = io::stderr().write_all(show(diagnostics).as_bytes());
+}
+
+/// Prints to the output stream. A reader that has gone away (`| head`) ends the output, not the program.
+pub fn print(text: &str) {
+    let _ = io::stdout().write_all(text.as_bytes());
+}
+
+/// `WIDTHxHEIGHT` in pixels.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    parts.filter(|[w, h]| *w > 0 && *h > 0).ok_or_else(|| "write it as WIDTHxHEIGHT, such as 640x480".into())
+}
+
+/// Where a graph's shaders are looked for besides the usual places.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ShaderFolders {
+    /// A folder of shaders, looked into before `shaders` and `../shaders` beside the graph (may be repeated)
+    #[arg(long = "shaders", value_name = "DIR")]
+    pub folders: Vec<std::path::PathBuf>,
+}

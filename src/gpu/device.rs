@@ -71,8 +71,9 @@ impl Gpu {
     pub fn open_named(part: Option<&str>) -> Result<Gpu, OpenError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: wgpu::Backends::VULKAN | wgpu::Backends::METAL,
-            // Labels reach a graphics debugger; the driver's validation layer stays off unless asked for.
-            flags: wgpu::InstanceFlags::DEBUG.with_env(),
+            // WGPU_DEBUG=1 hands names to a graphics debugger, WGPU_VALIDATION=1 loads the driver's checks. Neither is
+            // on by itself: Mesa 22.3's software driver crashes on the second name in a command buffer.
+            flags: wgpu::InstanceFlags::empty().with_env(),
             ..wgpu::InstanceDescriptor::new_without_display_handle()
         });
         let mut adapters =
@@ -145,6 +146,14 @@ impl Gpu {
     /// True when a software driver does the work.
     pub fn is_software(&self) -> bool {
         self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// # Errors
+    /// The device is lost.
+    pub fn check(&self) -> Checked<()> {
+        // The loss is told while the device is polled; what the poll itself says is no news to anybody.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        self.mailbox.lost()
     }
 
     /// Waits until the device has done all that was submitted.

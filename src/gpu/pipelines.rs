@@ -33,15 +33,20 @@ pub(super) enum Built {
     },
 }
 
-/// Builds the pipelines of all steps, by their index; `None` for steps without a shader.
+/// Builds the pipelines of the steps that `runs` picks, by their index; `None` for the others and for steps without a
+/// shader.
 ///
 /// # Errors
 /// Entry points or attributes that do not exist, and all that the device finds wrong; each names its step.
-pub(super) fn build(gpu: &Gpu, plan: &Plan) -> Checked<Vec<Option<StepPipelines>>> {
+pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Checked<Vec<Option<StepPipelines>>> {
     let mut faults = vec![];
     let mut jobs: Vec<Job<'_>> = vec![];
     let mut of_step: Vec<Option<usize>> = vec![];
-    for step in &plan.steps {
+    for (index, step) in plan.steps.iter().enumerate() {
+        if !runs(index) {
+            of_step.push(None);
+            continue;
+        }
         match Job::of(gpu, plan, step) {
             Ok(None) => of_step.push(None),
             Ok(Some(job)) => {

@@ -31,7 +31,7 @@ pub struct Prepared {
 /// A step made ready.
 #[derive(Debug)]
 pub(super) enum Ready {
-    /// Copies and clears need nothing.
+    /// Copies, clears and what is not in the order need nothing.
     Plain,
     Shaded(Box<Shaded>),
 }
@@ -95,12 +95,12 @@ pub fn prepare_after(
     let pool = Pool::allocate(gpu, plan, previous.map(|(plan, prepared)| (plan, &prepared.pool)))?;
     let scene = SceneData::upload(gpu, plan, geometry, textures, tables)?;
     let uniforms = Uniforms::allocate(gpu, plan)?;
-    let pipelines = pipelines::build(gpu, plan)?;
+    let loops = enclosing_loops(plan);
+    let pipelines = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step))?;
     let mut shared = Shared::default();
     let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms };
     let mut steps = vec![];
     let mut faults = vec![];
-    let loops = enclosing_loops(plan);
     for (index, built) in pipelines.into_iter().enumerate() {
         let Some(built) = built else {
             steps.push(Ready::Plain);
@@ -113,6 +113,7 @@ pub fn prepare_after(
         }
     }
     Faults::check(faults, ())?;
+    gpu.check()?;
     Ok(Prepared { pool, scene, uniforms, steps, timer: Timer::new(gpu), probe })
 }
 

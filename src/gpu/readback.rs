@@ -5,6 +5,9 @@ use crate::diag::{Checked, Diagnostic};
 use crate::image::Image;
 use crate::plan::{Plan, ResourceId};
 
+/// How long to wait for word of work that is done. Far longer than it takes, so that only a broken driver runs out of it.
+const ANSWER: std::time::Duration = std::time::Duration::from_secs(10);
+
 /// All layers (slices of a 3D texture) of a resource at its first mip level, as 32-bit floats in linear light.
 /// Integers become the nearest `f32`.
 ///
@@ -114,7 +117,8 @@ pub(super) fn map(gpu: &Gpu, buffer: &wgpu::Buffer, size: u64) -> Checked<Vec<u8
     })?;
     gpu.wait()?;
     let failed = |e: &dyn std::fmt::Display| Diagnostic::error(format!("can't read from the device: {e}"));
-    match receive.try_recv() {
+    // The work is done; the answer may still be on its way, when another thread polls the same device.
+    match receive.recv_timeout(ANSWER) {
         Ok(Ok(())) => {}
         Ok(Err(e)) => return Err(failed(&e).into()),
         Err(e) => return Err(failed(&e).into()),

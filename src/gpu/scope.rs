@@ -21,9 +21,9 @@ impl Mailbox {
             to.stray.lock().unwrap_or_else(PoisonError::into_inner).push(e.to_string());
         }));
         let to = Arc::downgrade(&mailbox);
-        device.set_device_lost_callback(move |reason, message| {
-            // Dropping a device says so here too; that is no loss.
-            if let (Some(to), wgpu::DeviceLostReason::Unknown) = (to.upgrade(), reason) {
+        device.set_device_lost_callback(move |_, message| {
+            // Dropping a device says so here too; then the mailbox is gone.
+            if let Some(to) = to.upgrade() {
                 *to.lost.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
             }
         });
@@ -69,10 +69,13 @@ impl<'a> Scope<'a> {
     /// Whatever the device found wrong since the scope began.
     pub(super) fn end(self, what: &str) -> Checked<()> {
         let caught = [self.internal, self.validation, self.memory].map(|s| pollster::block_on(s.pop()));
-        self.gpu.mailbox.lost()?;
         let mut faults: Vec<Diagnostic> = caught.into_iter().flatten().map(|e| fault(what, &e)).collect();
         let stray = self.gpu.mailbox.take_stray();
         faults.extend(stray.iter().map(|e| Diagnostic::error(format!("can't {what}: {}", one_line(e)))));
+        if !faults.is_empty() {
+            // On a lost device everything fails; then the loss is the fault to tell.
+            self.gpu.check()?;
+        }
         crate::diag::Faults::check(faults, ())
     }
 }

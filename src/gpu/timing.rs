@@ -84,13 +84,11 @@ impl Timer {
             gpu.queue.submit([encoder.finish()]);
         })?;
         let bytes = map(gpu, &read, 8 * queries)?;
-        let ticks: &[[u64; 2]] = &bytes
-            .chunks_exact(16)
-            .map(|c| [0, 8].map(|at| c[at..at + 8].iter().rev().fold(0, |n, b| n << 8 | u64::from(*b))))
-            .collect::<Vec<_>>();
-        for (step, [begin, end]) in self.runs.iter().zip(ticks) {
+        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
+        for (step, pair) in self.runs.iter().zip(ticks.chunks_exact(2)) {
+            let [begin, end] = *pair else { continue };
             if let Some((ms, runs)) = out.get_mut(step.0) {
-                *ms += end.saturating_sub(*begin) as f64 * f64::from(gpu.timestamp_period) * 1e-6;
+                *ms += end.saturating_sub(begin) as f64 * f64::from(gpu.timestamp_period) * 1e-6;
                 *runs += 1;
             }
         }

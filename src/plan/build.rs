@@ -91,6 +91,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
         order(block, &mut steps, &mut |ready: &[Rank]| if seed == 0 { 0 } else { next(&mut seed) % ready.len() });
     let mut plan = Plan {
         graph: graph.source.path.clone(),
+        params: graph.params.iter().map(|(n, _)| n.value.clone()).collect(),
         values: values.clone(),
         resources,
         slots: vec![],

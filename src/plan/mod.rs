@@ -30,6 +30,8 @@ pub struct StepId(pub usize);
 pub struct Plan {
     /// Path of the graph, as shown.
     pub graph: String,
+    /// Names of the parameters, in the graph's order.
+    pub params: Vec<String>,
     /// Parameters, derived values and facts: all that is known before a frame.
     pub values: Values,
     pub resources: Vec<Resource>,
@@ -300,6 +302,11 @@ impl Plan {
     /// The value of a name known before a frame.
     pub fn value(&self, name: &str) -> Option<Value> {
         self.values.get(name).copied()
+    }
+
+    /// Bytes of all resources: as allocated, and if each had memory of its own.
+    pub fn bytes(&self) -> (u64, u64) {
+        (self.slots.iter().map(|s| s.bytes).sum(), self.resources.iter().map(|r| r.desc.bytes()).sum())
     }
 }
 

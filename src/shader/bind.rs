@@ -3,7 +3,7 @@
 use super::{
     link::Unit,
     oil::{capabilities, tidy},
-    write::{module_name, plain},
+    write::{declared_at, plain},
 };
 use crate::diag::{Checked, Diagnostic, Faults, Span};
 use naga::{
@@ -11,7 +11,6 @@ use naga::{
     compact::{KeepUnused, compact},
     valid::{ModuleInfo, ValidationFlags, Validator},
 };
-use naga_oil::compose::Composer;
 
 /// A module with its bindings, and what naga knows about it.
 pub(super) struct Bound {
@@ -66,13 +65,7 @@ pub(super) fn bind(mut module: Module, units: &[Unit]) -> Checked<Bound> {
 
 /// Where a variable is declared.
 pub(super) fn declaration(module: &Module, handle: Handle<GlobalVariable>, units: &[Unit]) -> Option<Span> {
-    let decorated = module.global_variables[handle].name.as_deref()?;
-    let name = plain(decorated);
-    let last = units.len().checked_sub(1)?;
-    let unit = (0..last).find(|i| Composer::decorated_name(Some(&module_name(*i)), &name) == decorated).unwrap_or(last);
-    let unit = units.get(unit)?;
-    let declared = unit.outline.declared.get(&name)?;
-    Some(Span::new(&unit.source, declared.range.clone()))
+    declared_at(units, module.global_variables[handle].name.as_deref()?)
 }
 
 /// naga_oil has validated the module, with places; this yields the facts about it.

@@ -170,7 +170,7 @@ mod tests {
         let source = Source::new("a.wgsl", "a // é\nb /* x /* y */ \n z */ c\r\n");
         let mut faults = vec![];
         let text = blank_comments(&source, &mut faults);
-        assert_eq!(text, "a       \nb               \n      c \n");
+        assert_eq!(text, "a      \nb              \n      c \n");
         assert_eq!(text.len(), source.text.len());
         assert_eq!(faults, []);
     }

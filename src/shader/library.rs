@@ -26,8 +26,8 @@ impl Library {
         for dir in dirs {
             match dir.canonicalize() {
                 Ok(root) => {
-                    let mut walk =
-                        Walk { root: &root, seen: BTreeSet::new(), library: &mut library, faults: &mut faults };
+                    let seen = BTreeSet::from([root.clone()]);
+                    let mut walk = Walk { root: &root, seen, library: &mut library, faults: &mut faults };
                     walk.folder(dir, "");
                 }
                 Err(e) => faults.push(unreadable(dir, &e)),

@@ -6,9 +6,10 @@
 
 use super::{
     link::Unit,
-    write::{Written, module_name, plain},
+    write::{Written, declared_at, module_name, plain},
 };
 use crate::diag::{Checked, Diagnostic, Span};
+use naga::valid::ValidationError;
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, ComposerError, ComposerErrorInner, ErrSource, NagaModuleDescriptor,
 };
@@ -49,6 +50,9 @@ pub(super) fn join(units: &[Unit], written: &[Written]) -> Checked<naga::Module>
 const MAX_BYTES: usize = 1 << 20;
 const SPAN_SHIFT: usize = 21;
 
+/// How naga begins a label that has no words for a user.
+const NAGA_TYPE: &str = "naga::";
+
 struct Joiner<'a> {
     units: &'a [Unit],
     written: &'a [Written],
@@ -57,12 +61,10 @@ struct Joiner<'a> {
 impl Joiner<'_> {
     fn join(&self) -> Result<naga::Module, Diagnostic> {
         let mut composer = Composer::default().with_capabilities(capabilities());
-        let Some(((root, root_written), modules)) =
-            self.units.iter().zip(self.written).collect::<Vec<_>>().split_last().map(|(r, m)| (*r, m.to_vec()))
-        else {
+        let (Some((root, modules)), Some(root_written)) = (self.units.split_last(), self.written.last()) else {
             return Ok(naga::Module::default());
         };
-        for (index, (unit, written)) in modules.iter().enumerate() {
+        for (index, (unit, written)) in modules.iter().zip(self.written).enumerate() {
             composer
                 .add_composable_module(ComposableModuleDescriptor {
                     source: &written.text,
@@ -108,25 +110,29 @@ impl Joiner<'_> {
                 fault.help = e.notes().map(plain).collect();
                 fault
             }
-            ComposerErrorInner::ShaderValidationError(e) | ComposerErrorInner::HeaderValidationError(e) => {
+            ComposerErrorInner::ShaderValidationError(e) => {
+                let root = self.units.len().saturating_sub(1);
                 let labels = e.spans().filter_map(|(span, text)| {
                     let range = span.to_range()?;
                     // Module 0 is the shader's own file, which stands last among the units.
-                    let module =
-                        (range.start >> SPAN_SHIFT).checked_sub(1).unwrap_or(self.units.len().saturating_sub(1));
-                    let place = if module == unit { self.place(unit, offset, range)? } else { return None };
+                    let module = (range.start >> SPAN_SHIFT).checked_sub(1).unwrap_or(root);
+                    // The offset is that of one module; places in others can't be led back.
+                    let place = self.place(unit, offset, range).filter(|_| module == unit)?;
                     Some((place, tidy(text)))
                 });
-                // naga adds places from the inside out or the other way round; the smallest says most.
                 let mut labels: Vec<(Span, String)> = labels.collect();
-                labels.sort_by_key(|(span, _)| span.end - span.start);
-                labels.dedup();
-                let fault = self.fault(chain(e.as_inner()), labels);
-                match advice(&fault.message) {
-                    Some(help) => fault.help(help),
-                    None => fault,
+                // Labels with nothing but the name of a naga type frame what others point at.
+                if labels.iter().any(|(_, text)| !text.starts_with(NAGA_TYPE)) {
+                    labels.retain(|(_, text)| !text.starts_with(NAGA_TYPE));
                 }
+                labels.sort_by_key(|(span, _)| span.end - span.start);
+                for (_, text) in labels.iter_mut().filter(|(_, text)| text.starts_with(NAGA_TYPE)) {
+                    text.clear();
+                }
+                self.invalid(e.as_inner(), labels)
             }
+            // The places of header errors lie in texts that naga_oil made up; the names don't.
+            ComposerErrorInner::HeaderValidationError(e) => self.invalid(e.as_inner(), vec![]),
             ComposerErrorInner::InvalidIdentifier { original, at } => {
                 let labels = at.to_range().and_then(|r| self.place(unit, offset, r)).map(|p| (p, String::new()));
                 let message = format!("`{}` can't be exported from a module", plain(original));
@@ -140,6 +146,19 @@ impl Joiner<'_> {
         }
     }
 
+    /// A validation error; without labels it is placed at the declaration that it names.
+    fn invalid(&self, error: &ValidationError, mut labels: Vec<(Span, String)>) -> Diagnostic {
+        if labels.is_empty() {
+            let place = subject(error).and_then(|name| declared_at(self.units, name));
+            labels.extend(place.map(|place| (place, String::new())));
+        }
+        let fault = self.fault(chain(error), labels);
+        match advice(&fault.message) {
+            Some(help) => fault.help(help),
+            None => fault,
+        }
+    }
+
     /// Where bytes of what naga parsed lie in the source; `None` for the header of imported names.
     fn place(&self, unit: usize, offset: usize, range: Range<usize>) -> Option<Span> {
         let low = (1 << SPAN_SHIFT) - 1;
@@ -147,6 +166,19 @@ impl Joiner<'_> {
         let end = (range.end & low).saturating_sub(offset).max(start);
         let source = &self.units.get(unit)?.source;
         Some(Span::new(source, self.written.get(unit)?.back(start..end)))
+    }
+}
+
+/// The name, as naga_oil decorates it, of what is invalid.
+fn subject(error: &ValidationError) -> Option<&str> {
+    match error {
+        ValidationError::Type { name, .. }
+        | ValidationError::Constant { name, .. }
+        | ValidationError::Override { name, .. }
+        | ValidationError::GlobalVariable { name, .. }
+        | ValidationError::Function { name, .. }
+        | ValidationError::EntryPoint { name, .. } => Some(name),
+        _ => None,
     }
 }
 
@@ -158,7 +190,7 @@ fn chain(error: &dyn Error) -> String {
         parts.push(e.to_string());
         cause = e.source();
     }
-    tidy(&parts.join(": "))
+    tidy(&parts.join(": ")).replace("Call to is invalid", "A call is invalid")
 }
 
 /// naga's words without decorations and without the numbers of its arenas (`[12]`), which mean nothing to a user.

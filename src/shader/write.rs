@@ -5,6 +5,7 @@ use super::{
     lex::Kind,
     link::{Target, Unit},
 };
+use crate::diag::Span;
 use naga_oil::compose::Composer;
 use std::ops::Range;
 
@@ -66,6 +67,16 @@ pub(super) fn plain(text: &str) -> String {
     }
     out.push_str(rest);
     out.replace(MEMBER_MARK, "")
+}
+
+/// Where something of this decorated name is declared.
+pub(super) fn declared_at(units: &[Unit], decorated: &str) -> Option<Span> {
+    let name = plain(decorated);
+    let (root, modules) = units.split_last()?;
+    let of_module = |(i, _): &(usize, &Unit)| Composer::decorated_name(Some(&module_name(*i)), &name) == decorated;
+    let unit = modules.iter().enumerate().find(of_module).map_or(root, |(_, unit)| unit);
+    let declared = unit.outline.declared.get(&name)?;
+    Some(Span::new(&unit.source, declared.range.clone()))
 }
 
 /// Writes a unit. `bindings` counts the resource variables of all units: each gets a number of its own for as long

@@ -1,0 +1,33 @@
+# make test    the Vulkan driver, formatting, lints and tests; the test runner's summary comes last
+# make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
+# make scenes  writes the generated files of scenes/ anew
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := test
+.PHONY: test demo scenes driver lint
+
+test: driver lint
+	cargo test
+
+demo: driver
+	cargo build --release
+	mkdir -p out
+	target/release/lightgraph render graphs/uniform_grid.ron --scene scenes/hall --size 640x480 --out out/hall.png --output color=out/hall.exr
+
+scenes:
+	cargo run --quiet --example make_scenes
+
+# Installs Mesa's software driver where there is no Vulkan driver at all.
+driver:
+	@scripts/install-driver.sh
+
+lint:
+	@for tool in fmt clippy; do \
+	    if ! cargo "$$tool" --version >/dev/null 2>&1; then \
+	        echo "make: \`cargo $$tool\` is not installed; \`rustup component add rustfmt clippy\` installs it" >&2; \
+	        exit 1; \
+	    fi; \
+	done
+	cargo fmt --check
+	cargo clippy --all-targets -- -D warnings

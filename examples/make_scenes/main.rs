@@ -1,0 +1,114 @@
+//! Writes the scenes under `scenes/`: `cargo run --example make_scenes [-- OUT_DIR]`.
+//!
+//! The same bytes on every run: there is no randomness, and coordinates are rounded where systems' mathematics differ.
+//! It shares no code with lightgraph's scene reader, so that one can check the other.
+
+mod figure;
+mod gallery;
+mod glb;
+mod hall;
+mod mesh;
+mod paintings;
+mod rooms;
+mod shapes;
+
+use glb::Document;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// A file of `scenes/`.
+struct Output {
+    name: String,
+    bytes: Vec<u8>,
+    /// `None` for a file that is not geometry.
+    triangles: Option<usize>,
+}
+
+/// Every generated file, in the order of the README's table.
+fn outputs() -> Vec<Output> {
+    let geometry: [(&str, Document); 9] = [
+        ("cornell", rooms::cornell()),
+        ("hall", hall::hall()),
+        ("art_gallery", gallery::gallery()),
+        ("furnace", rooms::furnace(0.5)),
+        ("furnace_80", rooms::furnace(0.8)),
+        ("furnace_95", rooms::furnace(0.95)),
+        ("empty_room", rooms::empty_room()),
+        ("two_rooms", rooms::two_rooms()),
+        ("lambert_plane", rooms::lambert_plane()),
+    ];
+    let mut out: Vec<Output> = geometry
+        .into_iter()
+        .map(|(name, document)| Output {
+            name: format!("{name}.glb"),
+            triangles: Some(document.triangle_count()),
+            bytes: document.finish(),
+        })
+        .collect();
+    for (name, text) in [
+        ("hall.ron", hall::SCENE),
+        ("hall_glossy.ron", hall::GLOSSY),
+        ("hall_moving.ron", hall::MOVING),
+        ("art_gallery.ron", gallery::SCENE),
+    ] {
+        out.push(Output { name: name.to_string(), bytes: text.as_bytes().to_vec(), triangles: None });
+    }
+    out
+}
+
+fn write(directory: &Path, output: &Output) -> std::io::Result<()> {
+    std::fs::create_dir_all(directory)?;
+    std::fs::write(directory.join(&output.name), &output.bytes)
+}
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args_os().skip(1);
+    let directory = arguments.next().map_or_else(|| PathBuf::from("scenes"), PathBuf::from);
+    if arguments.next().is_some() || directory.as_os_str().to_string_lossy().starts_with('-') {
+        eprintln!("usage: make_scenes [OUT_DIR]");
+        return ExitCode::from(2);
+    }
+    for output in outputs() {
+        if let Err(error) = write(&directory, &output) {
+            eprintln!("error: cannot write {}: {error}", directory.join(&output.name).display());
+            return ExitCode::FAILURE;
+        }
+        let triangles = output.triangles.map_or_else(String::new, |n| format!("{n:>7} triangles"));
+        println!("{:<18} {:>9} bytes {triangles}", output.name, output.bytes.len());
+    }
+    ExitCode::SUCCESS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn committed_scenes_are_what_this_program_writes() {
+        let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+        let stale: Vec<String> = outputs()
+            .into_iter()
+            .filter(|output| std::fs::read(directory.join(&output.name)).ok().as_ref() != Some(&output.bytes))
+            .map(|output| output.name)
+            .collect();
+        assert!(stale.is_empty(), "out of date: {stale:?}; `cargo run --example make_scenes` writes them anew");
+    }
+
+    #[test]
+    fn two_runs_give_the_same_bytes() {
+        for (first, second) in outputs().iter().zip(&outputs()) {
+            assert!(first.bytes == second.bytes, "{} differs between two runs", first.name);
+        }
+    }
+
+    #[test]
+    fn triangle_counts_and_sizes_are_as_stated() {
+        for (name, wanted) in [("hall.glb", 8_000.0), ("art_gallery.glb", 80_000.0)] {
+            let outputs = outputs();
+            let output = outputs.iter().find(|o| o.name == name).expect("listed above");
+            let count = output.triangles.expect("geometry") as f64;
+            assert!((count / wanted - 1.0).abs() <= 0.02, "{name} has {count} triangles, not {wanted} within 2 %");
+            assert!(output.bytes.len() <= 1_400_000, "{name} takes {} bytes", output.bytes.len());
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The small scenes: a Cornell box and those for which light has a closed form.
+
+use crate::glb::Document;
+use crate::mesh::Mesh;
+use crate::shapes::{block, standing_block, surface};
+use glam::{DAffine3, DVec3};
+
+/// The albedos of the classical box.
+const WHITE: [f64; 3] = [0.73, 0.73, 0.73];
+const RED: [f64; 3] = [0.63, 0.065, 0.05];
+const GREEN: [f64; 3] = [0.14, 0.45, 0.091];
+
+/// A box of 2 m, open at +Z, with two blocks and a point light.
+pub fn cornell() -> Document {
+    let mut document = Document::new();
+    let white = document.matte("white", WHITE);
+    let red = document.matte("red", RED);
+    let green = document.matte("green", GREEN);
+    let p = DVec3::new;
+    let walls = [
+        ("floor", white, [p(-1.0, 0.0, 1.0), p(1.0, 0.0, 1.0), p(1.0, 0.0, -1.0), p(-1.0, 0.0, -1.0)]),
+        ("ceiling", white, [p(-1.0, 2.0, -1.0), p(1.0, 2.0, -1.0), p(1.0, 2.0, 1.0), p(-1.0, 2.0, 1.0)]),
+        ("back", white, [p(-1.0, 0.0, -1.0), p(1.0, 0.0, -1.0), p(1.0, 2.0, -1.0), p(-1.0, 2.0, -1.0)]),
+        ("left", red, [p(-1.0, 0.0, 1.0), p(-1.0, 0.0, -1.0), p(-1.0, 2.0, -1.0), p(-1.0, 2.0, 1.0)]),
+        ("right", green, [p(1.0, 0.0, -1.0), p(1.0, 0.0, 1.0), p(1.0, 2.0, 1.0), p(1.0, 2.0, -1.0)]),
+    ];
+    for (name, material, corners) in walls {
+        let mut mesh = Mesh::new();
+        mesh.quad(corners);
+        document.fixture(name, &mesh, material);
+    }
+    for (name, size, x, z, degrees) in [
+        ("short", DVec3::new(0.6, 0.6, 0.6), 0.35, 0.35, -17.0_f64),
+        ("tall", DVec3::new(0.6, 1.2, 0.6), -0.35, -0.3, 17.0),
+    ] {
+        let mesh = document.mesh(name, &[(&standing_block(0.0, 0.0, size), white)]);
+        let turn = DAffine3::from_rotation_y(degrees.to_radians());
+        document.place(name, mesh, DAffine3::from_translation(DVec3::new(x, 0.0, z)) * turn);
+    }
+    document.point_light("lamp", p(0.0, 1.65, 0.1), 6.0);
+    document.camera("front", p(0.0, 1.0, 4.4), p(0.0, 1.0, 0.0), 36.0);
+    document
+}
+
+/// A closed room whose walls all give off radiance 1 and reflect `albedo`: radiance is 1 / (1 − albedo) everywhere.
+pub fn furnace(albedo: f64) -> Document {
+    let mut document = Document::new();
+    let wall = document.emissive("wall", [albedo; 3], [1.0; 3]);
+    let room = block(DVec3::new(-1.0, 0.0, -1.5), DVec3::new(1.0, 2.0, 1.5)).inside_out();
+    document.fixture("room", &room, wall);
+    document.camera("inside", DVec3::new(0.6, 1.3, 1.2), DVec3::new(-0.2, 0.9, -1.0), 60.0);
+    document
+}
+
+/// A closed room of albedo 0.5 with a point light of 10 cd: the mean outgoing radiance is known whatever the shape.
+pub fn empty_room() -> Document {
+    let mut document = Document::new();
+    let wall = document.matte("wall", [0.5; 3]);
+    let room = block(DVec3::new(-2.0, 0.0, -2.5), DVec3::new(2.0, 3.0, 2.5)).inside_out();
+    document.fixture("room", &room, wall);
+    document.point_light("lamp", DVec3::new(0.3, 2.0, -0.4), 10.0);
+    document.camera("inside", DVec3::new(1.6, 1.6, 2.2), DVec3::new(-0.6, 1.2, -1.5), 65.0);
+    document
+}
+
+/// Two sealed rooms of 2 m; the wall between them is 4 mm thick. The light is in the left one: the right one is black.
+pub fn two_rooms() -> Document {
+    let mut document = Document::new();
+    let white = document.matte("white", WHITE);
+    let half_wall = 0.002;
+    for (name, side) in [("lit_room", -1.0_f64), ("dark_room", 1.0)] {
+        let (near, far) = (side * half_wall, side * (half_wall + 2.0));
+        let (min, max) = (DVec3::new(near.min(far), 0.0, -1.0), DVec3::new(near.max(far), 2.0, 1.0));
+        document.fixture(name, &block(min, max).inside_out(), white);
+        let x = side * 1.0;
+        let block = standing_block(x, -0.2, DVec3::new(0.5, 0.7, 0.5));
+        document.fixture(&format!("{name}_block"), &block, white);
+    }
+    document.point_light("lamp", DVec3::new(-1.0, 1.7, 0.2), 4.0);
+    for (name, side) in [("lit", -1.0), ("dark", 1.0)] {
+        let eye = DVec3::new(side * 1.8, 1.2, 0.8);
+        document.camera(name, eye, DVec3::new(side * 0.4, 0.8, -0.5), 65.0);
+    }
+    document
+}
+
+/// A point light of 10 cd, 1 m above a plane of albedo 0.5 that fills the image: L = albedo/π · I · cosθ / d².
+pub fn lambert_plane() -> Document {
+    let mut document = Document::new();
+    let gray = document.matte("plane", [0.5; 3]);
+    let plane = surface(4, 4, false, |x, z| DVec3::new(5.0 * x as f64 - 10.0, 0.0, 10.0 - 5.0 * z as f64));
+    document.fixture("plane", &plane, gray);
+    document.point_light("lamp", DVec3::new(0.0, 1.0, 0.0), 10.0);
+    document.camera("above", DVec3::new(0.0, 3.0, 2.5), DVec3::ZERO, 40.0);
+    document
+}

@@ -1,0 +1,78 @@
+//! `lightgraph check`: every fault of graphs and their shaders. No device.
+
+use super::{Failure, ShaderFolders, notices, print};
+use crate::diag::{Diagnostic, Faults};
+use crate::plan::build::plan;
+use crate::plan::request::{Request, sample_facts};
+use crate::scene;
+use crate::session::Project;
+use crate::value::Values;
+use std::path::PathBuf;
+
+/// Reports every fault of graphs and their shaders.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Graph files
+    #[arg(value_name = "GRAPH", required = true)]
+    pub graphs: Vec<PathBuf>,
+    /// Check for this scene, rather than for one that has everything and one that has nothing
+    #[arg(long, value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
+    /// Set a parameter (may be repeated)
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    #[command(flatten)]
+    pub shaders: ShaderFolders,
+}
+
+/// Checks each graph; faults of all of them are shown.
+///
+/// # Errors
+/// Only faults that concern no graph, such as a scene that can't be read.
+pub fn run(args: &Args) -> Result<u8, Failure> {
+    let facts = match &args.scene {
+        Some(path) => vec![scene::load(path)?.scene.facts()],
+        None => vec![sample_facts(true), sample_facts(false)],
+    };
+    let mut code = 0;
+    for path in &args.graphs {
+        let faults = check(path, args, &facts);
+        if faults.is_empty() {
+            print(&format!("{}: no faults\n", path.display()));
+        } else {
+            notices(&faults);
+            code = 1;
+        }
+    }
+    Ok(code)
+}
+
+/// The faults of one graph under each set of facts, none of them twice.
+fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Vec<Diagnostic> {
+    let mut all: Vec<Diagnostic> = vec![];
+    let project = match Project::open(path, &args.shaders.folders) {
+        Ok(project) => project,
+        Err(Faults(faults)) => return faults,
+    };
+    let params = match project.params(&args.set) {
+        Ok(params) => params,
+        Err(Faults(faults)) => return faults,
+    };
+    let limits = wgpu::Limits::default();
+    for facts in facts {
+        let request = Request {
+            graph: &project.graph,
+            library: &project.library,
+            params: &params,
+            facts,
+            screen: [640, 480],
+            outputs: None,
+            limits: &limits,
+            features: wgpu::Features::FLOAT32_FILTERABLE,
+        };
+        if let Err(Faults(faults)) = plan(&request) {
+            all.extend(faults.into_iter().filter(|d| !all.contains(d)).collect::<Vec<_>>());
+        }
+    }
+    all
+}

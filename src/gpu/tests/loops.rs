@@ -1,0 +1,95 @@
+use crate::gpu::testing::{Sketch, quads, run, run_scene};
+use crate::plan::{Comparison, Cull, Geometry, Loop, Node, Place, TextureKind, Until};
+use wgpu::TextureFormat as F;
+
+const HALVE: &str = "
+var<storage, read_write> number: array<f32>;
+@compute @workgroup_size(1) fn main() { number[0] *= 0.5; }";
+
+fn looped(name: &str, count: u32, until: Option<Until>, body: Vec<Node>) -> Node {
+    Node::Loop(Loop { name: name.into(), count, until, body })
+}
+
+#[test]
+fn a_loop_without_a_test_takes_all_its_iterations_and_tells_their_index() {
+    let mut s = Sketch::new();
+    s.buffer("sums", 4 * 12);
+    let note = s.compute(
+        "note",
+        "struct Values { inner: u32, outer: u32 }
+        var<uniform> values: Values;
+        var<storage, read_write> sums: array<u32>;
+        @compute @workgroup_size(1) fn main() {
+            sums[values.outer * 4u + values.inner] += 100u + values.outer * 10u + values.inner;
+        }",
+        [1, 1, 1],
+    );
+    let inner = looped("inner", 4, None, vec![note]);
+    let ran = run(s.order([looped("outer", 3, None, vec![inner])]));
+    let want: Vec<u32> = (0..12).map(|i| 100 + i / 4 * 10 + i % 4).collect();
+    assert_eq!(ran.words("sums"), want);
+    assert_eq!(ran.report.steps[0].runs, 12);
+    let loops: Vec<(&str, u32)> = ran.report.loops.iter().map(|l| (l.name.as_str(), l.iterations)).collect();
+    assert_eq!(loops, [("inner", 4), ("inner", 4), ("inner", 4), ("outer", 3)]);
+}
+
+#[test]
+fn a_loop_ends_after_the_iteration_that_passes_the_test() {
+    let mut s = Sketch::new();
+    let buffer = s.buffer("number", 4);
+    s.plan.resources[0].initial = Some([1.0; 4]);
+    let halve = s.compute("halve", HALVE, [1, 1, 1]);
+    let until = Until { buffer, comparison: Comparison::Less, value: 0.2 };
+    let ran = run(s.order([looped("l", 10, Some(until), vec![halve])]));
+    assert_eq!(ran.floats("number"), [0.125]);
+    assert_eq!((ran.report.loops[0].iterations, ran.report.loops[0].last), (3, Some(0.125)));
+    assert_eq!(ran.report.steps[0].runs, 3);
+    assert!(ran.report.warnings.is_empty());
+}
+
+#[test]
+fn a_loop_stops_and_warns_when_its_number_is_none() {
+    let mut s = Sketch::new();
+    let buffer = s.buffer("number", 4);
+    s.plan.resources[0].initial = Some([f64::NAN; 4]);
+    let halve = s.compute("halve", HALVE, [1, 1, 1]);
+    let until = Until { buffer, comparison: Comparison::Less, value: 0.2 };
+    let ran = run(s.order([looped("l", 10, Some(until), vec![halve])]));
+    assert_eq!(ran.report.loops[0].iterations, 1);
+    assert!(ran.report.warnings[0].message.contains("`l`"), "{:?}", ran.report.warnings);
+}
+
+#[test]
+fn thousands_of_runs_are_all_timed_and_all_done() {
+    let mut s = Sketch::new();
+    s.buffer("number", 4);
+    let add = s.compute(
+        "add",
+        "var<storage, read_write> number: array<f32>;
+        @compute @workgroup_size(1) fn main() { number[0] += 1.0; }",
+        [1, 1, 1],
+    );
+    let ran = run(s.order([looped("l", 5000, None, vec![add])]));
+    assert_eq!(ran.floats("number"), [5000.0]);
+    assert_eq!(ran.report.steps[0].runs, 5000);
+    let timed = crate::gpu::testing::gpu().features.contains(wgpu::Features::TIMESTAMP_QUERY);
+    assert_eq!(ran.report.steps[0].gpu_ms.is_some(), timed);
+}
+
+#[test]
+fn a_loop_draws_to_the_layer_of_its_index() {
+    let mut s = Sketch::new();
+    s.texture("image", TextureKind::D2 { array: true }, F::Rgba32Float, [2, 2, 4]);
+    let draw = s.draw(
+        "draw",
+        "var<uniform> l: u32;
+        @vertex fn vertex(@location(0) position: vec3f) -> @builtin(position) vec4f { return vec4f(position, 1.0); }
+        @fragment fn fragment() -> @location(0) vec4f { return vec4f(f32(l) + 1.0); }",
+        Geometry::Scene { cull: Cull::None },
+        (&["image"], None),
+        &[Place::LoopLayer(1)],
+    );
+    let image = run_scene(s.order([looped("l", 3, None, vec![draw])]), &quads(), &[]).image("image");
+    let of_layer: Vec<f32> = image.data.chunks(16).map(|layer| layer[0]).collect();
+    assert_eq!(of_layer, [0.0, 1.0, 2.0, 3.0]);
+}

@@ -1,0 +1,6 @@
+//! Small plans by hand, run on the machine's adapter.
+
+mod compute;
+mod draw;
+mod faults;
+mod loops;

@@ -1,0 +1,162 @@
+//! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
+
+use crate::diag::{Checked, Diagnostic, Faults, Source};
+use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
+use crate::graph::{self, Graph};
+use crate::image::Image;
+use crate::plan::build::{Planned, plan};
+use crate::plan::request::Request;
+use crate::plan::{Plan, ResourceId};
+use crate::scene::{Pose, Scene};
+use crate::shader::Library;
+use crate::value::{Value, Values};
+use std::path::{Path, PathBuf};
+
+/// A graph and the shaders it may use.
+#[derive(Debug, Clone)]
+pub struct Project {
+    pub graph: Graph,
+    pub library: Library,
+}
+
+impl Project {
+    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then `../shaders`.
+    ///
+    /// # Errors
+    /// Every fault of the graph file and its bases, and shader files that can't be read.
+    pub fn open(path: &Path, shaders: &[PathBuf]) -> Checked<Project> {
+        let graph = graph::load(path, &Source::read)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let usual = [folder.join("shaders"), folder.join("../shaders")];
+        let mut folders: Vec<PathBuf> = shaders.to_vec();
+        folders.extend(usual.into_iter().filter(|f| f.is_dir()));
+        Ok(Project { graph, library: Library::load(&folders)? })
+    }
+
+    /// Parameters from `NAME=VALUE` texts.
+    ///
+    /// # Errors
+    /// Unknown names, values of the wrong type or out of range; all at once.
+    pub fn params(&self, settings: &[String]) -> Checked<Values> {
+        let mut values = Values::new();
+        let mut faults = vec![];
+        for text in settings {
+            let Some((name, value)) = text.split_once('=') else {
+                faults.push(Diagnostic::error(format!("`{text}` is not NAME=VALUE")));
+                continue;
+            };
+            let (name, value) = (name.trim(), value.trim());
+            let Some((_, param)) = self.graph.params.iter().find(|(n, _)| n.value == name) else {
+                let d = Diagnostic::error(format!("the graph has no parameter `{name}`"));
+                faults.push(d.nearest(name, self.graph.params.iter().map(|(n, _)| n.value.as_str())));
+                continue;
+            };
+            match param.read(value) {
+                None => {
+                    let d = Diagnostic::error(format!("`{name}`: `{value}` is not a {}", param.ty.wgsl()));
+                    faults.push(d.at(&param.span, "declared here"));
+                }
+                Some(v) => match param.accepts(&v) {
+                    Ok(()) => drop(values.insert(name.to_string(), v)),
+                    Err(why) => {
+                        let d = Diagnostic::error(format!("parameter `{name}` = {v} is {why}"));
+                        faults.push(d.at(&param.span, "declared here"));
+                    }
+                },
+            }
+        }
+        Faults::check(faults, values)
+    }
+}
+
+/// What a session renders.
+#[derive(Debug, Clone, Default)]
+pub struct Settings {
+    /// Parameters that differ from their defaults.
+    pub params: Values,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// A camera's name; `None`: the scene's default.
+    pub camera: Option<String>,
+    /// Outputs to produce; `None`: all.
+    pub outputs: Option<Vec<String>>,
+}
+
+/// Plans a project for a scene with an adapter's limits.
+///
+/// # Errors
+/// As [`crate::plan::build::plan`].
+pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
+    plan(&Request {
+        graph: &project.graph,
+        library: &project.library,
+        params: &settings.params,
+        facts: &scene.facts(),
+        screen: settings.size,
+        outputs: settings.outputs.as_deref(),
+        limits: &gpu.limits,
+        features: gpu.features,
+    })
+}
+
+/// A plan on a device, ready for frames.
+pub struct Session {
+    pub scene: Scene,
+    pub settings: Settings,
+    pub plan: Plan,
+    /// What the user should know about the plan and the view.
+    pub notices: Vec<Diagnostic>,
+    prepared: Prepared,
+    pose: Pose,
+}
+
+impl Session {
+    /// Plans and prepares.
+    ///
+    /// # Errors
+    /// Faults of the graph for this scene, and what the device can't do.
+    pub fn new(gpu: &Gpu, project: &Project, scene: Scene, settings: Settings) -> Checked<Session> {
+        let Planned { plan, mut notices } = plan_for(project, &scene, &settings, gpu)?;
+        let pose = scene.pose(0.0);
+        let [width, height] = settings.size;
+        notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
+        let tables = scene.tables(&pose);
+        let prepared = gpu::prepare(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables)?;
+        Ok(Session { scene, settings, plan, notices, prepared, pose })
+    }
+
+    /// Renders frame number `index` at `time` (seconds).
+    ///
+    /// # Errors
+    /// What the device reports, with the pass's name.
+    pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
+        let pose = self.scene.pose(time);
+        let [width, height] = self.settings.size;
+        let camera = self.settings.camera.as_deref();
+        let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
+        values.insert("frame".into(), Value::Uint(index));
+        values.insert("time".into(), Value::Float(time));
+        let moved = (pose != self.pose).then(|| self.scene.tables(&pose));
+        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &Frame { values, tables: moved.as_deref() })?;
+        self.pose = pose;
+        Ok(report)
+    }
+
+    /// Reads an output back.
+    ///
+    /// # Errors
+    /// An unknown output, or one that holds no image.
+    pub fn image(&self, gpu: &Gpu, output: &str) -> Checked<Image> {
+        gpu::read_image(gpu, &self.prepared, &self.plan, self.output(output)?)
+    }
+
+    fn output(&self, name: &str) -> Checked<ResourceId> {
+        match self.plan.outputs.iter().find(|o| o.0 == name) {
+            Some((_, id)) => Ok(*id),
+            None => {
+                let d = Diagnostic::error(format!("the output `{name}` was not asked for"));
+                Err(d.nearest(name, self.plan.outputs.iter().map(|o| o.0.as_str())).into())
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! From text to interface.
+
+use super::*;
+
+#[test]
+fn every_kind_of_variable_is_reflected() {
+    let i = interface(
+        "struct P { camera: mat4x4f, grid: vec3u, bounces: u32, offset: i32, k2: f32 }
+        var<uniform> params: P;
+        var<uniform> screen: vec2u;
+        var plain: texture_2d<f32>;
+        var smooth_array: texture_2d_array<f32>;
+        var id: texture_2d<u32>;
+        var sid: texture_3d<i32>;
+        var multi: texture_multisampled_2d<f32>;
+        var shadow: texture_depth_cube_array;
+        var sh: texture_storage_3d<rgba32float, write>;
+        var acc: texture_storage_2d<r32uint, read_write>;
+        var lin: sampler;
+        var cmp: sampler_comparison;
+        var<storage, read_write> count: atomic<u32>;
+        var<storage, read_write> fixed: array<vec3f, 5>;
+        struct Open { n: u32, rows: array<vec2f> }
+        var<storage> open: Open;
+        var<workgroup> tile: array<f32, 64>;
+        fn inner(t: texture_2d_array<f32>, s: sampler) -> vec4f { return textureSampleLevel(t, s, vec2f(), 0, 0); }
+        fn outer(t: texture_2d_array<f32>, s: sampler) -> vec4f { return inner(t, s); }
+        @compute @workgroup_size(8, 4) fn main() {
+            tile[0] = params.k2 + f32(screen.x);
+            let a = textureLoad(plain, vec2i(), 0) + outer(smooth_array, lin) + textureLoad(multi, vec2i(), 0);
+            let b = textureLoad(id, vec2i(), 0).x + u32(textureLoad(sid, vec3i(), 0).x) + arrayLength(&open.rows);
+            let c = textureSampleCompareLevel(shadow, cmp, vec3f(1, 0, 0), 0, 0.5);
+            textureStore(sh, vec3i(), a + c);
+            textureStore(acc, vec2i(), textureLoad(acc, vec2i()));
+            fixed[0] = vec3f(f32(b));
+            atomicAdd(&count, 1u);
+        }",
+    );
+    let kind = |name: &str| match i.variables.iter().find(|v| v.name == name) {
+        Some(v) => v.kind.clone(),
+        None => panic!("no {name}"),
+    };
+    let member = |name: &str, offset, ty| Member { name: name.to_owned(), offset, ty };
+    let texture = |dim, sample| BindingKind::Texture { dim, sample, multisampled: false };
+    let members = vec![
+        member("camera", 0, Type::Mat4),
+        member("grid", 64, Type::UVec3),
+        member("bounces", 76, Type::Uint),
+        member("offset", 80, Type::Int),
+        member("k2", 84, Type::Float),
+    ];
+    assert_eq!(kind("params"), BindingKind::Uniform(Layout { size: 96, members }));
+    let members = vec![member("screen", 0, Type::UVec2)];
+    assert_eq!(kind("screen"), BindingKind::Uniform(Layout { size: 8, members }));
+    assert_eq!(kind("plain"), texture(TextureDim::D2, TextureSample::Float { filtered: false }));
+    assert_eq!(kind("smooth_array"), texture(TextureDim::D2Array, TextureSample::Float { filtered: true }));
+    assert_eq!(kind("id"), texture(TextureDim::D2, TextureSample::Uint));
+    assert_eq!(kind("sid"), texture(TextureDim::D3, TextureSample::Sint));
+    assert_eq!(kind("shadow"), texture(TextureDim::CubeArray, TextureSample::Depth));
+    let sample = TextureSample::Float { filtered: false };
+    assert_eq!(kind("multi"), BindingKind::Texture { dim: TextureDim::D2, sample, multisampled: true });
+    let (format, access) = (wgpu::TextureFormat::Rgba32Float, wgpu::StorageTextureAccess::WriteOnly);
+    assert_eq!(kind("sh"), BindingKind::StorageTexture { dim: TextureDim::D3, format, access });
+    let (format, access) = (wgpu::TextureFormat::R32Uint, wgpu::StorageTextureAccess::ReadWrite);
+    assert_eq!(kind("acc"), BindingKind::StorageTexture { dim: TextureDim::D2, format, access });
+    assert_eq!(kind("lin"), BindingKind::Sampler { comparison: false });
+    assert_eq!(kind("cmp"), BindingKind::Sampler { comparison: true });
+    let element = Layout { size: 4, members: vec![] };
+    assert_eq!(kind("count"), BindingKind::Storage { element, stride: 4, fixed_size: Some(4), writable: true });
+    let element = Layout { size: 12, members: vec![member("fixed", 0, Type::Vec3)] };
+    assert_eq!(kind("fixed"), BindingKind::Storage { element, stride: 16, fixed_size: Some(80), writable: true });
+    assert!(matches!(kind("open"), BindingKind::Storage { fixed_size: None, writable: false, .. }));
+    let entry = &i.entries[0];
+    let access = |name: &str| entry.uses[&names(&i).iter().position(|n| *n == name).unwrap_or(usize::MAX)];
+    assert_eq!(entry.workgroup_size, [8, 4, 1]);
+    assert_eq!(access("open"), Access { read: false, write: false });
+    assert_eq!(access("fixed"), Access { read: false, write: true });
+    assert_eq!(access("count"), Access { read: true, write: true });
+    assert_eq!(access("acc"), Access { read: true, write: true });
+    assert_eq!(access("smooth_array"), Access { read: true, write: false });
+    assert!(!names(&i).contains(&"tile"));
+}
+
+#[test]
+fn entries_are_reflected() {
+    let i = interface(
+        "struct V { @location(1) uv: vec2f, @builtin(instance_index) member: u32, @location(2) @interpolate(flat) node0: u32 }
+        struct F { @location(1) normal: vec4f, @location(0) albedo: vec3f, @location(2) id: u32, @builtin(frag_depth) d: f32 }
+        var<uniform> a: f32;
+        var<uniform> b: f32;
+        @vertex fn vs(@location(0) position: vec3f, v: V) -> @builtin(position) vec4f { return vec4f(position * a, v.uv.x); }
+        @fragment fn fs() -> F { return F(vec4f(b), vec3f(), 1, 0.5); }
+        @fragment fn bare() -> @location(0) vec4f { return vec4f(a + b); }",
+    );
+    let vs = i.entry(Stage::Vertex).expect("a vertex entry");
+    let inputs: Vec<_> = vs.inputs.iter().map(|v| (v.name.as_str(), v.location, v.format)).collect();
+    use wgpu::VertexFormat as F;
+    assert_eq!(inputs, [("position", 0, F::Float32x3), ("uv", 1, F::Float32x2), ("node0", 2, F::Uint32)]);
+    assert_eq!(vs.uses.keys().copied().collect::<Vec<_>>(), [0]);
+    let fs = i.entry(Stage::Fragment).expect("a fragment entry");
+    let outputs: Vec<_> = fs.outputs.iter().map(|o| (o.name.as_deref(), o.location, o.kind, o.components)).collect();
+    let expected = [
+        (Some("albedo"), 0, OutputKind::Float, 3),
+        (Some("normal"), 1, OutputKind::Float, 4),
+        (Some("id"), 2, OutputKind::Uint, 1),
+    ];
+    assert_eq!(outputs, expected);
+    assert!(fs.writes_depth && !i.entries[2].writes_depth);
+    assert_eq!(i.entries[2].outputs[0].name, None);
+    assert_eq!(i.entries.iter().map(|e| e.name.as_str()).collect::<Vec<_>>(), ["vs", "fs", "bare"]);
+}
