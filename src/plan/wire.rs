@@ -218,6 +218,11 @@ impl<'g> Wirer<'g, '_> {
                     self.out.off.push((pass, format!("`{}` is 0", e.span.text())));
                     return None;
                 }
+                if n > super::expand::MOST_DRAWS {
+                    let d = Diagnostic::error(format!("a pass over {n} members")).at(&e.span, "");
+                    self.faults.push(d.help(format!("the most is {}", super::expand::MOST_DRAWS)));
+                    return None;
+                }
                 Some(n)
             }
             None => None,
