@@ -7,7 +7,7 @@ use crate::image::Image;
 use crate::plan::build::{Planned, plan};
 use crate::plan::request::Request;
 use crate::plan::{Plan, ResourceId};
-use crate::scene::{Pose, Scene};
+use crate::scene::{Pose, Scene, Shift};
 use crate::shader::Library;
 use crate::value::{Value, Values};
 use std::path::{Path, PathBuf};
@@ -106,6 +106,8 @@ pub struct Session {
     pub plan: Plan,
     /// What the user should know about the plan and the view.
     pub notices: Vec<Diagnostic>,
+    /// How far cameras, lights and nodes of the next frames are from where the scene says.
+    pub shift: Shift,
     prepared: Prepared,
     pose: Pose,
 }
@@ -122,7 +124,7 @@ impl Session {
         notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
         let tables = scene.tables(&pose);
         let prepared = gpu::prepare(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables)?;
-        Ok(Session { scene, settings, plan, notices, prepared, pose })
+        Ok(Session { scene, settings, plan, notices, shift: Shift::default(), prepared, pose })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -130,7 +132,7 @@ impl Session {
     /// # Errors
     /// What the device reports, with the pass's name.
     pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
-        let pose = self.scene.pose(time);
+        let pose = self.scene.pose_shifted(time, &self.shift);
         let [width, height] = self.settings.size;
         let camera = self.settings.camera.as_deref();
         let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
