@@ -156,7 +156,7 @@ impl Session {
         let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
         values.insert("frame".into(), Value::Uint(index));
         values.insert("time".into(), Value::Float(time));
-        let moved = (pose != self.pose || self.why.is_empty()).then(|| self.scene.tables(&pose));
+        let moved = (!pose.same_tables(&self.pose) || self.why.is_empty()).then(|| self.scene.tables(&pose));
         let tables = moved.as_deref();
         // After a fault nothing is known of what memory holds: the next frame begins anew.
         let held = std::mem::replace(&mut self.held, self.settings.skip.then(Held::default));

@@ -4,6 +4,7 @@
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
+//! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `support`: what several of them need
 
@@ -12,4 +13,5 @@ mod bad_scenes;
 mod command;
 mod mutated;
 mod shipped;
+mod skips;
 mod support;
