@@ -1,7 +1,7 @@
 //! A variant: its base, then edits that name what they change.
 
 use super::ast::{Graph, Name, Pass, PassKind, walk};
-use super::parse::Reader;
+use super::read::Reader;
 use super::tree::{Kind, Node};
 use crate::diag::Diagnostic;
 
