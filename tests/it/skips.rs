@@ -1,21 +1,20 @@
 //! Frames that leave steps out equal frames in full, whatever moves; and they leave out what they should.
 
-use crate::support;
+use crate::{device, support};
 use lightgraph::gpu::Gpu;
 use lightgraph::plan::change::Why;
 use lightgraph::scene::{self, Shift};
 use lightgraph::session::{Project, Session, Settings};
 use std::collections::BTreeSet;
-use std::path::Path;
 
 /// A session on a small image that compares every frame with a full run.
 fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str]) -> Session {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let project = Project::open(&root.join("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
-    let loaded = scene::load(&root.join("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
-    let settings = Settings { params, size: [48, 32], skip: true, verify: true, ..Settings::default() };
+    let loaded = scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
+    let outputs = Some(vec!["color".to_string()]);
+    let settings = Settings { params, size: [32, 24], outputs, skip: true, verify: true, ..Settings::default() };
     Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
 }
 
@@ -33,7 +32,7 @@ const SMALL: [&str; 3] = ["grid=2", "face=8", "bounces=2"];
 
 #[test]
 fn a_still_frame_runs_nothing() {
-    let gpu = support::gpu();
+    let gpu = &device::gpu();
     let mut s = session(gpu, "uniform_grid.ron", "cornell.glb", &SMALL);
     frame(gpu, &mut s, 0, 0.0);
     assert_eq!(ran(&s).len(), s.plan.steps.iter().map(|s| &s.pass).collect::<BTreeSet<_>>().len());
@@ -43,7 +42,7 @@ fn a_still_frame_runs_nothing() {
 
 #[test]
 fn a_moving_camera_touches_no_probe_and_a_moving_light_captures_nothing() {
-    let gpu = support::gpu();
+    let gpu = &device::gpu();
     let mut s = session(gpu, "uniform_grid.ron", "cornell.glb", &SMALL);
     frame(gpu, &mut s, 0, 0.0);
     s.shift.cameras.x = 0.1;
@@ -62,18 +61,24 @@ fn a_moving_camera_touches_no_probe_and_a_moving_light_captures_nothing() {
     }
 }
 
+/// Of the parameters that make a graph small those that it has.
+fn smallest(graph: &str) -> Vec<&'static str> {
+    let project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let has = |set: &&str| project.graph.params.iter().any(|(n, _)| set.starts_with(&format!("{}=", n.value)));
+    SMALL.into_iter().filter(has).collect()
+}
+
 #[test]
 fn whatever_moves_equals_a_full_run() {
-    let gpu = support::gpu();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for graph in support::files(&root.join("graphs"), "ron") {
+    let gpu = &device::gpu();
+    for graph in support::files("graphs", &["ron"]) {
         let graph = graph.file_name().unwrap_or_default().to_string_lossy().into_owned();
         for scene in ["cornell.glb", "hall_moving.ron"] {
-            let mut s = session(gpu, &graph, scene, &[]);
+            let mut s = session(gpu, &graph, scene, &smallest(&graph));
             // A fixed sequence from a small congruential generator: camera, lights, a node, time, nothing.
             let mut seed = 7u32;
             let mut time = 0.0;
-            for index in 0..8 {
+            for index in 0..6 {
                 seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 let by = (seed >> 16 & 15) as f32 / 64.0;
                 match seed >> 28 & 7 {
