@@ -5,8 +5,9 @@
 set -euo pipefail
 
 loader_present() {
-    # ldconfig stands in /sbin, which is not on every user's path.
-    PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | grep -q 'libvulkan\.so\.1'
+    # ldconfig stands in /sbin, which is not on every user's path. grep reads all of it (no -q): ending early would
+    # kill ldconfig by SIGPIPE, and pipefail would call that "absent".
+    PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | grep 'libvulkan\.so\.1' >/dev/null
 }
 
 driver_present() {

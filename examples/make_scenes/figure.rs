@@ -39,7 +39,8 @@ const fn section(height: f64, half_width: f64, half_depth: f64, forward: f64, fo
     Section { height, half_width, half_depth, forward, fold }
 }
 
-/// Faces +Z, stands on the floor, 1.75 m tall, the staff 2 m. `sides` is the number of columns round the body; the rest follows it.
+/// Faces +Z, stands on the floor, 1.75 m tall, the staff 2 m. `sides` is the number of columns round the body; the
+/// rest follows it.
 pub fn figure(sides: usize) -> Mesh {
     let round = (sides / 2).max(8);
     let mut mesh = body(sides);

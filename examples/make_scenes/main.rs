@@ -50,6 +50,7 @@ fn outputs() -> Vec<Output> {
         ("hall_glossy.ron", hall::GLOSSY),
         ("hall_moving.ron", hall::MOVING),
         ("art_gallery.ron", gallery::SCENE),
+        ("lambert_plane.ron", rooms::PLANE_SCENE),
     ] {
         out.push(Output { name: name.to_string(), bytes: text.as_bytes().to_vec(), triangles: None });
     }

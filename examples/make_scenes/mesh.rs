@@ -32,7 +32,7 @@ impl Mesh {
         self.push(corners, [DVec2::ZERO; 3]);
     }
 
-    /// Adds a quadrilateral, its corners counter-clockwise from the lower left; it carries the unit square of a texture.
+    /// Adds a quadrilateral, its corners counter-clockwise from the lower left; it carries the whole of a texture.
     pub fn quad(&mut self, [a, b, c, d]: [DVec3; 4]) {
         let [ta, tb, tc, td] = [DVec2::new(0.0, 1.0), DVec2::new(1.0, 1.0), DVec2::new(1.0, 0.0), DVec2::new(0.0, 0.0)];
         self.push([a, b, c], [ta, tb, tc]);

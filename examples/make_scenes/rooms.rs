@@ -10,6 +10,14 @@ const WHITE: [f64; 3] = [0.73, 0.73, 0.73];
 const RED: [f64; 3] = [0.63, 0.065, 0.05];
 const GREEN: [f64; 3] = [0.14, 0.45, 0.091];
 
+/// The plane alone has no height; probes need a box with a volume.
+pub const PLANE_SCENE: &str = r#"// A plane has no height of its own: the probes' box reaches past the light.
+Scene(
+    gltf: "lambert_plane.glb",
+    grid: ((-10.0, 0.0, -10.0), (10.0, 2.0, 10.0)),
+)
+"#;
+
 /// A box of 2 m, open at +Z, with two blocks and a point light.
 pub fn cornell() -> Document {
     let mut document = Document::new();
@@ -76,7 +84,7 @@ pub fn two_rooms() -> Document {
         let block = standing_block(x, -0.2, DVec3::new(0.5, 0.7, 0.5));
         document.fixture(&format!("{name}_block"), &block, white);
     }
-    document.point_light("lamp", DVec3::new(-1.0, 1.7, 0.2), 4.0);
+    document.point_light("lamp", DVec3::new(-1.0, 1.7, 0.2), 1.5);
     for (name, side) in [("lit", -1.0), ("dark", 1.0)] {
         let eye = DVec3::new(side * 1.8, 1.2, 0.8);
         document.camera(name, eye, DVec3::new(side * 0.4, 0.8, -0.5), 65.0);

@@ -139,8 +139,8 @@ impl Arch {
         DVec2::new(0.0, self.springing) + self.radius * DVec2::new(angle.cos(), angle.sin())
     }
 
-    /// The wall along X, in the middle of Z. Its top is open, to meet a ceiling; so are its ends when it rests on columns, to
-    /// meet its neighbours.
+    /// The wall along X, in the middle of Z. Its top is open, to meet a ceiling; so are its ends when
+    /// it rests on columns, to meet its neighbours.
     pub fn wall(&self) -> Mesh {
         let depth = self.thickness / 2.0;
         let half = self.width / 2.0;

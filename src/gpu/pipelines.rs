@@ -5,7 +5,10 @@ use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, Geometry, Plan, Step};
 use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
 use crate::shader::{Entry, Shader, Stage};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{
+    Arc,
+    atomic::{AtomicUsize, Ordering},
+};
 
 /// The vertex stage of a pass that covers its target: one triangle, nearest in depth.
 const SCREEN: &str = "@vertex fn screen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
@@ -20,7 +23,16 @@ pub(super) struct StepPipelines {
     pub built: Built,
 }
 
+/// A pipeline that the next plan takes over when it asks for the same of the same shader.
 #[derive(Debug, Clone)]
+pub(super) struct Kept {
+    shader: Arc<Shader>,
+    key: Key,
+    layout: wgpu::BindGroupLayout,
+    built: Built,
+}
+
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Built {
     Compute(wgpu::ComputePipeline),
     Render {
@@ -34,11 +46,16 @@ pub(super) enum Built {
 }
 
 /// Builds the pipelines of the steps that `runs` picks, by their index; `None` for the others and for steps without a
-/// shader.
+/// shader. What `before` has for the very same shader (by its `Arc`) is taken over. With them, all that was built, to keep.
 ///
 /// # Errors
 /// Entry points or attributes that do not exist, and all that the device finds wrong; each names its step.
-pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Checked<Vec<Option<StepPipelines>>> {
+pub(super) fn build(
+    gpu: &Gpu,
+    plan: &Plan,
+    runs: impl Fn(usize) -> bool,
+    before: &[Kept],
+) -> Checked<(Vec<Option<StepPipelines>>, Vec<Kept>)> {
     let mut faults = vec![];
     let mut jobs: Vec<Job<'_>> = vec![];
     let mut of_step: Vec<Option<usize>> = vec![];
@@ -50,7 +67,7 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
         match Job::of(gpu, plan, step) {
             Ok(None) => of_step.push(None),
             Ok(Some(job)) => {
-                let index = jobs.iter().position(|j| j.key == job.key).unwrap_or_else(|| {
+                let index = jobs.iter().position(|j| j.index == job.index && j.key == job.key).unwrap_or_else(|| {
                     jobs.push(job);
                     jobs.len() - 1
                 });
@@ -61,27 +78,32 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
     }
     Faults::check(faults, ())?;
 
-    let modules = in_parallel(plan.shaders.len() + 1, |i| match plan.shaders.get(i) {
-        // Only those that a step uses: a module that nobody runs need not suit the device.
-        Some(shader) if jobs.iter().any(|j| j.key.shader == i) => module(gpu, shader).map(Some),
-        Some(_) => Ok(None),
-        None => screen(gpu).map(Some),
+    let kept: Vec<Option<&Kept>> =
+        jobs.iter().map(|j| before.iter().find(|k| Arc::ptr_eq(&k.shader, j.shader) && k.key == j.key)).collect();
+    // Only those that a new pipeline needs: a module that nobody runs need not suit the device.
+    let wanted = |i: usize| jobs.iter().zip(&kept).any(|(j, k)| j.index == i && k.is_none());
+    let modules = in_parallel(plan.shaders.len(), |i| match plan.shaders.get(i) {
+        Some(shader) if wanted(i) => module(gpu, shader).map(Some),
+        _ => Ok(None),
     })?;
-    let built = in_parallel(jobs.len(), |i| jobs[i].build(gpu, &modules))?;
+    let screen = screen(gpu)?;
+    let built = in_parallel(jobs.len(), |i| match kept[i] {
+        Some(kept) => Ok(kept.clone()),
+        None => jobs[i].build(gpu, modules[jobs[i].index].as_ref(), &screen),
+    })?;
     let of_step = of_step.into_iter().map(|job| {
-        job.and_then(|j| Some((jobs.get(j)?, built.get(j)?))).map(|(job, (layout, built))| StepPipelines {
-            entries: job.key.entries.clone(),
-            layout: layout.clone(),
-            built: built.clone(),
+        job.and_then(|j| built.get(j)).map(|k| StepPipelines {
+            entries: k.key.entries.clone(),
+            layout: k.layout.clone(),
+            built: k.built.clone(),
         })
     });
-    Ok(of_step.collect())
+    Ok((of_step.collect(), built))
 }
 
 /// Everything that tells one pipeline from another.
 #[derive(Debug, Clone, PartialEq)]
 struct Key {
-    shader: usize,
     entries: Vec<wgpu::BindGroupLayoutEntry>,
     kind: Kind,
 }
@@ -103,10 +125,12 @@ struct Render {
 }
 
 struct Job<'a> {
+    /// Of the shader in the plan.
+    index: usize,
+    shader: &'a Arc<Shader>,
     key: Key,
     /// The first step that wants it, for faults.
     step: &'a Step,
-    path: &'a str,
 }
 
 impl<'a> Job<'a> {
@@ -134,14 +158,13 @@ impl<'a> Job<'a> {
             }
         };
         let entries = layout_entries(gpu, plan, step, shader, &entries)?;
-        Ok(Some(Job { key: Key { shader: index, entries, kind }, step, path: &shader.path }))
+        Ok(Some(Job { index, shader, key: Key { entries, kind }, step }))
     }
 
-    fn build(&self, gpu: &Gpu, modules: &[Option<wgpu::ShaderModule>]) -> Checked<(wgpu::BindGroupLayout, Built)> {
-        let (Some(Some(module)), Some(Some(screen))) = (modules.get(self.key.shader), modules.last()) else {
-            return Err(Diagnostic::error(format!("`{}` has no shader module", self.step.name)).into());
-        };
-        let what = format!("build the pipeline of `{}` ({})", self.step.name, self.path);
+    fn build(&self, gpu: &Gpu, module: Option<&wgpu::ShaderModule>, screen: &wgpu::ShaderModule) -> Checked<Kept> {
+        let name = &self.step.name;
+        let module = module.ok_or_else(|| Diagnostic::error(format!("`{name}` has no shader module")))?;
+        let what = format!("build the pipeline of `{name}` ({})", self.shader.path);
         scoped(gpu, &what, || {
             let label = Some(self.step.name.as_str());
             let layout = gpu
@@ -174,7 +197,7 @@ impl<'a> Job<'a> {
                     Built::Render { first, rest, attributes: !r.attributes.is_empty() }
                 }
             };
-            (layout, built)
+            Kept { shader: self.shader.clone(), key: self.key.clone(), layout, built }
         })
     }
 }
@@ -297,8 +320,8 @@ fn check_groups(gpu: &Gpu, step: &Step, groups: [u32; 3]) -> Checked<()> {
     }
 }
 
-fn shader<'a>(plan: &'a Plan, step: &Step, index: usize) -> Checked<&'a Shader> {
-    let found = plan.shaders.get(index).map(AsRef::as_ref);
+fn shader<'a>(plan: &'a Plan, step: &Step, index: usize) -> Checked<&'a Arc<Shader>> {
+    let found = plan.shaders.get(index);
     found.ok_or_else(|| Diagnostic::error(format!("`{}` has no shader", step.name)).into())
 }
 

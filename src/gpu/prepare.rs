@@ -3,7 +3,7 @@
 use super::{
     bindings::{Bindable, Shared, bind_group},
     device::Gpu,
-    pipelines::{self, StepPipelines, by_location},
+    pipelines::{self, Kept, StepPipelines, by_location},
     pool::{Pool, target_view},
     readback::staging,
     scene_data::SceneData,
@@ -23,6 +23,7 @@ pub struct Prepared {
     pub(super) scene: SceneData,
     pub(super) uniforms: Uniforms,
     pub(super) steps: Vec<Ready>,
+    kept: Vec<Kept>,
     pub(super) timer: Timer,
     /// Where loops with a test read their number; `None` without such loops.
     pub(super) probe: Option<wgpu::Buffer>,
@@ -78,8 +79,9 @@ pub fn prepare(
     prepare_after(gpu, plan, geometry, textures, tables, None)
 }
 
-/// As [`prepare`]; resources with history keep what they hold in `previous`, when name and shape are the same. The two
-/// then share that memory: run frames on one of them only.
+/// As [`prepare`], for a plan that takes the place of `previous` on the same device. Resources with history keep what they
+/// hold there, when name and shape are the same; the two then share that memory, so run frames on one of them only.
+/// Pipelines of the same [`crate::shader::Shader`] (by its `Arc`) are not built again.
 ///
 /// # Errors
 /// As [`prepare`].
@@ -96,7 +98,8 @@ pub fn prepare_after(
     let scene = SceneData::upload(gpu, plan, geometry, textures, tables)?;
     let uniforms = Uniforms::allocate(gpu, plan)?;
     let loops = enclosing_loops(plan);
-    let pipelines = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step))?;
+    let before = previous.map_or([].as_slice(), |(_, prepared)| &prepared.kept);
+    let (pipelines, kept) = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step), before)?;
     let mut shared = Shared::default();
     let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms };
     let mut steps = vec![];
@@ -114,7 +117,7 @@ pub fn prepare_after(
     }
     Faults::check(faults, ())?;
     gpu.check()?;
-    Ok(Prepared { pool, scene, uniforms, steps, timer: Timer::new(gpu), probe })
+    Ok(Prepared { pool, scene, uniforms, steps, kept, timer: Timer::new(gpu), probe })
 }
 
 impl Prepared {

@@ -53,8 +53,10 @@ impl Scene {
                 (view(place), self.projection(lens, place.position, aspect), place.position, "default")
             }
         };
-        let view_projection = projection * view;
-        let inverse = view_projection.inverse();
+        // In f64: with near and far four decades apart, an f32 product and inverse lose most of their digits.
+        let (exact_view, exact_projection) = (view.as_dmat4(), projection.as_dmat4());
+        let view_projection = (exact_projection * exact_view).as_mat4();
+        let inverse = (exact_projection * exact_view).inverse().as_mat4();
         if !(view_projection.is_finite() && inverse.is_finite()) {
             let d =
                 Diagnostic::error(format!("{}: camera \"{name}\" makes no usable view of {width}×{height}", self.name));

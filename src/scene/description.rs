@@ -1,27 +1,4 @@
-//! The scene RON: what glTF has no place for.
-//!
-//! ```ron
-//! Scene(
-//!     gltf: "hall.glb",                       // beside this file; without it, the glTF of the same stem
-//!     grid: ((-4, 0, -4), (4, 3, 4)),         // corners of the box for probes; without it, the scene's bounds
-//!     materials: {                            // by the glTF's names
-//!         "floor": (specular: 0.4, shininess: 20),
-//!     },
-//!     motion: {                               // by the name of a node, or of a light or camera at a node
-//!         "lamp": [
-//!             (time: 0, translation: (0, 2, 0)),
-//!             (time: 4, translation: (1, 2, 0), rotation_degrees: (0, 1, 0, 90)),
-//!         ],
-//!     },
-//!     camera: "overview",                     // used when none is named; without it, the glTF's first
-//! )
-//! ```
-//!
-//! All fields are optional. Motion is linear from keyframe to keyframe and begins anew after the last one's time;
-//! before the first one's time the first holds. `translation` replaces the node's own; `rotation_degrees`
-//! (axis x, y, z, then the angle) turns it about that axis of its parent's space, on top of its own rotation. Between
-//! two keyframes with the same axis the angle grows linearly, so that 0 to 360 is a whole turn. A keyframe
-//! without one of them has the node's own.
+//! Parses the scene RON; the parent module's documentation describes the format.
 //!
 //! The text is parsed in layers, so that each entry's fault is found and has its place.
 
@@ -291,8 +268,9 @@ mod tests {
     #[test]
     fn everything_a_scene_file_can_say_is_read() {
         let text = r#"Scene(
-    gltf: "hall.glb",
-    grid: ((-4, 0, -4), (4, 3, 4)),
+    gltf: "hall.glb", // beside this file
+    grid: /* corners */ ((-4, 0, -4), (4, 3, 4)),
+    // By the glTF's names.
     materials: { "floor": (specular: 0.4, shininess: 20), "wall": (specular: 0.1) },
     motion: { "lamp": [(time: 0, translation: (0, 2, 0)), (time: 4.5, rotation_degrees: (0, 1, 0, 90))] },
     camera: "overview",

@@ -31,6 +31,7 @@ pub fn load(path: &Path) -> Checked<Loaded> {
     let mut faults = vec![];
     let mut files = vec![];
     let found = resolve(path)?;
+    let name = found.file_stem().unwrap_or(found.as_os_str()).to_string_lossy().into_owned();
     let (gltf, description) = if has_extension(&found, &["ron"]) {
         let source = Source::read(&found)?;
         files.push(found.clone());
@@ -47,7 +48,6 @@ pub fn load(path: &Path) -> Checked<Loaded> {
     })?;
     files.push(gltf.clone());
     let directory = gltf.parent().unwrap_or(Path::new(""));
-    let name = path.file_stem().map_or_else(|| shown.clone(), |stem| stem.to_string_lossy().into_owned());
     let scene = read(&bytes, &shown, &name, directory, description.as_ref(), &mut files, &mut faults);
     match scene {
         Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
@@ -86,7 +86,7 @@ pub(super) fn read(
     }
     scene.bounds = scene.swept_bounds();
     let reach = scene.bounds.min.abs().max(scene.bounds.max.abs()).max_element();
-    if !(reach <= super::geometry::MAX_COORDINATE) {
+    if reach > super::geometry::MAX_COORDINATE || reach.is_nan() {
         faults.push(
             document.error("scene", format!("it reaches {reach} metres from its origin, too far to compute with")),
         );

@@ -4,16 +4,42 @@
 //! A scene then answers pure questions: [`Scene::facts`], [`Scene::pose`] at a time, [`Scene::tables`] and
 //! [`Scene::camera_values`] at a pose.
 //!
-//! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes, materials, lights
-//!   and cameras of them; `geometry` the vertices; `textures` the base-colour array; `description` the scene RON
+//! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes and materials of
+//!   them, `attached` lights and cameras, `geometry` the vertices, `textures` the base-colour array; `description`
+//!   reads the scene RON
 //! - `model` holds the scene and its facts; `motion` poses it; `tables` and `light_views` fill the shaders' tables;
 //!   `camera` makes the view matrices
+//!
+//! # The scene file
+//! A RON file beside the glTF says what glTF has no place for:
+//!
+//! ```ron
+//! Scene(
+//!     gltf: "hall.glb",                       // beside this file; without it, the glTF of the same stem
+//!     grid: ((-4, 0, -4), (4, 3, 4)),         // corners of the box for probes; without it, the scene's bounds
+//!     materials: {                            // by the glTF's names
+//!         "floor": (specular: 0.4, shininess: 20),
+//!     },
+//!     motion: {                               // by the name of a node, or of a light or camera at a node
+//!         "lamp": [
+//!             (time: 0, translation: (0, 2, 0)),
+//!             (time: 4, translation: (1, 2, 0), rotation_degrees: (0, 1, 0, 90)),
+//!         ],
+//!     },
+//!     camera: "overview",                     // used when none is named; without it, the glTF's first
+//! )
+//! ```
+//!
+//! All fields are optional. Motion is linear from keyframe to keyframe and begins anew after the last one's time;
+//! before the first one's time the first holds. `translation` replaces the node's own; `rotation_degrees`
+//! (axis x, y, z, then the angle) turns it about that axis of its parent's space, on top of its own rotation. Between
+//! two keyframes with the same axis the angle grows linearly, so that 0 to 360 is a whole turn. A keyframe
+//! without one of them has the node's own.
 
+mod attached;
 mod camera;
 mod description;
 mod document;
-#[cfg(test)]
-mod fixture;
 mod geometry;
 mod import;
 mod light_views;
@@ -21,6 +47,8 @@ mod load;
 mod model;
 mod motion;
 mod tables;
+#[cfg(test)]
+mod tests;
 mod textures;
 
 pub use geometry::Geometry;

@@ -86,9 +86,15 @@ impl Scene {
         for vertex in &self.geometry.vertices {
             points[vertex.node as usize].push(vertex.position.into());
         }
+        let moving = self.moving();
+        let still = self.pose(0.0).nodes;
         let mut bounds = Bounds::EMPTY;
         for (node, points) in points.into_iter().enumerate().filter(|(_, p)| !p.is_empty()) {
-            bounds = bounds.union(self.swept(node, points));
+            bounds = bounds.union(if moving[node] {
+                self.swept(node, points)
+            } else {
+                Bounds::of(points.into_iter().map(|p| still[node].transform_point3(p)))
+            });
         }
         bounds
     }

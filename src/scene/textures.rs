@@ -199,6 +199,24 @@ mod tests {
     }
 
     #[test]
+    fn png_and_jpeg_are_told_apart_by_their_bytes() {
+        let image = image::RgbImage::from_pixel(8, 4, image::Rgb([200, 100, 50]));
+        for format in [image::ImageFormat::Png, image::ImageFormat::Jpeg] {
+            let mut bytes = Cursor::new(vec![]);
+            image.write_to(&mut bytes, format).unwrap();
+            let bytes = bytes.into_inner();
+            let picture = decode(&bytes).unwrap();
+            assert_eq!((picture.width, picture.height), (8, 4));
+            let [r, g, b, a] = encoded(picture.texels[17]);
+            assert!(r.abs_diff(200) < 4 && g.abs_diff(100) < 4 && b.abs_diff(50) < 4 && a == 255, "{format:?}");
+            for length in 0..bytes.len() {
+                // A JPEG may decode in part; none may panic.
+                let _ = decode(&bytes[..length]);
+            }
+        }
+    }
+
+    #[test]
     fn weights_of_a_resize_sum_to_one() {
         for (from, to) in [(3, 8), (1000, 1024), (3000, 1024), (1, 4)] {
             for taps in taps(from, to) {

@@ -230,3 +230,29 @@ fn solid_textures_and_cubes_are_bound_whole() {
     let solid = ran.image("solid");
     assert_eq!((solid.layers, &solid.data[solid.data.len() - 4..]), (4, [1.0, 2.0, 3.0, 1.0].as_slice()));
 }
+
+#[test]
+fn pipelines_of_a_shader_that_stayed_are_not_built_again() {
+    use crate::gpu::prepare::Ready;
+    let mut s = Sketch::new();
+    s.buffer("kept", 8);
+    let wgsl = "var<storage, read_write> kept: array<f32>; @compute @workgroup_size(1) fn main() { kept[0] += 1.0; }";
+    let nodes = [s.compute("a", wgsl, [1, 1, 1]), s.compute("b", wgsl, [1, 1, 1])];
+    let first = run(s.order(nodes));
+    let mut plan = first.plan.clone();
+    // The same text, but composed anew.
+    plan.shaders[1] = std::sync::Arc::new((*plan.shaders[1]).clone());
+    let previous = Some((&first.plan, &first.prepared));
+    let second = prepare_after(gpu(), &plan, &Geometry::default(), None, &[], previous).unwrap();
+    let same: Vec<bool> = first
+        .prepared
+        .steps
+        .iter()
+        .zip(&second.steps)
+        .map(|pair| match pair {
+            (Ready::Shaded(a), Ready::Shaded(b)) => a.pipelines.built == b.pipelines.built,
+            _ => false,
+        })
+        .collect();
+    assert_eq!(same, [true, false]);
+}

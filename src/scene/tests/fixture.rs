@@ -1,7 +1,9 @@
 //! glTF files built in memory for tests.
 
-use super::{Scene, description, load::read};
-use crate::diag::{Diagnostic, Source, render};
+use crate::{
+    diag::{Diagnostic, Source, render},
+    scene::{Scene, description, load::read},
+};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -58,6 +60,14 @@ impl Fixture {
 
     pub fn mesh(&mut self, primitive: Value) -> usize {
         self.push("meshes", json!({"name": "mesh", "primitives": [primitive]}))
+    }
+
+    /// Appends a flat quad at the origin's node: corners counter-clockwise as seen from its front.
+    pub fn wall(&mut self, name: &str, corners: [[f32; 3]; 4], material: usize) {
+        let position = self.floats(&corners);
+        let indices = self.shorts(&QUAD_INDICES);
+        let mesh = self.mesh(json!({"attributes": {"POSITION": position}, "indices": indices, "material": material}));
+        self.node(json!({"name": name, "mesh": mesh}));
     }
 
     /// Appends a light and a root node of its name with it.

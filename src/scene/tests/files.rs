@@ -1,0 +1,161 @@
+//! From paths to scenes, through real files.
+
+use super::fixture::Fixture;
+use crate::{
+    diag::render,
+    scene::{Loaded, load},
+};
+use serde_json::json;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// A directory of its own for one test, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Folder {
+        let path = std::env::temp_dir().join(format!("lightgraph-scene-{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+
+    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, bytes).unwrap();
+        path
+    }
+
+    fn load(&self, name: &str) -> Result<Loaded, String> {
+        load(&self.0.join(name)).map_err(|faults| render(&faults.0))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // A folder left behind harms nobody, and a panic here would hide the test's own.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn names(files: &[PathBuf]) -> Vec<&str> {
+    files.iter().filter_map(|f| f.file_name()?.to_str()).collect()
+}
+
+const GRID: &str = "grid: ((0, 0, 0), (1, 1, 1))";
+
+#[test]
+fn a_path_may_leave_its_ending_out() {
+    let folder = Folder::new("endings");
+    folder.write("a.glb", Fixture::quad().glb());
+    folder.write("b/b.glb", Fixture::quad().glb());
+    folder.write("c.v2.glb", Fixture::quad().glb());
+    folder.write("d.glb", Fixture::quad().glb());
+    folder.write("d.ron", format!("Scene({GRID})"));
+    for (path, read) in [
+        ("a", vec!["a.glb"]),
+        ("a.glb", vec!["a.glb"]),
+        ("b", vec!["b.glb"]),
+        ("c.v2", vec!["c.v2.glb"]),
+        ("d", vec!["d.ron", "d.glb"]),
+        ("d.ron", vec!["d.ron", "d.glb"]),
+        ("d.glb", vec!["d.ron", "d.glb"]),
+    ] {
+        let loaded = folder.load(path).unwrap();
+        assert_eq!(names(&loaded.files), read, "{path}");
+        assert_eq!(loaded.scene.grid != loaded.scene.bounds, path.starts_with('d'), "{path}");
+    }
+    assert_eq!(folder.load("d").unwrap().scene.name, "d");
+    assert_eq!(folder.load("c.v2").unwrap().scene.name, "c.v2");
+}
+
+#[test]
+fn a_scene_that_is_not_there_names_what_was_looked_for_and_the_nearest() {
+    let folder = Folder::new("missing");
+    folder.write("hall.glb", Fixture::quad().glb());
+    let text = folder.load("hal").unwrap_err();
+    for expected in ["there is no scene", "did you mean `hall`?", "hal.ron", "hal.glb"] {
+        assert!(text.contains(expected), "no {expected:?} in\n{text}");
+    }
+    for path in ["gone.glb", "gone.ron", "gone/gone.gltf"] {
+        assert!(folder.load(path).unwrap_err().contains("can't read"), "{path}");
+    }
+    assert!(load(Path::new("")).is_err());
+    assert!(load(Path::new("/")).is_err());
+}
+
+#[test]
+fn a_scene_file_names_its_gltf() {
+    let folder = Folder::new("names");
+    folder.write("models/hall.glb", Fixture::quad().glb());
+    folder.write("day.ron", format!("Scene(gltf: \"models/hall.glb\", {GRID})"));
+    let loaded = folder.load("day").unwrap();
+    assert_eq!((names(&loaded.files), loaded.scene.name.as_str()), (vec!["day.ron", "hall.glb"], "day"));
+    folder.write("night.ron", "Scene(gltf: \"models/hal.glb\")");
+    let text = folder.load("night").unwrap_err();
+    assert!(text.contains("night.ron:1:13") && text.contains("is no glTF file that is there"), "{text}");
+    folder.write("alone.ron", "Scene()");
+    assert!(folder.load("alone").unwrap_err().contains("names no glTF"));
+    // A scene file of the same stem that is about another glTF is left alone, aloud.
+    folder.write("day.glb", Fixture::quad().glb());
+    let loaded = folder.load("day.glb").unwrap();
+    assert_eq!(loaded.scene.grid, loaded.scene.bounds);
+    assert!(render(&loaded.notices).contains("describes another glTF and is not used"));
+}
+
+#[test]
+fn a_gltf_reads_its_buffer_and_images_from_files_or_data() {
+    let folder = Folder::new("buffers");
+    let mut f = Fixture::quad();
+    let uv = f.floats(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    f.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uv);
+    f.json["images"] = json!([{"uri": "tex/red%20wood.png"}]);
+    f.json["textures"] = json!([{"source": 0}]);
+    f.json["materials"][0]["pbrMetallicRoughness"] = json!({"baseColorTexture": {"index": 0}});
+    let png = folder.write("tex/red wood.png", []);
+    image::RgbImage::from_pixel(4, 2, image::Rgb([9, 8, 7])).save(&png).unwrap();
+    f.json["buffers"] = json!([{"byteLength": f.bytes.len(), "uri": "quad.bin"}]);
+    folder.write("quad.bin", &f.bytes);
+    folder.write("quad.gltf", f.json.to_string());
+    let loaded = folder.load("quad").unwrap();
+    assert_eq!(names(&loaded.files), ["quad.gltf", "quad.bin", "red wood.png"]);
+    let textures = loaded.scene.textures.as_ref().unwrap();
+    assert_eq!((textures.width, textures.height, &textures.mips[0][..4]), (4, 2, &[9, 8, 7, 255][..]));
+
+    f.json["buffers"] = json!([{"byteLength": f.bytes.len(), "uri": data_uri(&f.bytes)}]);
+    folder.write("inline.gltf", f.json.to_string());
+    assert_eq!(folder.load("inline").unwrap().scene.geometry, loaded.scene.geometry);
+
+    fs::remove_file(&png).unwrap();
+    let text = folder.load("quad").unwrap_err();
+    assert!(text.contains("materials[0] \"white\": base-colour texture: can't read"), "{text}");
+    assert!(text.contains("red wood.png"), "{text}");
+}
+
+#[test]
+fn faults_of_the_scene_file_and_the_gltf_come_together() {
+    let folder = Folder::new("together");
+    let mut f = Fixture::quad();
+    f.json["materials"][0]["emissiveFactor"] = json!([-1, 0, 0]);
+    folder.write("both.glb", f.glb());
+    folder.write("both.ron", "Scene(\n  grid: ((0, 0, 0), (0, 1, 1)),\n  camera: \"eye\",\n)");
+    let text = folder.load("both").unwrap_err();
+    for expected in ["both.ron:2:9", "both.ron:3:11", "emission"] {
+        assert!(text.contains(expected), "no {expected:?} in\n{text}");
+    }
+}
+
+fn data_uri(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::from("data:application/octet-stream;base64,");
+    for group in bytes.chunks(3) {
+        let word = group.iter().fold(0_u32, |w, b| w << 8 | u32::from(*b)) << (8 * (3 - group.len()));
+        for digit in 0..4 {
+            let value = word >> (18 - 6 * digit) & 63;
+            text.push(if digit <= group.len() { char::from(DIGITS[value as usize]) } else { '=' });
+        }
+    }
+    text
+}

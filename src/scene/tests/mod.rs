@@ -1,0 +1,9 @@
+//! Tests of whole scenes, from bytes to tables.
+
+mod bad_input;
+mod files;
+mod fixture;
+mod meshes;
+mod motion;
+mod rooms;
+mod views;

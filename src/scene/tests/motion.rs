@@ -1,0 +1,146 @@
+//! Poses over time, and the bounds they stay in.
+
+use super::fixture::Fixture;
+use crate::{
+    diag::render,
+    scene::{Bounds, Scene},
+};
+use glam::{Quat, Vec3};
+use serde_json::json;
+use std::f32::consts::FRAC_PI_2;
+
+fn near(a: Vec3, b: Vec3) -> bool {
+    a.distance(b) < 1e-5
+}
+
+/// The image of a point of the quad's node at a time.
+fn at(scene: &Scene, time: f32, point: Vec3) -> Vec3 {
+    scene.pose(time).nodes[0].transform_point3(point)
+}
+
+#[test]
+fn keyframes_are_linear_and_loop() {
+    let scene = Fixture::quad()
+        .described(
+            r#"Scene(motion: {"quad": [
+                (time: 1, translation: (0, 0, 0)), (time: 2, translation: (4, 0, 0)), (time: 4, translation: (4, 2, 0)),
+            ]})"#,
+        )
+        .unwrap();
+    for (time, expected) in [
+        (0.0, Vec3::ZERO),
+        (1.0, Vec3::ZERO),
+        (1.25, Vec3::X),
+        (2.0, 4.0 * Vec3::X),
+        (3.0, Vec3::new(4.0, 1.0, 0.0)),
+        (4.0, Vec3::ZERO),
+        (5.25, Vec3::X),
+        (-1.0, Vec3::new(4.0, 1.0, 0.0)),
+        (4001.25, Vec3::X),
+        (f32::NAN, Vec3::ZERO),
+        (f32::INFINITY, Vec3::ZERO),
+    ] {
+        let found = at(&scene, time, Vec3::ZERO);
+        assert!(near(found, expected), "at {time}: {found}, not {expected}");
+    }
+    assert_eq!(scene.bounds, Bounds { min: Vec3::ZERO, max: Vec3::new(5.0, 3.0, 0.0) });
+}
+
+#[test]
+fn a_turn_adds_to_the_node_s_own_rotation_and_may_go_all_the_way_round() {
+    let mut f = Fixture::quad();
+    // A quarter turn about Y: the quad's X points down −Z.
+    let quarter = Quat::from_rotation_y(FRAC_PI_2);
+    f.json["nodes"][0]["rotation"] = json!(quarter.to_array());
+    f.json["nodes"][0]["translation"] = json!([10, 0, 0]);
+    let scene =
+        f.described(r#"Scene(motion: {"quad": [(time: 0), (time: 4, rotation_degrees: (0, 2, 0, 360))]})"#).unwrap();
+    for (time, expected) in [(0.0, Vec3::NEG_Z), (1.0, Vec3::NEG_X), (2.0, Vec3::Z), (3.0, Vec3::X)] {
+        let found = at(&scene, time, Vec3::X) - Vec3::X * 10.0;
+        assert!(near(found, expected), "at {time}: {found}, not {expected}");
+    }
+    // The sweep of the quad is a cylinder of radius and height 1 round the node.
+    let Bounds { min, max } = scene.bounds;
+    let (low, high) = (Vec3::new(9.0, 0.0, -1.0), Vec3::new(11.0, 1.0, 1.0));
+    assert!(min.cmple(low).all() && max.cmpge(high).all(), "{min} {max}");
+    assert!(min.distance(low) < 2e-3 && max.distance(high) < 2e-3, "{min} {max}");
+}
+
+#[test]
+fn turns_about_different_axes_go_the_shortest_way() {
+    let scene = Fixture::quad()
+        .described(
+            r#"Scene(motion: {"quad": [
+                (time: 0, rotation_degrees: (1, 0, 0, 90)), (time: 2, rotation_degrees: (0, 1, 0, 90)), (time: 9),
+            ]})"#,
+        )
+        .unwrap();
+    assert!(near(at(&scene, 0.0, Vec3::Y), Vec3::Z));
+    assert!(near(at(&scene, 2.0, Vec3::X), Vec3::NEG_Z));
+    let half = scene.pose(1.0).nodes[0].to_scale_rotation_translation().1;
+    let ends = [Quat::from_rotation_x(FRAC_PI_2), Quat::from_rotation_y(FRAC_PI_2)];
+    assert!((half.angle_between(ends[0]) - half.angle_between(ends[1])).abs() < 1e-3);
+}
+
+#[test]
+fn children_lights_and_cameras_move_with_their_parents_inside_the_bounds() {
+    let mut f = Fixture::quad();
+    let camera = f.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}));
+    f.push("nodes", json!({"name": "seat", "camera": camera, "translation": [0, 2, 0], "scale": [3, 3, 3]}));
+    f.push("nodes", json!({"name": "arm", "mesh": 0, "translation": [2, 0, 0], "rotation": [0, 0, 0.6, 0.8]}));
+    f.json["nodes"][0]["children"] = json!([1, 2]);
+    f.light(json!({}), json!({"name": "sun", "type": "directional"}));
+    let scene = f
+        .described(
+            r#"Scene(motion: {
+                "quad": [(time: 0), (time: 2, translation: (0, 0, 3), rotation_degrees: (0, 1, 0, 180))],
+                "arm": [(time: 0), (time: 0.7, rotation_degrees: (1, 1, 0, 360))],
+                "sun": [(time: 0), (time: 8, rotation_degrees: (1, 0, 0, -90))],
+            })"#,
+        )
+        .unwrap();
+    assert_eq!(scene.moving(), [true, true, true, true]);
+    let pose = scene.pose(2.0 - 1e-6);
+    assert!(pose.cameras[0].position.distance(Vec3::new(0.0, 2.0, 3.0)) < 1e-4, "{:?}", pose.cameras[0]);
+    assert!(pose.cameras[0].forward.distance(Vec3::Z) < 1e-4);
+    assert!(near(pose.cameras[0].up, Vec3::Y));
+    let sun = scene.pose(7.999_999).lights[0].direction;
+    assert!(sun.distance(Vec3::NEG_Y) < 1e-4, "{sun}");
+    for i in 0..500 {
+        let pose = scene.pose(i as f32 * 0.031);
+        for vertex in &scene.geometry.vertices {
+            let p = pose.nodes[vertex.node as usize].transform_point3(vertex.position.into());
+            let inside = p.cmpge(scene.bounds.min - 1e-5).all() && p.cmple(scene.bounds.max + 1e-5).all();
+            assert!(inside, "{p} at {} leaves {:?}", pose.time, scene.bounds);
+        }
+    }
+}
+
+#[test]
+fn a_light_s_own_name_moves_its_node_but_not_twice() {
+    let mut f = Fixture::quad();
+    f.light(json!({"name": "holder"}), json!({"name": "lamp", "type": "point"}));
+    let scene = f.described(r#"Scene(motion: {"lamp": [(time: 0, translation: (0, 7, 0))]})"#).unwrap();
+    assert!(near(scene.pose(0.0).lights[0].position, 7.0 * Vec3::Y));
+    let ron = r#"Scene(motion: {"lamp": [(time: 0)], "holder": [(time: 0)]})"#;
+    let text = f.described(ron).unwrap_err();
+    assert!(text.contains("\"holder\" moves a node that moves already"), "{text}");
+}
+
+#[test]
+fn motion_out_of_range_is_a_fault() {
+    let mut f = Fixture::quad();
+    f.json["nodes"][0]["scale"] = json!([1e6, 1e6, 1e6]);
+    f.push("nodes", json!({"name": "far", "mesh": 0}));
+    f.json["nodes"][0]["children"] = json!([1]);
+    let text = f.described(r#"Scene(motion: {"far": [(time: 0, translation: (0, 1e8, 0))]})"#).unwrap_err();
+    assert!(text.contains("too far to compute with"), "{text}");
+}
+
+#[test]
+fn ignored_animations_are_said_to_be() {
+    let mut f = Fixture::quad();
+    f.json["animations"] = json!([{"channels": [], "samplers": []}]);
+    let (_, notices) = f.read().unwrap();
+    assert!(render(&notices).contains("glTF animations are ignored"));
+}
