@@ -6,11 +6,13 @@
 mod bind;
 pub mod build;
 pub mod change;
+mod draw;
 pub mod expand;
 pub mod lint;
 pub mod live;
 pub mod memory;
 pub mod order;
+mod reduce;
 pub mod request;
 pub mod sizes;
 pub mod tables;
