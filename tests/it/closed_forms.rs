@@ -128,16 +128,16 @@ fn sharing_and_order_leave_no_trace() {
         let plan = plan_with(&request, options).unwrap_or_else(|f| panic!("{f}")).plan;
         let mut prepared = prepare(&device, &plan, &scene.geometry, scene.textures.as_ref(), &scene.tables(&pose))
             .unwrap_or_else(|f| panic!("{f}"));
-        let frame = Frame { values: values.clone(), tables: None };
+        let frame = Frame { values: values.clone(), ..Frame::default() };
         execute(&device, &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));
         let read = |id| read_image(&device, &prepared, &plan, id).unwrap_or_else(|f| panic!("{f}"));
         plan.outputs.iter().map(|(name, id)| (name.clone(), bits(&read(*id)))).collect::<Vec<_>>()
     };
     let usual = run(Options::default());
     for options in [
-        Options { share: false, order_seed: 0 },
-        Options { share: true, order_seed: 1 },
-        Options { share: true, order_seed: 29 },
+        Options { share: false, ..Options::default() },
+        Options { order_seed: 1, ..Options::default() },
+        Options { order_seed: 29, ..Options::default() },
     ] {
         for ((name, a), (_, b)) in usual.iter().zip(run(options)) {
             assert!(*a == b, "`{name}` differs with {options:?}");

@@ -62,6 +62,7 @@ impl<'a> Shot<'a> {
             size: self.size,
             camera: self.camera.map(String::from),
             outputs: Some(outputs.iter().map(ToString::to_string).collect()),
+            ..Settings::default()
         };
         Session::new(gpu, &project, scene::load(&repository(self.scene))?.scene, settings)
     }

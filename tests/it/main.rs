@@ -7,6 +7,7 @@
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `mutated`: damaged texts and files give faults with places, never a panic
+//! - `snapshots`: one tiny picture of the whole
 //! - `support`, `device`: what several of them need
 
 mod bad;
@@ -17,4 +18,5 @@ mod device;
 mod mutated;
 mod references;
 mod shipped;
+mod snapshots;
 mod support;
