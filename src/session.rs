@@ -8,7 +8,7 @@ use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
 use crate::plan::{Plan, ResourceId};
-use crate::scene::{Pose, Scene};
+use crate::scene::{Pose, Scene, Shift};
 use crate::shader::Library;
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
@@ -113,6 +113,8 @@ pub struct Session {
     pub plan: Plan,
     /// What the user should know about the plan and the view.
     pub notices: Vec<Diagnostic>,
+    /// How far cameras, lights and nodes of the next frames are from where the scene says.
+    pub shift: Shift,
     prepared: Prepared,
     pose: Pose,
     /// What memory holds; `None` runs every step of every frame.
@@ -139,7 +141,8 @@ impl Session {
             true => Some(Scratch::new(gpu, &plan, &scene, &tables)?),
             false => None,
         };
-        Ok(Session { scene, settings, plan, notices, prepared, pose, held, why: vec![], scratch })
+        let shift = Shift::default();
+        Ok(Session { scene, settings, plan, notices, shift, prepared, pose, held, why: vec![], scratch })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -147,22 +150,22 @@ impl Session {
     /// # Errors
     /// What the device reports, with the pass's name.
     pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
-        let pose = self.scene.pose(time);
+        let pose = self.scene.pose_shifted(time, &self.shift);
         let [width, height] = self.settings.size;
         let camera = self.settings.camera.as_deref();
         let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
         values.insert("frame".into(), Value::Uint(index));
         values.insert("time".into(), Value::Float(time));
-        let moved = (pose != self.pose || self.why.is_empty()).then(|| self.scene.tables(&pose));
+        let moved = (!pose.same_tables(&self.pose) || self.why.is_empty()).then(|| self.scene.tables(&pose));
         let tables = moved.as_deref();
-        let selection = match self.held.take() {
+        // After a fault nothing is known of what memory holds: the next frame begins anew.
+        let held = std::mem::replace(&mut self.held, self.settings.skip.then(Held::default));
+        self.why = vec![];
+        let selection = match held {
             Some(held) => Some(change::select(&self.plan, &held, &values, tables)?),
             None => None,
         };
         let run = selection.as_ref().map(|s| s.run.as_slice());
-        // After a fault nothing is known of what memory holds: the next frame begins anew.
-        self.held = self.settings.skip.then(Held::default);
-        self.why = vec![];
         let frame = Frame { values, tables, run };
         let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame)?;
         if let (Some(scratch), Some(selection)) = (&mut self.scratch, &selection) {

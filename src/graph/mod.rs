@@ -30,7 +30,8 @@ const CHAIN: usize = 16;
 /// # Errors
 /// All faults of the file, with places; those of a base are found first.
 pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
-    let graph = load_unchecked(path, read, &mut vec![])?;
+    let mut graph = load_unchecked(path, read, &mut vec![])?;
+    ast::inherit_groups(&mut graph.passes, None);
     Faults::check(check::check(&graph), graph)
 }
 

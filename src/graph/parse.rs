@@ -173,6 +173,7 @@ impl Reader {
         let (word, mut f) = self.named(node, &KINDS)?;
         let name = self.need(&mut f, "name").and_then(|n| self.name(n));
         let when = f.get("when").and_then(|n| self.expr(n));
+        let group = f.get("group").and_then(|n| self.text(n));
         let (mut each, mut defines, mut bind) = (None, vec![], vec![]);
         if word != "Loop" {
             each = f.get("each").and_then(|n| self.expr(n));
@@ -186,7 +187,7 @@ impl Reader {
         if self.faults.len() > before {
             self.broken.extend(name.iter().map(|n| n.value.clone()));
         }
-        Some(Pass { name: name?, span: node.span.clone(), when, each, defines, bind, kind: kind? })
+        Some(Pass { name: name?, span: node.span.clone(), when, group, each, defines, bind, kind: kind? })
     }
 
     fn pass_kind(&mut self, word: &str, f: &mut Fields) -> Option<PassKind> {

@@ -6,6 +6,7 @@
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
+//! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
 //! - `support`, `device`: what several of them need
@@ -18,5 +19,6 @@ mod device;
 mod mutated;
 mod references;
 mod shipped;
+mod skips;
 mod snapshots;
 mod support;
