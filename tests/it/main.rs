@@ -8,6 +8,7 @@
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
+//! - `snapshots`: one tiny picture of the whole
 //! - `support`, `device`: what several of them need
 
 mod bad;
@@ -19,4 +20,5 @@ mod mutated;
 mod references;
 mod shipped;
 mod skips;
+mod snapshots;
 mod support;
