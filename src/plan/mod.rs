@@ -14,6 +14,7 @@ pub mod memory;
 pub mod order;
 mod reduce;
 pub mod request;
+pub mod show;
 pub mod sizes;
 pub mod tables;
 mod targets;
