@@ -18,6 +18,8 @@ pub mod show;
 pub mod sizes;
 pub mod tables;
 mod targets;
+#[cfg(test)]
+mod tests;
 pub mod wire;
 
 use crate::shader::{Layout, Shader};

@@ -1,6 +1,6 @@
 //! What one plan changes of another, in words.
 
-use super::fold::{Line, groups, lines, span};
+use super::fold::{Line, groups, lines};
 use super::words::{Row, bytes, color, shaders};
 use crate::plan::Plan;
 use std::collections::BTreeMap;
@@ -84,8 +84,8 @@ fn passes(plan: &Plan) -> Vec<(String, String)> {
             match line {
                 Line::Step(r) => out.push(row(r)),
                 Line::Members { first, last, rows } => {
-                    let shown = rows.iter().map(|r| row(&r.renamed("[i]", &span(*first, *last))));
-                    out.extend(shown);
+                    let counted = |(name, text)| (name, format!("{text}  (i of {first}…{last})"));
+                    out.extend(rows.iter().map(row).map(counted));
                 }
                 Line::Loop { head, body } => {
                     let name = head.split(' ').next().unwrap_or(head);
@@ -116,7 +116,8 @@ fn resources(plan: &Plan) -> Vec<(String, String)> {
     for g in groups(plan) {
         let all: Vec<_> = g.ids.iter().map(|i| &plan.resources[*i]).collect();
         let total: u64 = all.iter().map(|r| r.desc.bytes()).sum();
-        let mut text = format!("{}, {}", g.description, bytes(total));
+        let times = if all.len() > 1 { format!("{} × ", all.len()) } else { String::new() };
+        let mut text = format!("{times}{}, {}", g.description, bytes(total));
         if let Some(r) = all.first() {
             if r.history {
                 text += ", kept from frame to frame";
@@ -125,7 +126,7 @@ fn resources(plan: &Plan) -> Vec<(String, String)> {
                 text += &format!(", initially {}", color(c));
             }
         }
-        out.push((g.shown(plan), text));
+        out.push((g.name, text));
     }
     out
 }

@@ -1,6 +1,6 @@
 //! Equal steps and resources drawn together: the members of a set in one line.
 
-use super::words::{Row, description, loop_head, member, template};
+use super::words::{Row, description, loop_head, member, ranges, template};
 use crate::plan::{Node, Plan, StepId};
 use std::collections::BTreeSet;
 
@@ -82,12 +82,14 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// The name as shown: `product[0…8]`.
+    /// The name as shown: `product[0…8]`, `product[1, 3]`.
     pub fn shown(&self, plan: &Plan) -> String {
-        let members = || self.ids.iter().filter_map(|i| member(&plan.resources[*i].name).map(|m| m.0));
-        match (members().min(), members().max()) {
-            (Some(a), Some(b)) => self.name.replacen("[i]", &span(a, b), 1),
-            _ => self.name.clone(),
+        let members: BTreeSet<usize> =
+            self.ids.iter().filter_map(|i| member(&plan.resources[*i].name).map(|m| m.0 as usize)).collect();
+        if members.is_empty() {
+            self.name.clone()
+        } else {
+            self.name.replacen("[i]", &format!("[{}]", ranges(members)), 1)
         }
     }
 }

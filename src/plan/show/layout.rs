@@ -15,6 +15,8 @@ const TURN: f32 = 46.0;
 const LANE: f32 = 8.0;
 /// Around the rows of a loop.
 const PAD: f32 = 18.0;
+/// Height of a loop's title, past which wires go straight.
+const TITLE: f32 = 26.0;
 
 /// How much room a pass takes, and where on its lower edge its ports sit, from its left.
 pub(super) struct Extent {
@@ -84,7 +86,8 @@ struct Way {
 }
 
 struct Block<'n> {
-    net: &'n Network,
+    /// From the upper edge to the first row.
+    top: f32,
     extents: &'n [Extent],
     parts: Vec<Part>,
     ways: BTreeMap<usize, Way>,
@@ -108,7 +111,7 @@ fn block(net: &Network, extents: &[Extent], items: &[Item], top: f32) -> Layout 
                 parts.push(Part { width: e.width, height: e.height, pass, title: String::new(), inner });
             }
             Item::Loop { title, body } => {
-                let inner = block(net, extents, body, TURN);
+                let inner = block(net, extents, body, TITLE + TURN);
                 home.extend(inner.passes.keys().map(|p| (*p, i)));
                 let (width, height) = (inner.width + 2.0 * PAD, inner.height + TURN / 2.0);
                 parts.push(Part { width, height, pass: None, title: title.clone(), inner });
@@ -117,10 +120,10 @@ fn block(net: &Network, extents: &[Extent], items: &[Item], top: f32) -> Layout 
     }
     let ways = ways(net, &home);
     let depth = depths(parts.len(), &ways);
-    let mut b = Block { net, extents, parts, ways, depth, rows: vec![], left: BTreeMap::new() };
+    let mut b = Block { top, extents, parts, ways, depth, rows: vec![], left: BTreeMap::new() };
     b.fill_rows();
     b.arrange();
-    b.place(top)
+    b.place()
 }
 
 fn ways(net: &Network, home: &BTreeMap<usize, usize>) -> BTreeMap<usize, Way> {
@@ -137,7 +140,7 @@ fn ways(net: &Network, home: &BTreeMap<usize, usize>) -> BTreeMap<usize, Way> {
     ways
 }
 
-/// Rows by longest path; what nothing comes before stands just above its first reader.
+/// Rows by longest path; what reads nothing stands just above its first reader.
 fn depths(parts: usize, ways: &BTreeMap<usize, Way>) -> Vec<usize> {
     let mut links: Vec<(usize, usize)> = vec![];
     for way in ways.values() {
@@ -153,7 +156,7 @@ fn depths(parts: usize, ways: &BTreeMap<usize, Way>) -> Vec<usize> {
     for part in (0..parts).rev() {
         let below = links.iter().filter(|l| l.0 == part).map(|l| depth[l.1]).min();
         if let Some(below) = below
-            && !links.iter().any(|l| l.1 == part)
+            && !ways.values().any(|w| w.readers.contains(&part))
         {
             depth[part] = below.saturating_sub(1);
         }
@@ -295,19 +298,19 @@ impl Block<'_> {
     }
 
     /// Gives heights to the rows and draws the wires.
-    fn place(self, top: f32) -> Layout {
+    fn place(self) -> Layout {
         let mut out = Layout::default();
         let height = |row: &[Cell]| {
             let tall = |c: &Cell| if let Cell::Part(i) = c { self.parts[*i].height } else { 0.0 };
             row.iter().map(tall).fold(0.0, f32::max)
         };
-        let mut y = top;
+        let mut y = self.top;
         let mut tops = vec![];
         for row in &self.rows {
             tops.push((y, y + height(row)));
             y += height(row) + TURN;
         }
-        out.height = (y - TURN).max(top);
+        out.height = (y - TURN).max(self.top);
         for ((_, cell), x) in &self.left {
             out.width = out.width.max(x + self.width(*cell));
         }
@@ -366,7 +369,7 @@ impl Block<'_> {
                 None => {
                     let entry = *out.entry.entry(port).or_insert(x);
                     points.push([entry, 0.0]);
-                    points.push([entry, 4.0]);
+                    points.push([entry, (self.top - TURN).max(0.0)]);
                 }
             }
             points.push([x, head]);

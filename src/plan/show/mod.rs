@@ -1,6 +1,6 @@
 //! A plan as people and other programs read it: text, JSON, DOT, SVG, and the difference of two.
 //!
-//! `words` names the parts, `fold` draws equal steps together, `text` is [`Plan`]'s `Display`. `network` sees passes
+//! `words` names the parts, `fold` draws equal steps together, `text` is `Display` of [`super::Plan`]. `network` sees passes
 //! and what flows between them, `layout` gives them places, `dot` and `svg` draw them.
 
 mod diff;
@@ -20,6 +20,3 @@ pub use diff::diff;
 pub use dot::to_dot;
 pub use json::to_json;
 pub use svg::to_svg;
-
-#[cfg(doc)]
-use super::Plan;

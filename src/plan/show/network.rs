@@ -1,7 +1,7 @@
 //! Passes and what flows between them. Small plans are seen step by step, large ones pass by pass.
 
 use super::words::{Row, intermediate, loop_head, member};
-use crate::plan::{Action, Node, Plan, ResourceId, Step, StepId};
+use crate::plan::{Action, Desc, Node, Plan, ResourceId, Step, StepId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Plans with more steps than this are drawn pass by pass.
@@ -178,7 +178,7 @@ impl Builder<'_> {
             }
             if again.is_none()
                 && let Some(before) = self.writer.get(&resource).copied()
-                && !overwrites(step, *id)
+                && !overwrites(plan, step, *id)
             {
                 self.read(before, pass, false);
             }
@@ -216,12 +216,17 @@ fn key(step: &Step) -> String {
 }
 
 /// Whether nothing that was there before is left.
-fn overwrites(step: &Step, id: ResourceId) -> bool {
+fn overwrites(plan: &Plan, step: &Step, id: ResourceId) -> bool {
     match &step.action {
         Action::Copy { .. } | Action::Clear { .. } => true,
         Action::Draw(d) => {
+            let layers = match &plan.resources[id.0].desc {
+                Desc::Texture(t) if t.tiles.is_none() => t.layers as usize,
+                Desc::Texture(_) | Desc::Buffer { .. } => 1,
+            };
             let color = d.color.iter().any(|c| c.resource == id && c.clear.is_some());
-            color || d.depth.as_ref().is_some_and(|t| t.resource == id && t.clear.is_some())
+            let depth = d.depth.as_ref().is_some_and(|t| t.resource == id && t.clear.is_some());
+            (color || depth) && d.members.len() >= layers
         }
         Action::Compute { .. } => false,
     }

@@ -43,6 +43,7 @@ pub fn to_svg(plan: &Plan) -> String {
     out += &style();
     let (shared, _) = plan.bytes();
     let about = format!("{} steps, {}", plan.steps.len(), bytes(shared));
+    // Writing to a string can't fail, here and below.
     let _ = writeln!(out, "<title>{}</title>", escaped(&plan.graph));
     let _ = writeln!(out, "<rect class=\"page\" width=\"100%\" height=\"100%\"/>");
     text(&mut out, "head", MARGIN, 32.0, &plan.graph);
@@ -85,7 +86,7 @@ fn style() -> String {
 }
 
 /// The room of a pass: its name, its kind and shader, what it reads from before, and its ports in a row.
-fn extent(net: &Network, pass: &Pass) -> Extent {
+pub(super) fn extent(net: &Network, pass: &Pass) -> Extent {
     let chars = |text: &str| text.chars().count() as f32;
     let words = (chars(&pass.name) * TITLE).max(chars(&kind(pass)) * SMALL).max(chars(&carried(pass)) * SMALL);
     let mut ports = vec![];
@@ -169,8 +170,6 @@ fn wire(w: &Wire, out: &mut String) {
         let _ = writeln!(out, "<path class=\"t{color}\" d=\"M{x:.1} {y:.1}L{a:.1} {top:.1}H{b:.1}Z\"/>");
     }
 }
-
-// Writing to a string can't fail, here and above.
 
 fn shape(out: &mut String, class: &str, r: Rect, corner: f32) {
     let Rect { x, y, width, height } = r;

@@ -140,11 +140,17 @@ fn memory(plan: &Plan, f: &mut Formatter<'_>) -> fmt::Result {
     let saved = if apart > 0 { 100.0 * (1.0 - shared as f64 / apart as f64) } else { 0.0 };
     let (s, r) = (plan.slots.len(), plan.resources.len());
     writeln!(f, "  {} in {s} slots; {} for {r} resources unshared: {saved:.1} % saved", bytes(shared), bytes(apart))?;
+    let groups = groups(plan);
     for (i, slot) in plan.slots.iter().enumerate() {
-        let tenants: Vec<&str> = plan.resources.iter().filter(|r| r.slot == i).map(|r| r.name.as_str()).collect();
-        if tenants.len() > 1 {
-            let name = format!("slot {i}");
-            line(f, 1, &[(&name, 8), (&bytes(slot.bytes), 10), (&tenants.join(", "), 0)])?;
+        let tenants = |g: &Group| Group {
+            ids: g.ids.iter().copied().filter(|r| plan.resources[*r].slot == i).collect(),
+            ..g.clone()
+        };
+        let tenants: Vec<Group> = groups.iter().map(tenants).filter(|g| !g.ids.is_empty()).collect();
+        if tenants.iter().map(|g| g.ids.len()).sum::<usize>() > 1 {
+            let (name, size) = (format!("slot {i}"), bytes(slot.bytes));
+            let names: Vec<String> = tenants.iter().map(|g| g.shown(plan)).collect();
+            line(f, 1, &[(&name, 8), (&size, 10), (&names.join(", "), 0)])?;
         }
     }
     Ok(())

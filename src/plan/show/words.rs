@@ -193,7 +193,7 @@ pub(super) fn intermediate(name: &str) -> bool {
     name.contains('.')
 }
 
-/// Numbers in rising order, runs drawn together: `1, 4–9`.
+/// Numbers in rising order, runs drawn together: `1, 4…9`.
 pub(super) fn ranges(numbers: impl IntoIterator<Item = usize>) -> String {
     let mut runs: Vec<(usize, usize)> = vec![];
     for n in numbers {
@@ -202,6 +202,6 @@ pub(super) fn ranges(numbers: impl IntoIterator<Item = usize>) -> String {
             _ => runs.push((n, n)),
         }
     }
-    let word = |(a, b): (usize, usize)| if a == b { a.to_string() } else { format!("{a}–{b}") };
+    let word = |(a, b): (usize, usize)| if a == b { a.to_string() } else { format!("{a}…{b}") };
     runs.into_iter().map(word).collect::<Vec<_>>().join(", ")
 }
