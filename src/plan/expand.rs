@@ -210,6 +210,7 @@ impl Expander<'_, '_> {
         self.out.steps.push(Step {
             name,
             pass: pass.name.value.clone(),
+            group: pass.group.as_ref().map(|g| g.value.clone()),
             action,
             bindings,
             reads,

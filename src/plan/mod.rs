@@ -191,6 +191,8 @@ pub struct Step {
     pub name: String,
     /// Name of the pass in the graph.
     pub pass: String,
+    /// The heading under which reports sum steps up.
+    pub group: Option<String>,
     pub action: Action,
     /// What each variable of the shader is bound to, by its index in the interface. Empty without a shader.
     pub bindings: Vec<Binding>,

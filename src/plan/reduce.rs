@@ -77,6 +77,7 @@ impl Expander<'_, '_> {
             self.out.steps.push(Step {
                 name: if stages.len() > 1 { format!("{name}.{i}") } else { name.to_string() },
                 pass: w.pass.name.value.clone(),
+                group: w.pass.group.as_ref().map(|g| g.value.clone()),
                 action: Action::Compute { shader: index, entry, groups },
                 bindings,
                 reads,
