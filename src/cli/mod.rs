@@ -9,6 +9,7 @@ pub mod plan;
 pub mod render;
 mod stats;
 mod table;
+pub mod test;
 pub mod watch;
 
 use crate::diag::{Diagnostic, Faults, render as show};
@@ -35,6 +36,8 @@ pub enum Command {
     Plan(plan::Args),
     /// Compare two images
     Compare(compare::Args),
+    /// Run graph snapshot tests
+    Test(test::Args),
 }
 
 /// Why a command did not do its work.
@@ -80,6 +83,7 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Check(args) => check::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
+        Command::Test(args) => test::run(args),
     };
     let (faults, code) = match result {
         Ok(code) => return code,

@@ -37,6 +37,7 @@ pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: 
     let mut now = setup.clone();
     let scene = scene_of(setup)?;
     let mut session: Option<Session> = None;
+    let mut stale = true;
     let (mut shift, mut frame, mut time) = (Shift::default(), 0, 0.0);
     let mut played =
         Played { images: BTreeMap::new(), ran: BTreeSet::new(), left_out: BTreeSet::new(), loops: BTreeMap::new() };
@@ -44,9 +45,10 @@ pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: 
         match step {
             Step::Frames { count, step } => {
                 let mut running = match session.take() {
-                    Some(running) => running,
-                    None => open(gpu, &now, scene.clone(), outputs, verify)?,
+                    Some(running) if !stale => running,
+                    previous => open(gpu, &now, scene.clone(), outputs, verify, previous.as_ref())?,
                 };
+                stale = false;
                 running.shift = shift.clone();
                 for _ in 0..*count {
                     let report = running.frame(gpu, frame, time)?;
@@ -62,8 +64,8 @@ pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: 
                 shift.nodes.push((node(&scene, name)?, *by));
             }
             Step::Set(_) | Step::Swap(_) | Step::Resize(_) => {
-                // Another plan: the session is made anew, as a reload does.
-                session = None;
+                // Another plan, as after a reload.
+                stale = true;
                 now.change(step);
             }
         }
@@ -85,7 +87,7 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
     steps.iter().for_each(|s| now.change(s));
     let project = project_of(&now)?;
     let params = params_of(&now, &project)?;
-    let planned = plan(&Request {
+    let mut planned = plan(&Request {
         graph: &project.graph,
         library: &project.library,
         params: &params,
@@ -95,6 +97,8 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
         limits: &wgpu::Limits::default(),
         features: wgpu::Features::FLOAT32_FILTERABLE,
     })?;
+    // The text must not depend on where the test was started.
+    planned.plan.graph = now.graph.path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
     Ok(planned.plan)
 }
 
@@ -110,7 +114,14 @@ impl Setup {
     }
 }
 
-fn open(gpu: &Gpu, setup: &Setup, scene: Scene, outputs: &[Name], verify: bool) -> Checked<Session> {
+fn open(
+    gpu: &Gpu,
+    setup: &Setup,
+    scene: Scene,
+    outputs: &[Name],
+    verify: bool,
+    previous: Option<&Session>,
+) -> Checked<Session> {
     let project = project_of(setup)?;
     let known: Vec<&str> = project.graph.outputs.iter().map(|o| o.0.value.as_str()).collect();
     let unknown = outputs.iter().filter(|o| !known.contains(&o.value.as_str())).map(|o| {
@@ -127,7 +138,9 @@ fn open(gpu: &Gpu, setup: &Setup, scene: Scene, outputs: &[Name], verify: bool) 
         verify,
     };
     let place = setup.camera.as_ref().map_or(&setup.graph.span, |c| &c.span);
-    Session::new(gpu, &project, scene, settings).map_err(|f| placed(f, place))
+    // The memory that verifies begins empty, so what it is compared with has to as well.
+    let previous = previous.filter(|_| !verify);
+    Session::after(gpu, &project, scene, settings, previous).map_err(|f| placed(f, place))
 }
 
 fn note(played: &mut Played, session: &Session, report: &FrameReport) {
