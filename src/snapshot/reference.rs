@@ -68,7 +68,10 @@ impl References<'_> {
             return Ok(Compared::Blessed(format!("{shown}: {what}")));
         }
         write_atomically(&self.failed(&format!("actual.{ending}")), actual.as_bytes())?;
-        let why = changes.unwrap_or_else(|| format!("there is no reference {shown}"));
+        let why = match changes {
+            Some(changes) => format!("it differs from {shown}\n{changes}"),
+            None => format!("there is no reference {shown}"),
+        };
         Ok(Compared::Differs(failure(title, why, vec![])))
     }
 
