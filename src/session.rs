@@ -4,12 +4,14 @@ use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
 use crate::graph::{self, Graph};
 use crate::image::Image;
-use crate::plan::build::{Planned, plan};
+use crate::plan::build::{Options, Planned, plan_with};
+use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
 use crate::plan::{Plan, ResourceId};
 use crate::scene::{Pose, Scene, Shift};
 use crate::shader::Library;
 use crate::value::{Value, Values};
+use crate::verify::Scratch;
 use std::path::{Path, PathBuf};
 
 /// A graph and the shaders it may use.
@@ -80,6 +82,10 @@ pub struct Settings {
     pub camera: Option<String>,
     /// Outputs to produce; `None`: all.
     pub outputs: Option<Vec<String>>,
+    /// Leave out steps whose results are still in memory.
+    pub skip: bool,
+    /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
+    pub verify: bool,
 }
 
 /// Plans a project for a scene with an adapter's limits.
@@ -87,7 +93,7 @@ pub struct Settings {
 /// # Errors
 /// As [`crate::plan::build::plan`].
 pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
-    plan(&Request {
+    let request = Request {
         graph: &project.graph,
         library: &project.library,
         params: &settings.params,
@@ -96,7 +102,8 @@ pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu
         outputs: settings.outputs.as_deref(),
         limits: &gpu.limits,
         features: gpu.features,
-    })
+    };
+    plan_with(&request, Options { readable: settings.verify, ..Options::default() })
 }
 
 /// A plan on a device, ready for frames.
@@ -110,6 +117,11 @@ pub struct Session {
     pub shift: Shift,
     prepared: Prepared,
     pose: Pose,
+    /// What memory holds; `None` runs every step of every frame.
+    held: Option<Held>,
+    /// By step: why it ran or did not in the last frame.
+    why: Vec<Why>,
+    scratch: Option<Scratch>,
 }
 
 impl Session {
@@ -124,7 +136,13 @@ impl Session {
         notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
         let tables = scene.tables(&pose);
         let prepared = gpu::prepare(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables)?;
-        Ok(Session { scene, settings, plan, notices, shift: Shift::default(), prepared, pose })
+        let held = settings.skip.then(Held::default);
+        let scratch = match settings.verify {
+            true => Some(Scratch::new(gpu, &plan, &scene, &tables)?),
+            false => None,
+        };
+        let shift = Shift::default();
+        Ok(Session { scene, settings, plan, notices, shift, prepared, pose, held, why: vec![], scratch })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -138,10 +156,35 @@ impl Session {
         let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
         values.insert("frame".into(), Value::Uint(index));
         values.insert("time".into(), Value::Float(time));
-        let moved = (pose != self.pose).then(|| self.scene.tables(&pose));
-        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &Frame { values, tables: moved.as_deref() })?;
+        let moved = (!pose.same_tables(&self.pose) || self.why.is_empty()).then(|| self.scene.tables(&pose));
+        let tables = moved.as_deref();
+        // After a fault nothing is known of what memory holds: the next frame begins anew.
+        let held = std::mem::replace(&mut self.held, self.settings.skip.then(Held::default));
+        self.why = vec![];
+        let selection = match held {
+            Some(held) => Some(change::select(&self.plan, &held, &values, tables)?),
+            None => None,
+        };
+        let run = selection.as_ref().map(|s| s.run.as_slice());
+        let frame = Frame { values, tables, run };
+        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame)?;
+        if let (Some(scratch), Some(selection)) = (&mut self.scratch, &selection) {
+            scratch.verify(gpu, &self.plan, &self.prepared, selection, &frame)?;
+        }
         self.pose = pose;
+        match selection {
+            Some(selection) => {
+                self.why.clone_from(&selection.why);
+                self.held = Some(selection.done());
+            }
+            None => self.why = vec![Why::First; self.plan.steps.len()],
+        }
         Ok(report)
+    }
+
+    /// By step: why it ran or did not in the last frame. Empty before the first.
+    pub fn why(&self) -> &[Why] {
+        &self.why
     }
 
     /// Reads an output back.

@@ -54,6 +54,12 @@ pub struct Args {
     /// Exposure of PNG files, in stops
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
+    /// Run every step of every frame, even where nothing changed
+    #[arg(long)]
+    pub no_skip: bool,
+    /// Run the steps that are left out in memory of their own, and compare all contents bit for bit
+    #[arg(long, conflicts_with = "no_skip")]
+    pub verify_skips: bool,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -75,7 +81,14 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     clock.lap("device");
     let mut outputs: Vec<String> = files.iter().map(|f| f.0.clone()).collect();
     outputs.dedup();
-    let settings = Settings { params, size: args.size, camera: args.camera.clone(), outputs: Some(outputs) };
+    let settings = Settings {
+        params,
+        size: args.size,
+        camera: args.camera.clone(),
+        outputs: Some(outputs),
+        skip: !args.no_skip,
+        verify: args.verify_skips,
+    };
     let mut session = Session::new(&gpu, &project, loaded.scene, settings)?;
     notices(&session.notices);
     clock.lap("prepare");
@@ -85,7 +98,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let mut text = String::new();
     for frame in 0..args.frames {
         let report = session.frame(&gpu, frame, frame as f32 * args.step)?;
-        stats.frames.push(FrameStats::new(&session.plan, &report));
+        stats.frames.push(FrameStats::new(&session.plan, &report, session.why()));
         progress.inc(1);
         if frame + 1 == args.frames {
             notices(&report.warnings);

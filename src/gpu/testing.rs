@@ -27,6 +27,7 @@ impl Sketch {
     pub fn new() -> Sketch {
         Sketch {
             plan: Plan {
+                params: vec![],
                 graph: "test.ron".into(),
                 values: Values::new(),
                 resources: vec![],

@@ -3,14 +3,20 @@
 //! Everything is decided here: sizes, order, what is left out and why, which resources share memory, what each
 //! variable is bound to. The executor only walks it.
 
+mod bind;
 pub mod build;
+pub mod change;
+mod draw;
 pub mod expand;
 pub mod lint;
 pub mod live;
 pub mod memory;
 pub mod order;
+mod reduce;
 pub mod request;
 pub mod sizes;
+pub mod tables;
+mod targets;
 pub mod wire;
 
 use crate::shader::{Layout, Shader};

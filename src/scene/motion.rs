@@ -16,6 +16,13 @@ pub struct Pose {
     pub cameras: Vec<CameraPose>,
 }
 
+impl Pose {
+    /// Whether nodes and lights are where they are in another pose: then the scene's tables are the same.
+    pub fn same_tables(&self, other: &Pose) -> bool {
+        self.nodes == other.nodes && self.lights == other.lights
+    }
+}
+
 /// Where a light is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightPose {
