@@ -112,6 +112,8 @@ fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort, measured: &mut Measured) 
         size: target.size,
         camera: target.camera.map(String::from),
         outputs: Some(outputs.clone()),
+        skip: true,
+        ..Settings::default()
     };
     let start = Instant::now();
     let session = Session::new(gpu, target.project, target.scene.clone(), settings)?;

@@ -1,11 +1,12 @@
 //! Other renderers on the same scenes: commands that a folder of JSON files describes.
 //!
-//! A file: `{"name": "Mitsuba path", "command": ["peers/run.sh", "mitsuba.py"], "settings": ["1", "16"]}`. The command runs
-//! with `--scene FILE --size WxH --out FOLDER`, `--camera NAME` where one is asked for, and `--setting TEXT` for each of
-//! the settings. It prints a JSON line a result: `{"renderer", "version", "settings", "seconds", "image"}`, where `image`
-//! is the path of a linear EXR of all light, or several by output: `{"color": …, "indirect": …}`. Its exit code is 4 when
-//! the renderer isn't installed; the reason is the last line of its error stream.
+//! A file: `{"name": "mitsuba", "command": ["peers/run.sh", "run_mitsuba.py"], …}`. The command runs with `--scene FILE
+//! --size WxH --out FOLDER`, and `--camera NAME` where one is asked for, and tries all its settings. It prints a JSON line a
+//! result: `{"renderer", "version", "settings", "seconds", "image", …}`, where `image` is the path of a linear EXR of all
+//! light; any other field that holds such a path (`"indirect": "a.exr"`) is the output of its name. Its exit code is 4 when
+//! the renderer isn't installed or can't render the scene; the reason is the last line of its error stream.
 
+use super::measure::SEEN;
 use super::references::References;
 use super::results::{Absent, Entry, Phase, PhaseTimes, Spread};
 use super::score::score;
@@ -22,8 +23,6 @@ pub struct Peer {
     pub name: String,
     /// A program and its first arguments; run in the current folder.
     pub command: Vec<String>,
-    #[serde(default)]
-    pub settings: Vec<serde_json::Value>,
 }
 
 /// A line of its output.
@@ -34,14 +33,10 @@ struct Line {
     #[serde(default)]
     settings: serde_json::Value,
     seconds: f64,
-    image: Images,
-}
-
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(untagged)]
-enum Images {
-    One(PathBuf),
-    ByOutput(BTreeMap<String, PathBuf>),
+    image: PathBuf,
+    /// Other images among what else it says.
+    #[serde(flatten)]
+    rest: BTreeMap<String, serde_json::Value>,
 }
 
 /// What a peer is asked to render.
@@ -93,9 +88,6 @@ pub fn run(peer: &Peer, job: Job<'_>) -> Result<Vec<(Entry, BTreeMap<String, Ima
     if let Some(camera) = job.camera {
         command.arg("--camera").arg(camera);
     }
-    for setting in &peer.settings {
-        command.arg("--setting").arg(word(setting));
-    }
     let done = command.output().map_err(|e| absent(format!("`{program}` doesn't run: {e}")))?;
     if !done.status.success() {
         let errors = String::from_utf8_lossy(&done.stderr);
@@ -110,20 +102,20 @@ pub fn run(peer: &Peer, job: Job<'_>) -> Result<Vec<(Entry, BTreeMap<String, Ima
 fn entry(line: &str, job: Job<'_>) -> Checked<(Entry, BTreeMap<String, Image>)> {
     let line: Line = serde_json::from_str(line)
         .map_err(|e| Diagnostic::error(format!("a line of its output is no result: {e}: {line}")))?;
-    let paths = match line.image {
-        Images::One(path) => BTreeMap::from([(super::measure::SEEN.to_string(), path)]),
-        Images::ByOutput(paths) => paths,
-    };
-    let mut images = BTreeMap::new();
-    for (output, path) in paths {
-        images.insert(output, read_exr(&path)?);
+    let mut images = BTreeMap::from([(SEEN.to_string(), read_exr(&line.image)?)]);
+    for (output, value) in &line.rest {
+        if let Some(path) = value.as_str().filter(|p| p.ends_with(".exr")) {
+            images.insert(output.clone(), read_exr(Path::new(path))?);
+        }
     }
     let params = match &line.settings {
         serde_json::Value::Object(map) => map.iter().map(|(k, v)| (k.clone(), word(v))).collect(),
         serde_json::Value::Null => BTreeMap::new(),
         other => BTreeMap::from([("setting".to_string(), word(other))]),
     };
-    let setting: Vec<String> = params.iter().map(|(k, v)| format!("{k}={v}")).collect();
+    let pairs =
+        |map: &BTreeMap<String, String>| map.iter().map(|(k, v)| format!("{k}={v}")).collect::<Vec<_>>().join(" ");
+    let setting = line.settings.as_str().map_or_else(|| pairs(&params), String::from);
     let ms = line.seconds * 1e3;
     let times = PhaseTimes {
         phase: Phase::Whole,
@@ -144,7 +136,7 @@ fn entry(line: &str, job: Job<'_>) -> Checked<(Entry, BTreeMap<String, Image>)> 
         camera: job.camera.map(String::from),
         size: job.size,
         params,
-        setting: setting.join(" "),
+        setting,
         inputs: String::new(),
         bytes: 0,
         bytes_without_sharing: 0,
@@ -173,7 +165,7 @@ mod tests {
 
     fn peer(script: &str) -> Peer {
         let command = ["sh", "-c", script, "peer"].map(String::from).to_vec();
-        Peer { name: "other".into(), command, settings: vec![serde_json::json!(4), serde_json::json!("fine")] }
+        Peer { name: "other".into(), command }
     }
 
     fn job<'a>(folder: &'a Folder, references: &'a References) -> Job<'a> {
@@ -187,7 +179,7 @@ mod tests {
         write_exr(&path, &[("", &Image::filled(2, 2, &[1.0; 3]).unwrap())], Precision::Float, &BTreeMap::new())
             .unwrap();
         let line = format!(
-            r#"echo noise; echo '{{"renderer": "R", "version": "1", "settings": {{"n": 4}}, "seconds": 0.5, "image": "{}"}}'"#,
+            r#"echo noise; echo '{{"renderer": "R", "version": "1", "settings": {{"n": 4}}, "seconds": 0.5, "image": "{0}", "indirect": "{0}"}}'"#,
             path.display()
         );
         let references = References::default();
@@ -197,7 +189,7 @@ mod tests {
             (found[0].0.setting.as_str(), found[0].0.times(Phase::Still).unwrap().wall_ms.median),
             ("n=4", 500.0)
         );
-        assert_eq!(found[0].1["color"].width, 2);
+        assert_eq!(found[0].1.keys().collect::<Vec<_>>(), [SEEN, "indirect"]);
     }
 
     #[test]

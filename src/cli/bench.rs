@@ -221,8 +221,9 @@ impl Bench<'_> {
         self.kept = rest;
         if !found.is_empty() {
             self.results.entries.extend(found);
-        } else if self.results.absent.iter().all(|a| a.name != peer.name) {
-            let folder = self.args.out.join("peers");
+        } else {
+            let folder =
+                self.args.out.join("peers").join(format!("{} {}", place.scene.name, camera.unwrap_or("")).trim());
             let job = Job {
                 scene_file: &place.view.path,
                 scene: &place.scene.name,
@@ -239,6 +240,7 @@ impl Bench<'_> {
                         self.progress.dec(1);
                     }
                 }
+                Err(absent) if self.results.absent.contains(&absent) => {}
                 Err(absent) => {
                     let text = format!("{} is absent: {}", absent.name, absent.why);
                     self.progress.suspend(|| notices(&[Diagnostic::warning(text)]));

@@ -54,9 +54,13 @@ function ticks(low, high) {
     const v = Math.log10(m) + d;
     if (v >= low - 1e-9 && v <= high + 1e-9) all.push([v, m * 10 ** d, m]);
   }
+  if (all.length < 4) for (let d = Math.floor(low); d <= Math.ceil(high); d++) for (const m of [1.2, 1.5, 3, 4, 6, 7, 8]) {
+    const v = Math.log10(m) + d;
+    if (v >= low && v <= high) all.push([v, m * 10 ** d, m]);
+  }
   return high - low > 3.2 ? all.filter(t => t[2] === 1) : all;
 }
-const short = x => x >= 1 ? String(+x.toPrecision(3)) : String(+x.toPrecision(1));
+const short = x => String(+x.toPrecision(x >= 1 ? 3 : 2));
 
 function plot(scene) {
   const least = 1e-4;
