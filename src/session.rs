@@ -8,7 +8,7 @@ use crate::plan::build::{Planned, plan};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
 use crate::plan::{Plan, ResourceId};
-use crate::scene::{Pose, Scene};
+use crate::scene::{Pose, Scene, Table};
 use crate::shader::Library;
 use crate::value::{Value, Values};
 use std::path::{Path, PathBuf};
@@ -127,7 +127,7 @@ impl Session {
         let pose = scene.pose(0.0);
         let [width, height] = settings.size;
         notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
-        let tables = scene.tables(&pose);
+        let tables = tables(&scene, &plan, &pose);
         let prepared = gpu::prepare(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables)?;
         let held = settings.skip.then(Held::default);
         Ok(Session { scene, settings, plan, notices, prepared, pose, held, why: vec![] })
@@ -144,7 +144,8 @@ impl Session {
         let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
         values.insert("frame".into(), Value::Uint(index));
         values.insert("time".into(), Value::Float(time));
-        let moved = (pose != self.pose || self.why.is_empty()).then(|| self.scene.tables(&pose));
+        let stale = self.why.is_empty() || !pose.same_world(&self.pose);
+        let moved = stale.then(|| tables(&self.scene, &self.plan, &pose));
         let tables = moved.as_deref();
         let selection = match self.held.take() {
             Some(held) => Some(change::select(&self.plan, &held, &values, tables)?),
@@ -188,4 +189,9 @@ impl Session {
             }
         }
     }
+}
+
+/// The tables that the plan's shaders read.
+fn tables(scene: &Scene, plan: &Plan, pose: &Pose) -> Vec<Table> {
+    scene.tables_named(pose, |name| plan.tables.iter().any(|t| t.table == name))
 }

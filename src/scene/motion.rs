@@ -45,6 +45,13 @@ const MAX_SWEEP_SAMPLES: usize = 360;
 /// Points swept one by one; of larger meshes the corners of their box are.
 const MAX_SWEPT_POINTS: usize = 4096;
 
+impl Pose {
+    /// Whether all but the clock and the cameras is where it is in the other: the tables are the same.
+    pub fn same_world(&self, other: &Pose) -> bool {
+        self.nodes == other.nodes && self.lights == other.lights
+    }
+}
+
 impl Scene {
     /// The scene at a time in seconds. A time that is not finite counts as 0.
     pub fn pose(&self, time: f32) -> Pose {
