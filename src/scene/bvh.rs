@@ -9,7 +9,8 @@ use glam::Vec3;
 /// Boxes within boxes; row 0 holds everything.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bvh {
-    /// Never empty: without triangles, one box that no ray meets. Both children of a row stand side by side, after it.
+    /// Never empty: without triangles, one leaf with the zeroed row that an empty table is bound as, which no ray meets.
+    /// Both children of a row stand side by side, after it.
     pub nodes: Vec<BvhNode>,
     /// The triangles in the order of the leaves.
     pub order: Vec<u32>,
@@ -58,8 +59,8 @@ impl Bvh {
     /// The hierarchy over triangles given by their corners, all of them finite.
     pub fn new(triangles: &[[Vec3; 3]]) -> Bvh {
         if triangles.is_empty() {
-            let bounds = Bounds { min: Vec3::splat(f32::MAX), max: Vec3::splat(f32::MIN) };
-            return Bvh { nodes: vec![BvhNode { bounds, first: 0, count: 0 }], order: vec![] };
+            let bounds = Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
+            return Bvh { nodes: vec![BvhNode { bounds, first: 0, count: 1 }], order: vec![] };
         }
         let mut items: Vec<Item> = (0..)
             .zip(triangles)

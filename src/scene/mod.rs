@@ -133,8 +133,8 @@ impl Column {
 ///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, `material`; in the order of the leaves of `bvh`
 /// - `bvh`: boxes within boxes over `triangles`, the root first: `lower`, `upper` (corners of the box), `count` (of a
 ///   leaf: its triangles; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
-///   child being the next row). Leaves lie at most 47 levels below the root. A scene without triangles has one box
-///   that no ray meets.
+///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
+///   one leaf with one triangle that no ray meets.
 /// - `emitters`: the emissive triangles: corners `a`, `b`, `c`, `radiance`, `area`, `cumulative` (share of the power
 ///   up to and with this row; the last is 1), `density` (per m², of picking a point on it by power)
 ///

@@ -1,0 +1,62 @@
+//! The surface that a ray meets.
+#define_import_path lightgraph::hit
+#import lightgraph::surface::{Surface, materials}
+#ifdef TEXTURES
+#import lightgraph::surface::{scene_textures, texture_sampler}
+#endif
+#import lightgraph::trace::{Hit, triangles, closest, leave, NOTHING}
+
+/// What stands at the end of a ray.
+struct Met {
+    /// Whether light leaves it towards the ray: not from nothing, nor from the back of a single-sided material.
+    lit: bool,
+    front: bool,
+    material: u32,
+    distance: f32,
+    /// Unit normal of the triangle itself, on its front.
+    flat_normal: vec3f,
+    surface: Surface,
+    /// Where rays that go on from it start.
+    start: vec3f,
+}
+
+/// The surface at a hit of a ray from `origin` along `direction`.
+fn describe(hit: Hit, origin: vec3f, direction: vec3f) -> Met {
+    var met: Met;
+    met.distance = hit.distance;
+    if hit.triangle == NOTHING {
+        return met;
+    }
+    let t = triangles[hit.triangle];
+    let m = materials[t.material];
+    let weights = vec3f(1.0 - hit.at.x - hit.at.y, hit.at);
+    met.flat_normal = normalize(cross(t.b - t.a, t.c - t.a));
+    met.front = dot(met.flat_normal, direction) < 0.0;
+    met.lit = met.front || m.double_sided != 0u;
+    met.material = t.material;
+    let side = select(-1.0, 1.0, met.front);
+    var color = m.base_color.rgb;
+#ifdef TEXTURES
+    if m.base_color_texture != 0xffffffffu {
+        let uv = weights.x * t.uva + weights.y * t.uvb + weights.z * t.uvc;
+        color *= textureSampleLevel(scene_textures, texture_sampler, uv, m.base_color_texture, 0.0).rgb;
+    }
+#endif
+    met.surface = Surface(
+        origin + hit.distance * direction,
+        side * normalize(weights.x * t.na + weights.y * t.nb + weights.z * t.nc),
+        -direction,
+        color,
+        select(vec3f(0.0), m.emission, met.front),
+        m.specular,
+        m.shininess,
+    );
+    // From the corners, whose rounding does not grow with the ray's length.
+    met.start = leave(weights.x * t.a + weights.y * t.b + weights.z * t.c, side * met.flat_normal);
+    return met;
+}
+
+/// What a ray meets first.
+fn look(origin: vec3f, direction: vec3f) -> Met {
+    return describe(closest(origin, direction), origin, direction);
+}
