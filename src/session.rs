@@ -4,13 +4,14 @@ use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
 use crate::graph::{self, Graph};
 use crate::image::Image;
-use crate::plan::build::{Planned, plan};
+use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
 use crate::plan::{Plan, ResourceId};
 use crate::scene::{Pose, Scene, Table};
 use crate::shader::Library;
 use crate::value::{Value, Values};
+use crate::verify::Scratch;
 use std::path::{Path, PathBuf};
 
 /// A graph and the shaders it may use.
@@ -83,6 +84,8 @@ pub struct Settings {
     pub outputs: Option<Vec<String>>,
     /// Leave out steps whose results are still in memory.
     pub skip: bool,
+    /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
+    pub verify: bool,
 }
 
 /// Plans a project for a scene with an adapter's limits.
@@ -90,7 +93,7 @@ pub struct Settings {
 /// # Errors
 /// As [`crate::plan::build::plan`].
 pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
-    plan(&Request {
+    let request = Request {
         graph: &project.graph,
         library: &project.library,
         params: &settings.params,
@@ -99,7 +102,8 @@ pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu
         outputs: settings.outputs.as_deref(),
         limits: &gpu.limits,
         features: gpu.features,
-    })
+    };
+    plan_with(&request, Options { readable: settings.verify, ..Options::default() })
 }
 
 /// A plan on a device, ready for frames.
@@ -115,6 +119,7 @@ pub struct Session {
     held: Option<Held>,
     /// By step: why it ran or did not in the last frame.
     why: Vec<Why>,
+    scratch: Option<Scratch>,
 }
 
 impl Session {
@@ -130,7 +135,11 @@ impl Session {
         let tables = tables(&scene, &plan, &pose);
         let prepared = gpu::prepare(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables)?;
         let held = settings.skip.then(Held::default);
-        Ok(Session { scene, settings, plan, notices, prepared, pose, held, why: vec![] })
+        let scratch = match settings.verify {
+            true => Some(Scratch::new(gpu, &plan, &scene, &tables)?),
+            false => None,
+        };
+        Ok(Session { scene, settings, plan, notices, prepared, pose, held, why: vec![], scratch })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -155,7 +164,11 @@ impl Session {
         // After a fault nothing is known of what memory holds: the next frame begins anew.
         self.held = self.settings.skip.then(Held::default);
         self.why = vec![];
-        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &Frame { values, tables, run })?;
+        let frame = Frame { values, tables, run };
+        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame)?;
+        if let (Some(scratch), Some(selection)) = (&mut self.scratch, &selection) {
+            scratch.verify(gpu, &self.plan, &self.prepared, selection, &frame)?;
+        }
         self.pose = pose;
         match selection {
             Some(selection) => {

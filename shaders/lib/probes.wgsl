@@ -1,7 +1,8 @@
 //! A uniform grid of probes in a box, and the coefficients they hold.
 //!
 //! Coefficients lie in a 3D texture of (grid.x, grid.y, grid.z * COUNT) texels: coefficient k of all probes in the
-//! slices from k * grid.z on.
+//! slices from k * grid.z on. The alpha of coefficient (0, 0) tells how open a probe is: alpha 1 in every direction
+//! but those that show the back of a single-sided surface, projected as light is.
 #define_import_path lightgraph::probes
 #import lightgraph::sh::COUNT
 
@@ -15,6 +16,9 @@ struct Grid {
     inset: f32,
 }
 var<uniform> probe_grid: Grid;
+
+/// Coefficient (0, 0) of 1 in every direction: sqrt(4 pi).
+const FULLY_OPEN: f32 = 3.54490770181;
 
 /// The box's edges in distances between probes; a single probe stands in the middle.
 fn span() -> vec3f {
@@ -34,9 +38,21 @@ fn coordinates(index: u32) -> vec3u {
     return vec3u(index % n.x, index / n.x % n.y, index / (n.x * n.y));
 }
 
-/// Sum over the coefficients of `weights` times their trilinear interpolation at a point in the world.
+/// Sum over the coefficients of `weights` times their interpolation at a surface point in the world.
 /// With a lobe's weights: the radiance it reflects. Outside the probes the nearest face of the grid counts.
-fn gather(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, point: vec3f) -> vec3f {
+///
+/// A probe's trilinear share is multiplied by the cosine between the normal and the direction to it, and by how open
+/// it is (1 for no backs in sight, 0 for half of all directions or more), each at least `behind`; the shares are made
+/// to sum to 1. 1 for `behind` leaves plain trilinear
+/// interpolation; near 0, probes on the other side of the surface and inside solids hardly count (as in Majercik et
+/// al., "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields", 2019).
+fn gather(
+    coefficients: texture_3d<f32>,
+    weights: array<f32, COUNT>,
+    point: vec3f,
+    normal: vec3f,
+    behind: f32,
+) -> vec3f {
     let last = probe_grid.grid - 1u;
     let extent = max(probe_grid.grid_max - probe_grid.grid_min, vec3f(1e-20));
     let at = clamp((point - probe_grid.grid_min) / extent * span() - probe_grid.inset, vec3f(0.0), vec3f(last));
@@ -44,15 +60,21 @@ fn gather(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, point: vec3
     let fraction = at - base;
     var w = weights;
     var sum = vec3f(0.0);
+    var shares = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
         let side = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
-        let share = select(1.0 - fraction, fraction, side == vec3u(1u));
         let probe = min(vec3u(base) + side, last);
+        let offset = position(probe) - point;
+        let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
+        let near = select(1.0 - fraction, fraction, side == vec3u(1u));
+        let open = 2.0 * textureLoad(coefficients, probe, 0).a / FULLY_OPEN - 1.0;
+        let share = near.x * near.y * near.z * max(cosine, behind) * max(open, behind);
         var light = vec3f(0.0);
         for (var k = 0u; k < COUNT; k++) {
             light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
         }
-        sum += share.x * share.y * share.z * light;
+        sum += share * light;
+        shares += share;
     }
-    return sum;
+    return sum / shares;
 }

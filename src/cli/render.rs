@@ -57,6 +57,9 @@ pub struct Args {
     /// Run every step of every frame, even where nothing changed
     #[arg(long)]
     pub no_skip: bool,
+    /// Run the steps that are left out in memory of their own, and compare all contents bit for bit
+    #[arg(long, conflicts_with = "no_skip")]
+    pub verify_skips: bool,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -78,8 +81,14 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     clock.lap("device");
     let mut outputs: Vec<String> = files.iter().map(|f| f.0.clone()).collect();
     outputs.dedup();
-    let settings =
-        Settings { params, size: args.size, camera: args.camera.clone(), outputs: Some(outputs), skip: !args.no_skip };
+    let settings = Settings {
+        params,
+        size: args.size,
+        camera: args.camera.clone(),
+        outputs: Some(outputs),
+        skip: !args.no_skip,
+        verify: args.verify_skips,
+    };
     let mut session = Session::new(&gpu, &project, loaded.scene, settings)?;
     notices(&session.notices);
     clock.lap("prepare");

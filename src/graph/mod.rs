@@ -1,18 +1,21 @@
 //! The graph file: text to a checked [`Graph`]. No device.
 //!
-//! `tree` keeps places, `parse` knows the fields, `variant` applies edits, `check` resolves names.
+//! `tree` keeps places, `read` reads single values, `parse` knows the fields, `variant` applies edits, `check`
+//! resolves names.
 
 pub mod ast;
 pub mod check;
 pub mod expr;
+mod param;
 pub mod parse;
+pub mod read;
 pub mod tree;
 pub mod variant;
 
 pub use ast::Graph;
 
 use crate::diag::{Checked, Diagnostic, Faults, Source};
-use parse::Reader;
+use read::Reader;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 

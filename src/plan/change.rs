@@ -82,6 +82,11 @@ impl Selection {
         self.next
     }
 
+    /// As [`Selection::done`], while the selection is still needed.
+    pub fn held(&self) -> &Held {
+        &self.next
+    }
+
     /// How many steps run.
     pub fn count(&self) -> usize {
         self.run.iter().filter(|r| **r).count()
@@ -110,14 +115,42 @@ struct Unit {
 /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
 pub fn select(plan: &Plan, held: &Held, values: &Values, tables: Option<&[Table]>) -> Checked<Selection> {
     let units = units(plan);
+    let next = begin(plan, held, tables)?;
+    let (ingredients, versions) = versions(plan, &units, &next, values);
+    let run = required(plan, &units, &next, &versions);
+    Ok(selection(plan, &units, next, ingredients, &versions, &run))
+}
+
+/// Chooses all steps, for memory that is to be compared with that of [`select`].
+///
+/// # Errors
+/// As [`select`].
+pub fn everything(plan: &Plan, held: &Held, values: &Values, tables: Option<&[Table]>) -> Checked<Selection> {
+    let units = units(plan);
+    let next = begin(plan, held, tables)?;
+    let (ingredients, versions) = versions(plan, &units, &next, values);
+    let run = (0..units.len()).collect();
+    Ok(selection(plan, &units, next, ingredients, &versions, &run))
+}
+
+/// What is held before the frame, with the tables that it brings.
+fn begin(plan: &Plan, held: &Held, tables: Option<&[Table]>) -> Checked<Held> {
     let mut next = held.clone();
     next.slots.resize(plan.slots.len(), None);
     if let Some(tables) = tables {
         next.tables = hash_tables(plan, tables)?;
     }
-    let (ingredients, versions) = versions(plan, &units, &next, values);
-    let run = required(plan, &units, &next, &versions);
+    Ok(next)
+}
 
+fn selection(
+    plan: &Plan,
+    units: &[Unit],
+    next: Held,
+    ingredients: Vec<Ingredients>,
+    versions: &Versions,
+    run: &BTreeSet<usize>,
+) -> Selection {
     let mut selection = Selection { run: vec![false; plan.steps.len()], why: vec![Why::First; plan.steps.len()], next };
     let mut ingredients = ingredients.into_iter();
     for (i, unit) in units.iter().enumerate() {
@@ -142,7 +175,7 @@ pub fn select(plan: &Plan, held: &Held, values: &Values, tables: Option<&[Table]
             selection.next.ran.insert(i, now);
         }
     }
-    Ok(selection)
+    selection
 }
 
 /// The versions that resources should have, if every unit ran.

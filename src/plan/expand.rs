@@ -35,11 +35,17 @@ pub fn expand(
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
     let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: BTreeMap::new() };
-    let mut e = Expander { sizes, values, shaders, limits, faults, out };
+    let mut e = Expander { sizes, values, shaders, limits, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
     e.out
 }
+
+/// More members of one pass than this are taken for a slip: 64³ probes with six faces each are 1,572,864.
+pub const MOST_DRAWS: u32 = 1 << 21;
+
+/// More steps of one pass, or members of one set of resources, than this are taken for a slip.
+pub const MOST_STEPS: u32 = 4096;
 
 struct Expander<'a, 'f> {
     sizes: &'a Sizes<'a>,
@@ -48,6 +54,8 @@ struct Expander<'a, 'f> {
     limits: &'a wgpu::Limits,
     faults: &'f mut Vec<Diagnostic>,
     out: Expanded,
+    /// Iterations of the loops around, outermost first.
+    counts: Vec<u32>,
 }
 
 impl Expander<'_, '_> {
@@ -73,7 +81,9 @@ impl Expander<'_, '_> {
                 }
                 Item::Loop { pass, count, until, body } => {
                     last_each = None;
+                    self.counts.push(*count);
                     let body = self.block(body);
+                    self.counts.pop();
                     let until = until.as_ref().and_then(|(buffer, comparison, value)| {
                         Some(Until { buffer: self.id(buffer, 0, &pass.span)?, comparison: *comparison, value: *value })
                     });
@@ -136,6 +146,13 @@ impl Expander<'_, '_> {
         let before = self.out.steps.len();
         let mut members = vec![];
         let count = if batched { 1 } else { w.each.unwrap_or(1) };
+        if count > MOST_STEPS {
+            let d = Diagnostic::error(format!("`{}` would run {count} times in a frame", w.pass.name.value));
+            let span = w.pass.each.as_ref().map_or(&w.pass.span, |e| &e.span);
+            let help = format!("the most is {MOST_STEPS}; let one dispatch do the work of many members");
+            self.faults.push(d.at(span, "").help(help));
+            return vec![];
+        }
         for member in 0..count {
             let at = self.out.steps.len();
             if self.step(w, member, batched).is_none() {
@@ -324,11 +341,20 @@ impl Expander<'_, '_> {
 
     fn reduce(&mut self, w: &Wired, member: u32, name: &str) -> Option<()> {
         let PassKind::Reduce { from, to, factor, until, shader } = &w.pass.kind else { return None };
+        let written = factor;
         let factors: Vec<Result<u32, Diagnostic>> =
-            factor.iter().map(|e| request::count(e, self.values, "a factor")).collect();
+            written.iter().map(|e| request::count(e, self.values, "a factor")).collect();
         let mut factor = [1; 3];
         for (i, f) in factors.into_iter().enumerate() {
             factor[i] = self.keep(f)?;
+            if factor[i] == 0 {
+                let d = Diagnostic::error("a reduction divides by 0").at(&written[i].span, "must be at least 1");
+                self.faults.push(d);
+                return None;
+            }
+        }
+        if let [_] = written[..] {
+            factor = [factor[0]; 3];
         }
         let until = request::count(until, self.values, "the size at which to stop");
         let until = self.keep(until)?.max(1);
@@ -555,13 +581,23 @@ impl Expander<'_, '_> {
                 }
             })
         };
-        let (a, b) = (at(0), at(1));
-        let (a, b) = (self.keep(a)?, self.keep(b)?);
+        let end = i64::from(self.counts.last().copied().unwrap_or(1)) - 1;
+        let (a, b, last) = (at(0), at(1), at(end));
+        let (a, b, last) = (self.keep(a)?, self.keep(b)?, self.keep(last)?);
         let place = match (&a, &b) {
             (Val::Int(x), Val::Int(y)) if x == y => {
                 u32::try_from(*x).ok().filter(|x| *x < target.layers).map(Place::Layer)
             }
-            (Val::Int(x), Val::Int(y)) if *x + 1 == *y => u32::try_from(*x).ok().map(Place::LoopLayer),
+            (Val::Int(x), Val::Int(y)) if x.checked_add(1) == Some(*y) && last == Val::Int(x.saturating_add(end)) => {
+                let last = x.saturating_add(end);
+                if last >= target.layers.into() {
+                    let d = Diagnostic::error(format!("the loop's last iteration draws to layer {last}"));
+                    let d = d.at(&layer.span, format!("the target has {} layers", target.layers));
+                    self.faults.push(d.help("give the target more layers, or the loop fewer iterations"));
+                    return None;
+                }
+                u32::try_from(*x).ok().map(Place::LoopLayer)
+            }
             _ => None,
         };
         if place.is_none() {

@@ -3,6 +3,7 @@
 //! Everything is decided here: sizes, order, what is left out and why, which resources share memory, what each
 //! variable is bound to. The executor only walks it.
 
+mod bind;
 pub mod build;
 pub mod change;
 pub mod expand;
@@ -13,6 +14,7 @@ pub mod order;
 pub mod request;
 pub mod sizes;
 pub mod tables;
+mod targets;
 pub mod wire;
 
 use crate::shader::{Layout, Shader};
