@@ -122,12 +122,22 @@ fn flat_equal_and_lopsided_triangles_are_found_too() {
     // Thirty in the same place, and points and lines, which nothing meets.
     triangles.extend([[Vec3::ZERO, Vec3::X, Vec3::Y]; 30]);
     triangles.extend([[Vec3::splat(0.5); 3], [Vec3::ZERO, Vec3::X, 2.0 * Vec3::X]]);
-    // Sizes from 1 down to 2⁻⁶⁰: bins alone would peel them off one at a time.
-    triangles.extend((0..60).map(|i| {
-        let size = (-i as f32).exp2();
-        [random.point() * size, random.point() * size, random.point() * size]
-    }));
+    triangles.extend((0..30).map(|i| shrunk(&mut random, i)));
     check_rays(&triangles, 2000);
+}
+
+/// A triangle of the size 2 to the power of −`halvings`, near the origin.
+fn shrunk(random: &mut Random, halvings: u32) -> [Vec3; 3] {
+    [0; 3].map(|_| random.point() * (-(halvings as f32)).exp2())
+}
+
+#[test]
+fn bins_that_peel_off_a_few_at_a_time_do_not_make_it_too_deep() {
+    let mut random = Random(9);
+    // Sizes over the whole range of f32, and a crowd at the small end.
+    let mut triangles: Vec<_> = (0..126).map(|i| shrunk(&mut random, i)).collect();
+    triangles.extend((0..5000).map(|i| shrunk(&mut random, 100 + i % 26)));
+    check_structure(&Bvh::new(&triangles), &triangles);
 }
 
 #[test]
