@@ -49,7 +49,7 @@ fn arriving(start: vec3f, direction: vec3f, shift: u32) -> vec3f {
     return light;
 }
 
-/// Pixels of each 4x4 share one even sequence, each with every sixteenth point of it.
+/// Pixels of each 4x4 share one even sequence, each with a stretch of it.
 @compute @workgroup_size(8, 8)
 fn first_bounce(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(gathered)) {
@@ -65,7 +65,7 @@ fn first_bounce(@builtin(global_invocation_id) id: vec3u) {
         let rays = params.directions * params.directions;
         let place = id.x % 4u + 4u * (id.y % 4u);
         for (var i = 0u; i < rays; i++) {
-            let u = even_pair(i * 16u + place, 0u);
+            let u = even_pair(place * rays + i, seed(id.xy / 4u, 0u));
             let shift = seed(id.xy, i);
             sum += arriving(start, cosine_direction(s.normal, u), shift) / f32(rays);
 #ifdef SPECULAR
