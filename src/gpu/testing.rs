@@ -117,6 +117,7 @@ impl Sketch {
         self.plan.steps.push(Step {
             name: name.into(),
             pass: name.into(),
+            group: None,
             action,
             bindings,
             reads: vec![],

@@ -30,7 +30,8 @@ const CHAIN: usize = 16;
 /// # Errors
 /// All faults of the file, with places; those of a base are found first.
 pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
-    let graph = load_unchecked(path, read, &mut vec![])?;
+    let mut graph = load_unchecked(path, read, &mut vec![])?;
+    ast::inherit_groups(&mut graph.passes, None);
     Faults::check(check::check(&graph), graph)
 }
 
@@ -45,6 +46,17 @@ fn load_unchecked(path: &Path, read: ReadFile, chain: &mut Vec<PathBuf>) -> Chec
     if word == "Graph" {
         let mut graph = reader.graph(&mut fields, &node.span);
         graph.files = vec![path.to_path_buf()];
+        if !reader.faults.is_empty() && !reader.lost {
+            // The names of what could be read are checked all the same; faults that follow from the others are not.
+            let follows = |d: &Diagnostic| {
+                d.labels.first().is_none_or(|(span, _)| {
+                    let word = span.text();
+                    word.is_empty() || reader.broken.iter().any(|name| name == word)
+                })
+            };
+            let more: Vec<Diagnostic> = check::check(&graph).into_iter().filter(|d| !follows(d)).collect();
+            reader.faults.extend(more);
+        }
         return Faults::check(reader.faults, graph);
     }
     let base = reader.need(&mut fields, "base").and_then(|n| reader.text(n));

@@ -19,7 +19,7 @@ impl Param {
         };
         let v = parts(value);
         if value.ty() != self.ty {
-            return Err(format!("not a {}", self.ty.wgsl()));
+            return Err(format!("not of type {}", self.ty.wgsl()));
         }
         if v.iter().any(|x| !x.is_finite()) {
             return Err("not finite".into());

@@ -13,12 +13,10 @@ impl Reader {
     /// A whole graph.
     pub fn graph(&mut self, fields: &mut Fields, span: &Span) -> Graph {
         let about = fields.get("about").and_then(|n| self.text(n)).map_or(String::new(), |n| n.value);
-        let params = self.map(fields.get("params")).iter();
-        let params = params.filter_map(|(k, v)| Some((self.name(k)?, self.param(v)?))).collect();
+        let params = self.pairs(fields.get("params"), Reader::param);
         let lets = self.exprs(fields.get("lets"));
         let defines = self.exprs(fields.get("defines"));
-        let resources = self.map(fields.get("resources")).iter();
-        let resources = resources.filter_map(|(k, v)| Some((self.name(k)?, self.resource(v)?))).collect();
+        let resources = self.pairs(fields.get("resources"), Reader::resource);
         let passes = self.need(fields, "passes");
         let passes = self.list(passes).iter().filter_map(|n| self.pass(n)).collect();
         let outputs = self.need(fields, "outputs");
@@ -68,7 +66,7 @@ impl Reader {
             _ => None,
         };
         if value.is_none() {
-            self.fault(Diagnostic::error(format!("expected a {}", ty.wgsl())).at(&node.span, ""));
+            self.fault(Diagnostic::error(format!("expected a value of type {}", ty.wgsl())).at(&node.span, ""));
         }
         value
     }
@@ -170,10 +168,12 @@ impl Reader {
 
     /// A pass, bodies of loops included.
     pub fn pass(&mut self, node: &Node) -> Option<Pass> {
+        let before = self.faults.len();
         const KINDS: [&str; 7] = ["Draw", "Screen", "Compute", "Reduce", "Copy", "Clear", "Loop"];
         let (word, mut f) = self.named(node, &KINDS)?;
         let name = self.need(&mut f, "name").and_then(|n| self.name(n));
         let when = f.get("when").and_then(|n| self.expr(n));
+        let group = f.get("group").and_then(|n| self.text(n));
         let (mut each, mut defines, mut bind) = (None, vec![], vec![]);
         if word != "Loop" {
             each = f.get("each").and_then(|n| self.expr(n));
@@ -184,7 +184,10 @@ impl Reader {
         }
         let kind = self.pass_kind(word, &mut f);
         self.finish(&f);
-        Some(Pass { name: name?, span: node.span.clone(), when, each, defines, bind, kind: kind? })
+        if self.faults.len() > before {
+            self.broken.extend(name.iter().map(|n| n.value.clone()));
+        }
+        Some(Pass { name: name?, span: node.span.clone(), when, group, each, defines, bind, kind: kind? })
     }
 
     fn pass_kind(&mut self, word: &str, f: &mut Fields) -> Option<PassKind> {
@@ -237,8 +240,7 @@ impl Reader {
         let culls = [("None", Cull::None), ("Front", Cull::Front), ("Back", Cull::Back), ("Material", Cull::Material)];
         let cull = if geometry { self.word(f.get("cull"), &culls, Cull::Material) } else { Cull::None };
         let load = self.list(f.get("load")).iter().filter_map(|n| self.name(n)).collect();
-        let clear = self.map(f.get("clear")).iter();
-        let clear = clear.filter_map(|(k, v)| Some((self.name(k)?, self.color(v)?))).collect();
+        let clear = self.pairs(f.get("clear"), Reader::color);
         let component = |operation| wgpu::BlendComponent {
             src_factor: wgpu::BlendFactor::One,
             dst_factor: wgpu::BlendFactor::One,

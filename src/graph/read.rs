@@ -9,6 +9,10 @@ use crate::diag::{Diagnostic, Span, nearest};
 #[derive(Default)]
 pub struct Reader {
     pub faults: Vec<Diagnostic>,
+    /// Names whose declarations can't be read: that they are missing is no further fault.
+    pub(super) broken: Vec<String>,
+    /// A whole section can't be read: which names it declares is unknown.
+    pub(super) lost: bool,
 }
 
 /// The fields of one struct that are still to be read.
@@ -190,6 +194,7 @@ impl Reader {
             Some((Kind::Map(pairs), _)) => pairs,
             Some((_, n)) => {
                 self.fault(Diagnostic::error("expected a map `{\"name\": value}`").at(&n.span, ""));
+                self.lost = true;
                 &[]
             }
         }
@@ -209,14 +214,29 @@ impl Reader {
 
     /// A map from names to expressions.
     pub(super) fn exprs(&mut self, node: Option<&Node>) -> Vec<(Name, Expr)> {
-        let pairs = self.map(node).iter();
-        pairs.filter_map(|(k, v)| Some((self.name(k)?, self.expr(v)?))).collect()
+        self.pairs(node, Reader::expr)
     }
 
     /// A map from names to names.
     pub fn names(&mut self, node: Option<&Node>) -> Vec<(Name, Name)> {
-        let pairs = self.map(node).iter();
-        pairs.filter_map(|(k, v)| Some((self.name(k)?, self.name(v)?))).collect()
+        self.pairs(node, Reader::name)
+    }
+
+    /// A map from names to what `read` makes of the values; notes the names for which it makes nothing.
+    pub(super) fn pairs<T>(
+        &mut self,
+        node: Option<&Node>,
+        read: impl Fn(&mut Reader, &Node) -> Option<T>,
+    ) -> Vec<(Name, T)> {
+        let mut pairs = vec![];
+        for (key, value) in self.map(node) {
+            let (name, value) = (self.name(key), read(self, value));
+            match (name, value) {
+                (Some(name), Some(value)) => pairs.push((name, value)),
+                _ => self.broken.push(key.span.text().trim_matches('"').to_string()),
+            }
+        }
+        pairs
     }
 }
 

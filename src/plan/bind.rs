@@ -235,6 +235,13 @@ impl<'g> Wirer<'g, '_> {
             self.faults.push(d.help("declare it `var<storage, read>`"));
             return None;
         }
+        // A row that is no struct is reflected as one member, named as the variable.
+        if matches!(&element.members[..], [] | [_]) && element.members.iter().all(|m| m.name == v.name) {
+            let d = Diagnostic::error(format!("the rows of `{table}` must be a struct of columns")).at(place, "");
+            self.faults
+                .push(d.help(format!("columns: {}", columns.iter().map(|c| c.0).collect::<Vec<_>>().join(", "))));
+            return None;
+        }
         for m in &element.members {
             let column = columns.iter().find(|c| c.0 == m.name);
             let span = self.locate(pass, shader, &m.name);
@@ -244,16 +251,16 @@ impl<'g> Wirer<'g, '_> {
                     self.faults.push(d.nearest(&m.name, columns.iter().map(|c| c.0)));
                 }
                 Some((_, ty)) if !castable(*ty, m.ty) => {
-                    let d =
-                        Diagnostic::error(format!("`{table}.{}` is a {}, not a {}", m.name, ty.wgsl(), m.ty.wgsl()));
+                    let d = Diagnostic::error(format!(
+                        "`{table}.{}` is of type {}, not {}",
+                        m.name,
+                        ty.wgsl(),
+                        m.ty.wgsl()
+                    ));
                     self.faults.push(d.at(&span, ""));
                 }
                 Some(_) => {}
             }
-        }
-        if element.members.is_empty() {
-            let d = Diagnostic::error(format!("the rows of `{table}` must be a struct of columns")).at(place, "");
-            self.faults.push(d);
         }
         let used = TableUse { table: table.to_string(), row: element.clone(), stride: *stride };
         let index = self.out.tables.iter().position(|t| *t == used).unwrap_or_else(|| {
@@ -291,7 +298,7 @@ impl<'g> Wirer<'g, '_> {
                 Some((_, true)) => {}
                 Some((ty, false)) => {
                     let d = Diagnostic::error(format!(
-                        "`{}` is a {}, the shader wants a {}",
+                        "`{}` is of type {}, the shader wants {}",
                         m.name,
                         ty.wgsl(),
                         m.ty.wgsl()

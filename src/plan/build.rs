@@ -204,6 +204,7 @@ fn initial_clears(
             steps.push(Step {
                 name: format!("{} = initial", resources[id.0].name),
                 pass: name.value.clone(),
+                group: None,
                 action: Action::Clear { target: id, value },
                 bindings: vec![],
                 reads: vec![],

@@ -6,11 +6,13 @@
 mod bind;
 pub mod build;
 pub mod change;
+mod draw;
 pub mod expand;
 pub mod lint;
 pub mod live;
 pub mod memory;
 pub mod order;
+mod reduce;
 pub mod request;
 pub mod sizes;
 pub mod tables;
@@ -186,6 +188,8 @@ pub struct Step {
     pub name: String,
     /// Name of the pass in the graph.
     pub pass: String,
+    /// The heading under which reports sum steps up.
+    pub group: Option<String>,
     pub action: Action,
     /// What each variable of the shader is bound to, by its index in the interface. Empty without a shader.
     pub bindings: Vec<Binding>,

@@ -3,27 +3,26 @@
 use super::Desc;
 use super::wire::{How, Mode, Use, Wired, Wirer, by_name};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Name, Raster};
+use crate::graph::ast::{Pass, Raster};
 use crate::shader::{Output, OutputKind, Shader, Stage};
 use std::collections::BTreeSet;
 
 impl<'g> Wirer<'g, '_> {
     /// Checks that the scene has each attribute that a vertex entry takes.
-    pub(super) fn vertex_inputs(&mut self, name: &Name, shader: &Shader) {
+    pub(super) fn vertex_inputs(&mut self, pass: &Pass, shader: &Shader) {
         let Some(entry) = shader.interface.entry(Stage::Vertex) else { return };
         let known = crate::scene::VERTEX_ATTRIBUTES;
         for input in &entry.inputs {
             match known.iter().find(|a| a.0 == input.name) {
                 None => {
-                    let d = Diagnostic::error(format!("`{}`: vertices have no attribute `{}`", name.value, input.name));
-                    self.faults.push(d.at(&name.span, "").nearest(&input.name, known.map(|a| a.0)));
+                    let d = Diagnostic::error(format!("vertices have no attribute `{}`", input.name));
+                    let d = d.at(&self.locate(pass, shader, &input.name), "");
+                    self.faults.push(d.nearest(&input.name, known.map(|a| a.0)));
                 }
                 Some(a) if a.1 != input.format => {
-                    let d = Diagnostic::error(format!(
-                        "`{}`: the attribute `{}` is {:?}, not {:?}",
-                        name.value, a.0, a.1, input.format
-                    ));
-                    self.faults.push(d.at(&name.span, ""));
+                    let d = Diagnostic::error(format!("the attribute `{}` is {:?}, not {:?}", a.0, a.1, input.format));
+                    let d = d.at(&self.locate(pass, shader, &input.name), "");
+                    self.faults.push(d);
                 }
                 Some(_) => {}
             }
@@ -67,6 +66,8 @@ impl<'g> Wirer<'g, '_> {
                 continue;
             }
             let mode = self.target_mode(wired, r, &resource);
+            // What is kept is read because the pass says so, not the shader.
+            let span = r.load.iter().find(|n| n.value == resource).map_or(span, |n| n.span.clone());
             wired.color.push((o.location, resource.clone()));
             wired.uses.push(Use { resource, mode, how: How::Target, span });
         }

@@ -264,7 +264,7 @@ impl<'g> Wirer<'g, '_> {
         self.variables(&mut wired, &shader, stages);
         match &pass.kind {
             PassKind::Draw(r) => {
-                self.vertex_inputs(name, &shader);
+                self.vertex_inputs(pass, &shader);
                 self.targets(&mut wired, r, &shader);
             }
             PassKind::Screen(r) => self.targets(&mut wired, r, &shader),

@@ -16,6 +16,13 @@ pub struct Pose {
     pub cameras: Vec<CameraPose>,
 }
 
+impl Pose {
+    /// Whether nodes and lights are where they are in another pose: then the scene's tables are the same.
+    pub fn same_tables(&self, other: &Pose) -> bool {
+        self.nodes == other.nodes && self.lights == other.lights
+    }
+}
+
 /// Where a light is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightPose {
@@ -32,6 +39,17 @@ pub struct CameraPose {
     pub up: Vec3,
 }
 
+/// A pose's distance from what the scene file says, in metres, world space: for whoever flies, drags or measures.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Shift {
+    /// Of all cameras.
+    pub cameras: Vec3,
+    /// Of all lights.
+    pub lights: Vec3,
+    /// Of nodes, by index, with all that hangs from them; lights and cameras excepted.
+    pub nodes: Vec<(usize, Vec3)>,
+}
+
 /// Angle from sample to sample of a turning node's sweep: between two, an arc leaves the hull of its ends by at most
 /// 1 − cos 1° of its radius, which [`SWEEP_MARGIN`] covers.
 const SWEEP_STEP: f32 = 2.0 * std::f32::consts::PI / 180.0;
@@ -44,13 +62,6 @@ const MAX_SWEEP_SAMPLES: usize = 360;
 
 /// Points swept one by one; of larger meshes the corners of their box are.
 const MAX_SWEPT_POINTS: usize = 4096;
-
-impl Pose {
-    /// Whether all but the clock and the cameras is where it is in the other: the tables are the same.
-    pub fn same_world(&self, other: &Pose) -> bool {
-        self.nodes == other.nodes && self.lights == other.lights
-    }
-}
 
 impl Scene {
     /// The scene at a time in seconds. A time that is not finite counts as 0.
@@ -75,6 +86,32 @@ impl Scene {
             CameraPose { position: m.w_axis.truncate(), forward, up }
         });
         Pose { time, lights: lights.collect(), cameras: cameras.collect(), nodes }
+    }
+
+    /// The scene at a time, moved from where it says. Indices of nodes that are not there are ignored.
+    pub fn pose_shifted(&self, time: f32, shift: &Shift) -> Pose {
+        let mut pose = self.pose(time);
+        for (moved, by) in &shift.nodes {
+            for (i, node) in pose.nodes.iter_mut().enumerate() {
+                if self.hangs_from(i, *moved) {
+                    node.w_axis += by.extend(0.0);
+                }
+            }
+        }
+        pose.lights.iter_mut().for_each(|l| l.position += shift.lights);
+        pose.cameras.iter_mut().for_each(|c| c.position += shift.cameras);
+        pose
+    }
+
+    fn hangs_from(&self, node: usize, ancestor: usize) -> bool {
+        let mut at = Some(node);
+        while let Some(i) = at {
+            if i == ancestor {
+                return true;
+            }
+            at = self.nodes.get(i).and_then(|n| n.parent);
+        }
+        false
     }
 
     /// For each node, whether its world transform changes with time.

@@ -176,7 +176,7 @@ fn damaged_scenes_are_refused_or_read() {
         for neighbour in files("scenes", &["gltf", "glb", "ron"]).iter().filter(|p| p.file_stem() == path.file_stem()) {
             std::fs::copy(neighbour, scratch.path().join(neighbour.file_name().unwrap())).unwrap();
         }
-        let mut check = |bytes: &[u8], what: &str| {
+        let check = |bytes: &[u8], what: &str| {
             let what = format!("{}: {what}", path.display());
             std::fs::write(&copy, bytes).unwrap();
             match survives(&what, || scene::load(&copy)) {
