@@ -9,6 +9,7 @@ struct Params {
     cube_light_tile: u32,
     cube_light_columns: u32,
     cube_light_count: u32,
+    behind_captured: f32,
 }
 var<uniform> params: Params;
 var cube_albedo: texture_2d<f32>;
@@ -30,7 +31,7 @@ fn relight(@builtin(global_invocation_id) id: vec3u) {
         let probe = probes::position(probes::coordinates(here.tile / 6u));
         let ray = cube::direction(here.tile % 6u, here.texel, edge);
         let s = read_record(albedo, textureLoad(cube_normal, id.xy, 0), probe, ray);
-        light = textureLoad(cube_direct, id.xy, 0).rgb + reflected_probes(sh, s);
+        light = textureLoad(cube_direct, id.xy, 0).rgb + reflected_probes(sh, s, params.behind_captured);
     }
     textureStore(cube_light, id.xy, vec4f(light, 1.0));
 }

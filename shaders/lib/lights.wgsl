@@ -2,9 +2,6 @@
 //! spot lights in W/sr a channel, directional ones in W/m².
 #define_import_path lightgraph::lights
 #import lightgraph::surface::Surface
-#ifdef SPECULAR
-#import lightgraph::brdf::phong
-#endif
 
 struct Light {
     /// 0 point, 1 spot, 2 directional.
@@ -107,6 +104,12 @@ fn is_visible(light: Light, point: vec3f, normal: vec3f) -> bool {
     let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge;
     let nearest = vec2u(clamp(at, vec2f(0.0), vec2f(edge - 1.0)));
     return ndc.z <= textureLoad(shadow_map, nearest, view, 0);
+}
+
+/// The Phong lobe f * cos(theta) = (n + 1)/(2 pi) * cos(alpha)^n for strength 1, in 1/sr; `alpha` is the angle
+/// between the light's direction and the mirror direction.
+fn phong(cos_alpha: f32, shininess: f32) -> f32 {
+    return (shininess + 1.0) / 6.28318530718 * pow(max(cos_alpha, 1e-6), shininess);
 }
 
 /// Radiance that a surface reflects towards its viewer straight from all lights.

@@ -34,9 +34,20 @@ fn coordinates(index: u32) -> vec3u {
     return vec3u(index % n.x, index / n.x % n.y, index / (n.x * n.y));
 }
 
-/// Sum over the coefficients of `weights` times their trilinear interpolation at a point in the world.
+/// Sum over the coefficients of `weights` times their interpolation at a surface point in the world.
 /// With a lobe's weights: the radiance it reflects. Outside the probes the nearest face of the grid counts.
-fn gather(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, point: vec3f) -> vec3f {
+///
+/// A probe's trilinear share is multiplied by the cosine between the normal and the direction to it, at least
+/// `behind`, and the shares are made to sum to 1. 1 for `behind` leaves plain trilinear interpolation; near 0,
+/// probes on the other side of the surface hardly count (as in Majercik et al., "Dynamic Diffuse Global
+/// Illumination with Ray-Traced Irradiance Fields", 2019).
+fn gather(
+    coefficients: texture_3d<f32>,
+    weights: array<f32, COUNT>,
+    point: vec3f,
+    normal: vec3f,
+    behind: f32,
+) -> vec3f {
     let last = probe_grid.grid - 1u;
     let extent = max(probe_grid.grid_max - probe_grid.grid_min, vec3f(1e-20));
     let at = clamp((point - probe_grid.grid_min) / extent * span() - probe_grid.inset, vec3f(0.0), vec3f(last));
@@ -44,15 +55,20 @@ fn gather(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, point: vec3
     let fraction = at - base;
     var w = weights;
     var sum = vec3f(0.0);
+    var shares = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
         let side = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
-        let share = select(1.0 - fraction, fraction, side == vec3u(1u));
         let probe = min(vec3u(base) + side, last);
+        let offset = position(probe) - point;
+        let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
+        let near = select(1.0 - fraction, fraction, side == vec3u(1u));
+        let share = near.x * near.y * near.z * max(cosine, behind);
         var light = vec3f(0.0);
         for (var k = 0u; k < COUNT; k++) {
             light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
         }
-        sum += share.x * share.y * share.z * light;
+        sum += share * light;
+        shares += share;
     }
-    return sum;
+    return sum / shares;
 }

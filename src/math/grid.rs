@@ -58,6 +58,18 @@ impl Grid {
         })
     }
 
+    /// [`Grid::neighbours`] of a surface point with this unit normal, each share multiplied by the cosine between the
+    /// normal and the direction to the probe, at least `behind` (above 0); the shares sum to 1 again. With `behind` 1
+    /// nothing changes; near 0, probes behind the surface hardly count.
+    pub fn facing(&self, point: DVec3, normal: DVec3, behind: f64) -> [(UVec3, f64); 8] {
+        let weighed = self.neighbours(point).map(|(probe, share)| {
+            let cosine = (self.position(probe) - point).normalize_or_zero().dot(normal);
+            (probe, share * cosine.max(behind))
+        });
+        let sum: f64 = weighed.iter().map(|w| w.1).sum();
+        weighed.map(|(probe, share)| (probe, share / sum))
+    }
+
     /// Trilinear interpolation of one value a probe, in the order of [`Grid::index`]; missing values count as 0.
     pub fn interpolate(&self, values: &[f64], point: DVec3) -> f64 {
         let value = |probe| values.get(self.index(probe)).copied().unwrap_or(0.0);
@@ -116,6 +128,22 @@ mod tests {
         for outside in [DVec3::splat(9.0), DVec3::splat(-9.0), DVec3::new(0.2, 5.0, 1.0)] {
             let nearest = outside.clamp(low, high);
             assert!((g.interpolate(&values, outside) - field(nearest)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn probes_behind_a_surface_hardly_count() {
+        let g = grid([2, 2, 2], 0.0);
+        let point = DVec3::new(0.1, 1.0, 1.0);
+        for behind in [0.001, 0.02, 1.0] {
+            let shares = g.facing(point, DVec3::X, behind);
+            let back: f64 = shares.iter().filter(|s| s.0.x == 0).map(|s| s.1).sum();
+            assert!((shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
+            if behind < 1.0 {
+                assert!(back < 4.0 * behind, "{behind}: {back}");
+            } else {
+                assert_eq!(shares, g.neighbours(point));
+            }
         }
     }
 
