@@ -34,6 +34,47 @@ fn coordinates(index: u32) -> vec3u {
     return vec3u(index % n.x, index / n.x % n.y, index / (n.x * n.y));
 }
 
+/// Number of a probe: the inverse of `coordinates`.
+fn number(probe: vec3u) -> u32 {
+    return (probe.z * probe_grid.grid.y + probe.y) * probe_grid.grid.x + probe.x;
+}
+
+/// The probes round a point: `base` is the lowest of eight, `fraction` how far towards the next along each axis.
+struct Cell {
+    base: vec3u,
+    fraction: vec3f,
+}
+
+/// The cell that a point in the world lies in. Outside the probes the nearest face of the grid counts.
+fn cell(point: vec3f) -> Cell {
+    let extent = max(probe_grid.grid_max - probe_grid.grid_min, vec3f(1e-20));
+    let last = vec3f(probe_grid.grid - 1u);
+    let at = clamp((point - probe_grid.grid_min) / extent * span() - probe_grid.inset, vec3f(0.0), last);
+    return Cell(vec3u(at), fract(at));
+}
+
+/// A cell's corner number `corner`, 0 to 7: bits 0, 1, 2 are the sides along x, y, z.
+fn probe_at(c: Cell, corner: u32) -> vec3u {
+    return min(c.base + vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u), probe_grid.grid - 1u);
+}
+
+/// The share of a cell's corner in trilinear interpolation.
+fn share_of(c: Cell, corner: u32) -> f32 {
+    let far = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u) == vec3u(1u);
+    let near = select(1.0 - c.fraction, c.fraction, far);
+    return near.x * near.y * near.z;
+}
+
+/// Sum over the coefficients of `weights` times one probe's.
+fn weigh(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, probe: vec3u) -> vec3f {
+    var w = weights;
+    var light = vec3f(0.0);
+    for (var k = 0u; k < COUNT; k++) {
+        light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
+    }
+    return light;
+}
+
 /// Sum over the coefficients of `weights` times their interpolation at a surface point in the world.
 /// With a lobe's weights: the radiance it reflects. Outside the probes the nearest face of the grid counts.
 ///
@@ -48,26 +89,15 @@ fn gather(
     normal: vec3f,
     behind: f32,
 ) -> vec3f {
-    let last = probe_grid.grid - 1u;
-    let extent = max(probe_grid.grid_max - probe_grid.grid_min, vec3f(1e-20));
-    let at = clamp((point - probe_grid.grid_min) / extent * span() - probe_grid.inset, vec3f(0.0), vec3f(last));
-    let base = floor(at);
-    let fraction = at - base;
-    var w = weights;
+    let here = cell(point);
     var sum = vec3f(0.0);
     var shares = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
-        let side = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
-        let probe = min(vec3u(base) + side, last);
+        let probe = probe_at(here, corner);
         let offset = position(probe) - point;
         let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
-        let near = select(1.0 - fraction, fraction, side == vec3u(1u));
-        let share = near.x * near.y * near.z * max(cosine, behind);
-        var light = vec3f(0.0);
-        for (var k = 0u; k < COUNT; k++) {
-            light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
-        }
-        sum += share * light;
+        let share = share_of(here, corner) * max(cosine, behind);
+        sum += share * weigh(coefficients, weights, probe);
         shares += share;
     }
     return sum / shares;
