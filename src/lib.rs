@@ -13,3 +13,4 @@ pub mod scene;
 pub mod session;
 pub mod shader;
 pub mod value;
+pub mod verify;

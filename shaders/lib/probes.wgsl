@@ -1,7 +1,8 @@
 //! A uniform grid of probes in a box, and the coefficients they hold.
 //!
 //! Coefficients lie in a 3D texture of (grid.x, grid.y, grid.z * COUNT) texels: coefficient k of all probes in the
-//! slices from k * grid.z on.
+//! slices from k * grid.z on. The alpha of coefficient (0, 0) tells how open a probe is: alpha 1 in every direction
+//! but those that show the back of a single-sided surface, projected as light is.
 #define_import_path lightgraph::probes
 #import lightgraph::sh::COUNT
 
@@ -15,6 +16,9 @@ struct Grid {
     inset: f32,
 }
 var<uniform> probe_grid: Grid;
+
+/// Coefficient (0, 0) of 1 in every direction: sqrt(4 pi).
+const FULLY_OPEN: f32 = 3.54490770181;
 
 /// The box's edges in distances between probes; a single probe stands in the middle.
 fn span() -> vec3f {
@@ -78,10 +82,10 @@ fn weigh(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, probe: vec3u
 /// Sum over the coefficients of `weights` times their interpolation at a surface point in the world.
 /// With a lobe's weights: the radiance it reflects. Outside the probes the nearest face of the grid counts.
 ///
-/// A probe's trilinear share is multiplied by the cosine between the normal and the direction to it, at least
-/// `behind`, and the shares are made to sum to 1. 1 for `behind` leaves plain trilinear interpolation; near 0,
-/// probes on the other side of the surface hardly count (as in Majercik et al., "Dynamic Diffuse Global
-/// Illumination with Ray-Traced Irradiance Fields", 2019).
+/// A probe's trilinear share is multiplied by the cosine between the normal and the direction to it, and by how open
+/// it is (1 for no backs in sight, 0 for half of all directions or more), each at least `behind`; the shares are made
+/// to sum to 1. 1 for `behind` leaves plain trilinear interpolation; near 0, probes on the other side of the surface
+/// and inside solids hardly count (as in Majercik et al., "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields", 2019).
 fn gather(
     coefficients: texture_3d<f32>,
     weights: array<f32, COUNT>,
@@ -96,7 +100,8 @@ fn gather(
         let probe = probe_at(here, corner);
         let offset = position(probe) - point;
         let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
-        let share = share_of(here, corner) * max(cosine, behind);
+        let open = 2.0 * textureLoad(coefficients, probe, 0).a / FULLY_OPEN - 1.0;
+        let share = share_of(here, corner) * max(cosine, behind) * max(open, behind);
         sum += share * weigh(coefficients, weights, probe);
         shares += share;
     }
