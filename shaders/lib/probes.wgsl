@@ -1,4 +1,5 @@
-//! A uniform grid of probes in a box, and the coefficients they hold.
+//! A grid of probes in a box, and the coefficients they hold. The grid is uniform, or with PROBE_TABLE its planes along
+//! each axis stand where a table says.
 //!
 //! Coefficients lie in a 3D texture of (grid.x, grid.y, grid.z * COUNT) texels: coefficient k of all probes in the
 //! slices from k * grid.z on. The alpha of coefficient (0, 0) tells how open a probe is: alpha 1 in every direction
@@ -20,6 +21,38 @@ var<uniform> probe_grid: Grid;
 /// Coefficient (0, 0) of 1 in every direction: sqrt(4 pi).
 const FULLY_OPEN: f32 = 3.54490770181;
 
+#ifdef PROBE_TABLE
+/// Positions in the world, ascending, metres: grid.x along x, then grid.y along y, grid.z along z.
+var<storage, read> probe_axes: array<f32>;
+
+/// The edges of the box in mean distances between probes.
+fn span() -> vec3f {
+    return max(vec3f(probe_grid.grid - 1u) + 2.0 * probe_grid.inset, vec3f(1e-20));
+}
+
+/// Where a probe stands.
+fn position(probe: vec3u) -> vec3f {
+    let n = probe_grid.grid;
+    return vec3f(probe_axes[probe.x], probe_axes[n.x + probe.y], probe_axes[n.x + n.y + probe.z]);
+}
+
+/// Coordinate in the grid of `at` along an axis of `count` probes whose positions begin at `first` of the table.
+fn locate(at: f32, first: u32, count: u32) -> f32 {
+    var below = 0u;
+    for (var i = 1u; i + 1u < count; i++) {
+        below = select(below, i, probe_axes[first + i] <= at);
+    }
+    let low = probe_axes[first + below];
+    let high = probe_axes[first + min(below + 1u, count - 1u)];
+    return f32(below) + clamp((at - low) / max(high - low, 1e-20), 0.0, select(0.0, 1.0, count > 1u));
+}
+
+/// Coordinates in the grid of a point in the world.
+fn grid_place(point: vec3f) -> vec3f {
+    let n = probe_grid.grid;
+    return vec3f(locate(point.x, 0u, n.x), locate(point.y, n.x, n.y), locate(point.z, n.x + n.y, n.z));
+}
+#else
 /// The box's edges in distances between probes; a single probe stands in the middle.
 fn span() -> vec3f {
     return max(vec3f(probe_grid.grid - 1u) + 2.0 * probe_grid.inset, vec3f(1e-20));
@@ -31,6 +64,14 @@ fn position(probe: vec3u) -> vec3f {
     let middle = probe_grid.grid == vec3u(1u);
     return mix(probe_grid.grid_min, probe_grid.grid_max, select(share, vec3f(0.5), middle));
 }
+
+/// Coordinates in the grid of a point in the world.
+fn grid_place(point: vec3f) -> vec3f {
+    let extent = max(probe_grid.grid_max - probe_grid.grid_min, vec3f(1e-20));
+    let last = vec3f(probe_grid.grid - 1u);
+    return clamp((point - probe_grid.grid_min) / extent * span() - probe_grid.inset, vec3f(0.0), last);
+}
+#endif
 
 /// Grid coordinates of probe number `index`: x fastest, then y, then z.
 fn coordinates(index: u32) -> vec3u {
@@ -51,9 +92,7 @@ struct Cell {
 
 /// The cell that a point in the world lies in. Outside the probes the nearest face of the grid counts.
 fn cell(point: vec3f) -> Cell {
-    let extent = max(probe_grid.grid_max - probe_grid.grid_min, vec3f(1e-20));
-    let last = vec3f(probe_grid.grid - 1u);
-    let at = clamp((point - probe_grid.grid_min) / extent * span() - probe_grid.inset, vec3f(0.0), last);
+    let at = grid_place(point);
     return Cell(vec3u(at), fract(at));
 }
 
