@@ -2,8 +2,10 @@
 //!
 //! Exit codes: 0 done; 1 the work found a fault; 2 wrong usage; 3 no usable adapter.
 
+pub mod bench;
 pub mod check;
 pub mod compare;
+pub mod new;
 mod outputs;
 pub mod plan;
 pub mod render;
@@ -38,6 +40,10 @@ pub enum Command {
     Compare(compare::Args),
     /// Run graph snapshot tests
     Test(test::Args),
+    /// Make a project of your own, with graphs and shaders to edit
+    New(new::Args),
+    /// Measure run time against error
+    Bench(bench::Args),
 }
 
 /// Why a command did not do its work.
@@ -84,6 +90,8 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Plan(args) => plan::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
         Command::Test(args) => test::run(args),
+        Command::New(args) => new::run(args),
+        Command::Bench(args) => bench::run(args),
     };
     let (faults, code) = match result {
         Ok(code) => return code,
