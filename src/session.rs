@@ -8,11 +8,12 @@ use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
 use crate::plan::{Plan, ResourceId};
-use crate::scene::{Pose, Scene, Shift};
-use crate::shader::Library;
+use crate::scene::{Pose, Scene, Shift, Table};
+use crate::shader::{Library, Shader};
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A graph and the shaders it may use.
 #[derive(Debug, Clone)]
@@ -115,6 +116,8 @@ pub struct Session {
     pub notices: Vec<Diagnostic>,
     /// How far cameras, lights and nodes of the next frames are from where the scene says.
     pub shift: Shift,
+    /// The texts that the plan's shaders were made from.
+    library: Library,
     prepared: Prepared,
     pose: Pose,
     /// What memory holds; `None` runs every step of every frame.
@@ -130,19 +133,44 @@ impl Session {
     /// # Errors
     /// Faults of the graph for this scene, and what the device can't do.
     pub fn new(gpu: &Gpu, project: &Project, scene: Scene, settings: Settings) -> Checked<Session> {
-        let Planned { plan, mut notices } = plan_for(project, &scene, &settings, gpu)?;
+        Session::after(gpu, project, scene, settings, None)
+    }
+
+    /// As [`Session::new`], in place of another session, which stays as it is when this one fails: pipelines of shaders
+    /// that did not change are taken over, and resources with history keep what they hold.
+    ///
+    /// # Errors
+    /// As [`Session::new`].
+    pub fn after(
+        gpu: &Gpu,
+        project: &Project,
+        scene: Scene,
+        settings: Settings,
+        previous: Option<&Session>,
+    ) -> Checked<Session> {
+        let Planned { mut plan, mut notices } = plan_for(project, &scene, &settings, gpu)?;
+        if let Some(previous) = previous {
+            for shader in &mut plan.shaders {
+                let same = |old: &&Arc<Shader>| unchanged(old, shader, &previous.library, &project.library);
+                if let Some(old) = previous.plan.shaders.iter().find(same) {
+                    *shader = old.clone();
+                }
+            }
+        }
         let pose = scene.pose(0.0);
         let [width, height] = settings.size;
         notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
-        let tables = scene.tables(&pose);
-        let prepared = gpu::prepare(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables)?;
+        let tables = tables(&scene, &plan, &pose);
+        let earlier = previous.map(|p| (&p.plan, &p.prepared));
+        let prepared = gpu::prepare_after(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables, earlier)?;
         let held = settings.skip.then(Held::default);
         let scratch = match settings.verify {
             true => Some(Scratch::new(gpu, &plan, &scene, &tables)?),
             false => None,
         };
         let shift = Shift::default();
-        Ok(Session { scene, settings, plan, notices, shift, prepared, pose, held, why: vec![], scratch })
+        let library = project.library.clone();
+        Ok(Session { scene, settings, plan, notices, shift, library, prepared, pose, held, why: vec![], scratch })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -156,7 +184,8 @@ impl Session {
         let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
         values.insert("frame".into(), Value::Uint(index));
         values.insert("time".into(), Value::Float(time));
-        let moved = (!pose.same_tables(&self.pose) || self.why.is_empty()).then(|| self.scene.tables(&pose));
+        let stale = self.why.is_empty() || !pose.same_tables(&self.pose);
+        let moved = stale.then(|| tables(&self.scene, &self.plan, &pose));
         let tables = moved.as_deref();
         // After a fault nothing is known of what memory holds: the next frame begins anew.
         let held = std::mem::replace(&mut self.held, self.settings.skip.then(Held::default));
@@ -204,4 +233,18 @@ impl Session {
             }
         }
     }
+}
+
+/// The tables that the plan's shaders read.
+fn tables(scene: &Scene, plan: &Plan, pose: &Pose) -> Vec<Table> {
+    scene.tables_named(pose, |name| plan.tables.iter().any(|t| t.table == name))
+}
+
+/// Whether two shaders are the same composition of the same texts.
+fn unchanged(old: &Shader, new: &Shader, before: &Library, now: &Library) -> bool {
+    let text = |library: &Library, path: &String| library.files.get(path).map(|s| s.text.clone());
+    old.path == new.path
+        && old.defs == new.defs
+        && old.sources == new.sources
+        && new.sources.iter().all(|path| text(before, path) == text(now, path))
 }

@@ -5,10 +5,12 @@
 pub mod bench;
 pub mod check;
 pub mod compare;
+mod outputs;
 pub mod plan;
 pub mod render;
 mod stats;
 mod table;
+pub mod watch;
 
 use crate::diag::{Diagnostic, Faults, render as show};
 use crate::gpu::OpenError;
@@ -26,6 +28,8 @@ pub struct Cli {
 pub enum Command {
     /// Render a graph without a window
     Render(render::Args),
+    /// Render again whenever the graph, its shaders or the scene change
+    Watch(watch::Args),
     /// Report every fault of graphs and their shaders; needs no adapter
     Check(check::Args),
     /// Print what a graph compiles to; needs no adapter
@@ -47,6 +51,15 @@ pub enum Failure {
     NoAdapter(Diagnostic),
 }
 
+impl From<Failure> for Faults {
+    fn from(f: Failure) -> Faults {
+        match f {
+            Failure::Faults(f) => f,
+            Failure::Usage(d) | Failure::NoAdapter(d) => d.into(),
+        }
+    }
+}
+
 impl From<Faults> for Failure {
     fn from(f: Faults) -> Failure {
         Failure::Faults(f)
@@ -66,6 +79,7 @@ impl From<OpenError> for Failure {
 pub fn run(cli: &Cli) -> u8 {
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Watch(args) => watch::run(args),
         Command::Check(args) => check::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),

@@ -9,6 +9,8 @@
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
+//! - `traced`: graphs that trace rays, against another renderer and against rasterisation
+//! - `twins`: shaders against the Rust of the same mathematics
 //! - `support`, `device`: what several of them need
 
 mod bad;
@@ -22,3 +24,5 @@ mod shipped;
 mod skips;
 mod snapshots;
 mod support;
+mod traced;
+mod twins;

@@ -33,8 +33,9 @@ fn direct_light_agrees_with_the_references() {
     }
 }
 
-/// What a grid without occlusion reaches; another implementation of the same method agrees to within these bands.
-/// Percent of the mean: error, and bias where it is known.
+/// What a grid without occlusion leaves when its probes hold the path tracer's converged light: percent of the mean,
+/// over the pixels that show a surface; error, and bias where it is known. (Trilinear interpolation of the coefficients
+/// in `cornell_point_probes_binf.json` leaves 25.4 % over these pixels, and 28.0 % with the black background.)
 struct Band {
     scene: &'static str,
     set: &'static str,
@@ -66,8 +67,10 @@ fn indirect_light_lies_in_its_bands() {
         let settings = format!("{set} face=16 order=2 bounces=64 epsilon=0.001");
         let shot = Shot { set: &settings, ..Shot::new("graphs/uniform_grid.ron", &path, SIZE) };
         let [indirect] = shot.render(["indirect"]);
-        let metrics =
-            compare(&indirect, &reference(&format!("{scene}_indirect")), None).unwrap_or_else(|f| panic!("{f}"));
+        let depth = reference(&format!("{scene}_depth"));
+        let surfaces: Vec<bool> = depth.data.chunks(depth.channels as usize).map(|d| d[0] > 0.0).collect();
+        let expected = reference(&format!("{scene}_indirect"));
+        let metrics = compare(&indirect, &expected, Some(&surfaces)).unwrap_or_else(|f| panic!("{f}"));
         let Metrics { rmse_percent, bias_percent, .. } = metrics;
         let line =
             format!("{scene} {set}: rmse {rmse_percent:.1} % (about {rmse}), bias {bias_percent:+.1} % ({bias:?})");
