@@ -7,8 +7,8 @@ import numpy as np
 # Sets the variant that `mi` has from here on.
 from mitsuba_scene import build
 
-# Path segments that stand for infinitely many bounces.
-ALL = 64
+# No limit on the bounces: chance ends the paths (Russian roulette from the fifth segment on).
+ALL = -1
 # Rays in flight at a time; about 1 GB.
 RAYS = 1 << 20
 
@@ -67,16 +67,3 @@ def mean_and_error(tracer, depth, samples, seed, passes=16):
         directs.append(direct)
         parts.append(tracer.radiance(depth, each, stream) - direct)
     return np.mean(parts, axis=0), np.std(parts, axis=0, ddof=1) / np.sqrt(passes), np.mean(directs, axis=0)
-
-
-def write(path, image, shape, comment, half=True):
-    """An EXR of linear RGB."""
-    bitmap = mi.Bitmap(image.reshape(shape).astype(np.float32))
-    if half:
-        bitmap = bitmap.convert(component_format=mi.Struct.Type.Float16)
-    bitmap.metadata()["comments"] = comment
-    bitmap.write(str(path))
-
-
-def read(path):
-    return np.array(mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32), dtype=float)

@@ -6,6 +6,8 @@ from gltf import Unsupported
 
 mi.set_variant("llvm_ad_rgb")
 
+from image_files import memory_bitmap  # noqa: E402: reads the variant
+
 
 class GltfSpot(mi.Emitter):
     """KHR_lights_punctual's spot: clamp((cosθ − cos outer)/max(0.001, cos inner − cos outer), 0, 1)², which Mitsuba's
@@ -99,9 +101,6 @@ def bsdf(material):
     if material.picture is not None:
         if list(material.albedo) != [1, 1, 1]:
             raise Unsupported("pictures times a colour are not translated")
-        file = mi.MemoryStream()
-        file.write(material.picture)
-        file.seek(0)
-        reflectance = {"type": "bitmap", "bitmap": mi.Bitmap(file), "wrap_mode": "repeat"}
+        reflectance = {"type": "bitmap", "bitmap": memory_bitmap(material.picture), "wrap_mode": "repeat"}
     diffuse = {"type": "diffuse", "reflectance": reflectance}
     return {"type": "twosided", "nested": diffuse} if material.double_sided else diffuse
