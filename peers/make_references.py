@@ -31,8 +31,8 @@ REFERENCES = [
     ("hall", "nave", 8192),
     ("art_gallery", "main", 4096),
     ("cornell", "front", 4096),
-    ("empty_room", "inside", 1024),
-    ("two_rooms", "lit", 1024),
+    ("empty_room", "inside", 4096),
+    ("two_rooms", "lit", 4096),
     ("two_rooms", "dark", 64),
     ("lambert_plane", "above", 64),
 ]
