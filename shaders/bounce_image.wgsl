@@ -3,6 +3,7 @@
 #import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::indirect::reflected_probes
 
+var<uniform> behind_seen: f32;
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
 var sh: texture_3d<f32>;
@@ -21,5 +22,6 @@ fn fragment(@builtin(position) position: vec4f) -> Image {
     }
     let ray = pixel_ray(pixel);
     let s = read_record(albedo, textureLoad(surface_normal, pixel, 0), ray.origin, ray.direction);
-    return Image(vec4f(reflected_probes(sh, s) - reflected_probes(sh_before, s), 1.0));
+    let now = reflected_probes(sh, s, behind_seen);
+    return Image(vec4f(now - reflected_probes(sh_before, s, behind_seen), 1.0));
 }

@@ -3,6 +3,7 @@
 #import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::indirect::reflected_probes
 
+var<uniform> behind_seen: f32;
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
 var sh: texture_3d<f32>;
@@ -18,7 +19,7 @@ fn indirect_light(@builtin(global_invocation_id) id: vec3u) {
     if is_lit(albedo) {
         let ray = pixel_ray(id.xy);
         let s = read_record(albedo, textureLoad(surface_normal, id.xy, 0), ray.origin, ray.direction);
-        light = max(reflected_probes(sh, s), vec3f(0.0));
+        light = max(reflected_probes(sh, s, behind_seen), vec3f(0.0));
     }
     textureStore(indirect, id.xy, vec4f(light, 1.0));
 }

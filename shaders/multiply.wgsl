@@ -1,4 +1,4 @@
-//! One coefficient's share of every texel: its light times the factor texture.
+//! One coefficient's share of every texel: its light (and alpha) times the factor texture.
 #import lightgraph::cube::place
 
 struct Params {
@@ -20,5 +20,5 @@ fn multiply(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let share = textureLoad(factor, here.texel, params.member * 6u + here.tile % 6u, 0).r;
-    textureStore(product, id.xy, vec4f(textureLoad(cube_light, id.xy, 0).rgb * share, 0.0));
+    textureStore(product, id.xy, textureLoad(cube_light, id.xy, 0) * share);
 }

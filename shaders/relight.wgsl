@@ -1,14 +1,16 @@
 //! Light that every captured texel sends to its probe: its direct light, and what it reflects of the light in the
-//! probes round it, as of the bounce before (section 4 of the paper).
+//! probes round it, as of the bounce before (section 4 of the paper). Alpha is 0 for the backs of single-sided
+//! surfaces, else 1.
 #import lightgraph::cube
 #import lightgraph::probes
-#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::surface::{is_back, is_lit, read_record}
 #import lightgraph::indirect::reflected_probes
 
 struct Params {
     cube_light_tile: u32,
     cube_light_columns: u32,
     cube_light_count: u32,
+    behind_captured: f32,
 }
 var<uniform> params: Params;
 var cube_albedo: texture_2d<f32>;
@@ -26,11 +28,12 @@ fn relight(@builtin(global_invocation_id) id: vec3u) {
     }
     var light = vec3f(0.0);
     let albedo = textureLoad(cube_albedo, id.xy, 0);
+    let normal = textureLoad(cube_normal, id.xy, 0);
     if is_lit(albedo) {
         let probe = probes::position(probes::coordinates(here.tile / 6u));
         let ray = cube::direction(here.tile % 6u, here.texel, edge);
-        let s = read_record(albedo, textureLoad(cube_normal, id.xy, 0), probe, ray);
-        light = textureLoad(cube_direct, id.xy, 0).rgb + reflected_probes(sh, s);
+        let s = read_record(albedo, normal, probe, ray);
+        light = textureLoad(cube_direct, id.xy, 0).rgb + reflected_probes(sh, s, params.behind_captured);
     }
-    textureStore(cube_light, id.xy, vec4f(light, 1.0));
+    textureStore(cube_light, id.xy, vec4f(light, select(1.0, 0.0, is_back(albedo, normal))));
 }

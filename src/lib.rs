@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod bench;
 pub mod cli;
 pub mod diag;
 pub mod gpu;
@@ -13,3 +14,4 @@ pub mod scene;
 pub mod session;
 pub mod shader;
 pub mod value;
+pub mod verify;

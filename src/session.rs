@@ -4,13 +4,16 @@ use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
 use crate::graph::{self, Graph};
 use crate::image::Image;
-use crate::plan::build::{Planned, plan};
+use crate::plan::build::{Options, Planned, plan_with};
+use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
 use crate::plan::{Plan, ResourceId};
-use crate::scene::{Pose, Scene};
-use crate::shader::Library;
+use crate::scene::{Pose, Scene, Shift, Table};
+use crate::shader::{Library, Shader};
 use crate::value::{Value, Values};
+use crate::verify::Scratch;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A graph and the shaders it may use.
 #[derive(Debug, Clone)]
@@ -80,6 +83,10 @@ pub struct Settings {
     pub camera: Option<String>,
     /// Outputs to produce; `None`: all.
     pub outputs: Option<Vec<String>>,
+    /// Leave out steps whose results are still in memory.
+    pub skip: bool,
+    /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
+    pub verify: bool,
 }
 
 /// Plans a project for a scene with an adapter's limits.
@@ -87,7 +94,7 @@ pub struct Settings {
 /// # Errors
 /// As [`crate::plan::build::plan`].
 pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
-    plan(&Request {
+    let request = Request {
         graph: &project.graph,
         library: &project.library,
         params: &settings.params,
@@ -96,7 +103,8 @@ pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu
         outputs: settings.outputs.as_deref(),
         limits: &gpu.limits,
         features: gpu.features,
-    })
+    };
+    plan_with(&request, Options { readable: settings.verify, ..Options::default() })
 }
 
 /// A plan on a device, ready for frames.
@@ -106,8 +114,17 @@ pub struct Session {
     pub plan: Plan,
     /// What the user should know about the plan and the view.
     pub notices: Vec<Diagnostic>,
+    /// How far cameras, lights and nodes of the next frames are from where the scene says.
+    pub shift: Shift,
+    /// The texts that the plan's shaders were made from.
+    library: Library,
     prepared: Prepared,
     pose: Pose,
+    /// What memory holds; `None` runs every step of every frame.
+    held: Option<Held>,
+    /// By step: why it ran or did not in the last frame.
+    why: Vec<Why>,
+    scratch: Option<Scratch>,
 }
 
 impl Session {
@@ -116,13 +133,44 @@ impl Session {
     /// # Errors
     /// Faults of the graph for this scene, and what the device can't do.
     pub fn new(gpu: &Gpu, project: &Project, scene: Scene, settings: Settings) -> Checked<Session> {
-        let Planned { plan, mut notices } = plan_for(project, &scene, &settings, gpu)?;
+        Session::after(gpu, project, scene, settings, None)
+    }
+
+    /// As [`Session::new`], in place of another session, which stays as it is when this one fails: pipelines of shaders
+    /// that did not change are taken over, and resources with history keep what they hold.
+    ///
+    /// # Errors
+    /// As [`Session::new`].
+    pub fn after(
+        gpu: &Gpu,
+        project: &Project,
+        scene: Scene,
+        settings: Settings,
+        previous: Option<&Session>,
+    ) -> Checked<Session> {
+        let Planned { mut plan, mut notices } = plan_for(project, &scene, &settings, gpu)?;
+        if let Some(previous) = previous {
+            for shader in &mut plan.shaders {
+                let same = |old: &&Arc<Shader>| unchanged(old, shader, &previous.library, &project.library);
+                if let Some(old) = previous.plan.shaders.iter().find(same) {
+                    *shader = old.clone();
+                }
+            }
+        }
         let pose = scene.pose(0.0);
         let [width, height] = settings.size;
         notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
-        let tables = scene.tables(&pose);
-        let prepared = gpu::prepare(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables)?;
-        Ok(Session { scene, settings, plan, notices, prepared, pose })
+        let tables = tables(&scene, &plan, &pose);
+        let earlier = previous.map(|p| (&p.plan, &p.prepared));
+        let prepared = gpu::prepare_after(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables, earlier)?;
+        let held = settings.skip.then(Held::default);
+        let scratch = match settings.verify {
+            true => Some(Scratch::new(gpu, &plan, &scene, &tables)?),
+            false => None,
+        };
+        let shift = Shift::default();
+        let library = project.library.clone();
+        Ok(Session { scene, settings, plan, notices, shift, library, prepared, pose, held, why: vec![], scratch })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -130,16 +178,42 @@ impl Session {
     /// # Errors
     /// What the device reports, with the pass's name.
     pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
-        let pose = self.scene.pose(time);
+        let pose = self.scene.pose_shifted(time, &self.shift);
         let [width, height] = self.settings.size;
         let camera = self.settings.camera.as_deref();
         let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
         values.insert("frame".into(), Value::Uint(index));
         values.insert("time".into(), Value::Float(time));
-        let moved = (pose != self.pose).then(|| self.scene.tables(&pose));
-        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &Frame { values, tables: moved.as_deref() })?;
+        let stale = self.why.is_empty() || !pose.same_tables(&self.pose);
+        let moved = stale.then(|| tables(&self.scene, &self.plan, &pose));
+        let tables = moved.as_deref();
+        // After a fault nothing is known of what memory holds: the next frame begins anew.
+        let held = std::mem::replace(&mut self.held, self.settings.skip.then(Held::default));
+        self.why = vec![];
+        let selection = match held {
+            Some(held) => Some(change::select(&self.plan, &held, &values, tables)?),
+            None => None,
+        };
+        let run = selection.as_ref().map(|s| s.run.as_slice());
+        let frame = Frame { values, tables, run };
+        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame)?;
+        if let (Some(scratch), Some(selection)) = (&mut self.scratch, &selection) {
+            scratch.verify(gpu, &self.plan, &self.prepared, selection, &frame)?;
+        }
         self.pose = pose;
+        match selection {
+            Some(selection) => {
+                self.why.clone_from(&selection.why);
+                self.held = Some(selection.done());
+            }
+            None => self.why = vec![Why::First; self.plan.steps.len()],
+        }
         Ok(report)
+    }
+
+    /// By step: why it ran or did not in the last frame. Empty before the first.
+    pub fn why(&self) -> &[Why] {
+        &self.why
     }
 
     /// Reads an output back.
@@ -159,4 +233,18 @@ impl Session {
             }
         }
     }
+}
+
+/// The tables that the plan's shaders read.
+fn tables(scene: &Scene, plan: &Plan, pose: &Pose) -> Vec<Table> {
+    scene.tables_named(pose, |name| plan.tables.iter().any(|t| t.table == name))
+}
+
+/// Whether two shaders are the same composition of the same texts.
+fn unchanged(old: &Shader, new: &Shader, before: &Library, now: &Library) -> bool {
+    let text = |library: &Library, path: &String| library.files.get(path).map(|s| s.text.clone());
+    old.path == new.path
+        && old.defs == new.defs
+        && old.sources == new.sources
+        && new.sources.iter().all(|path| text(before, path) == text(now, path))
 }

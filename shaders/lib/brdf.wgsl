@@ -1,4 +1,4 @@
-//! Reflection: Lambert and Phong, of light from a direction and of light in spherical harmonics.
+//! Reflection of light in spherical harmonics by Lambert and Phong lobes.
 //!
 //! A lobe round a direction C reflects the sum over (l, m) of c_l * Y_lm(C) * L_lm
 //! (Ramamoorthi and Hanrahan, "A Signal-Processing Framework for Inverse Rendering", 2001).
@@ -31,10 +31,4 @@ fn phong_weights(mirror: vec3f, shininess: f32) -> array<f32, COUNT> {
         w[k] *= select(high, one, k < 4u);
     }
     return w;
-}
-
-/// The Phong lobe f * cos(theta) = (n + 1)/(2 pi) * cos(alpha)^n for strength 1, in 1/sr; `alpha` is the angle
-/// between the light's direction and the mirror direction.
-fn phong(cos_alpha: f32, shininess: f32) -> f32 {
-    return (shininess + 1.0) / 6.28318530718 * pow(max(cos_alpha, 1e-6), shininess);
 }

@@ -1,20 +1,25 @@
 //! Light that a surface reflects from the probes round it.
 #define_import_path lightgraph::indirect
 #import lightgraph::surface::Surface
+#ifdef PROBE_VISIBILITY
+#import lightgraph::visible_probes::gather
+#else
 #import lightgraph::probes::gather
+#endif
 #import lightgraph::brdf::lambert_weights
 #ifdef SPECULAR
 #import lightgraph::brdf::phong_weights
 #endif
 
 /// Radiance that a surface reflects towards its viewer from light in spherical harmonics. May fall below 0 where a
-/// truncated series rings; clamp what is shown, not what is summed on.
-fn reflected_probes(coefficients: texture_3d<f32>, s: Surface) -> vec3f {
-    var sum = s.albedo * gather(coefficients, lambert_weights(s.normal), s.position);
+/// truncated series rings; clamp what is shown, not what is summed on. `behind` is the weight of probes behind the
+/// surface, as `gather` states it.
+fn reflected_probes(coefficients: texture_3d<f32>, s: Surface, behind: f32) -> vec3f {
+    var sum = s.albedo * gather(coefficients, lambert_weights(s.normal), s.position, s.normal, behind);
 #ifdef SPECULAR
     if s.specular > 0.0 {
         let weights = phong_weights(reflect(-s.view, s.normal), s.shininess);
-        sum += s.specular * gather(coefficients, weights, s.position);
+        sum += s.specular * gather(coefficients, weights, s.position, s.normal, behind);
     }
 #endif
     return sum;

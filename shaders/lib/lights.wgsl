@@ -2,9 +2,7 @@
 //! spot lights in W/sr a channel, directional ones in W/m².
 #define_import_path lightgraph::lights
 #import lightgraph::surface::Surface
-#ifdef SPECULAR
-#import lightgraph::brdf::phong
-#endif
+#import lightgraph::lobe::reflectance
 
 struct Light {
     /// 0 point, 1 spot, 2 directional.
@@ -82,12 +80,13 @@ fn view_of(light: Light, point: vec3f) -> u32 {
     return light.first_view + select(0u, cube_view(point - light.position), light.views == 6u);
 }
 
-/// Whether a light's shadow map sees a surface.
+/// Share of a light that reaches a surface, 0 to 1: its shadow map at the four texels round the point, weighed
+/// bilinearly.
 ///
 /// The map holds the depth at its texels' centres. A plane stays clear of its own map when the point looked up is
-/// moved along the normal by half a texel's diagonal times the sine between the normal and the view's axis:
-/// 0.71 texels at most. A tenth of a texel covers the rounding of depths where the sine vanishes.
-fn is_visible(light: Light, point: vec3f, normal: vec3f) -> bool {
+/// moved along the normal by the distance to those centres, a texel's diagonal at most, times the sine between the
+/// normal and the view's axis: 1.42 texels at most. A tenth covers the rounding of depths where the sine vanishes.
+fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     let edge = f32(textureDimensions(shadow_map).x);
     let m = light_views[view_of(light, point)].view_projection;
     let across = vec3f(m[0].x, m[1].x, m[2].x);
@@ -101,12 +100,20 @@ fn is_visible(light: Light, point: vec3f, normal: vec3f) -> bool {
     let view = view_of(light, moved);
     let clip = light_views[view].view_projection * vec4f(moved, 1.0);
     if clip.w <= 0.0 {
-        return true;
+        return 1.0;
     }
     let ndc = clip.xyz / clip.w;
-    let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge;
-    let nearest = vec2u(clamp(at, vec2f(0.0), vec2f(edge - 1.0)));
-    return ndc.z <= textureLoad(shadow_map, nearest, view, 0);
+    let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge - 0.5;
+    let share = at - floor(at);
+    var sum = 0.0;
+    for (var corner = 0u; corner < 4u; corner++) {
+        let side = vec2u(corner & 1u, corner >> 1u);
+        let nearest = vec2u(clamp(floor(at) + vec2f(side), vec2f(0.0), vec2f(edge - 1.0)));
+        let weight = select(1.0 - share, share, side == vec2u(1u));
+        let lit = ndc.z <= textureLoad(shadow_map, nearest, view, 0);
+        sum += select(0.0, weight.x * weight.y, lit);
+    }
+    return sum;
 }
 
 /// Radiance that a surface reflects towards its viewer straight from all lights.
@@ -115,14 +122,9 @@ fn reflected_light(s: Surface) -> vec3f {
     for (var i = 0u; i < arrayLength(&lights); i++) {
         let light = lights[i];
         let a = arrival(light, s.position);
-        let cosine = dot(s.normal, a.direction);
-        let reaches = cosine > 0.0 && any(a.irradiance > vec3f(0.0));
-        if reaches && is_visible(light, s.position, s.normal) {
-            var lobe = s.albedo * (cosine / 3.14159265359);
-#ifdef SPECULAR
-            lobe += s.specular * phong(dot(reflect(-s.view, s.normal), a.direction), s.shininess);
-#endif
-            sum += lobe * a.irradiance;
+        let reflected = reflectance(s, a.direction) * a.irradiance;
+        if any(reflected > vec3f(0.0)) {
+            sum += visibility(light, s.position, s.normal) * reflected;
         }
     }
     return sum;

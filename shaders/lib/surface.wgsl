@@ -68,6 +68,11 @@ fn is_lit(albedo: vec4f) -> bool {
     return albedo.a != 0.0;
 }
 
+/// Whether what was recorded is the back of a single-sided surface.
+fn is_back(albedo: vec4f, normal: vec4f) -> bool {
+    return !is_lit(albedo) && normal.w > 0.0;
+}
+
 /// The surface recorded along a ray; only where `is_lit`.
 fn read_record(albedo: vec4f, normal: vec4f, origin: vec3f, direction: vec3f) -> Surface {
     let m = materials[u32(max(abs(albedo.a), 1.0)) - 1u];

@@ -2,12 +2,15 @@
 //!
 //! Exit codes: 0 done; 1 the work found a fault; 2 wrong usage; 3 no usable adapter.
 
+pub mod bench;
 pub mod check;
 pub mod compare;
+mod outputs;
 pub mod plan;
 pub mod render;
 mod stats;
 mod table;
+pub mod watch;
 
 use crate::diag::{Diagnostic, Faults, render as show};
 use crate::gpu::OpenError;
@@ -25,12 +28,16 @@ pub struct Cli {
 pub enum Command {
     /// Render a graph without a window
     Render(render::Args),
+    /// Render again whenever the graph, its shaders or the scene change
+    Watch(watch::Args),
     /// Report every fault of graphs and their shaders; needs no adapter
     Check(check::Args),
     /// Print what a graph compiles to; needs no adapter
     Plan(plan::Args),
     /// Compare two images
     Compare(compare::Args),
+    /// Measure run time against error
+    Bench(bench::Args),
 }
 
 /// Why a command did not do its work.
@@ -42,6 +49,15 @@ pub enum Failure {
     Usage(Diagnostic),
     /// Exit code 3.
     NoAdapter(Diagnostic),
+}
+
+impl From<Failure> for Faults {
+    fn from(f: Failure) -> Faults {
+        match f {
+            Failure::Faults(f) => f,
+            Failure::Usage(d) | Failure::NoAdapter(d) => d.into(),
+        }
+    }
 }
 
 impl From<Faults> for Failure {
@@ -63,9 +79,11 @@ impl From<OpenError> for Failure {
 pub fn run(cli: &Cli) -> u8 {
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Watch(args) => watch::run(args),
         Command::Check(args) => check::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
+        Command::Bench(args) => bench::run(args),
     };
     let (faults, code) = match result {
         Ok(code) => return code,

@@ -1,18 +1,16 @@
 //! `lightgraph render`: a graph to images, without a window.
 
+use super::outputs::{OutputArgs, output_names};
 use super::stats::{FrameStats, Stats};
 use super::{Failure, ShaderFolders, notices, print, size, table};
-use crate::diag::{Checked, Diagnostic, Faults};
+use crate::diag::{Diagnostic, Faults};
 use crate::gpu::Gpu;
-use crate::image::Image;
-use crate::image::exr::{Precision, write_exr};
 use crate::image::file::write_atomically;
-use crate::image::png::{ToneMap, write_png};
 use crate::scene;
 use crate::session::{Project, Session, Settings};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Renders a graph without a window.
@@ -39,21 +37,17 @@ pub struct Args {
     /// Seconds from frame to frame, for scenes that move
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0 / 60.0, value_parser = step)]
     pub step: f32,
-    /// Write the output `color` (or the graph's first) to this file: .exr (linear f32) or .png
-    #[arg(long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
-    /// Write an output by name (may be repeated)
-    #[arg(long = "output", value_name = "NAME=FILE")]
-    pub output: Vec<String>,
+    #[command(flatten)]
+    pub outputs: OutputArgs,
     /// Write what each frame and step took
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
-    /// How PNG files map light to colours
-    #[arg(long, value_enum, default_value_t = ToneMap::default())]
-    pub tone_map: ToneMap,
-    /// Exposure of PNG files, in stops
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
-    pub exposure: f32,
+    /// Run every step of every frame, even where nothing changed
+    #[arg(long)]
+    pub no_skip: bool,
+    /// Run the steps that are left out in memory of their own, and compare all contents bit for bit
+    #[arg(long, conflicts_with = "no_skip")]
+    pub verify_skips: bool,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -66,16 +60,21 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let mut clock = Clock::new();
     let project = Project::open(&args.graph, &args.shaders.folders)?;
     clock.lap("graph");
-    let files = files(args, &project)?;
+    let files = args.outputs.files(&project)?;
     let params = project.params(&args.set)?;
     let loaded = scene::load(&args.scene)?;
     notices(&loaded.notices);
     clock.lap("scene");
     let gpu = Gpu::open()?;
     clock.lap("device");
-    let mut outputs: Vec<String> = files.iter().map(|f| f.0.clone()).collect();
-    outputs.dedup();
-    let settings = Settings { params, size: args.size, camera: args.camera.clone(), outputs: Some(outputs) };
+    let settings = Settings {
+        params,
+        size: args.size,
+        camera: args.camera.clone(),
+        outputs: Some(output_names(&files)),
+        skip: !args.no_skip,
+        verify: args.verify_skips,
+    };
     let mut session = Session::new(&gpu, &project, loaded.scene, settings)?;
     notices(&session.notices);
     clock.lap("prepare");
@@ -85,7 +84,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let mut text = String::new();
     for frame in 0..args.frames {
         let report = session.frame(&gpu, frame, frame as f32 * args.step)?;
-        stats.frames.push(FrameStats::new(&session.plan, &report));
+        stats.frames.push(FrameStats::new(&session.plan, &report, session.why()));
         progress.inc(1);
         if frame + 1 == args.frames {
             notices(&report.warnings);
@@ -93,16 +92,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     progress.finish_and_clear();
-    let metadata = metadata(&stats);
-    let mut images: BTreeMap<&str, Image> = BTreeMap::new();
-    for (output, path) in &files {
-        if !images.contains_key(output.as_str()) {
-            images.insert(output, session.image(&gpu, output)?);
-        }
-        if let Some(image) = images.get(output.as_str()) {
-            write(path, image, args, &metadata)?;
-        }
-    }
+    args.outputs.write(&gpu, &session, &files)?;
     if let Some(path) = &args.stats {
         let json = serde_json::to_string_pretty(&stats)
             .map_err(|e| Faults::from(Diagnostic::error(format!("can't write the statistics: {e}"))))?;
@@ -116,62 +106,6 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         print(&format!("wrote {output} to {}\n", path.display()));
     }
     Ok(0)
-}
-
-/// Outputs and the files they go to.
-fn files(args: &Args, project: &Project) -> Result<Vec<(String, PathBuf)>, Failure> {
-    let names: Vec<&str> = project.graph.outputs.iter().map(|o| o.0.value.as_str()).collect();
-    let mut files = vec![];
-    if let Some(path) = &args.out {
-        let main = names.iter().find(|n| **n == "color").or(names.first());
-        files.extend(main.map(|n| ((*n).to_string(), path.clone())));
-    }
-    for text in &args.output {
-        let Some((name, path)) = text.split_once('=') else {
-            return Err(Failure::Usage(Diagnostic::error(format!("--output `{text}` is not NAME=FILE"))));
-        };
-        if !names.contains(&name) {
-            let d = Diagnostic::error(format!("the graph has no output `{name}`"));
-            let d = d.nearest(name, names.iter().copied()).help(format!("outputs: {}", names.join(", ")));
-            return Err(Faults::from(d).into());
-        }
-        files.push((name.to_string(), PathBuf::from(path)));
-    }
-    if files.is_empty() {
-        let d = Diagnostic::error("nothing to write");
-        return Err(Failure::Usage(d.help("give `--out FILE.png` or `--output NAME=FILE.exr`")));
-    }
-    for (_, path) in &files {
-        if !matches!(extension(path).as_str(), "exr" | "png") {
-            let d = Diagnostic::error(format!("{}: images are written as .exr or .png", path.display()));
-            return Err(Failure::Usage(d));
-        }
-    }
-    Ok(files)
-}
-
-fn extension(path: &Path) -> String {
-    path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase())
-}
-
-fn write(path: &Path, image: &Image, args: &Args, metadata: &BTreeMap<String, String>) -> Checked<()> {
-    if extension(path) == "exr" {
-        write_exr(path, &[("", image)], Precision::Float, metadata)
-    } else {
-        write_png(path, image, args.tone_map, args.exposure, metadata)
-    }
-}
-
-/// What image files say of their making.
-fn metadata(stats: &Stats) -> BTreeMap<String, String> {
-    let parameters: Vec<String> = stats.parameters.iter().map(|(k, v)| format!("{k}={v}")).collect();
-    BTreeMap::from([
-        ("graph".into(), stats.graph.clone()),
-        ("scene".into(), stats.scene.clone()),
-        ("parameters".into(), parameters.join("; ")),
-        ("adapter".into(), format!("{}, {}", stats.adapter.name, stats.adapter.driver_info)),
-        ("version".into(), stats.version.to_string()),
-    ])
 }
 
 /// A bar on a terminal, for more than one frame.

@@ -2,6 +2,7 @@
 
 use crate::gpu::{FrameReport, Gpu};
 use crate::plan::Plan;
+use crate::plan::change::Why;
 use crate::session::Session;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -97,18 +98,30 @@ impl Stats {
 
 impl FrameStats {
     /// The statistics of one frame.
-    pub fn new(plan: &Plan, report: &FrameReport) -> FrameStats {
+    ///
+    /// `why` says by step why it ran or did not.
+    pub fn new(plan: &Plan, report: &FrameReport, why: &[Why]) -> FrameStats {
         let ran = report.steps.iter().filter_map(|t| {
             let step = plan.steps.get(t.step)?;
             Some(StepStats {
                 name: step.name.clone(),
                 pass: step.pass.clone(),
                 state: "ran",
-                why: None,
+                why: why.get(t.step).map(Why::to_string),
                 runs: t.runs,
                 gpu_ms: t.gpu_ms,
                 cpu_ms: t.cpu_ms,
             })
+        });
+        let left_out = plan.steps.iter().enumerate().filter(|(i, _)| !report.steps.iter().any(|t| t.step == *i));
+        let left_out = left_out.map(|(i, step)| StepStats {
+            name: step.name.clone(),
+            pass: step.pass.clone(),
+            state: "skipped",
+            why: why.get(i).map(Why::to_string),
+            runs: 0,
+            gpu_ms: None,
+            cpu_ms: 0.0,
         });
         let skipped = plan.skipped.iter().map(|(name, why)| StepStats {
             name: name.clone(),
@@ -123,7 +136,7 @@ impl FrameStats {
             wall_ms: report.wall_ms,
             gpu_ms: report.steps.iter().map(|t| t.gpu_ms).sum(),
             cpu_ms: report.steps.iter().map(|t| t.cpu_ms).sum(),
-            steps: ran.chain(skipped).collect(),
+            steps: ran.chain(left_out).chain(skipped).collect(),
             loops: report
                 .loops
                 .iter()

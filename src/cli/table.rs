@@ -44,7 +44,7 @@ pub fn steps(plan: &Plan, report: &FrameReport) -> String {
         let last = l.last.map_or(String::new(), |x| format!(", the test's last value {x:.3e}"));
         let _ = writeln!(out, "loop {}: {} iterations{last}", l.name, l.iterations);
     }
-    let gpu: f64 = rows.iter().filter_map(|r| r.gpu).sum();
+    let gpu = rows.iter().filter_map(|r| r.gpu).fold(0.0, |a, b| a + b);
     let (shared, own) = plan.bytes();
     let mib = |b: u64| b as f64 / f64::from(1 << 20);
     let _ = writeln!(out, "frame: {:.1} ms, of them {gpu:.1} ms on the device", report.wall_ms);

@@ -18,6 +18,8 @@ pub struct Frame<'a> {
     pub values: Values,
     /// Tables that changed since the last frame (or since [`super::prepare`]).
     pub tables: Option<&'a [Table]>,
+    /// By step: whether it runs; `None`: all run. A loop runs when any step of its body does.
+    pub run: Option<&'a [bool]>,
 }
 
 /// What a frame took.
@@ -84,7 +86,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         loops: vec![],
         warnings: vec![],
     };
-    walk.nodes(&plan.order)?;
+    walk.top(&plan.order, frame.run)?;
     walk.submit()?;
     let Walk { mut times, first_runs, loops, warnings, timer, .. } = walk;
     for ((ms, timed), time) in timer.finish(gpu, plan.steps.len())?.into_iter().zip(&mut times) {
@@ -120,6 +122,15 @@ impl Walk<'_> {
                 Node::Step(id) => self.step(*id)?,
                 Node::Loop(l) => self.repeat(l)?,
             }
+        }
+        Ok(())
+    }
+
+    /// The nodes that are to run.
+    fn top(&mut self, nodes: &[Node], run: Option<&[bool]>) -> Checked<()> {
+        let Some(run) = run else { return self.nodes(nodes) };
+        for node in nodes.iter().filter(|n| selected(n, run)) {
+            self.nodes(std::slice::from_ref(node))?;
         }
         Ok(())
     }
@@ -220,6 +231,13 @@ impl Walk<'_> {
             drop(encoder.finish());
             scope.end(&format!("run `{name}`")).and(encoded).err()
         })
+    }
+}
+
+fn selected(node: &Node, run: &[bool]) -> bool {
+    match node {
+        Node::Step(id) => run.get(id.0).copied().unwrap_or(true),
+        Node::Loop(l) => l.body.iter().any(|n| selected(n, run)),
     }
 }
 

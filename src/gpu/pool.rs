@@ -238,7 +238,7 @@ fn check_limits(plan: &Plan, limits: &wgpu::Limits) -> Checked<()> {
     if bytes > MOST_BYTES {
         let gib = |b: u64| b as f64 / (1u64 << 30) as f64;
         let mut largest: Vec<(u64, usize)> = plan.slots.iter().enumerate().map(|(i, s)| (s.bytes, i)).collect();
-        largest.sort_by(|a, b| b.0.cmp(&a.0));
+        largest.sort_by_key(|l| std::cmp::Reverse(l.0));
         let largest: Vec<String> =
             largest.iter().take(3).map(|(b, i)| format!("`{}` {:.2} GiB", tenants(plan, *i), gib(*b))).collect();
         faults.push(

@@ -27,6 +27,7 @@ impl Sketch {
     pub fn new() -> Sketch {
         Sketch {
             plan: Plan {
+                params: vec![],
                 graph: "test.ron".into(),
                 values: Values::new(),
                 resources: vec![],
@@ -116,6 +117,7 @@ impl Sketch {
         self.plan.steps.push(Step {
             name: name.into(),
             pass: name.into(),
+            group: None,
             action,
             bindings,
             reads: vec![],

@@ -79,6 +79,8 @@ pub struct Pass {
     pub name: Name,
     pub span: Span,
     pub when: Option<Expr>,
+    /// A heading under which reports sum passes up. After [`inherit_groups`]: also that of the loop around.
+    pub group: Option<Name>,
     pub each: Option<Expr>,
     pub defines: Vec<(Name, Expr)>,
     /// Shader variable, resource.
@@ -144,6 +146,16 @@ pub fn walk<'a>(passes: &'a [Pass], f: &mut impl FnMut(&'a Pass)) {
         f(pass);
         if let PassKind::Loop { passes, .. } = &pass.kind {
             walk(passes, f);
+        }
+    }
+}
+
+/// Gives passes without a group that of the loop around them.
+pub fn inherit_groups(passes: &mut [Pass], around: Option<&Name>) {
+    for pass in passes {
+        pass.group = pass.group.take().or_else(|| around.cloned());
+        if let PassKind::Loop { passes, .. } = &mut pass.kind {
+            inherit_groups(passes, pass.group.as_ref());
         }
     }
 }

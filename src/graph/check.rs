@@ -41,7 +41,7 @@ enum Scope<'a> {
     Values,
     /// Also the names of resources: their extents.
     Sizes,
-    /// Also the indices of the loops around.
+    /// Also the index of the innermost of the loops around.
     Loops(&'a [String]),
 }
 
@@ -98,6 +98,7 @@ impl<'g> Check<'g> {
     fn lets(&mut self) {
         let graph = self.graph;
         let by_name: BTreeMap<&str, &Expr> = graph.lets.iter().map(|(n, e)| (n.value.as_str(), e)).collect();
+        let mut cycles: Vec<BTreeSet<&str>> = vec![];
         for (name, e) in &graph.lets {
             self.names(e, Scope::Values);
             let mut reached: BTreeSet<&str> = BTreeSet::new();
@@ -111,9 +112,11 @@ impl<'g> Check<'g> {
                     }
                 });
             }
-            if reached.contains(name.value.as_str()) {
+            // Every let of a cycle reaches the same ones: one fault a cycle.
+            if reached.contains(name.value.as_str()) && !cycles.contains(&reached) {
                 let d = Diagnostic::error(format!("`{}` is defined by itself", name.value));
                 self.faults.push(d.at(&name.span, "a cycle of lets"));
+                cycles.push(reached);
             }
         }
     }
@@ -125,7 +128,7 @@ impl<'g> Check<'g> {
                 || match scope {
                     Scope::Values => false,
                     Scope::Sizes => self.resources.contains_key(name),
-                    Scope::Loops(loops) => loops.iter().any(|l| l == name),
+                    Scope::Loops(loops) => loops.last().is_some_and(|l| l == name),
                 };
             if !known {
                 unknown.push((name.to_string(), span.clone()));
@@ -138,6 +141,8 @@ impl<'g> Check<'g> {
                 near.extend(self.resources.keys());
             }
             let hint = self.resources.contains_key(name.as_str()) && scope != Scope::Sizes;
+            let outer = matches!(scope, Scope::Loops(loops) if loops.contains(&name));
+            let d = if outer { d.help("only the innermost loop's index can be used here") } else { d };
             let d = if hint { d.help("a resource's name stands for its extent in sizes only") } else { d };
             self.faults.push(d.nearest(&name, near));
         }
@@ -178,8 +183,9 @@ impl<'g> Check<'g> {
                 self.names(e, Scope::Values);
             }
             for (_, to) in &p.bind {
-                let table = TABLES.iter().any(|t| t.0 == to.value);
-                if !table && !self.values.contains(to.value.as_str()) {
+                let provided = TABLES.iter().map(|t| t.0).chain(FRAME_VALUES.iter().map(|v| v.0));
+                let provided = provided.chain(BUILT_IN).chain(loops.iter().map(String::as_str)).any(|n| n == to.value);
+                if !provided && !self.values.contains(to.value.as_str()) {
                     self.resource_name(to, "a binding");
                 }
             }
@@ -199,17 +205,17 @@ impl<'g> Check<'g> {
             PassKind::Compute { over, .. } => over.exprs().iter().for_each(|e| self.names(e, Scope::Sizes)),
             PassKind::Reduce { from, to, factor, until, .. } => {
                 factor.iter().chain([until]).for_each(|e| self.names(e, Scope::Values));
-                self.texture_name(from, "a reduction");
-                self.texture_name(to, "a reduction");
+                self.texture_name(from, "reduced");
+                self.texture_name(to, "reduced");
             }
             PassKind::Copy { from, to } => {
-                self.resource_name(from, "a copy");
-                self.resource_name(to, "a copy");
+                self.resource_name(from, "copied");
+                self.resource_name(to, "copied");
                 if from.value == to.value {
                     self.faults.push(Diagnostic::error("a copy onto itself").at(&to.span, ""));
                 }
             }
-            PassKind::Clear { target, .. } => self.resource_name(target, "a clear"),
+            PassKind::Clear { target, .. } => self.resource_name(target, "cleared"),
             PassKind::Loop { count, until, passes } => {
                 self.names(count, Scope::Values);
                 if let Some(until) = until {

@@ -135,7 +135,7 @@ impl Expr {
     /// # Errors
     /// The first fault of syntax.
     pub fn parse(span: &Span, text: &str) -> Result<Expr, Diagnostic> {
-        let mut p = Parser { span, text, at: 0, depth: 0 };
+        let mut p = Parser { span, text, at: 0, depth: 0, operators: 0 };
         let e = p.choose()?;
         p.skip();
         if p.at < text.len() {
@@ -328,11 +328,15 @@ fn compare(op: Binary, order: Option<std::cmp::Ordering>) -> bool {
 /// Deeper nesting than this is a fault, so that no text can overflow the stack.
 const DEPTH: usize = 64;
 
+/// Longer chains of operators are a fault: they make trees as deep as they are long.
+const OPERATORS: usize = 512;
+
 struct Parser<'a> {
     span: &'a Span,
     text: &'a str,
     at: usize,
     depth: usize,
+    operators: usize,
 }
 
 impl Parser<'_> {
@@ -354,6 +358,11 @@ impl Parser<'_> {
             self.at += token.len();
         }
         found
+    }
+
+    fn count_operator(&mut self) -> Result<(), Diagnostic> {
+        self.operators += 1;
+        if self.operators > OPERATORS { Err(self.fault("the expression is too long")) } else { Ok(()) }
     }
 
     fn expr(&self, start: usize, kind: ExprKind) -> Expr {
@@ -401,6 +410,7 @@ impl Parser<'_> {
         let start = self.at;
         let mut e = self.level(level + 1)?;
         while let Some((_, op)) = operators.iter().find(|(token, _)| self.take(token)) {
+            self.count_operator()?;
             let right = self.level(level + 1)?;
             e = self.expr(start, ExprKind::Binary(*op, Box::new(e), Box::new(right)));
         }
@@ -436,6 +446,7 @@ impl Parser<'_> {
                 return Err(self.fault("expected `x`, `y`, `z` or `w`"));
             };
             self.at += 1;
+            self.count_operator()?;
             e = self.expr(start, ExprKind::Component(Box::new(e), i));
         }
         Ok(e)

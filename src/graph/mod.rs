@@ -1,18 +1,21 @@
 //! The graph file: text to a checked [`Graph`]. No device.
 //!
-//! `tree` keeps places, `parse` knows the fields, `variant` applies edits, `check` resolves names.
+//! `tree` keeps places, `read` reads single values, `parse` knows the fields, `variant` applies edits, `check`
+//! resolves names.
 
 pub mod ast;
 pub mod check;
 pub mod expr;
+mod param;
 pub mod parse;
+pub mod read;
 pub mod tree;
 pub mod variant;
 
 pub use ast::Graph;
 
 use crate::diag::{Checked, Diagnostic, Faults, Source};
-use parse::Reader;
+use read::Reader;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
@@ -27,7 +30,8 @@ const CHAIN: usize = 16;
 /// # Errors
 /// All faults of the file, with places; those of a base are found first.
 pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
-    let graph = load_unchecked(path, read, &mut vec![])?;
+    let mut graph = load_unchecked(path, read, &mut vec![])?;
+    ast::inherit_groups(&mut graph.passes, None);
     Faults::check(check::check(&graph), graph)
 }
 
@@ -42,6 +46,17 @@ fn load_unchecked(path: &Path, read: ReadFile, chain: &mut Vec<PathBuf>) -> Chec
     if word == "Graph" {
         let mut graph = reader.graph(&mut fields, &node.span);
         graph.files = vec![path.to_path_buf()];
+        if !reader.faults.is_empty() && !reader.lost {
+            // The names of what could be read are checked all the same; faults that follow from the others are not.
+            let follows = |d: &Diagnostic| {
+                d.labels.first().is_none_or(|(span, _)| {
+                    let word = span.text();
+                    word.is_empty() || reader.broken.iter().any(|name| name == word)
+                })
+            };
+            let more: Vec<Diagnostic> = check::check(&graph).into_iter().filter(|d| !follows(d)).collect();
+            reader.faults.extend(more);
+        }
         return Faults::check(reader.faults, graph);
     }
     let base = reader.need(&mut fields, "base").and_then(|n| reader.text(n));

@@ -1,7 +1,7 @@
 //! A variant: its base, then edits that name what they change.
 
 use super::ast::{Graph, Name, Pass, PassKind, walk};
-use super::parse::Reader;
+use super::read::Reader;
 use super::tree::{Kind, Node};
 use crate::diag::Diagnostic;
 
@@ -156,7 +156,7 @@ fn find<T>(reader: &mut Reader, list: &[(Name, T)], name: &Name, noun: &str) -> 
 
 fn add<T>(reader: &mut Reader, list: &mut Vec<(Name, T)>, name: Name, item: T, noun: &str) -> Option<()> {
     if let Some((there, _)) = list.iter().find(|(n, _)| n.value == name.value) {
-        let d = Diagnostic::error(format!("the base already has a {noun} `{}`", name.value));
+        let d = Diagnostic::error(format!("the base already has the {noun} `{}`", name.value));
         reader.faults.push(d.at(&name.span, "").at(&there.span, "here"));
         return None;
     }

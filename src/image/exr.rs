@@ -176,7 +176,10 @@ fn sort_attributes(bytes: &mut [u8], several: bool) -> Option<()> {
     }
 }
 
-fn load(path: &Path) -> Checked<ExrImage<SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>>> {
+/// A file as the decoder gives it.
+type Decoded = ExrImage<SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>>;
+
+fn load(path: &Path) -> Checked<Decoded> {
     let bytes = std::fs::read(path).map_err(|e| unreadable(path, e))?;
     // The decoder may panic on damaged files; it holds no state that outlives the call.
     match catch_unwind(AssertUnwindSafe(|| decode(&bytes))) {
@@ -186,7 +189,7 @@ fn load(path: &Path) -> Checked<ExrImage<SmallVec<[Layer<AnyChannels<FlatSamples
     }
 }
 
-fn decode(bytes: &[u8]) -> Result<ExrImage<SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>>, ExrError> {
+fn decode(bytes: &[u8]) -> Result<Decoded, ExrError> {
     let headers = MetaData::read_from_buffered(bytes, false)?.headers;
     // Memory is taken by what the header says: a damaged one must not end the program.
     let values = headers.iter().try_fold(0usize, |sum, h| {

@@ -58,6 +58,20 @@ impl Grid {
         })
     }
 
+    /// [`Grid::neighbours`] of a surface point with this unit normal, each share multiplied by the cosine between the
+    /// normal and the direction to the probe, and by how open the probe is: `open` gives the share of directions in which
+    /// it doesn't see the backs of surfaces, and half or less counts as 0. Each factor is at least `behind` (above 0);
+    /// the shares sum to 1 again. With `behind` 1 nothing changes; near 0, probes behind the surface or inside solids
+    /// hardly count.
+    pub fn facing(&self, point: DVec3, normal: DVec3, behind: f64, open: impl Fn(UVec3) -> f64) -> [(UVec3, f64); 8] {
+        let weighed = self.neighbours(point).map(|(probe, share)| {
+            let cosine = (self.position(probe) - point).normalize_or_zero().dot(normal);
+            (probe, share * cosine.max(behind) * (2.0 * open(probe) - 1.0).max(behind))
+        });
+        let sum: f64 = weighed.iter().map(|w| w.1).sum();
+        weighed.map(|(probe, share)| (probe, share / sum))
+    }
+
     /// Trilinear interpolation of one value a probe, in the order of [`Grid::index`]; missing values count as 0.
     pub fn interpolate(&self, values: &[f64], point: DVec3) -> f64 {
         let value = |probe| values.get(self.index(probe)).copied().unwrap_or(0.0);
@@ -117,6 +131,22 @@ mod tests {
             let nearest = outside.clamp(low, high);
             assert!((g.interpolate(&values, outside) - field(nearest)).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn probes_behind_a_surface_or_in_a_solid_hardly_count() {
+        let g = grid([2, 2, 2], 0.0);
+        let point = DVec3::new(0.1, 1.0, 1.0);
+        let buried = |probe: UVec3| if probe == UVec3::ONE { 0.4 } else { 1.0 };
+        for behind in [0.001, 0.02] {
+            let shares = g.facing(point, DVec3::X, behind, buried);
+            assert!((shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
+            for (probe, share) in shares {
+                let counts = probe.x == 1 && probe != UVec3::ONE;
+                assert!(if counts { share > 0.2 } else { share < behind }, "{probe}: {share}");
+            }
+        }
+        assert_eq!(g.facing(point, DVec3::X, 1.0, |_| 1.0), g.neighbours(point));
     }
 
     #[test]

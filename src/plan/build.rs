@@ -24,11 +24,13 @@ pub struct Options {
     pub share: bool,
     /// 0: the order of the file. Otherwise the seed of some other legal order.
     pub order_seed: u64,
+    /// Every resource can be read back, not outputs only.
+    pub readable: bool,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { share: true, order_seed: 0 }
+        Options { share: true, order_seed: 0, readable: false }
     }
 }
 
@@ -82,10 +84,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     for (name, resource) in &outputs {
         if let Some(id) = ids.get(resource) {
             outs.push((name.clone(), *id));
-            match &mut resources[id.0].desc {
-                Desc::Texture(t) => t.usage |= wgpu::TextureUsages::COPY_SRC,
-                Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_SRC,
-            }
+            readable(&mut resources[id.0].desc);
         }
     }
     Faults::check(faults, ())?;
@@ -105,11 +104,23 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
         skipped,
         outputs: outs,
     };
+    if options.readable {
+        for r in &mut plan.resources {
+            readable(&mut r.desc);
+        }
+    }
     until_usage(&mut plan);
     history_usage(&mut plan);
     memory::allocate(&mut plan, options.share);
     let notices = lint::notices(&plan);
     Ok(Planned { plan, notices })
+}
+
+fn readable(desc: &mut Desc) {
+    match desc {
+        Desc::Texture(t) => t.usage |= wgpu::TextureUsages::COPY_SRC,
+        Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_SRC,
+    }
 }
 
 /// A linear congruential step; good enough to pick orders.
@@ -193,6 +204,7 @@ fn initial_clears(
             steps.push(Step {
                 name: format!("{} = initial", resources[id.0].name),
                 pass: name.value.clone(),
+                group: None,
                 action: Action::Clear { target: id, value },
                 bindings: vec![],
                 reads: vec![],

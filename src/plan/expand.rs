@@ -1,15 +1,13 @@
-//! Wired passes to steps: sets unrolled, reductions staged, places and workgroups counted.
+//! Wired passes to steps: sets unrolled, workgroups counted.
+//!
+//! [`super::draw`] places what draw and screen passes draw, [`super::reduce`] makes the stages of reductions.
 
 use super::order::{Block, Entry};
-use super::request;
-use super::sizes::{self, Sizes};
+use super::sizes::Sizes;
 use super::wire::{How, Item, Mode, Wire, Wired};
-use super::{
-    Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Geometry, Member, Place, Resource, ResourceId, Step, StepId,
-    TextureDesc, TextureKind, Tiles, Until,
-};
+use super::{Action, Binding, Desc, Resource, ResourceId, Step, StepId, TextureKind, Until};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{PassKind, Raster, Size};
+use crate::graph::ast::{PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
@@ -35,23 +33,32 @@ pub fn expand(
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
     let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: BTreeMap::new() };
-    let mut e = Expander { sizes, values, shaders, limits, faults, out };
+    let mut e = Expander { sizes, values, shaders, limits, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
     e.out
 }
 
-struct Expander<'a, 'f> {
-    sizes: &'a Sizes<'a>,
-    values: &'a Values,
-    shaders: &'a [Arc<Shader>],
-    limits: &'a wgpu::Limits,
-    faults: &'f mut Vec<Diagnostic>,
-    out: Expanded,
+/// More members of one pass than this are taken for a slip: 64³ probes with six faces each are 1,572,864.
+pub const MOST_DRAWS: u32 = 1 << 21;
+
+/// More steps of one pass, or members of one set of resources, than this are taken for a slip.
+pub const MOST_STEPS: u32 = 4096;
+
+/// What the expansion works with.
+pub(super) struct Expander<'a, 'f> {
+    pub(super) sizes: &'a Sizes<'a>,
+    pub(super) values: &'a Values,
+    pub(super) shaders: &'a [Arc<Shader>],
+    pub(super) limits: &'a wgpu::Limits,
+    pub(super) faults: &'f mut Vec<Diagnostic>,
+    pub(super) out: Expanded,
+    /// Iterations of the loops around, outermost first.
+    pub(super) counts: Vec<u32>,
 }
 
 impl Expander<'_, '_> {
-    fn keep<T>(&mut self, result: Result<T, Diagnostic>) -> Option<T> {
+    pub(super) fn keep<T>(&mut self, result: Result<T, Diagnostic>) -> Option<T> {
         result.map_err(|d| self.faults.push(d)).ok()
     }
 
@@ -73,7 +80,9 @@ impl Expander<'_, '_> {
                 }
                 Item::Loop { pass, count, until, body } => {
                     last_each = None;
+                    self.counts.push(*count);
                     let body = self.block(body);
+                    self.counts.pop();
                     let until = until.as_ref().and_then(|(buffer, comparison, value)| {
                         Some(Until { buffer: self.id(buffer, 0, &pass.span)?, comparison: *comparison, value: *value })
                     });
@@ -85,7 +94,7 @@ impl Expander<'_, '_> {
     }
 
     /// The resource of a name; for sets, its member.
-    fn id(&mut self, name: &str, member: u32, span: &Span) -> Option<ResourceId> {
+    pub(super) fn id(&mut self, name: &str, member: u32, span: &Span) -> Option<ResourceId> {
         if let Some(first) = self.out.ids.get(name) {
             let members = self.sizes.of(name)?.ok()?.members;
             return self.member(name, *first, members, member, span);
@@ -136,6 +145,13 @@ impl Expander<'_, '_> {
         let before = self.out.steps.len();
         let mut members = vec![];
         let count = if batched { 1 } else { w.each.unwrap_or(1) };
+        if count > MOST_STEPS {
+            let d = Diagnostic::error(format!("`{}` would run {count} times in a frame", w.pass.name.value));
+            let span = w.pass.each.as_ref().map_or(&w.pass.span, |e| &e.span);
+            let help = format!("the most is {MOST_STEPS}; let one dispatch do the work of many members");
+            self.faults.push(d.at(span, "").help(help));
+            return vec![];
+        }
         for member in 0..count {
             let at = self.out.steps.len();
             if self.step(w, member, batched).is_none() {
@@ -194,6 +210,7 @@ impl Expander<'_, '_> {
         self.out.steps.push(Step {
             name,
             pass: pass.name.value.clone(),
+            group: pass.group.as_ref().map(|g| g.value.clone()),
             action,
             bindings,
             reads,
@@ -203,7 +220,7 @@ impl Expander<'_, '_> {
         Some(())
     }
 
-    fn bindings(
+    pub(super) fn bindings(
         &mut self,
         w: &Wired,
         member: u32,
@@ -230,20 +247,7 @@ impl Expander<'_, '_> {
         Some(bindings)
     }
 
-    /// The tiling of a reduction's present source and target.
-    fn stage_facts(&self, stage: &BTreeMap<&str, ResourceId>, extra: &mut Values) {
-        for (variable, id) in stage {
-            if let Desc::Texture(TextureDesc { tiles: Some(t), .. }) = &self.out.resources[id.0].desc {
-                for (suffix, n) in [("tile", t.edge), ("columns", t.columns), ("count", t.count)] {
-                    if let Some(v) = extra.get_mut(&format!("{variable}_{suffix}")) {
-                        *v = Value::Uint(n);
-                    }
-                }
-            }
-        }
-    }
-
-    fn usage(&mut self, id: ResourceId, how: How) {
+    pub(super) fn usage(&mut self, id: ResourceId, how: How) {
         match &mut self.out.resources[id.0].desc {
             Desc::Texture(t) => {
                 t.usage |= match how {
@@ -297,7 +301,7 @@ impl Expander<'_, '_> {
         Some([e.first().copied()?, e.get(1).copied().unwrap_or(1), e.get(2).copied().unwrap_or(1)])
     }
 
-    fn in_groups(&mut self, shader: usize, threads: [u32; 3], span: &Span) -> Option<[u32; 3]> {
+    pub(super) fn in_groups(&mut self, shader: usize, threads: [u32; 3], span: &Span) -> Option<[u32; 3]> {
         let size = self.shaders[shader].interface.entry(Stage::Compute)?.workgroup_size;
         let groups = [0, 1, 2].map(|i| threads[i].div_ceil(size[i].max(1)));
         let most = self.limits.max_compute_workgroups_per_dimension;
@@ -320,257 +324,6 @@ impl Expander<'_, '_> {
             return None;
         }
         Some(groups)
-    }
-
-    fn reduce(&mut self, w: &Wired, member: u32, name: &str) -> Option<()> {
-        let PassKind::Reduce { from, to, factor, until, shader } = &w.pass.kind else { return None };
-        let factors: Vec<Result<u32, Diagnostic>> =
-            factor.iter().map(|e| request::count(e, self.values, "a factor")).collect();
-        let mut factor = [1; 3];
-        for (i, f) in factors.into_iter().enumerate() {
-            factor[i] = self.keep(f)?;
-        }
-        let until = request::count(until, self.values, "the size at which to stop");
-        let until = self.keep(until)?.max(1);
-        let source = self.id(&from.value, member, &from.span)?;
-        let target = self.id(&to.value, member, &to.span)?;
-        let (Desc::Texture(first), Desc::Texture(last)) =
-            (self.out.resources[source.0].desc.clone(), self.out.resources[target.0].desc.clone())
-        else {
-            return None;
-        };
-        let stages = self.stages(first, factor, until, last.format, &w.pass.span)?;
-        let end = stages.last()?;
-        if (end.width, end.height, end.layers, end.tiles, end.kind)
-            != (last.width, last.height, last.layers, last.tiles, last.kind)
-        {
-            let made = shape(&Desc::Texture(end.clone()));
-            let d = Diagnostic::error(format!(
-                "the reduction ends with {made}, `{}` is {}",
-                to.value,
-                shape(&Desc::Texture(last))
-            ));
-            self.faults.push(d.at(&to.span, "").help(format!("declare `{}` with that size", to.value)));
-            return None;
-        }
-        let mut from_id = source;
-        for (i, desc) in stages.iter().enumerate() {
-            let to_id = if i + 1 == stages.len() { target } else { self.intermediate(name, i, desc, &w.pass.span)? };
-            self.usage(from_id, How::Sampled);
-            self.usage(to_id, How::Storage);
-            let stage = BTreeMap::from([("source", from_id), ("result", to_id)]);
-            let bindings = self.bindings(w, member, name, &stage)?;
-            let (mut reads, mut writes) = (vec![from_id], vec![to_id]);
-            for u in w.uses.iter().filter(|u| u.resource != from.value && u.resource != to.value) {
-                let id = self.id(&u.resource, member, &u.span)?;
-                self.usage(id, u.how);
-                if u.mode.reads() {
-                    reads.push(id);
-                }
-                if u.mode.writes() {
-                    writes.push(id);
-                }
-            }
-            let index = w.shader?;
-            let groups = self.in_groups(index, [desc.width, desc.height, desc.layers], &shader.span)?;
-            let entry = self.shaders[index].interface.entry(Stage::Compute)?.name.clone();
-            self.out.steps.push(Step {
-                name: if stages.len() > 1 { format!("{name}.{i}") } else { name.to_string() },
-                pass: w.pass.name.value.clone(),
-                action: Action::Compute { shader: index, entry, groups },
-                bindings,
-                reads,
-                writes,
-                after: vec![],
-            });
-            from_id = to_id;
-        }
-        Some(())
-    }
-
-    /// The extents after each stage of a reduction.
-    fn stages(
-        &mut self,
-        first: TextureDesc,
-        factor: [u32; 3],
-        until: u32,
-        format: wgpu::TextureFormat,
-        span: &Span,
-    ) -> Option<Vec<TextureDesc>> {
-        let mut at = TextureDesc { format, usage: wgpu::TextureUsages::empty(), mips: 1, ..first };
-        let mut stages = vec![];
-        loop {
-            let next = match at.tiles {
-                Some(t) => {
-                    let edge = t.edge.div_ceil(factor[0].max(1));
-                    let rows = t.count.div_ceil(t.columns);
-                    let tiles = Tiles { edge, ..t };
-                    TextureDesc { width: t.columns * edge, height: rows * edge, tiles: Some(tiles), ..at.clone() }
-                }
-                None => {
-                    let depth = if at.kind == TextureKind::D3 { factor[2] } else { 1 };
-                    TextureDesc {
-                        width: at.width.div_ceil(factor[0].max(1)),
-                        height: at.height.div_ceil(factor[1].max(1)),
-                        layers: at.layers.div_ceil(depth.max(1)),
-                        ..at.clone()
-                    }
-                }
-            };
-            let done = match next.tiles {
-                Some(t) => t.edge <= until,
-                None => {
-                    next.width <= until
-                        && next.height <= until
-                        && (next.kind != TextureKind::D3 || next.layers <= until)
-                }
-            };
-            if next == at && !done {
-                let d = Diagnostic::error("the reduction never reaches its end: a factor is 1").at(span, "");
-                self.faults.push(d);
-                return None;
-            }
-            stages.push(next.clone());
-            at = next;
-            if done {
-                return Some(stages);
-            }
-        }
-    }
-
-    fn intermediate(&mut self, name: &str, stage: usize, desc: &TextureDesc, span: &Span) -> Option<ResourceId> {
-        let desc = Desc::Texture(desc.clone());
-        let name = format!("{name}.{stage}");
-        let fits = sizes::limits(&name, &desc, span, self.limits);
-        self.keep(fits)?;
-        self.out.resources.push(Resource { name, desc, slot: 0, alive: (0, 0), history: false, initial: None });
-        Some(ResourceId(self.out.resources.len() - 1))
-    }
-
-    fn draw(&mut self, w: &Wired, r: &Raster, member: u32, batched: bool) -> Option<Draw> {
-        let index = w.shader?;
-        let interface = &self.shaders[index].interface;
-        let geometry = match w.pass.kind {
-            PassKind::Draw(_) => Geometry::Scene { cull: r.cull },
-            _ => Geometry::Screen,
-        };
-        let screen = geometry == Geometry::Screen;
-        let vertex = if screen { None } else { Some(interface.entry(Stage::Vertex)?.name.clone()) };
-        let fragment = interface.entry(Stage::Fragment).map(|e| e.name.clone());
-        let clear_of = |name: &str| r.clear.iter().find(|c| c.0.value == name).map(|c| c.1);
-        let loads = |name: &str| r.load.iter().any(|n| n.value == name);
-        let mut color = vec![];
-        let mut extents: Vec<(ResourceId, String)> = vec![];
-        for (location, name) in &w.color {
-            let id = self.id(name, member, &w.pass.span)?;
-            let Desc::Texture(t) = &self.out.resources[id.0].desc else { return None };
-            let clear = (!loads(name)).then(|| clear_of(name).unwrap_or([0.0; 4]));
-            color.push(ColorTarget { resource: id, location: *location, format: t.format, clear, blend: r.blend });
-            extents.push((id, name.clone()));
-        }
-        let mut depth = None;
-        if let Some(name) = &r.depth {
-            let id = self.id(&name.value, member, &name.span)?;
-            let Desc::Texture(t) = &self.out.resources[id.0].desc else { return None };
-            let clear = (!loads(&name.value)).then(|| clear_of(&name.value).map_or(1.0, |c| c[0] as f32));
-            depth = Some(DepthTarget {
-                resource: id,
-                format: t.format,
-                clear,
-                compare: r.depth_compare,
-                write: r.depth_write,
-            });
-            extents.push((id, name.value.clone()));
-        }
-        let members = self.places(w, r, member, batched, &extents)?;
-        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members })
-    }
-
-    fn places(
-        &mut self,
-        w: &Wired,
-        r: &Raster,
-        member: u32,
-        batched: bool,
-        targets: &[(ResourceId, String)],
-    ) -> Option<Vec<Member>> {
-        let texture = |id: ResourceId| match &self.out.resources[id.0].desc {
-            Desc::Texture(t) => Some(t.clone()),
-            Desc::Buffer { .. } => None,
-        };
-        let first = texture(targets.first()?.0)?;
-        for (id, name) in &targets[1..] {
-            let t = texture(*id)?;
-            if (t.width, t.height, t.tiles) != (first.width, first.height, first.tiles) {
-                let d = Diagnostic::error(format!("the targets `{}` and `{name}` differ in size", targets[0].1));
-                let d =
-                    d.at(&w.pass.name.span, format!("{}×{} and {}×{}", first.width, first.height, t.width, t.height));
-                self.faults.push(d);
-                return None;
-            }
-        }
-        let indices = if batched { 0..w.each.unwrap_or(1) } else { member..member + 1 };
-        if let Some(layer) = &r.layer {
-            let place = self.layer(w, layer, &first)?;
-            return Some(indices.map(|index| Member { index, place }).collect());
-        }
-        let room = match first.tiles {
-            Some(t) => Some(t.count),
-            None if first.kind == (TextureKind::D2 { array: false }) => None,
-            None => Some(first.layers),
-        };
-        if let Some(room) = room
-            && batched
-        {
-            let n = w.each.unwrap_or(1);
-            let what = if first.tiles.is_some() { "tiles" } else { "layers" };
-            if n > room || w.each.is_none() && room > 1 {
-                let d = Diagnostic::error(format!("`{}` has {room} {what}, the pass draws {n}", targets[0].1));
-                self.faults
-                    .push(d.at(&w.pass.name.span, "").help(format!("give the pass `each` of {room}, or `layer`")));
-                return None;
-            }
-        }
-        let place = |index: u32| match (first.tiles, first.kind) {
-            (Some(t), _) if batched => {
-                Place::Rect([index % t.columns * t.edge, index / t.columns * t.edge, t.edge, t.edge])
-            }
-            (None, TextureKind::D2 { array: true } | TextureKind::Cube { .. } | TextureKind::D3) => {
-                Place::Layer(if batched { index } else { 0 })
-            }
-            _ => Place::Whole,
-        };
-        Some(indices.map(|index| Member { index, place: place(index) }).collect())
-    }
-
-    /// A layer that is fixed, or the innermost loop's index plus a number.
-    fn layer(&mut self, w: &Wired, layer: &Expr, target: &TextureDesc) -> Option<Place> {
-        let inner = w.loops.last();
-        let at = |i: i64| {
-            layer.eval(&|n| {
-                if Some(n) == inner.map(String::as_str) {
-                    Some(Val::Int(i))
-                } else {
-                    self.values.get(n).map(|v| Val::from(*v))
-                }
-            })
-        };
-        let (a, b) = (at(0), at(1));
-        let (a, b) = (self.keep(a)?, self.keep(b)?);
-        let place = match (&a, &b) {
-            (Val::Int(x), Val::Int(y)) if x == y => {
-                u32::try_from(*x).ok().filter(|x| *x < target.layers).map(Place::Layer)
-            }
-            (Val::Int(x), Val::Int(y)) if *x + 1 == *y => u32::try_from(*x).ok().map(Place::LoopLayer),
-            _ => None,
-        };
-        if place.is_none() {
-            let d = Diagnostic::error(
-                "a layer is a number below the target's layers, or the innermost loop's index plus a number",
-            );
-            self.faults.push(d.at(&layer.span, format!("the target has {} layers", target.layers)));
-        }
-        place
     }
 }
 

@@ -99,23 +99,22 @@ pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<
 fn fault(w: &Wired, u: &Use, later: Option<&Wired>, passes: &[&Wired], off: &[(&Pass, String)]) -> Diagnostic {
     let name = &w.pass.name;
     let read = |d: Diagnostic| d.at(&u.span, "read here").at(&name.span, "in this pass");
-    let history = format!("or give `{}` an `initial` value, or `history: true` for last frame's", u.resource);
+    let history = format!("give `{}` an `initial` value, or `history: true` for last frame's", u.resource);
     match later {
         Some(writer) if std::ptr::eq(writer, w) => {
             let d = Diagnostic::error(format!("`{}` reads `{}` before anything writes it", name.value, u.resource));
-            read(d).help("clear it first").help(history)
+            read(d).help(format!("clear it first, or {history}"))
         }
         Some(writer) => {
             let word = &writer.pass.name;
-            let d = match path(w, writer, passes) {
-                Some(cycle) => Diagnostic::error(format!("a cycle: {cycle}")),
-                None => {
-                    let text =
-                        format!("`{}` reads `{}`, which `{}` writes only later", name.value, u.resource, word.value);
-                    Diagnostic::error(text).help(format!("move `{}` before `{}`", word.value, name.value))
-                }
+            let (text, help) = match path(w, writer, passes) {
+                Some(cycle) => (format!("a cycle: {cycle}"), history),
+                None => (
+                    format!("`{}` reads `{}`, which `{}` writes only later", name.value, u.resource, word.value),
+                    format!("move `{}` before `{}`, or {history}", word.value, name.value),
+                ),
             };
-            read(d).at(&word.span, "written here").help(history)
+            read(Diagnostic::error(text)).at(&word.span, "written here").help(help)
         }
         None => {
             let d = Diagnostic::error(format!("`{}` reads `{}`, which nothing writes", name.value, u.resource));
@@ -126,7 +125,7 @@ fn fault(w: &Wired, u: &Use, later: Option<&Wired>, passes: &[&Wired], off: &[(&
                     d = d.at(&pass.name.span, format!("left out: {why}"));
                 }
             }
-            d.help(history)
+            d.help(format!("write it in an earlier pass, or {history}"))
         }
     }
 }

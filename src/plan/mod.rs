@@ -3,14 +3,23 @@
 //! Everything is decided here: sizes, order, what is left out and why, which resources share memory, what each
 //! variable is bound to. The executor only walks it.
 
+mod bind;
 pub mod build;
+pub mod change;
+mod draw;
 pub mod expand;
 pub mod lint;
 pub mod live;
 pub mod memory;
 pub mod order;
+mod reduce;
 pub mod request;
+pub mod show;
 pub mod sizes;
+pub mod tables;
+mod targets;
+#[cfg(test)]
+mod tests;
 pub mod wire;
 
 use crate::shader::{Layout, Shader};
@@ -182,6 +191,8 @@ pub struct Step {
     pub name: String,
     /// Name of the pass in the graph.
     pub pass: String,
+    /// The heading under which reports sum steps up.
+    pub group: Option<String>,
     pub action: Action,
     /// What each variable of the shader is bound to, by its index in the interface. Empty without a shader.
     pub bindings: Vec<Binding>,

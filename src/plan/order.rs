@@ -52,6 +52,10 @@ pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(&[Rank]) -
     let ranks: Vec<Rank> = block.entries.iter().map(|(_, r)| *r).collect();
     let mut entries: Vec<Option<Entry>> = block.entries.into_iter().map(|(e, _)| Some(e)).collect();
     let mut waiting: Vec<usize> = before.iter().map(BTreeSet::len).collect();
+    let mut dependents: Vec<Vec<usize>> = vec![vec![]; before.len()];
+    for (j, b) in before.iter().enumerate() {
+        b.iter().for_each(|i| dependents[*i].push(j));
+    }
     let mut ready: BTreeSet<(Rank, usize)> =
         (0..ranks.len()).filter(|i| waiting[*i] == 0).map(|i| (ranks[i], i)).collect();
     let mut nodes = vec![];
@@ -68,12 +72,10 @@ pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(&[Rank]) -
                 }
             });
         }
-        for (j, b) in before.iter().enumerate() {
-            if b.contains(&next.1) {
-                waiting[j] -= 1;
-                if waiting[j] == 0 {
-                    ready.insert((ranks[j], j));
-                }
+        for &j in &dependents[next.1] {
+            waiting[j] -= 1;
+            if waiting[j] == 0 {
+                ready.insert((ranks[j], j));
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Declared resources to concrete descriptions: extents, counts, limits.
 
+use super::expand::MOST_STEPS;
 use super::request::{Request, count_with};
 use super::{Desc, TextureDesc, TextureKind, Tiles};
 use crate::diag::{Diagnostic, Span};
@@ -133,6 +134,12 @@ impl<'a> Sizes<'a> {
 
     fn compute(&self, name: &str, r: &Resource) -> Result<Sized, Diagnostic> {
         let members = r.members.as_ref().map(|e| self.count(e, "a number of members")).transpose()?;
+        if let (Some(n), Some(e)) = (members, &r.members)
+            && n > MOST_STEPS
+        {
+            let d = Diagnostic::error(format!("`{name}` is a set of {n} members")).at(&e.span, "");
+            return Err(d.help(format!("the most is {MOST_STEPS}; use layers or tiles for more")));
+        }
         let optional = |e: &Option<Expr>, what| e.as_ref().map_or(Ok(1), |e| self.count(e, what));
         let texture = |kind, format, width, height, layers, mips, tiles| {
             let usage = wgpu::TextureUsages::empty();
@@ -206,9 +213,13 @@ pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Re
                     return over(axis, n.into(), side.into());
                 }
             }
-            let most = if t.kind == TextureKind::D3 { side } else { limits.max_texture_array_layers };
+            let (what, most) = match t.kind {
+                TextureKind::D3 => ("depth", side),
+                TextureKind::D2 { .. } => ("layers", limits.max_texture_array_layers),
+                TextureKind::Cube { .. } => ("faces", limits.max_texture_array_layers),
+            };
             if t.layers > most {
-                return over("depth or layers", t.layers.into(), most.into());
+                return over(what, t.layers.into(), most.into());
             }
             let most = t.width.max(t.height).ilog2() + 1;
             if t.mips > most {

@@ -16,6 +16,13 @@ pub struct Pose {
     pub cameras: Vec<CameraPose>,
 }
 
+impl Pose {
+    /// Whether nodes and lights are where they are in another pose: then the scene's tables are the same.
+    pub fn same_tables(&self, other: &Pose) -> bool {
+        self.nodes == other.nodes && self.lights == other.lights
+    }
+}
+
 /// Where a light is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightPose {
@@ -30,6 +37,17 @@ pub struct CameraPose {
     pub position: Vec3,
     pub forward: Vec3,
     pub up: Vec3,
+}
+
+/// A pose's distance from what the scene file says, in metres, world space: for whoever flies, drags or measures.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Shift {
+    /// Of all cameras.
+    pub cameras: Vec3,
+    /// Of all lights.
+    pub lights: Vec3,
+    /// Of nodes, by index, with all that hangs from them; lights and cameras excepted.
+    pub nodes: Vec<(usize, Vec3)>,
 }
 
 /// Angle from sample to sample of a turning node's sweep: between two, an arc leaves the hull of its ends by at most
@@ -68,6 +86,32 @@ impl Scene {
             CameraPose { position: m.w_axis.truncate(), forward, up }
         });
         Pose { time, lights: lights.collect(), cameras: cameras.collect(), nodes }
+    }
+
+    /// The scene at a time, moved from where it says. Indices of nodes that are not there are ignored.
+    pub fn pose_shifted(&self, time: f32, shift: &Shift) -> Pose {
+        let mut pose = self.pose(time);
+        for (moved, by) in &shift.nodes {
+            for (i, node) in pose.nodes.iter_mut().enumerate() {
+                if self.hangs_from(i, *moved) {
+                    node.w_axis += by.extend(0.0);
+                }
+            }
+        }
+        pose.lights.iter_mut().for_each(|l| l.position += shift.lights);
+        pose.cameras.iter_mut().for_each(|c| c.position += shift.cameras);
+        pose
+    }
+
+    fn hangs_from(&self, node: usize, ancestor: usize) -> bool {
+        let mut at = Some(node);
+        while let Some(i) = at {
+            if i == ancestor {
+                return true;
+            }
+            at = self.nodes.get(i).and_then(|n| n.parent);
+        }
+        false
     }
 
     /// For each node, whether its world transform changes with time.

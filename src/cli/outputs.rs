@@ -1,0 +1,112 @@
+//! The images a command writes: which outputs, to which files, and what the files say of their making.
+
+use super::Failure;
+use crate::diag::{Checked, Diagnostic, Faults};
+use crate::gpu::Gpu;
+use crate::image::Image;
+use crate::image::exr::{Precision, write_exr};
+use crate::image::png::{ToneMap, write_png};
+use crate::session::{Project, Session};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Which outputs go to which files.
+#[derive(Debug, Clone, clap::Args)]
+pub struct OutputArgs {
+    /// Write the output `color` (or the graph's first) to this file: .exr (linear f32) or .png
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Write an output by name (may be repeated)
+    #[arg(long = "output", value_name = "NAME=FILE")]
+    pub output: Vec<String>,
+    /// How PNG files map light to colours
+    #[arg(long, value_enum, default_value_t = ToneMap::default())]
+    pub tone_map: ToneMap,
+    /// Exposure of PNG files, in stops
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+}
+
+/// The outputs that files need, each once.
+pub fn output_names(files: &[(String, PathBuf)]) -> Vec<String> {
+    let mut names: Vec<String> = files.iter().map(|f| f.0.clone()).collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+impl OutputArgs {
+    /// Outputs and the files they go to.
+    ///
+    /// # Errors
+    /// Nothing to write, file names that are no images', outputs that the graph lacks.
+    pub fn files(&self, project: &Project) -> Result<Vec<(String, PathBuf)>, Failure> {
+        let names: Vec<&str> = project.graph.outputs.iter().map(|o| o.0.value.as_str()).collect();
+        let mut files = vec![];
+        if let Some(path) = &self.out {
+            let main = names.iter().find(|n| **n == "color").or(names.first());
+            files.extend(main.map(|n| ((*n).to_string(), path.clone())));
+        }
+        for text in &self.output {
+            let Some((name, path)) = text.split_once('=') else {
+                return Err(Failure::Usage(Diagnostic::error(format!("--output `{text}` is not NAME=FILE"))));
+            };
+            if !names.contains(&name) {
+                let d = Diagnostic::error(format!("the graph has no output `{name}`"));
+                let d = d.nearest(name, names.iter().copied()).help(format!("outputs: {}", names.join(", ")));
+                return Err(Faults::from(d).into());
+            }
+            files.push((name.to_string(), PathBuf::from(path)));
+        }
+        if files.is_empty() {
+            let d = Diagnostic::error("nothing to write");
+            return Err(Failure::Usage(d.help("give `--out FILE.png` or `--output NAME=FILE.exr`")));
+        }
+        for (_, path) in &files {
+            if !matches!(extension(path).as_str(), "exr" | "png") {
+                let d = Diagnostic::error(format!("{}: images are written as .exr or .png", path.display()));
+                return Err(Failure::Usage(d));
+            }
+        }
+        Ok(files)
+    }
+
+    /// Reads the outputs back and writes the files, each whole or not at all.
+    ///
+    /// # Errors
+    /// Outputs that hold no image, files that can't be written.
+    pub fn write(&self, gpu: &Gpu, session: &Session, files: &[(String, PathBuf)]) -> Checked<()> {
+        let metadata = metadata(gpu, session);
+        let mut images: BTreeMap<&str, Image> = BTreeMap::new();
+        for (output, path) in files {
+            if !images.contains_key(output.as_str()) {
+                images.insert(output, session.image(gpu, output)?);
+            }
+            let Some(image) = images.get(output.as_str()) else { continue };
+            if extension(path) == "exr" {
+                write_exr(path, &[("", image)], Precision::Float, &metadata)?;
+            } else {
+                write_png(path, image, self.tone_map, self.exposure, &metadata)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase())
+}
+
+/// What image files say of their making.
+fn metadata(gpu: &Gpu, session: &Session) -> BTreeMap<String, String> {
+    let plan = &session.plan;
+    let parameter = |n: &String| plan.value(n).map(|v| format!("{n}={v}"));
+    let parameters: Vec<String> = plan.params.iter().filter_map(parameter).collect();
+    BTreeMap::from([
+        ("graph".into(), plan.graph.clone()),
+        ("scene".into(), session.scene.name.clone()),
+        ("parameters".into(), parameters.join("; ")),
+        ("adapter".into(), format!("{}, {}", gpu.info.name, gpu.info.driver_info)),
+        ("version".into(), env!("CARGO_PKG_VERSION").to_string()),
+    ])
+}

@@ -1,0 +1,256 @@
+//! Reads the nodes of a tree as names, expressions, numbers, words, lists and maps. Gathers every fault.
+
+use super::ast::{Name, Spanned};
+use super::expr::Expr;
+use super::tree::{Field, Kind, Node};
+use crate::diag::{Diagnostic, Span, nearest};
+
+/// Reads parts of a tree and gathers the faults; what can't be read is left out and counted as a fault.
+#[derive(Default)]
+pub struct Reader {
+    pub faults: Vec<Diagnostic>,
+    /// Names whose declarations can't be read: that they are missing is no further fault.
+    pub(super) broken: Vec<String>,
+    /// A whole section can't be read: which names it declares is unknown.
+    pub(super) lost: bool,
+}
+
+/// The fields of one struct that are still to be read.
+pub struct Fields<'t> {
+    what: String,
+    pub(super) span: &'t Span,
+    fields: &'t [Field],
+    asked: Vec<&'static str>,
+}
+
+impl<'t> Fields<'t> {
+    /// An optional field. A second field of the same name is a fault when the struct is finished.
+    pub fn get(&mut self, name: &'static str) -> Option<&'t Node> {
+        self.asked.push(name);
+        self.fields.iter().find(|f| f.name == name).map(|f| &f.value)
+    }
+}
+
+impl Reader {
+    pub(super) fn fault(&mut self, d: Diagnostic) {
+        self.faults.push(d);
+    }
+
+    /// A struct `Name(…)`, whose name must be among `names`; `None` and a fault otherwise.
+    pub fn named<'t>(&mut self, node: &'t Node, names: &[&'static str]) -> Option<(&'static str, Fields<'t>)> {
+        let (name, fields) = match &node.kind {
+            Kind::Struct(Some(name), fields) => (name, fields.as_slice()),
+            Kind::Word(name) => (name, [].as_slice()),
+            _ => {
+                self.fault(
+                    Diagnostic::error(format!("expected {}", one_of(names)))
+                        .at(&node.span, "")
+                        .help("write it as `Name(field: value, …)`"),
+                );
+                return None;
+            }
+        };
+        let Some(known) = names.iter().find(|n| *n == name) else {
+            let d = Diagnostic::error(format!("unknown kind `{name}`, expected {}", one_of(names)));
+            self.fault(d.at(&node.span, "").nearest(name, names.iter().copied()));
+            return None;
+        };
+        Some((known, Fields { what: name.clone(), span: &node.span, fields, asked: vec![] }))
+    }
+
+    /// Reports the fields nobody asked for and those that stand twice.
+    pub fn finish(&mut self, fields: &Fields) {
+        for (i, f) in fields.fields.iter().enumerate() {
+            if !fields.asked.contains(&f.name.as_str()) {
+                let d =
+                    Diagnostic::error(format!("`{}` has no field `{}`", fields.what, f.name)).at(&f.span, "unknown");
+                let near = nearest(&f.name, fields.asked.iter().copied());
+                let d = match near {
+                    Some(n) => d.help(format!("did you mean `{n}`?")),
+                    None => d.help(format!("it has {}", fields.asked.join(", "))),
+                };
+                self.fault(d);
+            } else if fields.fields[..i].iter().any(|g| g.name == f.name) {
+                self.fault(Diagnostic::error(format!("`{}` stands twice", f.name)).at(&f.span, "the second"));
+            }
+        }
+    }
+
+    /// A field that must be there.
+    pub fn need<'t>(&mut self, fields: &mut Fields<'t>, name: &'static str) -> Option<&'t Node> {
+        let node = fields.get(name);
+        if node.is_none() {
+            self.fault(Diagnostic::error(format!("`{}` needs a field `{name}`", fields.what)).at(fields.span, ""));
+        }
+        node
+    }
+
+    /// A quoted string.
+    pub fn text(&mut self, node: &Node) -> Option<Name> {
+        match &node.kind {
+            Kind::Text(value) => Some(Spanned { value: value.clone(), span: inner(&node.span) }),
+            _ => {
+                self.fault(Diagnostic::error("expected a string in quotes").at(&node.span, ""));
+                None
+            }
+        }
+    }
+
+    /// A name as WGSL and expressions can write it.
+    pub fn name(&mut self, node: &Node) -> Option<Name> {
+        let name = self.text(node)?;
+        let good = name.value.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && name.value.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+            && !name.value.contains("__");
+        if !good {
+            self.fault(
+                Diagnostic::error(format!("`{}` can't be a name", name.value))
+                    .at(&name.span, "")
+                    .help("use letters, digits and single underscores, a letter first"),
+            );
+            return None;
+        }
+        Some(name)
+    }
+
+    /// An expression: a string, a bare number or a boolean.
+    pub fn expr(&mut self, node: &Node) -> Option<Expr> {
+        let (text, span) = match &node.kind {
+            Kind::Text(t) => (t, inner(&node.span)),
+            Kind::Word(t) => (t, node.span.clone()),
+            _ => {
+                self.fault(Diagnostic::error("expected an expression: a string or a number").at(&node.span, ""));
+                return None;
+            }
+        };
+        match Expr::parse(&span, text) {
+            Ok(e) => Some(e),
+            Err(d) => {
+                self.fault(d);
+                None
+            }
+        }
+    }
+
+    pub(super) fn bool(&mut self, node: Option<&Node>, default: bool) -> bool {
+        match node.map(|n| (&n.kind, n)) {
+            None => default,
+            Some((Kind::Word(w), _)) if w == "true" || w == "false" => w == "true",
+            Some((_, n)) => {
+                self.fault(Diagnostic::error("expected `true` or `false`").at(&n.span, ""));
+                default
+            }
+        }
+    }
+
+    pub(super) fn number(&mut self, node: &Node) -> Option<f64> {
+        let number = match &node.kind {
+            Kind::Word(w) => w.parse::<f64>().ok().filter(|x| x.is_finite()),
+            _ => None,
+        };
+        if number.is_none() {
+            self.fault(Diagnostic::error("expected a finite number").at(&node.span, ""));
+        }
+        number
+    }
+
+    pub(super) fn numbers(&mut self, node: &Node) -> Option<Vec<f64>> {
+        match &node.kind {
+            Kind::Tuple(None, items) => items.iter().map(|n| self.number(n)).collect(),
+            _ => self.number(node).map(|x| vec![x]),
+        }
+    }
+
+    /// Four numbers; one number stands for all four.
+    pub(super) fn color(&mut self, node: &Node) -> Option<[f64; 4]> {
+        let v = self.numbers(node)?;
+        match v[..] {
+            [x] => Some([x; 4]),
+            [x, y, z, w] => Some([x, y, z, w]),
+            _ => {
+                self.fault(Diagnostic::error("expected one number or four: (r, g, b, a)").at(&node.span, ""));
+                None
+            }
+        }
+    }
+
+    /// One of some bare words.
+    pub(super) fn word<T: Copy>(&mut self, node: Option<&Node>, choices: &[(&'static str, T)], default: T) -> T {
+        let Some(node) = node else { return default };
+        let word = if let Kind::Word(w) = &node.kind { w.as_str() } else { "" };
+        if let Some((_, v)) = choices.iter().find(|(n, _)| *n == word) {
+            return *v;
+        }
+        let names: Vec<&str> = choices.iter().map(|c| c.0).collect();
+        let d = Diagnostic::error(format!("expected {}", one_of(&names))).at(&node.span, "");
+        self.fault(d.nearest(word, names.iter().copied()));
+        default
+    }
+
+    /// The entries of `{…}`.
+    pub fn map<'t>(&mut self, node: Option<&'t Node>) -> &'t [(Node, Node)] {
+        match node.map(|n| (&n.kind, n)) {
+            None => &[],
+            Some((Kind::Map(pairs), _)) => pairs,
+            Some((_, n)) => {
+                self.fault(Diagnostic::error("expected a map `{\"name\": value}`").at(&n.span, ""));
+                self.lost = true;
+                &[]
+            }
+        }
+    }
+
+    /// The items of `[…]`.
+    pub fn list<'t>(&mut self, node: Option<&'t Node>) -> &'t [Node] {
+        match node.map(|n| (&n.kind, n)) {
+            None => &[],
+            Some((Kind::List(items), _)) => items,
+            Some((_, n)) => {
+                self.fault(Diagnostic::error("expected a list `[…]`").at(&n.span, ""));
+                &[]
+            }
+        }
+    }
+
+    /// A map from names to expressions.
+    pub(super) fn exprs(&mut self, node: Option<&Node>) -> Vec<(Name, Expr)> {
+        self.pairs(node, Reader::expr)
+    }
+
+    /// A map from names to names.
+    pub fn names(&mut self, node: Option<&Node>) -> Vec<(Name, Name)> {
+        self.pairs(node, Reader::name)
+    }
+
+    /// A map from names to what `read` makes of the values; notes the names for which it makes nothing.
+    pub(super) fn pairs<T>(
+        &mut self,
+        node: Option<&Node>,
+        read: impl Fn(&mut Reader, &Node) -> Option<T>,
+    ) -> Vec<(Name, T)> {
+        let mut pairs = vec![];
+        for (key, value) in self.map(node) {
+            let (name, value) = (self.name(key), read(self, value));
+            match (name, value) {
+                (Some(name), Some(value)) => pairs.push((name, value)),
+                _ => self.broken.push(key.span.text().trim_matches('"').to_string()),
+            }
+        }
+        pairs
+    }
+}
+
+/// The place of a string's content, without its quotes.
+fn inner(span: &Span) -> Span {
+    Span::new(&span.source, span.start + 1..(span.end - 1).max(span.start + 1))
+}
+
+/// "`a`, `b` or `c`"
+pub fn one_of(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|n| format!("`{n}`")).collect();
+    match quoted.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        Some((last, _)) => last.clone(),
+        None => String::new(),
+    }
+}

@@ -1,0 +1,148 @@
+//! What draw and screen passes draw to: targets, layers, tiles.
+
+use super::expand::Expander;
+use super::wire::Wired;
+use super::{ColorTarget, DepthTarget, Desc, Draw, Geometry, Member, Place, ResourceId, TextureDesc, TextureKind};
+use crate::diag::Diagnostic;
+use crate::graph::ast::{PassKind, Raster};
+use crate::graph::expr::{Expr, Val};
+use crate::shader::Stage;
+
+impl Expander<'_, '_> {
+    /// The render pass of a draw or screen pass: targets and the place of each member.
+    pub(super) fn draw(&mut self, w: &Wired, r: &Raster, member: u32, batched: bool) -> Option<Draw> {
+        let index = w.shader?;
+        let interface = &self.shaders[index].interface;
+        let geometry = match w.pass.kind {
+            PassKind::Draw(_) => Geometry::Scene { cull: r.cull },
+            _ => Geometry::Screen,
+        };
+        let screen = geometry == Geometry::Screen;
+        let vertex = if screen { None } else { Some(interface.entry(Stage::Vertex)?.name.clone()) };
+        let fragment = interface.entry(Stage::Fragment).map(|e| e.name.clone());
+        let clear_of = |name: &str| r.clear.iter().find(|c| c.0.value == name).map(|c| c.1);
+        let loads = |name: &str| r.load.iter().any(|n| n.value == name);
+        let mut color = vec![];
+        let mut extents: Vec<(ResourceId, String)> = vec![];
+        for (location, name) in &w.color {
+            let id = self.id(name, member, &w.pass.span)?;
+            let Desc::Texture(t) = &self.out.resources[id.0].desc else { return None };
+            let clear = (!loads(name)).then(|| clear_of(name).unwrap_or([0.0; 4]));
+            color.push(ColorTarget { resource: id, location: *location, format: t.format, clear, blend: r.blend });
+            extents.push((id, name.clone()));
+        }
+        let mut depth = None;
+        if let Some(name) = &r.depth {
+            let id = self.id(&name.value, member, &name.span)?;
+            let Desc::Texture(t) = &self.out.resources[id.0].desc else { return None };
+            let clear = (!loads(&name.value)).then(|| clear_of(&name.value).map_or(1.0, |c| c[0] as f32));
+            depth = Some(DepthTarget {
+                resource: id,
+                format: t.format,
+                clear,
+                compare: r.depth_compare,
+                write: r.depth_write,
+            });
+            extents.push((id, name.value.clone()));
+        }
+        let members = self.places(w, r, member, batched, &extents)?;
+        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members })
+    }
+
+    fn places(
+        &mut self,
+        w: &Wired,
+        r: &Raster,
+        member: u32,
+        batched: bool,
+        targets: &[(ResourceId, String)],
+    ) -> Option<Vec<Member>> {
+        let texture = |id: ResourceId| match &self.out.resources[id.0].desc {
+            Desc::Texture(t) => Some(t.clone()),
+            Desc::Buffer { .. } => None,
+        };
+        let first = texture(targets.first()?.0)?;
+        for (id, name) in &targets[1..] {
+            let t = texture(*id)?;
+            if (t.width, t.height, t.tiles) != (first.width, first.height, first.tiles) {
+                let d = Diagnostic::error(format!("the targets `{}` and `{name}` differ in size", targets[0].1));
+                let d =
+                    d.at(&w.pass.name.span, format!("{}×{} and {}×{}", first.width, first.height, t.width, t.height));
+                self.faults.push(d);
+                return None;
+            }
+        }
+        let indices = if batched { 0..w.each.unwrap_or(1) } else { member..member + 1 };
+        if let Some(layer) = &r.layer {
+            let place = self.layer(w, layer, &first)?;
+            return Some(indices.map(|index| Member { index, place }).collect());
+        }
+        let room = match first.tiles {
+            Some(t) => Some(t.count),
+            None if first.kind == (TextureKind::D2 { array: false }) => None,
+            None => Some(first.layers),
+        };
+        if let Some(room) = room
+            && batched
+        {
+            let n = w.each.unwrap_or(1);
+            let what = if first.tiles.is_some() { "tiles" } else { "layers" };
+            if n > room || w.each.is_none() && room > 1 {
+                let d = Diagnostic::error(format!("`{}` has {room} {what}, the pass draws {n}", targets[0].1));
+                self.faults
+                    .push(d.at(&w.pass.name.span, "").help(format!("give the pass `each` of {room}, or `layer`")));
+                return None;
+            }
+        }
+        let place = |index: u32| match (first.tiles, first.kind) {
+            (Some(t), _) if batched => {
+                Place::Rect([index % t.columns * t.edge, index / t.columns * t.edge, t.edge, t.edge])
+            }
+            (None, TextureKind::D2 { array: true } | TextureKind::Cube { .. } | TextureKind::D3) => {
+                Place::Layer(if batched { index } else { 0 })
+            }
+            _ => Place::Whole,
+        };
+        Some(indices.map(|index| Member { index, place: place(index) }).collect())
+    }
+
+    /// A layer that is fixed, or the innermost loop's index plus a number.
+    fn layer(&mut self, w: &Wired, layer: &Expr, target: &TextureDesc) -> Option<Place> {
+        let inner = w.loops.last();
+        let at = |i: i64| {
+            layer.eval(&|n| {
+                if Some(n) == inner.map(String::as_str) {
+                    Some(Val::Int(i))
+                } else {
+                    self.values.get(n).map(|v| Val::from(*v))
+                }
+            })
+        };
+        let end = i64::from(self.counts.last().copied().unwrap_or(1)) - 1;
+        let (a, b, last) = (at(0), at(1), at(end));
+        let (a, b, last) = (self.keep(a)?, self.keep(b)?, self.keep(last)?);
+        let place = match (&a, &b) {
+            (Val::Int(x), Val::Int(y)) if x == y => {
+                u32::try_from(*x).ok().filter(|x| *x < target.layers).map(Place::Layer)
+            }
+            (Val::Int(x), Val::Int(y)) if x.checked_add(1) == Some(*y) && last == Val::Int(x.saturating_add(end)) => {
+                let last = x.saturating_add(end);
+                if last >= target.layers.into() {
+                    let d = Diagnostic::error(format!("the loop's last iteration draws to layer {last}"));
+                    let d = d.at(&layer.span, format!("the target has {} layers", target.layers));
+                    self.faults.push(d.help("give the target more layers, or the loop fewer iterations"));
+                    return None;
+                }
+                u32::try_from(*x).ok().map(Place::LoopLayer)
+            }
+            _ => None,
+        };
+        if place.is_none() {
+            let d = Diagnostic::error(
+                "a layer is a number below the target's layers, or the innermost loop's index plus a number",
+            );
+            self.faults.push(d.at(&layer.span, format!("the target has {} layers", target.layers)));
+        }
+        place
+    }
+}

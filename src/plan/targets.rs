@@ -1,0 +1,136 @@
+//! What a draw or screen pass takes from the scene and draws to, checked for fit.
+
+use super::Desc;
+use super::wire::{How, Mode, Use, Wired, Wirer, by_name};
+use crate::diag::{Diagnostic, Span};
+use crate::graph::ast::{Pass, Raster};
+use crate::shader::{Output, OutputKind, Shader, Stage};
+use std::collections::BTreeSet;
+
+impl<'g> Wirer<'g, '_> {
+    /// Checks that the scene has each attribute that a vertex entry takes.
+    pub(super) fn vertex_inputs(&mut self, pass: &Pass, shader: &Shader) {
+        let Some(entry) = shader.interface.entry(Stage::Vertex) else { return };
+        let known = crate::scene::VERTEX_ATTRIBUTES;
+        for input in &entry.inputs {
+            match known.iter().find(|a| a.0 == input.name) {
+                None => {
+                    let d = Diagnostic::error(format!("vertices have no attribute `{}`", input.name));
+                    let d = d.at(&self.locate(pass, shader, &input.name), "");
+                    self.faults.push(d.nearest(&input.name, known.map(|a| a.0)));
+                }
+                Some(a) if a.1 != input.format => {
+                    let d = Diagnostic::error(format!("the attribute `{}` is {:?}, not {:?}", a.0, a.1, input.format));
+                    let d = d.at(&self.locate(pass, shader, &input.name), "");
+                    self.faults.push(d);
+                }
+                Some(_) => {}
+            }
+        }
+    }
+
+    /// The targets of a fragment entry's outputs, and of depth.
+    pub(super) fn targets(&mut self, wired: &mut Wired<'g>, r: &'g Raster, shader: &Shader) {
+        let outputs: &[Output] = shader.interface.entry(Stage::Fragment).map_or(&[], |e| &e.outputs);
+        for o in outputs {
+            let bound = |n: &str| wired.pass.bind.iter().find(|(from, _)| from.value == n).map(|(_, to)| to.clone());
+            let (resource, span) = match (&o.name, &r.color) {
+                (Some(n), _) => match bound(n) {
+                    Some(to) => (to.value, to.span),
+                    None => (n.clone(), self.locate(wired.pass, shader, n)),
+                },
+                (None, Some(c)) => (c.value.clone(), c.span.clone()),
+                (None, None) => {
+                    let d = Diagnostic::error("the fragment shader returns a value without a name");
+                    self.faults.push(d.at(&r.shader.span, "").help("say where it goes: `color: \"name\"`"));
+                    continue;
+                }
+            };
+            if let (Some(_), Some(c)) = (&o.name, &r.color) {
+                let d = Diagnostic::error("`color` is for a fragment shader that returns a bare value");
+                self.faults.push(d.at(&c.span, "this one's outputs have names").help("use `bind` to rename them"));
+            }
+            let Some(declared) = self.sizes.declared(&resource) else {
+                let d =
+                    Diagnostic::error(format!("nothing is called `{resource}`: the fragment's output has no target"));
+                let names = self.graph().resources.iter().map(|(n, _)| n.value.as_str());
+                self.faults.push(d.at(&span, "").nearest(&resource, names));
+                continue;
+            };
+            let Some(sized) = self.sizes.of(&resource).and_then(|s| self.keep(s)) else { continue };
+            if let Desc::Texture(t) = &sized.desc {
+                self.output_fits(o, &resource, t.format, &span, &declared.span);
+            } else {
+                let d = Diagnostic::error(format!("`{resource}` is a buffer, it can't be a colour target"));
+                self.faults.push(d.at(&span, "").at(&declared.span, "declared here"));
+                continue;
+            }
+            let mode = self.target_mode(wired, r, &resource);
+            // What is kept is read because the pass says so, not the shader.
+            let span = r.load.iter().find(|n| n.value == resource).map_or(span, |n| n.span.clone());
+            wired.color.push((o.location, resource.clone()));
+            wired.uses.push(Use { resource, mode, how: How::Target, span });
+        }
+        wired.color.sort();
+        if let Some(depth) = &r.depth {
+            let mode = if r.depth_write { self.target_mode(wired, r, &depth.value) } else { Mode::Read };
+            wired.uses.push(by_name(depth, mode, How::Target));
+        } else if shader.interface.entry(Stage::Fragment).is_some_and(|e| e.writes_depth) {
+            let d = Diagnostic::error("the shader writes depth, but the pass has no depth target");
+            self.faults.push(d.at(&r.shader.span, "").help("add `depth: \"name\"`"));
+        }
+        if outputs.is_empty() && r.depth.is_none() {
+            let d = Diagnostic::error("the pass has neither a colour output nor a depth target");
+            self.faults.push(d.at(&wired.pass.name.span, ""));
+        }
+        let named: BTreeSet<&str> =
+            wired.uses.iter().filter(|u| u.how == How::Target).map(|u| u.resource.as_str()).collect();
+        let strays = r.load.iter().chain(r.clear.iter().map(|c| &c.0)).filter(|n| !named.contains(n.value.as_str()));
+        let strays: Vec<Diagnostic> = strays
+            .map(|n| {
+                let d = Diagnostic::error(format!("`{}` is not a target of this pass", n.value)).at(&n.span, "");
+                d.nearest(&n.value, named.iter().copied())
+            })
+            .collect();
+        self.faults.extend(strays);
+    }
+
+    /// A target is overwritten whole, unless it is loaded or only some of its layers are drawn to.
+    fn target_mode(&self, wired: &Wired, r: &Raster, resource: &str) -> Mode {
+        if r.load.iter().any(|n| n.value == resource) {
+            return Mode::ReadWrite;
+        }
+        let layers = match self.sizes.of(resource) {
+            Some(Ok(s)) => match &s.desc {
+                Desc::Texture(t) if t.tiles.is_none() && s.members.is_none() => t.layers,
+                _ => 1,
+            },
+            _ => 1,
+        };
+        let drawn = if r.layer.is_some() { 1 } else { wired.each.unwrap_or(1) };
+        if layers > drawn { Mode::Partial } else { Mode::Write }
+    }
+
+    fn output_fits(&mut self, o: &Output, name: &str, format: wgpu::TextureFormat, span: &Span, declared: &Span) {
+        let kind = match format.sample_type(None, Some(wgpu::Features::FLOAT32_FILTERABLE)) {
+            Some(wgpu::TextureSampleType::Float { .. }) => OutputKind::Float,
+            Some(wgpu::TextureSampleType::Uint) => OutputKind::Uint,
+            Some(wgpu::TextureSampleType::Sint) => OutputKind::Sint,
+            _ => {
+                let d = Diagnostic::error(format!("`{name}` is {format:?}, not a colour format")).at(span, "");
+                self.faults.push(d.at(declared, "declared here"));
+                return;
+            }
+        };
+        let features = format.guaranteed_format_features(self.request.features);
+        if !features.allowed_usages.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
+            let d = Diagnostic::error(format!("{format:?} can't be drawn to on this adapter")).at(span, "");
+            self.faults.push(d.at(declared, "declared here"));
+        } else if kind != o.kind || format.components() > o.components {
+            let wants = format!("{:?} with {} components", kind, format.components());
+            let has = format!("{:?} with {}", o.kind, o.components);
+            let d = Diagnostic::error(format!("`{name}` is {format:?}: it takes {wants}, the shader gives {has}"));
+            self.faults.push(d.at(span, "").at(declared, "declared here"));
+        }
+    }
+}

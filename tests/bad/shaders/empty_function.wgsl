@@ -1,0 +1,2 @@
+// No entry point at all.
+fn nothing() {}

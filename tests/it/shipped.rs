@@ -1,0 +1,90 @@
+//! Every file in `graphs`, `shaders` and `scenes` is found here, so that none can rot unseen.
+
+use crate::support::{files, plan_without_device, repository};
+use lightgraph::diag::{Severity, render};
+use lightgraph::plan::Plan;
+use lightgraph::scene;
+use lightgraph::session::Project;
+use lightgraph::shader::Library;
+use lightgraph::value::Values;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+fn graphs() -> Vec<(PathBuf, Project)> {
+    let open = |path: PathBuf| {
+        let project = Project::open(&path, &[]).unwrap_or_else(|faults| panic!("{faults}"));
+        (path, project)
+    };
+    files("graphs", &["ron"]).into_iter().map(open).collect()
+}
+
+fn plan(path: &Path, project: &Project, outputs: Option<&[String]>, full: bool) -> Plan {
+    let planned = plan_without_device(project, &Values::new(), outputs, full);
+    let planned = planned.unwrap_or_else(|f| panic!("{} with full facts: {full}\n{f}", path.display()));
+    let warnings = planned.notices.iter().filter(|d| d.severity != Severity::Note).cloned().collect::<Vec<_>>();
+    assert!(warnings.is_empty(), "{}", render(&warnings));
+    planned.plan
+}
+
+#[test]
+fn every_graph_plans_whatever_the_scene_has() {
+    for (path, project) in graphs() {
+        for full in [true, false] {
+            let whole = plan(&path, &project, None, full);
+            assert_eq!(whole.outputs.len(), project.graph.outputs.len(), "{}", path.display());
+            for (name, _) in &project.graph.outputs {
+                let one = plan(&path, &project, Some(std::slice::from_ref(&name.value)), full);
+                assert_eq!(one.outputs.len(), 1);
+                assert!(one.steps.len() <= whole.steps.len(), "{}: `{}` alone needs more", path.display(), name.value);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_graph_says_what_it_and_its_parameters_are() {
+    for (path, project) in graphs() {
+        assert!(!project.graph.about.is_empty(), "{}: `about` is missing", path.display());
+        for (name, param) in &project.graph.params {
+            assert!(!param.about.is_empty(), "{}: `{}` has no `about`", path.display(), name.value);
+        }
+        let outputs: Vec<&str> = project.graph.outputs.iter().map(|o| o.0.value.as_str()).collect();
+        assert!(outputs.contains(&"color"), "{} has {outputs:?}, not `color`", path.display());
+    }
+}
+
+#[test]
+fn every_shader_is_used_by_a_graph_and_composes() {
+    let mut used = BTreeSet::new();
+    for (path, project) in graphs() {
+        for full in [true, false] {
+            for shader in plan(&path, &project, None, full).shaders {
+                used.extend(shader.sources.iter().cloned());
+            }
+        }
+    }
+    let all = Library::load(&[repository("shaders")]).unwrap();
+    let unused: Vec<&String> = all.files.keys().filter(|f| !used.contains(*f)).collect();
+    assert!(unused.is_empty(), "no graph uses {unused:?}");
+}
+
+#[test]
+fn every_scene_loads_and_holds_together() {
+    for path in files("scenes", &["gltf", "glb", "ron"]) {
+        let shown = path.display();
+        let loaded = scene::load(&path).unwrap_or_else(|faults| panic!("{shown}\n{faults}"));
+        let warnings: Vec<_> = loaded.notices.iter().filter(|d| d.severity == Severity::Warning).cloned().collect();
+        assert!(warnings.is_empty(), "{shown}\n{}", render(&warnings));
+        let scene = &loaded.scene;
+        assert!(!scene.cameras.is_empty(), "{shown} has no camera");
+        let pose = scene.pose(0.0);
+        let (values, _) = scene.camera_values(&pose, None, 64, 64).unwrap_or_else(|f| panic!("{shown}\n{f}"));
+        assert!(!values.is_empty());
+        let facts = scene.facts();
+        for (name, _) in scene::FACTS {
+            assert!(facts.contains_key(*name), "{shown} lacks the fact `{name}`");
+        }
+        let lit = !scene.lights.is_empty() || scene.materials.iter().any(scene::Material::emits);
+        assert!(lit, "{shown} is dark");
+    }
+}

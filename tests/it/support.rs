@@ -1,0 +1,80 @@
+//! What several tests need: paths of the repository, plans without a device, files in a folder of their own.
+
+use lightgraph::diag::{Checked, Diagnostic};
+use lightgraph::plan::build::{Planned, plan};
+use lightgraph::plan::request::{Request, sample_facts};
+use lightgraph::session::Project;
+use lightgraph::value::Values;
+use std::path::{Path, PathBuf};
+
+/// A path in the repository.
+pub fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// The files with one of these endings directly in a folder of the repository, by name.
+pub fn files(folder: &str, endings: &[&str]) -> Vec<PathBuf> {
+    let folder = repository(folder);
+    let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut paths: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
+    paths.retain(|p| p.extension().is_some_and(|e| endings.iter().any(|x| e == *x)));
+    paths.sort();
+    assert!(!paths.is_empty(), "{} has no files with {endings:?}", folder.display());
+    paths
+}
+
+/// Plans for a scene that has everything (`full`) or nothing, with the least that every adapter allows.
+pub fn plan_without_device(
+    project: &Project,
+    params: &Values,
+    outputs: Option<&[String]>,
+    full: bool,
+) -> Checked<Planned> {
+    plan(&Request {
+        graph: &project.graph,
+        library: &project.library,
+        params,
+        facts: &sample_facts(full),
+        screen: [640, 480],
+        outputs,
+        limits: &wgpu::Limits::default(),
+        features: wgpu::Features::FLOAT32_FILTERABLE,
+    })
+}
+
+/// The faults of both plans, none of them twice.
+pub fn faults_of_both(project: &Project, params: &Values, outputs: Option<&[String]>) -> Vec<Diagnostic> {
+    let mut all: Vec<Diagnostic> = vec![];
+    for full in [true, false] {
+        if let Err(faults) = plan_without_device(project, params, outputs, full) {
+            for d in faults.0 {
+                if !all.contains(&d) {
+                    all.push(d);
+                }
+            }
+        }
+    }
+    all
+}
+
+/// A folder of its own for one test, removed in the end.
+pub struct Scratch(PathBuf);
+
+impl Scratch {
+    pub fn new(name: &str) -> Scratch {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+        Scratch(folder)
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What is left behind lies in the build folder and harms nobody.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
