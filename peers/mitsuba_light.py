@@ -40,12 +40,17 @@ class Tracer:
         return total / samples
 
     def surfaces(self):
-        """Albedo, unit normal on the side seen, and distance; 0 where the ray leaves the scene. Pixels × 3 each."""
+        """Albedo, unit normal on the side seen, and distance, pixels × 3 each; 0 where the ray leaves the scene.
+
+        The normal is 0, too, where an interpolated one turns away from a viewer who sees the front: at silhouettes of
+        smooth surfaces. Mitsuba shows black there; comparisons leave such pixels out."""
         rays = self.rays(1)
         si = self.scene.ray_intersect(rays)
         hit = np.array(si.is_valid())[:, None]
         albedo = np.array(si.bsdf().eval_diffuse_reflectance(si)).T
-        normal = np.array(dr.select(dr.dot(si.n, rays.d) > 0, -si.sh_frame.n, si.sh_frame.n)).T
+        n = si.sh_frame.n
+        away, back = dr.dot(n, rays.d) > 0, dr.dot(si.n, rays.d) > 0
+        normal = np.array(dr.select(away == back, dr.select(back, -n, n), 0)).T
         depth = np.repeat(np.array(si.t)[:, None], 3, axis=1)
         return [np.where(hit, a, 0.0) for a in (albedo, normal, depth)]
 
