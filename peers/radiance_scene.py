@@ -72,8 +72,11 @@ def lamp(l, index):
 
 
 def shape(m, index, scene, folder):
-    """Triangles as polygons where they are flat and few, for lights have to be; as a mesh otherwise."""
-    if m.normals is None and m.uv is None or max(scene.materials[m.material].emission) > 0:
+    """A light as one polygon, for Radiance samples it by its shape; other triangles as polygons or as a mesh."""
+    if max(scene.materials[m.material].emission) > 0:
+        corners = outline(m)
+        return f"m{m.material} polygon s{index} 0 0 {3 * len(corners)} {numbers(np.ravel(corners))}"
+    if m.normals is None and m.uv is None:
         corners = m.positions[m.faces].reshape(-1, 9)
         return "\n".join(f"m{m.material} polygon s{index}.{k} 0 0 9 {numbers(c)}" for k, c in enumerate(corners))
     lines = ["v " + numbers(p) for p in m.positions]
@@ -89,6 +92,21 @@ def shape(m, index, scene, folder):
     (folder / f"s{index}.obj").write_text("\n".join(lines) + "\n")
     tool(["obj2mesh", f"s{index}.obj", f"s{index}.rtm"], folder)
     return f"m{m.material} mesh s{index} 1 s{index}.rtm 0 0"
+
+
+def outline(m):
+    """The corners of a flat mesh without holes, in order: along the edges that only one triangle has."""
+    points = [tuple(p) for p in m.positions]
+    edges = {(points[f[k]], points[f[(k + 1) % 3]]) for f in m.faces for k in range(3)}
+    follows = {a: b for a, b in edges if (b, a) not in edges}
+    start = min(follows)
+    corners = [start]
+    while follows[corners[-1]] != start and len(corners) <= len(follows):
+        corners.append(follows[corners[-1]])
+    offsets = np.array(corners, float) - start
+    if len(corners) != len(follows) or np.linalg.matrix_rank(offsets, tol=1e-4) > 2:
+        raise Unsupported("lights of Radiance are flat polygons; other emissive shapes are not translated")
+    return corners
 
 
 def numbers(values):
