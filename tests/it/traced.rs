@@ -109,23 +109,22 @@ fn more_frames_are_less_noise() {
     assert!((3.3..=4.7).contains(&(one / sixteen)), "rmse of 1 frame {one:.1} %, of 16 {sixteen:.1} %");
 }
 
+/// No probe stands as far from one wall as from another: there a texel looks exactly into the corner, and either wall is
+/// right. With 4×4×4 probes in a cube those texels make 0.6 % of difference.
 #[test]
 fn probes_captured_by_rays_are_those_drawn() {
     for scene in ["cornell_point", "room_spot"] {
         let path = format!("scenes/{scene}.gltf");
         let of = |graph: &str| {
-            let set = "bounces=8 epsilon=0";
+            let set = "grid=4,5,6 bounces=8 epsilon=0";
             let [image] = Shot { set, ..Shot::new(graph, &path, SIZE) }.render(["indirect"]);
             image
         };
         let metrics = compared(&of("graphs/raycast_capture.ron"), &of("graphs/uniform_grid.ron"), None);
-        println!("{scene}: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
-        assert!(metrics.rmse_percent <= RASTER_AGAINST_RAYS, "{scene}: {metrics:?}");
+        println!("{scene}: rmse {:.4} %, bias {:+.4} %", metrics.rmse_percent, metrics.bias_percent);
+        assert!(metrics.rmse_percent <= 0.1, "{scene}: {metrics:?}");
     }
 }
-
-/// Percent: the two decide in their own ways who covers a texel's centre on an edge.
-const RASTER_AGAINST_RAYS: f64 = 0.5;
 
 #[test]
 fn a_first_bounce_by_rays_leaves_little_error() {
