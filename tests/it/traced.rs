@@ -95,6 +95,24 @@ fn path_tracing_is_unbiased() {
     }
 }
 
+/// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
+#[test]
+fn a_furnace_gives_its_closed_form() {
+    let [direct] = Shot { set: "emitter_samples=4", ..Shot::new("graphs/direct.ron", "scenes/furnace_80.glb", 16) }
+        .render(["direct"]);
+    for x in direct.data.chunks(direct.channels as usize).flat_map(|pixel| &pixel[..3]) {
+        assert!((x - 1.8).abs() <= 1e-4, "{x} is not 1 + 0.8");
+    }
+    let set = "samples=64 bounces=6";
+    let [color] = Shot { set, ..Shot::new("graphs/pathtrace.ron", "scenes/furnace_80.glb", 32) }.render(["color"]);
+    let pixels = color.pixel_count();
+    let mean = (0..pixels).map(|i| brightness(&color, i)).sum::<f64>() / (3 * pixels) as f64;
+    let expected: f64 = (0..8).map(|k| 0.8_f64.powi(k)).sum();
+    println!("furnace: {mean:.5}, on paper {expected:.5}");
+    // Some four standard errors.
+    assert!((mean / expected - 1.0).abs() <= 0.002, "{mean} is not {expected}");
+}
+
 #[test]
 fn more_frames_are_less_noise() {
     let shot = Shot { set: "samples=4", ..Shot::new("graphs/pathtrace.ron", "scenes/room_spot.gltf", SIZE) };
