@@ -26,6 +26,27 @@ fn direction(face: u32, texel: vec2u, edge: u32) -> vec3f {
     return normalize(a.forward + at.x * a.right + at.y * a.down);
 }
 
+/// A texel of a face.
+struct FaceTexel {
+    face: u32,
+    texel: vec2u,
+}
+
+/// The face of `edge`² texels, and the texel on it, that a direction of any length meets.
+fn locate(d: vec3f, edge: u32) -> FaceTexel {
+    let size = abs(d);
+    var face = select(4u, 5u, d.z < 0.0);
+    if size.x >= size.y && size.x >= size.z {
+        face = select(0u, 1u, d.x < 0.0);
+    } else if size.y >= size.z {
+        face = select(2u, 3u, d.y < 0.0);
+    }
+    let a = axes(face);
+    let at = vec2f(dot(d, a.right), dot(d, a.down)) / max(dot(d, a.forward), 1e-20);
+    let texel = clamp((0.5 * at + 0.5) * f32(edge), vec2f(0.0), vec2f(f32(edge) - 1.0));
+    return FaceTexel(face, vec2u(texel));
+}
+
 /// Exact solid angle of a texel of a face of `edge`² texels, in steradians; all of them sum to 4 pi.
 fn solid_angle(texel: vec2u, edge: u32) -> f32 {
     let low = 2.0 * vec2f(texel) / f32(edge) - 1.0;

@@ -1,7 +1,11 @@
 //! Light that a surface reflects from the probes round it.
 #define_import_path lightgraph::indirect
 #import lightgraph::surface::Surface
+#ifdef PROBE_VISIBILITY
+#import lightgraph::visible_probes::gather
+#else
 #import lightgraph::probes::gather
+#endif
 #import lightgraph::brdf::lambert_weights
 #ifdef SPECULAR
 #import lightgraph::brdf::phong_weights

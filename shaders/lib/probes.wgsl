@@ -1,4 +1,5 @@
-//! A uniform grid of probes in a box, and the coefficients they hold.
+//! A grid of probes in a box, and the coefficients they hold. The grid is uniform, or with PROBE_TABLE its planes along
+//! each axis stand where a table says.
 //!
 //! Coefficients lie in a 3D texture of (grid.x, grid.y, grid.z * COUNT) texels: coefficient k of all probes in the
 //! slices from k * grid.z on. The alpha of coefficient (0, 0) tells how open a probe is: alpha 1 in every direction
@@ -20,6 +21,38 @@ var<uniform> probe_grid: Grid;
 /// Coefficient (0, 0) of 1 in every direction: sqrt(4 pi).
 const FULLY_OPEN: f32 = 3.54490770181;
 
+#ifdef PROBE_TABLE
+/// Positions in the world, ascending, metres: grid.x along x, then grid.y along y, grid.z along z.
+var<storage, read> probe_axes: array<f32>;
+
+/// The edges of the box in mean distances between probes.
+fn span() -> vec3f {
+    return max(vec3f(probe_grid.grid - 1u) + 2.0 * probe_grid.inset, vec3f(1e-20));
+}
+
+/// Where a probe stands.
+fn position(probe: vec3u) -> vec3f {
+    let n = probe_grid.grid;
+    return vec3f(probe_axes[probe.x], probe_axes[n.x + probe.y], probe_axes[n.x + n.y + probe.z]);
+}
+
+/// Coordinate in the grid of `at` along an axis of `count` probes whose positions begin at `first` of the table.
+fn locate(at: f32, first: u32, count: u32) -> f32 {
+    var below = 0u;
+    for (var i = 1u; i + 1u < count; i++) {
+        below = select(below, i, probe_axes[first + i] <= at);
+    }
+    let low = probe_axes[first + below];
+    let high = probe_axes[first + min(below + 1u, count - 1u)];
+    return f32(below) + clamp((at - low) / max(high - low, 1e-20), 0.0, select(0.0, 1.0, count > 1u));
+}
+
+/// Coordinates in the grid of a point in the world.
+fn grid_place(point: vec3f) -> vec3f {
+    let n = probe_grid.grid;
+    return vec3f(locate(point.x, 0u, n.x), locate(point.y, n.x, n.y), locate(point.z, n.x + n.y, n.z));
+}
+#else
 /// The box's edges in distances between probes; a single probe stands in the middle.
 fn span() -> vec3f {
     return max(vec3f(probe_grid.grid - 1u) + 2.0 * probe_grid.inset, vec3f(1e-20));
@@ -32,10 +65,57 @@ fn position(probe: vec3u) -> vec3f {
     return mix(probe_grid.grid_min, probe_grid.grid_max, select(share, vec3f(0.5), middle));
 }
 
+/// Coordinates in the grid of a point in the world.
+fn grid_place(point: vec3f) -> vec3f {
+    let extent = max(probe_grid.grid_max - probe_grid.grid_min, vec3f(1e-20));
+    let last = vec3f(probe_grid.grid - 1u);
+    return clamp((point - probe_grid.grid_min) / extent * span() - probe_grid.inset, vec3f(0.0), last);
+}
+#endif
+
 /// Grid coordinates of probe number `index`: x fastest, then y, then z.
 fn coordinates(index: u32) -> vec3u {
     let n = probe_grid.grid;
     return vec3u(index % n.x, index / n.x % n.y, index / (n.x * n.y));
+}
+
+/// Number of a probe: the inverse of `coordinates`.
+fn number(probe: vec3u) -> u32 {
+    return (probe.z * probe_grid.grid.y + probe.y) * probe_grid.grid.x + probe.x;
+}
+
+/// The probes round a point: `base` is the lowest of eight, `fraction` how far towards the next along each axis.
+struct Cell {
+    base: vec3u,
+    fraction: vec3f,
+}
+
+/// The cell that a point in the world lies in. Outside the probes the nearest face of the grid counts.
+fn cell(point: vec3f) -> Cell {
+    let at = grid_place(point);
+    return Cell(vec3u(at), fract(at));
+}
+
+/// A cell's corner number `corner`, 0 to 7: bits 0, 1, 2 are the sides along x, y, z.
+fn probe_at(c: Cell, corner: u32) -> vec3u {
+    return min(c.base + vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u), probe_grid.grid - 1u);
+}
+
+/// The share of a cell's corner in trilinear interpolation.
+fn share_of(c: Cell, corner: u32) -> f32 {
+    let far = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u) == vec3u(1u);
+    let near = select(1.0 - c.fraction, c.fraction, far);
+    return near.x * near.y * near.z;
+}
+
+/// Sum over the coefficients of `weights` times one probe's.
+fn weigh(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, probe: vec3u) -> vec3f {
+    var w = weights;
+    var light = vec3f(0.0);
+    for (var k = 0u; k < COUNT; k++) {
+        light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
+    }
+    return light;
 }
 
 /// Sum over the coefficients of `weights` times their interpolation at a surface point in the world.
@@ -43,9 +123,8 @@ fn coordinates(index: u32) -> vec3u {
 ///
 /// A probe's trilinear share is multiplied by the cosine between the normal and the direction to it, and by how open
 /// it is (1 for no backs in sight, 0 for half of all directions or more), each at least `behind`; the shares are made
-/// to sum to 1. 1 for `behind` leaves plain trilinear
-/// interpolation; near 0, probes on the other side of the surface and inside solids hardly count (as in Majercik et
-/// al., "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields", 2019).
+/// to sum to 1. 1 for `behind` leaves plain trilinear interpolation; near 0, probes on the other side of the surface
+/// and inside solids hardly count (as in Majercik et al., "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields", 2019).
 fn gather(
     coefficients: texture_3d<f32>,
     weights: array<f32, COUNT>,
@@ -53,27 +132,16 @@ fn gather(
     normal: vec3f,
     behind: f32,
 ) -> vec3f {
-    let last = probe_grid.grid - 1u;
-    let extent = max(probe_grid.grid_max - probe_grid.grid_min, vec3f(1e-20));
-    let at = clamp((point - probe_grid.grid_min) / extent * span() - probe_grid.inset, vec3f(0.0), vec3f(last));
-    let base = floor(at);
-    let fraction = at - base;
-    var w = weights;
+    let here = cell(point);
     var sum = vec3f(0.0);
     var shares = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
-        let side = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
-        let probe = min(vec3u(base) + side, last);
+        let probe = probe_at(here, corner);
         let offset = position(probe) - point;
         let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
-        let near = select(1.0 - fraction, fraction, side == vec3u(1u));
         let open = 2.0 * textureLoad(coefficients, probe, 0).a / FULLY_OPEN - 1.0;
-        let share = near.x * near.y * near.z * max(cosine, behind) * max(open, behind);
-        var light = vec3f(0.0);
-        for (var k = 0u; k < COUNT; k++) {
-            light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
-        }
-        sum += share * light;
+        let share = share_of(here, corner) * max(cosine, behind) * max(open, behind);
+        sum += share * weigh(coefficients, weights, probe);
         shares += share;
     }
     return sum / shares;

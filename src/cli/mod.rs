@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done; 1 the work found a fault; 2 wrong usage; 3 no usable adapter.
 
+pub mod bench;
 pub mod check;
 pub mod compare;
 mod outputs;
@@ -35,6 +36,8 @@ pub enum Command {
     Plan(plan::Args),
     /// Compare two images
     Compare(compare::Args),
+    /// Measure run time against error
+    Bench(bench::Args),
 }
 
 /// Why a command did not do its work.
@@ -80,6 +83,7 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Check(args) => check::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
+        Command::Bench(args) => bench::run(args),
     };
     let (faults, code) = match result {
         Ok(code) => return code,

@@ -1,0 +1,83 @@
+//! Gathering light from probes weighed by whether they see the surface.
+//!
+//! PROBE_VISIBILITY says how a probe's view is known: 1 by its shadow cube map, 2 by moments of its distances.
+#define_import_path lightgraph::visible_probes
+#import lightgraph::sh::COUNT
+#import lightgraph::probes
+#if PROBE_VISIBILITY == 1
+#import lightgraph::visibility_cube::visibility
+#else
+#import lightgraph::visibility_moments::visibility
+#endif
+
+/// Shares below this, of the eight probes together, count as none.
+const NONE: f32 = 1e-6;
+
+/// The share of a cell's corner: trilinear, by visibility, and by the cosine between the normal and the direction to
+/// the probe, at least `behind`.
+fn visible_share(c: probes::Cell, corner: u32, point: vec3f, normal: vec3f, behind: f32) -> f32 {
+    let probe = probes::probe_at(c, corner);
+    let offset = probes::position(probe) - point;
+    let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
+    let share = probes::share_of(c, corner) * max(cosine, behind);
+    return select(0.0, share * visibility(probe, point, normal), share > 0.0);
+}
+
+/// Whether none of the eight probes round a point sees it.
+fn is_lost(point: vec3f, normal: vec3f) -> bool {
+    let here = probes::cell(point);
+    var shares = 0.0;
+    for (var corner = 0u; corner < 8u; corner++) {
+        shares += visible_share(here, corner, point, normal, 1.0);
+    }
+    return shares < NONE;
+}
+
+/// Sum over the coefficients of `weights` times their interpolation at a surface point in the world, from those of
+/// the eight probes round it that see it. Where none does, the nearest that sees it among the 64 round it counts;
+/// without one, no light comes.
+fn gather(
+    coefficients: texture_3d<f32>,
+    weights: array<f32, COUNT>,
+    point: vec3f,
+    normal: vec3f,
+    behind: f32,
+) -> vec3f {
+    let here = probes::cell(point);
+    var sum = vec3f(0.0);
+    var shares = 0.0;
+    for (var corner = 0u; corner < 8u; corner++) {
+        let share = visible_share(here, corner, point, normal, behind);
+        if share > 0.0 {
+            sum += share * probes::weigh(coefficients, weights, probes::probe_at(here, corner));
+            shares += share;
+        }
+    }
+    if shares >= NONE {
+        return sum / shares;
+    }
+    let found = nearest_visible(here, point, normal);
+    if found.w == 0u {
+        return vec3f(0.0);
+    }
+    return probes::weigh(coefficients, weights, found.xyz);
+}
+
+/// The nearest probe that sees the point among the 4x4x4 round its cell; w is 0 when there is none.
+fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> vec4u {
+    let last = vec3i(probes::probe_grid.grid) - 1;
+    var best = vec4u(0u);
+    var least = 3.4e38;
+    for (var i = 0; i < 64; i++) {
+        let probe = vec3i(here.base) + vec3i(i & 3, (i >> 2u) & 3, i >> 4u) - 1;
+        if all(probe >= vec3i(0)) && all(probe <= last) {
+            let offset = probes::position(vec3u(probe)) - point;
+            let far = dot(offset, offset);
+            if far < least && visibility(vec3u(probe), point, normal) > 0.0 {
+                least = far;
+                best = vec4u(vec3u(probe), 1u);
+            }
+        }
+    }
+    return best;
+}
