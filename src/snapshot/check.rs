@@ -198,7 +198,13 @@ pub fn not_brighter(image: &Image, other: &Image, slack: f64) -> Result<(), Stri
     if a <= b * (1.0 + slack) {
         return Ok(());
     }
-    Err(format!("mean {} against {}: {:+.2} % (allowed {:+.2} %)", short(a), short(b), 100.0 * (a / b - 1.0), 100.0 * slack))
+    Err(format!(
+        "mean {} against {}: {:+.2} % (allowed {:+.2} %)",
+        short(a),
+        short(b),
+        100.0 * (a / b - 1.0),
+        100.0 * slack
+    ))
 }
 
 /// The mirror image.

@@ -46,7 +46,10 @@ pub struct File {
 #[derive(Debug, Clone)]
 pub enum Step {
     /// Renders `count` frames; the clock goes on by `step` seconds after each.
-    Frames { count: u32, step: f32 },
+    Frames {
+        count: u32,
+        step: f32,
+    },
     /// Metres, world space, on top of earlier moves.
     MoveCamera(Vec3),
     MoveLights(Vec3),
@@ -318,7 +321,9 @@ impl Parser<'_> {
 
     fn size(&mut self, node: &Node) -> Option<[u32; 2]> {
         match self.reader.numbers(node)?[..] {
-            [w, h] if [w, h].iter().all(|x| *x >= 1.0 && *x <= LARGEST && x.fract() == 0.0) => Some([w as u32, h as u32]),
+            [w, h] if [w, h].iter().all(|x| *x >= 1.0 && *x <= LARGEST && x.fract() == 0.0) => {
+                Some([w as u32, h as u32])
+            }
             _ => {
                 let d = Diagnostic::error(format!("expected a size in pixels: (width, height), up to {LARGEST}"));
                 self.reader.fault(d.at(&node.span, ""));

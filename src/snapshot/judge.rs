@@ -29,8 +29,9 @@ pub fn judge(test: &Test, gpu: Option<&Gpu>, options: &Options, outcome: &mut Ou
         let result = match (&check.kind, gpu) {
             (CheckKind::Plan, _) => plan_in_the_end(&test.start, &test.steps)
                 .and_then(|plan| files.text("plan.txt", &title, &plan.to_string())),
-            (CheckKind::Bytes { at_most }, _) => plan_in_the_end(&test.start, &test.steps)
-                .map(|plan| compared(&title, check::bytes(&plan, *at_most))),
+            (CheckKind::Bytes { at_most }, _) => {
+                plan_in_the_end(&test.start, &test.steps).map(|plan| compared(&title, check::bytes(&plan, *at_most)))
+            }
             (_, Some(gpu)) => with_frames(test, gpu, check, &files, &mut played),
             (_, None) => continue,
         };

@@ -5,8 +5,7 @@ use std::fmt::Write;
 
 /// The whole file: one suite, a case a test. A test that could not be run in full counts as skipped.
 pub fn xml(summary: &Summary) -> String {
-    let (all, failed, skipped) =
-        (summary.outcomes.len(), summary.count(State::Failed), summary.count(State::NotRun));
+    let (all, failed, skipped) = (summary.outcomes.len(), summary.count(State::Failed), summary.count(State::NotRun));
     let seconds: f64 = summary.outcomes.iter().map(|o| o.seconds).sum();
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     // Writing to a string can't fail.
@@ -20,7 +19,11 @@ pub fn xml(summary: &Summary) -> String {
 
 fn case(out: &mut String, outcome: &Outcome) {
     let (name, file) = (escaped(&outcome.name), escaped(&outcome.path.display().to_string()));
-    let _ = write!(out, "  <testcase classname=\"lightgraph\" name=\"{name}\" file=\"{file}\" time=\"{:.3}\"", outcome.seconds);
+    let _ = write!(
+        out,
+        "  <testcase classname=\"lightgraph\" name=\"{name}\" file=\"{file}\" time=\"{:.3}\"",
+        outcome.seconds
+    );
     let body: String = match outcome.state() {
         State::Passed => String::new(),
         State::Failed => {

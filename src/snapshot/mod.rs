@@ -211,7 +211,13 @@ impl fmt::Display for Outcome {
             (State::Failed, _) => "FAILED",
             (State::NotRun, _) => "not run",
         };
-        writeln!(f, "{word:<8} {} ({} checks, {:.1} s)", self.name, self.held.len() + self.blessed.len(), self.seconds)?;
+        writeln!(
+            f,
+            "{word:<8} {} ({} checks, {:.1} s)",
+            self.name,
+            self.held.len() + self.blessed.len(),
+            self.seconds
+        )?;
         for text in &self.blessed {
             writeln!(f, "    blessed {text}")?;
         }

@@ -152,7 +152,8 @@ fn note(played: &mut Played, session: &Session, report: &FrameReport) {
     let why = || session.why().iter().zip(&plan.steps);
     played.ran = why().filter(|(w, _)| ran(w)).map(|(_, s)| s.pass.clone()).collect();
     let planned_out = plan.skipped.iter().map(|s| s.0.clone());
-    played.left_out = why().map(|(_, s)| s.pass.clone()).filter(|p| !played.ran.contains(p)).chain(planned_out).collect();
+    played.left_out =
+        why().map(|(_, s)| s.pass.clone()).filter(|p| !played.ran.contains(p)).chain(planned_out).collect();
     for l in &report.loops {
         played.loops.insert(l.name.clone(), l.clone());
     }

@@ -95,8 +95,7 @@ fn failed(out: &mut String, failure: &Failure) -> Checked<()> {
 
 /// A PNG file as the source of an `img`.
 fn source(path: &Path) -> Checked<String> {
-    let bytes =
-        std::fs::read(path).map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
+    let bytes = std::fs::read(path).map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
     Ok(format!("data:image/png;base64,{}", base64(&bytes)))
 }
 
@@ -122,7 +121,8 @@ mod tests {
 
     #[test]
     fn base64_is_that_of_the_standard() {
-        let cases = [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("fooba", "Zm9vYmE=")];
+        let cases =
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("fooba", "Zm9vYmE=")];
         for (text, wanted) in cases {
             assert_eq!(base64(text.as_bytes()), wanted);
         }
