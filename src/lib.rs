@@ -13,5 +13,6 @@ pub mod plan;
 pub mod scene;
 pub mod session;
 pub mod shader;
+pub mod snapshot;
 pub mod value;
 pub mod verify;

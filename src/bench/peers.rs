@@ -127,6 +127,7 @@ fn entry(line: &str, job: Job<'_>) -> Checked<(Entry, BTreeMap<String, Image>)> 
         iterations: BTreeMap::new(),
         passes: vec![],
         change_percent: None,
+        scores: vec![],
     };
     let scores = score(&images, job.references, &params)?;
     let entry = Entry {
