@@ -16,7 +16,7 @@ from gltf import Unsupported
 # Direct light in full: no lamp is guessed, none jittered. Surfaces as flat as their triangles. No weight ends a path
 # before -ab does.
 DIRECT = "-dt 0 -dc 1 -dj 0 -ds 0.1 -st 0 -lr 0 -lw 1e-6 -av 0 0 0".split()
-AMBIENT = "-aa 0.15 -ad 512 -as 128 -ar 64".split()
+AMBIENT = "-aa 0.2 -ad 256 -as 64 -ar 32".split()
 
 
 def main():
