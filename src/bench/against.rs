@@ -6,6 +6,7 @@
 //! driver: [`WORSE_ELSEWHERE`]) and by more than [`LEAST`] percent of the mean.
 
 use super::results::{Entry, Results};
+use super::score::Score;
 use std::fmt;
 
 /// Share by which a median must grow.
@@ -63,7 +64,19 @@ pub fn against(old: &Results, new: &Results) -> Verdict {
         if same_machine {
             times(before, after, &mut verdict.worse);
         }
-        errors(before, after, if same_machine { WORSE } else { WORSE_ELSEWHERE }, &mut verdict.worse);
+        let share = if same_machine { WORSE } else { WORSE_ELSEWHERE };
+        errors(&name(before), &before.scores, &after.scores, share, &mut verdict.worse);
+        for old in &before.phases {
+            if let Some(new) = after.phases.iter().find(|p| p.phase == old.phase) {
+                let place = format!("{}, {}", name(before), old.phase.word());
+                errors(&place, &old.scores, &new.scores, share, &mut verdict.worse);
+            }
+        }
+        if let (Some(o), Some(n)) = (before.leak, after.leak)
+            && n > o * (1.0 + share) + 1e-6
+        {
+            verdict.worse.push(format!("{}: the leak grew from {o:.2e} to {n:.2e}", name(before)));
+        }
     }
     verdict
 }
@@ -97,11 +110,11 @@ fn times(before: &Entry, after: &Entry, worse: &mut Vec<String>) {
     }
 }
 
-fn errors(before: &Entry, after: &Entry, share: f64, worse: &mut Vec<String>) {
-    for old in &before.scores {
-        let same = |s: &&super::score::Score| s.output == old.output && s.only_when == old.only_when;
-        let Some(new) = after.scores.iter().find(same) else {
-            worse.push(format!("{}: `{}` is no longer compared with {}", name(before), old.output, old.origin));
+fn errors(place: &str, before: &[Score], after: &[Score], share: f64, worse: &mut Vec<String>) {
+    for old in before {
+        let same = |s: &&Score| s.output == old.output && s.only_when == old.only_when;
+        let Some(new) = after.iter().find(same) else {
+            worse.push(format!("{place}: `{}` is no longer compared with {}", old.output, old.origin));
             continue;
         };
         let pairs = [
@@ -111,13 +124,8 @@ fn errors(before: &Entry, after: &Entry, share: f64, worse: &mut Vec<String>) {
         ];
         for (what, o, n) in pairs {
             if n > o * (1.0 + share) && n - o > LEAST {
-                worse.push(format!("{}: {what} of `{}` grew from {o:.3} % to {n:.3} %", name(before), old.output));
+                worse.push(format!("{place}: {what} of `{}` grew from {o:.3} % to {n:.3} %", old.output));
             }
         }
-    }
-    if let (Some(o), Some(n)) = (before.leak, after.leak)
-        && n > o * (1.0 + share) + 1e-6
-    {
-        worse.push(format!("{}: the leak grew from {o:.2e} to {n:.2e}", name(before)));
     }
 }

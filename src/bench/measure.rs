@@ -1,7 +1,7 @@
 //! One graph on one scene at one setting: its phases timed, its images compared.
 //!
-//! The frames: the first; then nothing moves; then, untimed, each kind of motion once, for the change it makes; then each
-//! kind of motion timed. How many frames come before an image is compared never depends on how long they take, so that
+//! The frames: the first; then nothing moves; then, untimed, each kind of motion there and back, for the change it makes
+//! and, where a graph keeps something from frame to frame, the error it leaves; then each kind of motion timed. How many frames come before an image is compared never depends on how long they take, so that
 //! errors are the same in every repeat of a bench.
 
 use super::references::References;
@@ -47,7 +47,7 @@ pub struct Effort {
 #[derive(Debug, Clone)]
 pub struct Measured {
     pub entry: Entry,
-    /// Outputs by name.
+    /// Outputs by name: the last that nothing moved in.
     pub images: BTreeMap<String, Image>,
 }
 
@@ -123,25 +123,35 @@ fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort, measured: &mut Measured) 
 
     let mut runner = Runner { gpu, session, frame: 0, motions: Motions::of(target.scene) };
     entry.phases.extend(runner.phase(Phase::First, Effort { repeat: 1, ..effort })?);
-    entry.phases.extend(runner.phase(Phase::Still, Effort { seconds: f64::INFINITY, ..effort })?);
-    for output in &outputs {
-        images.insert(output.clone(), runner.session.image(gpu, output)?);
-    }
+    *images = runner.images(&outputs)?;
     entry.scores = score(images, target.references, &entry.params)?;
+    let carries = runner.session.plan.resources.iter().any(|r| r.history);
+    let still = runner.phase(Phase::Still, Effort { seconds: f64::INFINITY, ..effort })?;
+    let mut rest = vec![];
+    if carries {
+        *images = runner.images(&outputs)?;
+        rest = score(images, target.references, &entry.params)?;
+    }
+    entry.phases.extend(still.map(|t| PhaseTimes { scores: rest, ..t }));
 
     let moving = [Phase::Camera, Phase::Lights, Phase::Object, Phase::Everything];
     let moving: Vec<Phase> = moving.into_iter().filter(|p| runner.motions.has(*p)).collect();
-    let mut changes = BTreeMap::new();
+    let mut effects = BTreeMap::new();
     for phase in &moving {
         let by = runner.motions.shift(*phase, 1.0);
         runner.frame(by)?;
-        if let Some(rest) = images.get(SEEN) {
-            changes.insert(*phase, change(rest, &runner.session.image(gpu, SEEN)?)?);
+        let after = images.get(SEEN).map(|rest| change(rest, &runner.session.image(gpu, SEEN)?));
+        let mut scores = vec![];
+        if carries {
+            runner.frame(Shift::default())?;
+            scores = score(&runner.images(&outputs)?, target.references, &entry.params)?;
         }
+        effects.insert(*phase, (after.transpose()?, scores));
     }
     for phase in moving {
         let times = runner.phase(phase, effort)?;
-        entry.phases.extend(times.map(|t| PhaseTimes { change_percent: changes.get(&phase).copied(), ..t }));
+        let (change_percent, scores) = effects.remove(&phase).unwrap_or_default();
+        entry.phases.extend(times.map(|t| PhaseTimes { change_percent, scores, ..t }));
     }
     if let Some(leak) = &target.references.leak
         && outputs.iter().any(|o| o == SEEN)
@@ -172,6 +182,10 @@ impl Runner<'_> {
         let ms = start.elapsed().as_secs_f64() * 1e3;
         self.frame += 1;
         Ok((ms, report))
+    }
+
+    fn images(&self, outputs: &[String]) -> Checked<BTreeMap<String, Image>> {
+        outputs.iter().map(|o| Ok((o.clone(), self.session.image(self.gpu, o)?))).collect()
     }
 
     /// The frames of a phase. What it doesn't move stays where the last frame had it.
@@ -213,6 +227,7 @@ fn times(phase: Phase, plan: &Plan, walls: &[f64], reports: &[FrameReport]) -> O
         iterations,
         passes: passes(plan, reports),
         change_percent: None,
+        scores: vec![],
     })
 }
 

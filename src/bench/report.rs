@@ -60,9 +60,9 @@ pub fn text(results: &Results) -> String {
         let phase = phase.unwrap_or(Phase::First);
         // Writing to a string can't fail.
         let _ = writeln!(out, "{}: rmse of `{output}` against a frame's time ({})", label(&view), phase.word());
-        let best = entry_front(&entries, output, METRICS[0].1, phase);
+        let best = entry_front(&entries, phase, &|e| METRICS[0].1(e.score(output, phase)?));
         for e in best.iter().filter_map(|i| entries.get(*i)) {
-            if let (Some(t), Some(s)) = (e.times(phase), e.score(output)) {
+            if let (Some(t), Some(s)) = (e.times(phase), e.score(output, phase)) {
                 let (ms, m) = (t.wall_ms.median, s.metrics);
                 let (rmse, block, bias) = (m.rmse_percent, m.block_rmse_percent, m.bias_percent);
                 let (graph, set) = (&e.graph, &e.setting);
@@ -145,13 +145,12 @@ fn label(view: &View) -> String {
 }
 
 /// Indices of our own entries that no other of ours beats.
-fn entry_front(entries: &[&Entry], output: &str, metric: fn(&Score) -> Option<f64>, phase: Phase) -> Vec<usize> {
+fn entry_front(entries: &[&Entry], phase: Phase, error: &dyn Fn(&Entry) -> Option<f64>) -> Vec<usize> {
     let points: Vec<(f64, f64)> = entries
         .iter()
         .map(|e| {
             let x = e.times(phase).filter(|_| e.peer.is_none()).map(|t| t.wall_ms.median);
-            let y = e.score(output).and_then(metric);
-            x.zip(y).unwrap_or((f64::NAN, f64::NAN))
+            x.zip(error(e)).unwrap_or((f64::NAN, f64::NAN))
         })
         .collect();
     front(&points)
@@ -169,10 +168,13 @@ fn scene(results: &Results, view: &View, folder: &Path, most: usize) -> Value {
     for s in &outputs {
         for (name, metric) in METRICS {
             for phase in Phase::ALL {
-                let found = entry_front(&entries, &s.output, metric, phase);
+                let found = entry_front(&entries, phase, &|e| metric(e.score(&s.output, phase)?));
                 fronts.insert(format!("{}|{name}|{}", s.output, phase.word()), json!(found));
             }
         }
+    }
+    for phase in Phase::ALL {
+        fronts.insert(format!("leak|{}", phase.word()), json!(entry_front(&entries, phase, &|e| e.leak)));
     }
     let noise: Map<String, Value> =
         outputs.iter().filter_map(|s| Some((s.output.clone(), json!(s.stderr_percent?)))).collect();
@@ -203,8 +205,10 @@ fn entry(e: &Entry) -> Value {
             "hit": s.hit.map(|h| round(h.rmse_percent)), "flip": s.flip.map(round),
         })
     };
-    let errors: Map<String, Value> =
-        e.scores.iter().filter(|s| s.only_when.is_empty()).map(|s| (s.output.clone(), numbers(s))).collect();
+    let by_output = |scores: &[Score]| -> Map<String, Value> {
+        scores.iter().filter(|s| s.only_when.is_empty()).map(|s| (s.output.clone(), numbers(s))).collect()
+    };
+    let own = by_phase(&|t| (!t.scores.is_empty()).then(|| by_output(&t.scores).into()));
     let bounded = e.scores.iter().filter(|s| !s.only_when.is_empty()).map(|s| {
         let mut value = numbers(s);
         let when: Vec<String> = s.only_when.iter().map(|(n, v)| format!("{n}={v}")).collect();
@@ -214,7 +218,7 @@ fn entry(e: &Entry) -> Value {
     });
     json!({
         "graph": e.graph, "peer": e.peer, "setting": e.setting, "params": e.params, "bytes": e.bytes, "times": times,
-        "change": by_phase(&|t| t.change_percent.map(|c| json!(round(c)))), "passes": passes, "errors": errors,
+        "change": by_phase(&|t| t.change_percent.map(|c| json!(round(c)))), "passes": passes, "errors": by_output(&e.scores), "own": own,
         "bounded": bounded.collect::<Vec<_>>(), "leak": e.leak, "fault": e.fault,
     })
 }
@@ -234,7 +238,11 @@ fn shown(results: &Results, view: &View, entries: &[&Entry], folder: &Path, most
         pictures.push(json!({"label": "reference", "color": color}));
     }
     let output = results.main_output.as_deref().unwrap_or(SEEN);
-    let error = |e: &Entry| e.score(output).or(e.score(SEEN)).map_or(f64::INFINITY, |s| s.metrics.rmse_percent);
+    let still = Phase::Still;
+    let error = |e: &Entry| {
+        let score = e.score(output, still).or(e.score(SEEN, still));
+        score.map(|s| s.metrics.rmse_percent).or(e.leak).unwrap_or(f64::INFINITY)
+    };
     let mut best: Vec<&Entry> = vec![];
     for e in entries.iter().filter(|e| e.picture.is_some()) {
         match best.iter_mut().find(|b| b.graph == e.graph) {

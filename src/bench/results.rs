@@ -73,6 +73,7 @@ pub struct Entry {
     /// Milliseconds of each stage before the first frame.
     pub start_up_ms: BTreeMap<String, f64>,
     pub phases: Vec<PhaseTimes>,
+    /// Of the first frame.
     pub scores: Vec<Score>,
     /// Light that gets where none should, relative to where it should be; `None` for scenes that don't ask.
     pub leak: Option<f64>,
@@ -135,6 +136,10 @@ pub struct PhaseTimes {
     pub passes: Vec<PassTime>,
     /// Root mean square change of `color` from the frame at rest to the first that moved, in percent of the mean.
     pub change_percent: Option<f64>,
+    /// For graphs that keep something from frame to frame: of the last still frame, or of a frame at rest right after one
+    /// that moved. Empty: those of the first frame, since every frame begins anew.
+    #[serde(default)]
+    pub scores: Vec<Score>,
 }
 
 /// Median, least and greatest of some repeats.
@@ -179,9 +184,11 @@ impl Entry {
         find(phase).or_else(|| find(Phase::Whole))
     }
 
-    /// The comparison of an output with the reference that always applies.
-    pub fn score(&self, output: &str) -> Option<&Score> {
-        self.scores.iter().find(|s| s.output == output && s.only_when.is_empty())
+    /// The comparison of an output in a phase with the reference that always applies.
+    pub fn score(&self, output: &str, phase: Phase) -> Option<&Score> {
+        let own = self.phases.iter().find(|t| t.phase == phase).map_or(&[][..], |t| &t.scores);
+        let scores = if own.is_empty() { &self.scores } else { own };
+        scores.iter().find(|s| s.output == output && s.only_when.is_empty())
     }
 }
 
@@ -211,7 +218,7 @@ impl Results {
         write_atomically(&folder.join("results.csv"), self.csv().as_bytes())
     }
 
-    /// A table with a row for each entry and phase. Errors are those of the entry, whatever the phase.
+    /// A table with a row for each entry and phase.
     pub fn csv(&self) -> String {
         let mut outputs: Vec<&str> = self.entries.iter().flat_map(|e| &e.scores).map(|s| s.output.as_str()).collect();
         outputs.sort_unstable();
@@ -288,7 +295,7 @@ impl Results {
             shown(e.fault.clone()),
         ]);
         for output in outputs {
-            let s = e.score(output);
+            let s = e.score(output, t.map_or(Phase::First, |t| t.phase));
             let m = s.map(|s| s.metrics);
             cells.extend([
                 shown(m.map(|m| m.rmse_percent)),

@@ -27,9 +27,9 @@ pub struct Args {
     /// Scenes, as FILE or FILE:CAMERA, separated by commas [default: all that have references]
     #[arg(long, value_name = "SCENES", value_delimiter = ',')]
     pub scenes: Vec<String>,
-    /// Settings to try; each graph takes the parameters it has
-    #[arg(long, value_name = "NAME=VALUE,…;…", default_value = "grid=2,4,6;face=8,16;bounces=1,4")]
-    pub sweep: String,
+    /// Settings to try; each graph takes the parameters it has [default: a dozen of the usual ones]
+    #[arg(long, value_name = "NAME=VALUE,…;…")]
+    pub sweep: Option<String>,
     /// Timed frames in each phase at most
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeat: u32,
@@ -61,6 +61,9 @@ pub struct Args {
     pub shaders: ShaderFolders,
 }
 
+/// Twelve settings of a grid of probes, four of a sampler.
+const USUAL: &str = "grid=2,4,6;face=8,16;bounces=1,4;samples=1,4,16,64";
+
 /// Measures, writes as it goes, says which settings nothing beats.
 ///
 /// # Errors
@@ -70,8 +73,10 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let old = args.against.as_deref().map(Results::read).transpose()?;
     let manifest = Manifest::read(&args.references)?;
     let graphs = graphs(args)?;
-    let sweep = Sweep::parse(&args.sweep)?;
-    check_axes(&sweep, &graphs)?;
+    let sweep = Sweep::parse(args.sweep.as_deref().unwrap_or(USUAL))?;
+    if args.sweep.is_some() {
+        check_axes(&sweep, &graphs)?;
+    }
     let views = views(args, &manifest)?;
     let peers = args.peers.as_deref().map(peers::find).transpose()?.unwrap_or_default();
 

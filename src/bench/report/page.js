@@ -27,14 +27,18 @@ function el(name, attributes = {}, ...children) {
 }
 const digits = x => x === null || x === undefined ? "–" : x === 0 ? "0" : Math.abs(x) >= 100 ? x.toFixed(0) : Math.abs(x) >= 10 ? x.toFixed(1) : Math.abs(x) >= 0.1 ? x.toFixed(2) : x.toPrecision(2);
 const time = e => e.times[state.phase] ?? e.times.whole ?? null;
-const error = e => { const s = e.errors[state.output]; const v = s && metrics[state.metric][1](s); return v === undefined || v === null ? null : v; };
+const errors = e => (e.own[state.phase] ?? e.errors)[state.output];
+const leaky = scene => !scene.entries.some(e => errors(e)) && scene.entries.some(e => e.leak !== null);
+const error = e => { const s = errors(e); const v = s && metrics[state.metric][1](s); return v === undefined || v === null ? null : v; };
+const frontOf = scene => scene.fronts[leaky(scene) ? `leak|${state.phase}` : `${state.output}|${state.metric}|${state.phase}`] ?? [];
 const title = e => `${e.graph}${e.peer ? " " + e.peer : ""}${e.setting ? ", " + e.setting : ""}`;
 
 function describe(e) {
-  const t = time(e), s = e.errors[state.output];
+  const t = time(e), s = errors(e);
   const lines = [title(e)];
   if (t) lines.push(`${digits(t[0])} ms wall (${digits(t[1])} to ${digits(t[2])} in ${t[4]})${t[3] === null ? "" : `, ${digits(t[3])} ms on the device`}`);
   if (s) lines.push(`rmse ${digits(s.rmse)} %, structural ${digits(s.block)} %, fine ${digits(s.fine)} %`, `bias ${s.bias >= 0 ? "+" : ""}${digits(s.bias)} %, FLIP ${digits(s.flip)}`);
+  if (e.leak !== null) lines.push(`leak ${digits(e.leak)}`);
   if (e.bytes) lines.push(`${(e.bytes / 1048576).toFixed(1)} MiB`);
   for (const [k, v] of Object.entries(e.params)) if (!e.setting.includes(k + "=")) lines.push(`${k} = ${v}`);
   return lines.join("\n");
@@ -63,8 +67,9 @@ function ticks(low, high) {
 const short = x => String(+x.toPrecision(x >= 1 ? 3 : 2));
 
 function plot(scene) {
-  const least = 1e-4;
-  const points = scene.entries.map((e, i) => ({ e, i, t: time(e), y: error(e) })).filter(p => p.t && p.y !== null && !hidden.has(p.e.graph));
+  const least = 1e-4;  // An error below this is drawn there: a logarithm has no 0.
+  const leak = leaky(scene), height = e => leak ? e.leak : error(e);
+  const points = scene.entries.map((e, i) => ({ e, i, t: time(e), y: height(e) })).filter(p => p.t && p.y !== null && !hidden.has(p.e.graph));
   if (!points.length) return el("p", {}, `Nothing to show: no entry has both a time for “${phases[state.phase]}” and this error of “${state.output}”.`);
   const narrow = innerWidth < 560, [w, h] = narrow ? [600, 520] : [1000, 430], [l, r, t, b] = [62, 14, 12, 48];
   const xs = points.flatMap(p => [p.t[1], p.t[2]]).map(x => Math.log10(Math.max(x, 1e-3))), ys = points.map(p => Math.log10(Math.max(p.y, least)));
@@ -75,15 +80,15 @@ function plot(scene) {
   for (const [v, n] of ticks(x0, x1)) svg.append(el("line", { class: "grid", x1: px(10 ** v), x2: px(10 ** v), y1: t, y2: h - b }), el("text", { x: px(10 ** v), y: h - b + 18, "text-anchor": "middle" }, short(n)));
   for (const [v, n] of ticks(y0, y1)) svg.append(el("line", { class: "grid", x1: l, x2: w - r, y1: py(10 ** v), y2: py(10 ** v) }), el("text", { x: l - 8, y: py(10 ** v) + 4, "text-anchor": "end" }, short(n)));
   svg.append(el("text", { x: (l + w - r) / 2, y: h - 8, "text-anchor": "middle" }, `frame, ms wall: ${phases[state.phase]}`));
-  svg.append(el("text", { x: 14, y: (t + h - b) / 2, "text-anchor": "middle", transform: `rotate(-90 14 ${(t + h - b) / 2})` }, narrow ? state.metric : metrics[state.metric][0]));
+  svg.append(el("text", { x: 14, y: (t + h - b) / 2, "text-anchor": "middle", transform: `rotate(-90 14 ${(t + h - b) / 2})` }, leak ? "leak: dark relative to lit" : narrow ? state.metric : metrics[state.metric][0]));
   const noise = scene.noise[state.output];
   if (noise && state.metric === "rmse" && Math.log10(noise) > y0 && Math.log10(noise) < y1) svg.append(el("line", { class: "floor", x1: l, x2: w - r, y1: py(noise), y2: py(noise) }), el("text", { x: w - r - 4, y: py(noise) - 5, "text-anchor": "end" }, "noise of the reference"));
   for (const name of names) {
     const line = points.filter(p => p.e.peer && p.e.graph === name).sort((a, b) => a.t[0] - b.t[0]);
     if (line.length > 1) svg.append(el("path", { d: "M" + line.map(p => `${px(p.t[0])} ${py(p.y)}`).join("L"), fill: "none", stroke: hue[name], "stroke-width": 1.5, opacity: 0.6 }));
   }
-  const best = (scene.fronts[`${state.output}|${state.metric}|${state.phase}`] ?? []).filter(i => !hidden.has(scene.entries[i].graph));
-  const corner = best.map(i => [px(time(scene.entries[i])[0]), py(error(scene.entries[i]))]);
+  const best = frontOf(scene).filter(i => !hidden.has(scene.entries[i].graph));
+  const corner = best.map(i => [px(time(scene.entries[i])[0]), py(height(scene.entries[i]))]);
   if (corner.length) svg.append(el("path", { class: "front", d: `M${corner[0]}` + corner.slice(1).map(c => `H${c[0]}V${c[1]}`).join("") + `H${w - r}` }));
   for (const p of points) {
     const [x, y] = [px(p.t[0]), py(p.y)];
@@ -152,7 +157,7 @@ function pictures(scene) {
 
 function numbers(scene, best) {
   const rows = scene.entries.map((e, index) => {
-    const t = time(e), s = e.errors[state.output] ?? {};
+    const t = time(e), s = errors(e) ?? {};
     return { index, cells: [e.graph, e.setting, t ? t[0] : null, t ? t[3] : null, s.rmse ?? null, s.block ?? null, s.fine ?? null, s.bias ?? null, s.hit ?? null, s.relmse ?? null, s.p95 ?? null, s.max ?? null, s.flip ?? null, e.change[state.phase] ?? null, e.leak, e.bytes ? e.bytes / 1048576 : null] };
   });
   const columns = ["graph", "setting", "wall ms", "device ms", "rmse %", "structural %", "fine %", "bias %", "surfaces %", "relMSE", "95th", "max", "FLIP", "change %", "leak", "MiB"];
@@ -168,9 +173,9 @@ function draw() {
   const open = [...document.querySelectorAll("details")].map(d => d.open), top = scrollY;
   hideTip();
   document.getElementById("scenes").replaceChildren(...data.scenes.map(scene => {
-    const best = new Set(scene.fronts[`${state.output}|${state.metric}|${state.phase}`] ?? []);
+    const best = new Set(frontOf(scene));
     const noise = scene.noise[state.output], faults = scene.entries.filter(e => e.fault);
-    return el("section", {}, el("h2", {}, scene.label), el("p", {}, `${scene.origin ? `Reference: ${scene.origin}${noise ? `, standard error ${digits(noise)} %` : ""}.` : "No reference: times alone."}`), plot(scene), legend(scene), pictures(scene), bars(scene), groups(scene), numbers(scene, best), bounded(scene), ...faults.map(e => el("p", { class: "note" }, `${title(e)}: ${e.fault}`)));
+    return el("section", {}, el("h2", {}, scene.label), el("p", {}, `${scene.origin ? `Reference: ${scene.origin}${noise ? `, standard error ${digits(noise)} %` : ""}.` : leaky(scene) ? "What is seen of a sealed dark room, relative to the lit one: it should be nothing." : "No reference: times alone."}`), plot(scene), legend(scene), pictures(scene), bars(scene), groups(scene), numbers(scene, best), bounded(scene), ...faults.map(e => el("p", { class: "note" }, `${title(e)}: ${e.fault}`)));
   }));
   const now = [...document.querySelectorAll("details")];
   if (now.length === open.length) now.forEach((d, i) => { d.open = open[i]; });
