@@ -1,7 +1,7 @@
 //! Every file of `tests/graphs`: plans, images, steps and relations between runs of the shipped graphs.
 
 use crate::device;
-use crate::support::repository;
+use crate::support::{files, repository};
 use lightgraph::snapshot::{Bless, Options, run_dir};
 use std::path::Path;
 
@@ -13,4 +13,15 @@ fn graph_snapshots_hold() {
     let options = Options { bless: Bless::None, failures };
     let summary = run_dir(&repository("tests/graphs"), &options).unwrap_or_else(|f| panic!("{f}"));
     assert!(summary.passed(), "{summary}");
+}
+
+#[test]
+fn every_graph_has_a_snapshot_test() {
+    let tests = files("tests/graphs", &["ron"]);
+    let tests: Vec<String> = tests.iter().map(|p| std::fs::read_to_string(p).unwrap_or_default()).collect();
+    for graph in files("graphs", &["ron"]) {
+        let name = graph.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let named = format!("../../graphs/{name}\"");
+        assert!(tests.iter().any(|t| t.contains(&named)), "no test of tests/graphs names {name}");
+    }
 }
