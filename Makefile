@@ -2,11 +2,13 @@
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
 # make bench   run time against error: all graphs on all scenes with references, to out/bench/report.html
 # make scenes  writes the generated files of scenes/ anew
+# make peers   installs other renderers, for comparisons, into target/peers
+# make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo bench scenes driver lint
+.PHONY: test demo bench scenes peers references driver lint
 
 test: driver lint
 	cargo test
@@ -22,6 +24,12 @@ bench: driver
 
 scenes:
 	cargo run --quiet --example make_scenes
+
+peers:
+	peers/install.sh
+
+references: peers
+	peers/run.sh make_references.py
 
 # Installs Mesa's software driver where there is no Vulkan driver at all.
 driver:

@@ -1,4 +1,47 @@
 //! lightgraph: a data-driven render-graph framework.
+//!
+//! A render graph is a RON file, WGSL shaders stand beside it; a plan turns both into passes on a device.
+//!
+//! ```text
+//! RON text ─graph─→ Graph ─plan─→ Plan ─gpu─→ images, times          `gpu` alone holds a device
+//! WGSL text ─shader─→ Shader (module and interface)
+//! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
+//! ```
+//!
+//! - [`diag`]: places in texts, faults, how they are shown
+//! - [`value`]: values by name: parameters, facts, what a frame adds
+//! - [`graph`]: the graph file: tree, expressions, variants, names
+//! - [`shader`]: composition, bindings, reflection, byte layouts
+//! - [`scene`]: glTF, scene RON, poses, tables, a hierarchy of boxes over triangles
+//! - [`plan`]: wiring, liveness, sets and reductions, order, shared memory, what changed since the last frame
+//! - [`gpu`]: device, memory, pipelines, execution, timing, readback
+//! - [`session`]: from files to frames; [`verify`]: the proof that leaving steps out changes nothing
+//! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
+//! - [`bench`]: run time against error; [`snapshot`]: tests of graphs
+//! - [`cli`]: the commands, one a file
+//!
+//! What must stay true: no Rust names a rendering technique; only `gpu` and what calls it see a device; the executor
+//! decides nothing; names are the wiring; what did not change is not run; the same inputs give the same bits on one
+//! adapter; everything unknown or unused is a fault; what users write never panics.
+//!
+//! # Use as a library
+//!
+//! ```no_run
+//! use lightgraph::{diag::Checked, gpu::Gpu, scene, session::{Project, Session, Settings}};
+//! use std::path::Path;
+//!
+//! fn main() -> Checked<()> {
+//!     let gpu = Gpu::open()?;
+//!     let project = Project::open(Path::new("graphs/uniform_grid.ron"), &[])?;
+//!     let scene = scene::load(Path::new("scenes/hall"))?.scene;
+//!     let settings = Settings { size: [640, 480], skip: true, ..Settings::default() };
+//!     let mut session = Session::new(&gpu, &project, scene, settings)?;
+//!     session.frame(&gpu, 0, 0.0)?;
+//!     let color = session.image(&gpu, "color")?;
+//!     println!("{} × {} pixels", color.width, color.height);
+//!     Ok(())
+//! }
+//! ```
 
 #![forbid(unsafe_code)]
 
@@ -13,5 +56,6 @@ pub mod plan;
 pub mod scene;
 pub mod session;
 pub mod shader;
+pub mod snapshot;
 pub mod value;
 pub mod verify;

@@ -3,16 +3,22 @@
 //! A lobe round a direction C reflects the sum over (l, m) of c_l * Y_lm(C) * L_lm
 //! (Ramamoorthi and Hanrahan, "A Signal-Processing Framework for Inverse Rendering", 2001).
 #define_import_path lightgraph::brdf
-#import lightgraph::sh::{COUNT, basis}
+#import lightgraph::sh::{COUNT, ORDER, basis}
 
 /// Weights of the coefficients in the radiance that a Lambert surface of albedo 1 reflects.
-/// Factors c_l: 1, 2/3, 1/4, 0, -1/24.
+/// Factors c_l: 1, 2/3, 1/4, 0, -1/24, 0, 1/64: c_l = c_(l-2) * (3 - l)/(l + 2) from l = 2 on.
 fn lambert_weights(normal: vec3f) -> array<f32, COUNT> {
     var w = basis(normal);
-    for (var k = 1u; k < COUNT; k++) {
-        // Degrees 1, 2, 3 and 4 begin at k = 1, 4, 9 and 16.
-        let even = select(0.25, select(0.0, -1.0 / 24.0, k >= 16u), k >= 9u);
-        w[k] *= select(even, 2.0 / 3.0, k < 4u);
+    var even = 1.0;
+    for (var l = 1u; l <= ORDER; l++) {
+        var c = select(0.0, 2.0 / 3.0, l == 1u);
+        if l % 2u == 0u {
+            even *= (3.0 - f32(l)) / (f32(l) + 2.0);
+            c = even;
+        }
+        for (var k = l * l; k < (l + 1u) * (l + 1u); k++) {
+            w[k] *= c;
+        }
     }
     return w;
 }
@@ -21,14 +27,15 @@ fn lambert_weights(normal: vec3f) -> array<f32, COUNT> {
 /// Factors c_l = c_(l-2) * (n - l + 2)/(n + l + 1), from c_0 = 1 and c_1 = (n + 1)/(n + 2).
 fn phong_weights(mirror: vec3f, shininess: f32) -> array<f32, COUNT> {
     let n = shininess;
-    let one = (n + 1.0) / (n + 2.0);
-    let two = n / (n + 3.0);
-    let three = one * (n - 1.0) / (n + 4.0);
-    let four = two * (n - 2.0) / (n + 5.0);
     var w = basis(mirror);
-    for (var k = 1u; k < COUNT; k++) {
-        let high = select(two, select(three, four, k >= 16u), k >= 9u);
-        w[k] *= select(high, one, k < 4u);
+    var before = vec2f(1.0, 1.0);
+    for (var l = 1u; l <= ORDER; l++) {
+        let degree = f32(l);
+        let c = select(before.x * (n - degree + 2.0) / (n + degree + 1.0), (n + 1.0) / (n + 2.0), l == 1u);
+        before = vec2f(before.y, c);
+        for (var k = l * l; k < (l + 1u) * (l + 1u); k++) {
+            w[k] *= c;
+        }
     }
     return w;
 }

@@ -1,11 +1,14 @@
-//! Real orthonormal spherical harmonics up to l = SH_ORDER (0 to 4).
+//! Real orthonormal spherical harmonics up to l = SH_ORDER (0 to 10).
 //!
 //! Order (l, m) = (0,0) (1,-1) (1,0) (1,1) (2,-2) and so on, without the Condon-Shortley sign. The constants are
-//! sqrt((2l + 1)/(4 pi) * (l - |m|)!/(l + |m|)!), times sqrt(2) for m != 0, multiplied out.
+//! sqrt((2l + 1)/(4 pi) * (l - |m|)!/(l + |m|)!), times sqrt(2) for m != 0, multiplied out up to l = 4; from
+//! there on recurrences make them.
 #define_import_path lightgraph::sh
 
+/// Highest degree.
+const ORDER: u32 = #{SH_ORDER}u;
 /// Number of coefficients.
-const COUNT: u32 = (#{SH_ORDER}u + 1u) * (#{SH_ORDER}u + 1u);
+const COUNT: u32 = (ORDER + 1u) * (ORDER + 1u);
 
 /// Every basis function in the unit direction `d`.
 fn basis(d: vec3f) -> array<f32, COUNT> {
@@ -43,6 +46,39 @@ fn basis(d: vec3f) -> array<f32, COUNT> {
     y[22] = 0.47308734788 * (s.x - s.y) * (7.0 * s.z - 1.0);
     y[23] = 1.77013076978 * d.x * d.z * (s.x - 3.0 * s.y);
     y[24] = 0.62583573545 * (s.x * (s.x - 3.0 * s.y) - s.y * (3.0 * s.x - s.y));
+#endif
+#if SH_ORDER >= 5
+    // For each m: p is the normalised Legendre function over sin^m, upwards in l (Press et al., "Numerical Recipes",
+    // 3rd edition, section 6.7); (x + iy)^m holds sin^m and the angle round z.
+    var turn = vec2f(1.0, 0.0);
+    var start = 0.28209479177;
+    for (var m = 0u; m <= ORDER; m++) {
+        let q = f32(m);
+        if m > 0u {
+            turn = vec2f(turn.x * d.x - turn.y * d.y, turn.x * d.y + turn.y * d.x);
+            start *= sqrt((2.0 * q + 1.0) / (2.0 * q));
+        }
+        var low = 0.0;
+        var p = start;
+        for (var l = m; l <= ORDER; l++) {
+            let degree = f32(l);
+            if l > m {
+                let here = (4.0 * degree * degree - 1.0) / (degree * degree - q * q);
+                let back = ((degree - 1.0) * (degree - 1.0) - q * q) / (4.0 * (degree - 1.0) * (degree - 1.0) - 1.0);
+                let next = sqrt(here) * (d.z * p - sqrt(max(back, 0.0)) * low);
+                low = p;
+                p = next;
+            }
+            if l >= 5u {
+                let middle = l * (l + 1u);
+                y[middle] = select(y[middle], p, m == 0u);
+                if m > 0u {
+                    y[middle + m] = 1.41421356237 * p * turn.x;
+                    y[middle - m] = 1.41421356237 * p * turn.y;
+                }
+            }
+        }
+    }
 #endif
     return y;
 }

@@ -78,8 +78,11 @@ pub fn find(folder: &Path) -> Checked<Vec<Peer>> {
     Faults::check(faults, peers)
 }
 
+/// A row, and the images it came with, by quantity.
+pub type Rendered = (Entry, BTreeMap<String, Image>);
+
 /// Runs a peer on a scene. Its entries; or that it is absent, and why.
-pub fn run(peer: &Peer, job: Job<'_>) -> Result<Vec<(Entry, BTreeMap<String, Image>)>, Absent> {
+pub fn run(peer: &Peer, job: Job<'_>) -> Result<Vec<Rendered>, Absent> {
     let absent = |why: String| Absent { name: peer.name.clone(), why };
     let Some((program, first)) = peer.command.split_first() else { return Err(absent("its command is empty".into())) };
     let mut command = Command::new(program);

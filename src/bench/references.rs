@@ -155,8 +155,8 @@ impl Manifest {
         size: [u32; 2],
         notices: &mut Vec<Diagnostic>,
     ) -> Checked<References> {
-        let mut found = References::default();
-        found.leak = self.comparison.leaks.iter().find(|l| l.scene == scene).cloned();
+        let leak = self.comparison.leaks.iter().find(|l| l.scene == scene).cloned();
+        let mut found = References { leak, ..References::default() };
         let mut faults = vec![];
         for listed in self.entries.iter().filter(|e| e.scene == scene && e.camera.as_deref() == camera) {
             let origin = [listed.renderer.as_deref(), listed.version.as_deref()];

@@ -3,7 +3,7 @@
 //! [`super::draw`] places what draw and screen passes draw, [`super::reduce`] makes the stages of reductions.
 
 use super::order::{Block, Entry};
-use super::sizes::Sizes;
+use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
 use super::{Action, Binding, Desc, Resource, ResourceId, Step, StepId, TextureKind, Until};
 use crate::diag::{Diagnostic, Span};
@@ -38,12 +38,6 @@ pub fn expand(
     e.out.block = block;
     e.out
 }
-
-/// More members of one pass than this are taken for a slip: 64³ probes with six faces each are 1,572,864.
-pub const MOST_DRAWS: u32 = 1 << 21;
-
-/// More steps of one pass, or members of one set of resources, than this are taken for a slip.
-pub const MOST_STEPS: u32 = 4096;
 
 /// What the expansion works with.
 pub(super) struct Expander<'a, 'f> {

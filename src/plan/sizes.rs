@@ -1,6 +1,5 @@
 //! Declared resources to concrete descriptions: extents, counts, limits.
 
-use super::expand::MOST_STEPS;
 use super::request::{Request, count_with};
 use super::{Desc, TextureDesc, TextureKind, Tiles};
 use crate::diag::{Diagnostic, Span};
@@ -189,6 +188,12 @@ impl<'a> Sizes<'a> {
 fn too_big(name: &str, span: &Span) -> Diagnostic {
     Diagnostic::error(format!("`{name}` is larger than any adapter allows")).at(span, "")
 }
+
+/// More members of one pass than this are taken for a slip: 64³ probes with six faces each are 1,572,864.
+pub const MOST_DRAWS: u32 = 1 << 21;
+
+/// More steps of one pass, or members of one set of resources, than this are taken for a slip.
+pub const MOST_STEPS: u32 = 4096;
 
 /// The largest texture or buffer that is not taken for a slip, in bytes.
 pub const LARGEST: u64 = 8 << 30;

@@ -218,9 +218,9 @@ impl<'g> Wirer<'g, '_> {
                     self.out.off.push((pass, format!("`{}` is 0", e.span.text())));
                     return None;
                 }
-                if n > super::expand::MOST_DRAWS {
+                if n > super::sizes::MOST_DRAWS {
                     let d = Diagnostic::error(format!("a pass over {n} members")).at(&e.span, "");
-                    self.faults.push(d.help(format!("the most is {}", super::expand::MOST_DRAWS)));
+                    self.faults.push(d.help(format!("the most is {}", super::sizes::MOST_DRAWS)));
                     return None;
                 }
                 Some(n)

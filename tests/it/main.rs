@@ -4,6 +4,7 @@
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
+//! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
@@ -18,6 +19,7 @@ mod bad_scenes;
 mod closed_forms;
 mod command;
 mod device;
+mod graph_snapshots;
 mod mutated;
 mod references;
 mod shipped;

@@ -98,8 +98,9 @@ fn damaged_graphs_give_faults_with_places() {
                 Ok(graph) if plans > 0 => {
                     plans -= 1;
                     let changed = Project { graph, library: project.library.clone() };
-                    let result =
-                        survives(&what, || plan_without_device(&changed, &Values::new(), None, plans % 2 == 0));
+                    let result = survives(&what, || {
+                        plan_without_device(&changed, &Values::new(), None, plans.is_multiple_of(2))
+                    });
                     if let Err(faults) = result {
                         placed(&what, &faults);
                     }

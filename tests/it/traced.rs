@@ -95,6 +95,24 @@ fn path_tracing_is_unbiased() {
     }
 }
 
+/// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
+#[test]
+fn a_furnace_gives_its_closed_form() {
+    let [direct] = Shot { set: "emitter_samples=4", ..Shot::new("graphs/direct.ron", "scenes/furnace_80.glb", 16) }
+        .render(["direct"]);
+    for x in direct.data.chunks(direct.channels as usize).flat_map(|pixel| &pixel[..3]) {
+        assert!((x - 1.8).abs() <= 1e-4, "{x} is not 1 + 0.8");
+    }
+    let set = "samples=64 bounces=6";
+    let [color] = Shot { set, ..Shot::new("graphs/pathtrace.ron", "scenes/furnace_80.glb", 32) }.render(["color"]);
+    let pixels = color.pixel_count();
+    let mean = (0..pixels).map(|i| brightness(&color, i)).sum::<f64>() / (3 * pixels) as f64;
+    let expected: f64 = (0..8).map(|k| 0.8_f64.powi(k)).sum();
+    println!("furnace: {mean:.5}, on paper {expected:.5}");
+    // Some four standard errors.
+    assert!((mean / expected - 1.0).abs() <= 0.002, "{mean} is not {expected}");
+}
+
 #[test]
 fn more_frames_are_less_noise() {
     let shot = Shot { set: "samples=4", ..Shot::new("graphs/pathtrace.ron", "scenes/room_spot.gltf", SIZE) };
@@ -109,23 +127,22 @@ fn more_frames_are_less_noise() {
     assert!((3.3..=4.7).contains(&(one / sixteen)), "rmse of 1 frame {one:.1} %, of 16 {sixteen:.1} %");
 }
 
+/// No probe stands as far from one wall as from another: there a texel looks exactly into the corner, and either wall is
+/// right. With 4×4×4 probes in a cube those texels make 0.6 % of difference.
 #[test]
 fn probes_captured_by_rays_are_those_drawn() {
     for scene in ["cornell_point", "room_spot"] {
         let path = format!("scenes/{scene}.gltf");
         let of = |graph: &str| {
-            let set = "bounces=8 epsilon=0";
+            let set = "grid=4,5,6 bounces=8 epsilon=0";
             let [image] = Shot { set, ..Shot::new(graph, &path, SIZE) }.render(["indirect"]);
             image
         };
         let metrics = compared(&of("graphs/raycast_capture.ron"), &of("graphs/uniform_grid.ron"), None);
-        println!("{scene}: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
-        assert!(metrics.rmse_percent <= RASTER_AGAINST_RAYS, "{scene}: {metrics:?}");
+        println!("{scene}: rmse {:.4} %, bias {:+.4} %", metrics.rmse_percent, metrics.bias_percent);
+        assert!(metrics.rmse_percent <= 0.1, "{scene}: {metrics:?}");
     }
 }
-
-/// Percent: the two decide in their own ways who covers a texel's centre on an edge.
-const RASTER_AGAINST_RAYS: f64 = 0.5;
 
 #[test]
 fn a_first_bounce_by_rays_leaves_little_error() {
