@@ -1,11 +1,13 @@
 # make test    the Vulkan driver, formatting, lints and tests; the test runner's summary comes last
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
 # make scenes  writes the generated files of scenes/ anew
+# make peers   installs other renderers, for comparisons, into target/peers
+# make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo scenes driver lint
+.PHONY: test demo scenes peers references driver lint
 
 test: driver lint
 	cargo test
@@ -17,6 +19,12 @@ demo: driver
 
 scenes:
 	cargo run --quiet --example make_scenes
+
+peers:
+	peers/install.sh
+
+references: peers
+	peers/run.sh make_references.py
 
 # Installs Mesa's software driver where there is no Vulkan driver at all.
 driver:

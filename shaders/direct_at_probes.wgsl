@@ -1,15 +1,24 @@
 //! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first bounce.
+//! With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission elsewhere.
 #import lightgraph::cube
 #import lightgraph::probes
 #import lightgraph::surface::{is_lit, read_record}
 #ifdef LIGHTS
 #import lightgraph::lights::reflected_light
 #endif
+#ifdef EMITTERS_DIRECT
+#import lightgraph::emitters::reflected_emitters
+#import lightgraph::random::seed
+#import lightgraph::trace::leave
+#endif
 
 struct Params {
     cube_direct_tile: u32,
     cube_direct_columns: u32,
     cube_direct_count: u32,
+#ifdef EMITTERS_DIRECT
+    hit_samples: u32,
+#endif
 }
 var<uniform> params: Params;
 var cube_albedo: texture_2d<f32>;
@@ -29,7 +38,11 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
         let probe = probes::position(probes::coordinates(here.tile / 6u));
         let ray = cube::direction(here.tile % 6u, here.texel, edge);
         let s = read_record(albedo, textureLoad(cube_normal, id.xy, 0), probe, ray);
+#ifdef EMITTERS_DIRECT
+        light = reflected_emitters(s, leave(s.position, s.normal), params.hit_samples, seed(id.xy, 0u));
+#else
         light = s.emission;
+#endif
 #ifdef LIGHTS
         light += reflected_light(s);
 #endif

@@ -1,10 +1,18 @@
-//! Direct light in the image: emission, and the lights' first bounce.
+//! Direct light in the image: emission, and the lights' first bounce; with EMITTERS_DIRECT, that of emitters too.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::surface::{is_lit, read_record}
 #ifdef LIGHTS
 #import lightgraph::lights::reflected_light
 #endif
+#ifdef EMITTERS_DIRECT
+#import lightgraph::emitters::reflected_emitters
+#import lightgraph::random::seed
+#import lightgraph::trace::leave
+#endif
 
+#ifdef EMITTERS_DIRECT
+var<uniform> emitter_samples: u32;
+#endif
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
 var direct: texture_storage_2d<rgba32float, write>;
@@ -22,6 +30,9 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
         light = s.emission;
 #ifdef LIGHTS
         light += reflected_light(s);
+#endif
+#ifdef EMITTERS_DIRECT
+        light += reflected_emitters(s, leave(s.position, s.normal), emitter_samples, seed(id.xy, 0u));
 #endif
     }
     textureStore(direct, id.xy, vec4f(light, 1.0));

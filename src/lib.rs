@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod bench;
 pub mod cli;
 pub mod diag;
 pub mod gpu;
@@ -12,5 +13,6 @@ pub mod plan;
 pub mod scene;
 pub mod session;
 pub mod shader;
+pub mod snapshot;
 pub mod value;
 pub mod verify;

@@ -8,7 +8,7 @@ use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
 use crate::plan::{Plan, ResourceId};
-use crate::scene::{Pose, Scene, Shift};
+use crate::scene::{Pose, Scene, Shift, Table};
 use crate::shader::{Library, Shader};
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
@@ -160,7 +160,7 @@ impl Session {
         let pose = scene.pose(0.0);
         let [width, height] = settings.size;
         notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
-        let tables = scene.tables(&pose);
+        let tables = tables(&scene, &plan, &pose);
         let earlier = previous.map(|p| (&p.plan, &p.prepared));
         let prepared = gpu::prepare_after(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables, earlier)?;
         let held = settings.skip.then(Held::default);
@@ -184,7 +184,8 @@ impl Session {
         let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
         values.insert("frame".into(), Value::Uint(index));
         values.insert("time".into(), Value::Float(time));
-        let moved = (!pose.same_tables(&self.pose) || self.why.is_empty()).then(|| self.scene.tables(&pose));
+        let stale = self.why.is_empty() || !pose.same_tables(&self.pose);
+        let moved = stale.then(|| tables(&self.scene, &self.plan, &pose));
         let tables = moved.as_deref();
         // After a fault nothing is known of what memory holds: the next frame begins anew.
         let held = std::mem::replace(&mut self.held, self.settings.skip.then(Held::default));
@@ -232,6 +233,11 @@ impl Session {
             }
         }
     }
+}
+
+/// The tables that the plan's shaders read.
+fn tables(scene: &Scene, plan: &Plan, pose: &Pose) -> Vec<Table> {
+    scene.tables_named(pose, |name| plan.tables.iter().any(|t| t.table == name))
 }
 
 /// Whether two shaders are the same composition of the same texts.

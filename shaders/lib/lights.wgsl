@@ -2,6 +2,7 @@
 //! spot lights in W/sr a channel, directional ones in W/m².
 #define_import_path lightgraph::lights
 #import lightgraph::surface::Surface
+#import lightgraph::lobe::reflectance
 
 struct Light {
     /// 0 point, 1 spot, 2 directional.
@@ -115,25 +116,15 @@ fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     return sum;
 }
 
-/// The Phong lobe f * cos(theta) = (n + 1)/(2 pi) * cos(alpha)^n for strength 1, in 1/sr; `alpha` is the angle
-/// between the light's direction and the mirror direction.
-fn phong(cos_alpha: f32, shininess: f32) -> f32 {
-    return (shininess + 1.0) / 6.28318530718 * pow(max(cos_alpha, 1e-6), shininess);
-}
-
 /// Radiance that a surface reflects towards its viewer straight from all lights.
 fn reflected_light(s: Surface) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < arrayLength(&lights); i++) {
         let light = lights[i];
         let a = arrival(light, s.position);
-        let cosine = dot(s.normal, a.direction);
-        if cosine > 0.0 && any(a.irradiance > vec3f(0.0)) {
-            var lobe = s.albedo * (cosine / 3.14159265359);
-#ifdef SPECULAR
-            lobe += s.specular * phong(dot(reflect(-s.view, s.normal), a.direction), s.shininess);
-#endif
-            sum += visibility(light, s.position, s.normal) * lobe * a.irradiance;
+        let reflected = reflectance(s, a.direction) * a.irradiance;
+        if any(reflected > vec3f(0.0)) {
+            sum += visibility(light, s.position, s.normal) * reflected;
         }
     }
     return sum;

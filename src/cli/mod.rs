@@ -2,13 +2,16 @@
 //!
 //! Exit codes: 0 done; 1 the work found a fault; 2 wrong usage; 3 no usable adapter.
 
+pub mod bench;
 pub mod check;
 pub mod compare;
+pub mod new;
 mod outputs;
 pub mod plan;
 pub mod render;
 mod stats;
 mod table;
+pub mod test;
 pub mod watch;
 
 use crate::diag::{Diagnostic, Faults, render as show};
@@ -35,6 +38,12 @@ pub enum Command {
     Plan(plan::Args),
     /// Compare two images
     Compare(compare::Args),
+    /// Run graph snapshot tests
+    Test(test::Args),
+    /// Make a project of your own, with graphs and shaders to edit
+    New(new::Args),
+    /// Measure run time against error
+    Bench(bench::Args),
 }
 
 /// Why a command did not do its work.
@@ -80,6 +89,9 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Check(args) => check::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
+        Command::Test(args) => test::run(args),
+        Command::New(args) => new::run(args),
+        Command::Bench(args) => bench::run(args),
     };
     let (faults, code) = match result {
         Ok(code) => return code,

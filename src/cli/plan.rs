@@ -1,11 +1,26 @@
 //! `lightgraph plan`: what a graph compiles to. No device.
 
 use super::{Failure, ShaderFolders, notices, print, size};
-use crate::plan::build::plan;
+use crate::diag::Checked;
+use crate::plan::build::{Planned, plan};
 use crate::plan::request::{Request, sample_facts};
+use crate::plan::show;
 use crate::scene;
 use crate::session::Project;
-use std::path::PathBuf;
+use crate::value::Values;
+use std::path::{Path, PathBuf};
+
+/// How a plan is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// For people, snapshots and diffs
+    Text,
+    Json,
+    /// Graphviz
+    Dot,
+    /// A picture
+    Svg,
+}
 
 /// Prints the plan of a graph.
 #[derive(Debug, Clone, clap::Args)]
@@ -25,6 +40,11 @@ pub struct Args {
     /// Plan for these outputs only (may be repeated)
     #[arg(long = "output", value_name = "NAME")]
     pub outputs: Vec<String>,
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+    /// Print what differs in the plan of another graph, for the same scene
+    #[arg(long, value_name = "GRAPH", conflicts_with = "format")]
+    pub diff: Option<PathBuf>,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -32,25 +52,39 @@ pub struct Args {
 /// Plans and prints.
 ///
 /// # Errors
-/// Faults of the graph or the scene.
+/// Faults of the graphs or the scene.
 pub fn run(args: &Args) -> Result<u8, Failure> {
-    let project = Project::open(&args.graph, &args.shaders.folders)?;
-    let params = project.params(&args.set)?;
     let facts = match &args.scene {
         Some(path) => scene::load(path)?.scene.facts(),
         None => sample_facts(true),
     };
-    let planned = plan(&Request {
+    let planned = planned(args, &args.graph, &facts)?;
+    if let Some(other) = &args.diff {
+        let other = self::planned(args, other, &facts)?;
+        print(&show::diff(&planned.plan, &other.plan));
+        return Ok(0);
+    }
+    notices(&planned.notices);
+    let plan = &planned.plan;
+    print(&match args.format {
+        Format::Text => plan.to_string(),
+        Format::Json => format!("{:#}\n", show::to_json(plan)),
+        Format::Dot => show::to_dot(plan),
+        Format::Svg => show::to_svg(plan),
+    });
+    Ok(0)
+}
+
+fn planned(args: &Args, graph: &Path, facts: &Values) -> Checked<Planned> {
+    let project = Project::open(graph, &args.shaders.folders)?;
+    plan(&Request {
         graph: &project.graph,
         library: &project.library,
-        params: &params,
-        facts: &facts,
+        params: &project.params(&args.set)?,
+        facts,
         screen: args.size,
         outputs: (!args.outputs.is_empty()).then_some(args.outputs.as_slice()),
         limits: &wgpu::Limits::default(),
         features: wgpu::Features::FLOAT32_FILTERABLE,
-    })?;
-    notices(&planned.notices);
-    print(&format!("{:#?}\n", planned.plan.order));
-    Ok(0)
+    })
 }

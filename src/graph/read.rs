@@ -32,7 +32,8 @@ impl<'t> Fields<'t> {
 }
 
 impl Reader {
-    pub(super) fn fault(&mut self, d: Diagnostic) {
+    /// Notes a fault.
+    pub fn fault(&mut self, d: Diagnostic) {
         self.faults.push(d);
     }
 
@@ -132,7 +133,8 @@ impl Reader {
         }
     }
 
-    pub(super) fn bool(&mut self, node: Option<&Node>, default: bool) -> bool {
+    /// `true` or `false`.
+    pub fn bool(&mut self, node: Option<&Node>, default: bool) -> bool {
         match node.map(|n| (&n.kind, n)) {
             None => default,
             Some((Kind::Word(w), _)) if w == "true" || w == "false" => w == "true",
@@ -143,7 +145,8 @@ impl Reader {
         }
     }
 
-    pub(super) fn number(&mut self, node: &Node) -> Option<f64> {
+    /// A finite number.
+    pub fn number(&mut self, node: &Node) -> Option<f64> {
         let number = match &node.kind {
             Kind::Word(w) => w.parse::<f64>().ok().filter(|x| x.is_finite()),
             _ => None,
@@ -154,7 +157,8 @@ impl Reader {
         number
     }
 
-    pub(super) fn numbers(&mut self, node: &Node) -> Option<Vec<f64>> {
+    /// The numbers of a tuple; a bare number stands for a tuple of one.
+    pub fn numbers(&mut self, node: &Node) -> Option<Vec<f64>> {
         match &node.kind {
             Kind::Tuple(None, items) => items.iter().map(|n| self.number(n)).collect(),
             _ => self.number(node).map(|x| vec![x]),
@@ -174,8 +178,8 @@ impl Reader {
         }
     }
 
-    /// One of some bare words.
-    pub(super) fn word<T: Copy>(&mut self, node: Option<&Node>, choices: &[(&'static str, T)], default: T) -> T {
+    /// One of some bare words; `default` without one.
+    pub fn word<T: Copy>(&mut self, node: Option<&Node>, choices: &[(&'static str, T)], default: T) -> T {
         let Some(node) = node else { return default };
         let word = if let Kind::Word(w) = &node.kind { w.as_str() } else { "" };
         if let Some((_, v)) = choices.iter().find(|(n, _)| *n == word) {

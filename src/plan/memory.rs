@@ -1,25 +1,26 @@
 //! Lifetimes, and which resources share memory.
 
-use super::{Desc, Node, Plan, ResourceId, Slot};
+use super::{Action, Binding, Desc, Node, Place, Plan, ResourceId, Slot, Step};
 
 /// One use of a resource at a place of the order.
 #[derive(Clone, Copy)]
 struct Touch {
     at: usize,
-    read: bool,
+    /// Earlier content matters.
+    keeps: bool,
 }
 
 /// Fills in `alive` and `slot` of every resource, and the plan's slots.
 ///
 /// A resource holds something needed from its first write to its last read. Inside a loop that is true of one
-/// iteration only when each iteration writes it before reading it and nothing outside uses it; otherwise it is alive
-/// for the whole loop. Outputs live to the end, history for ever (in memory of their own).
+/// iteration only when each iteration writes all of it before reading it and nothing outside uses it; otherwise it is
+/// alive for the whole loop. Outputs live to the end, history for ever (in memory of their own).
 /// With `share: false` every resource has memory of its own.
 pub fn allocate(plan: &mut Plan, share: bool) {
     let mut touches: Vec<Vec<Touch>> = vec![vec![]; plan.resources.len()];
     let mut loops: Vec<(usize, usize)> = vec![];
     let mut at = 0;
-    walk(plan, &plan.order, &mut at, &mut touches, &mut loops);
+    walk(plan, &plan.order, &mut vec![], &mut at, &mut touches, &mut loops);
     let end = at;
     for (i, touches) in touches.iter().enumerate() {
         let mut alive = match (touches.first(), touches.last()) {
@@ -31,7 +32,7 @@ pub fn allocate(plan: &mut Plan, share: bool) {
             let inside = |t: &&Touch| t.at >= *start && t.at <= *stop;
             let Some(first) = touches.iter().find(inside) else { continue };
             let outside = touches.iter().any(|t| t.at < *start || t.at > *stop);
-            if outside || first.read {
+            if outside || first.keeps {
                 alive = (alive.0.min(*start), alive.1.max(*stop));
             }
         }
@@ -81,17 +82,25 @@ fn unite(a: &mut Desc, b: &Desc) {
     }
 }
 
-fn walk(plan: &Plan, nodes: &[Node], at: &mut usize, touches: &mut [Vec<Touch>], loops: &mut Vec<(usize, usize)>) {
+fn walk<'p>(
+    plan: &'p Plan,
+    nodes: &'p [Node],
+    around: &mut Vec<&'p str>,
+    at: &mut usize,
+    touches: &mut [Vec<Touch>],
+    loops: &mut Vec<(usize, usize)>,
+) {
     for node in nodes {
         match node {
             Node::Step(s) => {
                 let step = &plan.steps[s.0];
-                let mut note = |id: ResourceId, read| touches[id.0].push(Touch { at: *at, read });
+                let gathers = gathers(step, around);
+                let mut note = |id: ResourceId, keeps| touches[id.0].push(Touch { at: *at, keeps });
                 step.reads.iter().for_each(|r| note(*r, true));
-                step.writes.iter().for_each(|r| note(*r, false));
+                step.writes.iter().for_each(|r| note(*r, gathers));
                 // Bound for its size only: it must exist while the step runs.
                 for b in &step.bindings {
-                    if let super::Binding::Resource(id) = b
+                    if let Binding::Resource(id) = b
                         && !step.reads.contains(id)
                         && !step.writes.contains(id)
                     {
@@ -102,13 +111,31 @@ fn walk(plan: &Plan, nodes: &[Node], at: &mut usize, touches: &mut [Vec<Touch>],
             }
             Node::Loop(l) => {
                 let start = *at;
-                walk(plan, &l.body, at, touches, loops);
+                around.push(&l.name);
+                walk(plan, &l.body, around, at, touches, loops);
+                around.pop();
                 if let Some(until) = &l.until {
-                    touches[until.buffer.0].push(Touch { at: *at, read: true });
+                    touches[until.buffer.0].push(Touch { at: *at, keeps: true });
                 }
                 *at += 1;
                 loops.push((start, *at - 1));
             }
         }
     }
+}
+
+/// Whether a step may write another part of its targets in each iteration, so that all iterations together make the
+/// content: it draws to the layer of the loop's index, or its shader knows the index.
+fn gathers(step: &Step, around: &[&str]) -> bool {
+    let knows = |b: &Binding| match b {
+        Binding::Uniform { layout, extra } => {
+            layout.members.iter().any(|m| around.contains(&m.name.as_str()) && !extra.contains_key(&m.name))
+        }
+        _ => false,
+    };
+    let layered = match &step.action {
+        Action::Draw(d) => d.members.iter().any(|m| matches!(m.place, Place::LoopLayer(_))),
+        _ => false,
+    };
+    layered || step.bindings.iter().any(knows)
 }

@@ -14,9 +14,12 @@ pub mod memory;
 pub mod order;
 mod reduce;
 pub mod request;
+pub mod show;
 pub mod sizes;
 pub mod tables;
 mod targets;
+#[cfg(test)]
+mod tests;
 pub mod wire;
 
 use crate::shader::{Layout, Shader};

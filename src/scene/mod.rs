@@ -7,8 +7,8 @@
 //! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes and materials of
 //!   them, `attached` lights and cameras, `geometry` the vertices, `textures` the base-colour array; `description`
 //!   reads the scene RON
-//! - `model` holds the scene and its facts; `motion` poses it; `tables` and `light_views` fill the shaders' tables;
-//!   `camera` makes the view matrices
+//! - `model` holds the scene and its facts; `motion` poses it; `tables`, `light_views` and `bvh` fill the shaders'
+//!   tables; `camera` makes the view matrices
 //!
 //! # The scene file
 //! A RON file beside the glTF says what glTF has no place for:
@@ -37,6 +37,7 @@
 //! without one of them has the node's own.
 
 mod attached;
+mod bvh;
 mod camera;
 mod description;
 mod document;
@@ -128,8 +129,14 @@ impl Column {
 ///   (the light's rows in `light_views`)
 /// - `light_views`: one row a shadow map: `light`, `view_projection`, `near`, `far`; a point light has 6 in the
 ///   order +X −X +Y −Y +Z −Z, the others 1
-/// - `triangles`: world space: `a`, `b`, `c`, `na`, `nb`, `nc`, `material`
-/// - `emitters`: the emissive triangles: `a`, `b`, `c`, `radiance`, `area`
+/// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them `na`,
+///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, `material`; in the order of the leaves of `bvh`
+/// - `bvh`: boxes within boxes over `triangles`, the root first: `lower`, `upper` (corners of the box), `count` (of a
+///   leaf: its triangles; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
+///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
+///   one leaf with one triangle that no ray meets.
+/// - `emitters`: the emissive triangles: corners `a`, `b`, `c`, `radiance`, `area`, `cumulative` (share of the power
+///   up to and with this row; the last is 1), `density` (per m², of picking a point on it by power)
 ///
 /// A table without rows binds as one zeroed row, so that a shader always has something to point at; the counts
 /// are facts.
@@ -173,12 +180,24 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("na", Type::Vec3),
             ("nb", Type::Vec3),
             ("nc", Type::Vec3),
+            ("uva", Type::Vec2),
+            ("uvb", Type::Vec2),
+            ("uvc", Type::Vec2),
             ("material", Type::Uint),
         ],
     ),
+    ("bvh", &[("lower", Type::Vec3), ("upper", Type::Vec3), ("first", Type::Uint), ("count", Type::Uint)]),
     (
         "emitters",
-        &[("a", Type::Vec3), ("b", Type::Vec3), ("c", Type::Vec3), ("radiance", Type::Vec3), ("area", Type::Float)],
+        &[
+            ("a", Type::Vec3),
+            ("b", Type::Vec3),
+            ("c", Type::Vec3),
+            ("radiance", Type::Vec3),
+            ("area", Type::Float),
+            ("cumulative", Type::Float),
+            ("density", Type::Float),
+        ],
     ),
 ];
 

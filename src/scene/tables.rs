@@ -1,36 +1,56 @@
 //! The tables shaders read, in world space at a pose.
 
 use super::{
-    Column, Table,
+    Column, TABLES, Table,
+    bvh::Bvh,
     light_views::{LightView, light_views},
     model::Scene,
     motion::Pose,
 };
-use glam::{Mat3, Mat4, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3};
 
 /// A triangle in world space.
 struct Triangle {
     corners: [Vec3; 3],
     normals: [Vec3; 3],
+    uvs: [Vec2; 3],
     material: u32,
+}
+
+impl Triangle {
+    fn area(&self) -> f32 {
+        let [a, b, c] = self.corners;
+        0.5 * (b - a).cross(c - a).length()
+    }
 }
 
 /// What stands in `base_color_texture` for none.
 const NO_TEXTURE: u32 = u32::MAX;
 
 impl Scene {
-    /// The tables of [`super::TABLES`], in their order, at a pose of this scene.
+    /// The tables of [`TABLES`], in their order, at a pose of this scene.
     pub fn tables(&self, pose: &Pose) -> Vec<Table> {
-        let triangles = self.world_triangles(pose);
+        self.tables_named(pose, |_| true)
+    }
+
+    /// The tables whose names pass, in the order of [`TABLES`]; the others cost nothing.
+    pub fn tables_named(&self, pose: &Pose, wanted: impl Fn(&str) -> bool) -> Vec<Table> {
+        let traced = ["triangles", "bvh"].into_iter().any(&wanted);
+        let placed = traced || ["light_views", "emitters"].into_iter().any(&wanted);
+        let triangles = if placed { self.world_triangles(pose) } else { vec![] };
         let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.corners).collect();
-        vec![
-            nodes(pose),
-            self.material_table(),
-            self.light_table(pose),
-            light_view_table(&light_views(self, pose, &corners)),
-            triangle_table(&triangles),
-            self.emitter_table(&triangles),
-        ]
+        let bvh = if traced { Bvh::new(&corners) } else { Bvh::new(&[]) };
+        let table = |name: &str| match name {
+            "nodes" => Some(nodes(pose)),
+            "materials" => Some(self.material_table()),
+            "lights" => Some(self.light_table(pose)),
+            "light_views" => Some(light_view_table(&light_views(self, pose, &corners))),
+            "triangles" => Some(triangle_table(&triangles, &bvh)),
+            "bvh" => Some(bvh_table(&bvh)),
+            "emitters" => Some(self.emitter_table(&triangles)),
+            _ => None,
+        };
+        TABLES.iter().filter(|(name, _)| wanted(name)).filter_map(|(name, _)| table(name)).collect()
     }
 
     fn world_triangles(&self, pose: &Pose) -> Vec<Triangle> {
@@ -43,6 +63,7 @@ impl Scene {
                     corners: corners.map(|v| pose.nodes[v.node as usize].transform_point3(v.position.into())),
                     normals: corners
                         .map(|v| (normals[v.node as usize] * Vec3::from(v.normal)).try_normalize().unwrap_or(Vec3::Y)),
+                    uvs: corners.map(|v| v.uv.into()),
                     material: corners[0].material,
                 }
             })
@@ -97,8 +118,18 @@ impl Scene {
         let radiance = |t: &Triangle| self.materials.get(t.material as usize).map(|m| m.emission);
         let all: Vec<(&Triangle, Vec3)> =
             triangles.iter().filter_map(|t| radiance(t).filter(|e| e.max_element() > 0.0).map(|e| (t, e))).collect();
+        let power = |(t, e): &(&Triangle, Vec3)| f64::from(e.element_sum()) * f64::from(t.area());
+        let total: f64 = all.iter().map(power).sum();
+        let mut sum = 0.0;
+        let mut cumulative = vec![];
+        for emitter in &all {
+            sum += power(emitter);
+            cumulative.push((sum / total) as f32);
+        }
+        if let Some(last) = cumulative.last_mut() {
+            *last = 1.0;
+        }
         let corner = |i: usize| Column::Vec3(all.iter().map(|(t, _)| t.corners[i]).collect());
-        let area = |t: &Triangle| 0.5 * (t.corners[1] - t.corners[0]).cross(t.corners[2] - t.corners[0]).length();
         Table {
             name: "emitters",
             rows: all.len(),
@@ -107,7 +138,12 @@ impl Scene {
                 ("b", corner(1)),
                 ("c", corner(2)),
                 ("radiance", Column::Vec3(all.iter().map(|(_, e)| *e).collect())),
-                ("area", Column::Float(all.iter().map(|(t, _)| area(t)).collect())),
+                ("area", Column::Float(all.iter().map(|(t, _)| t.area()).collect())),
+                ("cumulative", Column::Float(cumulative)),
+                (
+                    "density",
+                    Column::Float(all.iter().map(|(_, e)| (f64::from(e.element_sum()) / total) as f32).collect()),
+                ),
             ],
         }
     }
@@ -135,12 +171,14 @@ fn light_view_table(views: &[LightView]) -> Table {
     }
 }
 
-fn triangle_table(triangles: &[Triangle]) -> Table {
-    let corner = |i: usize| Column::Vec3(triangles.iter().map(|t| t.corners[i]).collect());
-    let normal = |i: usize| Column::Vec3(triangles.iter().map(|t| t.normals[i]).collect());
+fn triangle_table(triangles: &[Triangle], bvh: &Bvh) -> Table {
+    let ordered = || bvh.order.iter().map(|i| &triangles[*i as usize]);
+    let corner = |i: usize| Column::Vec3(ordered().map(|t| t.corners[i]).collect());
+    let normal = |i: usize| Column::Vec3(ordered().map(|t| t.normals[i]).collect());
+    let uv = |i: usize| Column::Vec2(ordered().map(|t| t.uvs[i]).collect());
     Table {
         name: "triangles",
-        rows: triangles.len(),
+        rows: bvh.order.len(),
         columns: vec![
             ("a", corner(0)),
             ("b", corner(1)),
@@ -148,7 +186,24 @@ fn triangle_table(triangles: &[Triangle]) -> Table {
             ("na", normal(0)),
             ("nb", normal(1)),
             ("nc", normal(2)),
-            ("material", Column::Uint(triangles.iter().map(|t| t.material).collect())),
+            ("uva", uv(0)),
+            ("uvb", uv(1)),
+            ("uvc", uv(2)),
+            ("material", Column::Uint(ordered().map(|t| t.material).collect())),
+        ],
+    }
+}
+
+fn bvh_table(bvh: &Bvh) -> Table {
+    let all = &bvh.nodes;
+    Table {
+        name: "bvh",
+        rows: all.len(),
+        columns: vec![
+            ("lower", Column::Vec3(all.iter().map(|n| n.bounds.min).collect())),
+            ("upper", Column::Vec3(all.iter().map(|n| n.bounds.max).collect())),
+            ("first", Column::Uint(all.iter().map(|n| n.first).collect())),
+            ("count", Column::Uint(all.iter().map(|n| n.count).collect())),
         ],
     }
 }

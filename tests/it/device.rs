@@ -40,11 +40,18 @@ impl<'a> Shot<'a> {
 
     /// One frame; the images of these outputs, in this order.
     pub fn render<const N: usize>(&self, outputs: [&str; N]) -> [Image; N] {
+        self.render_frames(1, outputs)
+    }
+
+    /// Frames at 60 a second; the last one's images.
+    pub fn render_frames<const N: usize>(&self, frames: u32, outputs: [&str; N]) -> [Image; N] {
         let gpu = gpu();
         let mut session =
             self.session(&gpu, &outputs).unwrap_or_else(|f| panic!("{} of {}\n{f}", self.graph, self.scene));
-        let report = session.frame(&gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
-        assert!(report.warnings.is_empty(), "{}", show(&report.warnings));
+        for frame in 0..frames {
+            let report = session.frame(&gpu, frame, frame as f32 / 60.0).unwrap_or_else(|f| panic!("{f}"));
+            assert!(report.warnings.is_empty(), "{}", show(&report.warnings));
+        }
         outputs.map(|name| {
             let image = session.image(&gpu, name).unwrap_or_else(|f| panic!("{f}"));
             if let Some(bad) = image.non_finite(None) {

@@ -4,11 +4,14 @@
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
+//! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
+//! - `traced`: graphs that trace rays, against another renderer and against rasterisation
+//! - `twins`: shaders against the Rust of the same mathematics
 //! - `support`, `device`: what several of them need
 
 mod bad;
@@ -16,9 +19,12 @@ mod bad_scenes;
 mod closed_forms;
 mod command;
 mod device;
+mod graph_snapshots;
 mod mutated;
 mod references;
 mod shipped;
 mod skips;
 mod snapshots;
 mod support;
+mod traced;
+mod twins;

@@ -5,5 +5,6 @@ mod files;
 mod fixture;
 mod meshes;
 mod motion;
+mod rays;
 mod rooms;
 mod views;

@@ -1,0 +1,155 @@
+"""Makes the reference images of tests/references with Mitsuba, and their manifest references.json.
+
+    peers/run.sh make_references.py [SCENE[:CAMERA]…] [--check] [--out FOLDER]
+
+Without names: every reference of the table below. `--check` writes nothing: it renders the named references anew with
+few samples and another seed, and exits with 1 where the files differ by more than the noise of both explains.
+"""
+
+import argparse
+import json
+import sys
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+import gltf
+import image_files
+import mitsuba_light as light
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent
+FOLDER = ROOT / "tests/references"
+SIZE = 128
+SEED = 1
+# Images with fewer bounces get this share of the samples.
+SHARE_OF_BOUNCE_IMAGES = 4
+BOUNCES = (1, 2, 3)
+
+# Scene, camera, samples a pixel of `indirect`.
+REFERENCES = [
+    ("hall", "nave", 8192),
+    ("art_gallery", "main", 4096),
+    ("cornell", "front", 4096),
+    ("empty_room", "inside", 4096),
+    ("two_rooms", "lit", 4096),
+    ("two_rooms", "dark", 64),
+    ("lambert_plane", "above", 64),
+]
+# Closed boxes whose walls all emit radiance 1 and have this albedo: no image is needed.
+FURNACES = [("furnace", 0.5), ("furnace_80", 0.8), ("furnace_95", 0.95)]
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("names", nargs="*", metavar="SCENE[:CAMERA]")
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--out", type=Path, default=FOLDER)
+    args = parser.parse_args()
+    if args.check:
+        chosen = [e for e in manifest(args.out) if asked(args.names, e["scene"], e["camera"])]
+        sys.exit(0 if all([check(e, args.out) for e in chosen]) else 1)
+    args.out.mkdir(parents=True, exist_ok=True)
+    for scene, camera, samples in REFERENCES:
+        if asked(args.names, scene, camera):
+            enter(args.out, make(scene, camera, samples, args.out))
+    for scene, albedo in FURNACES:
+        if asked(args.names, scene, "inside"):
+            enter(args.out, furnace(scene, albedo))
+
+
+def asked(names, scene, camera):
+    return not names or scene in names or f"{scene}:{camera}" in names
+
+
+def manifest(folder):
+    path = folder / "references.json"
+    return json.loads(path.read_text()) if path.exists() else []
+
+
+def enter(folder, entry):
+    """Puts an entry into the manifest, in the place of the one for the same scene and camera."""
+    key = lambda e: (e["scene"], e["camera"])
+    entries = [e for e in manifest(folder) if key(e) != key(entry)] + [entry]
+    (folder / "references.json").write_text(json.dumps(sorted(entries, key=key), indent=2) + "\n")
+
+
+def make(scene, camera, samples, folder):
+    start = time.time()
+    loaded = gltf.load(ROOT / "scenes" / scene)
+    tracer = light.Tracer(loaded, camera, SIZE, SIZE)
+    stem = scene if camera == loaded.camera else f"{scene}_{camera}"
+    mean, error, direct = light.mean_and_error(tracer, light.ALL, samples, SEED)
+    fewer = max(samples // SHARE_OF_BOUNCE_IMAGES, 16)
+    images = {"direct": direct, "indirect": mean, "full": direct + mean}
+    counts = {"direct": 1 if tracer.direct_is_exact else samples, "indirect": samples, "full": samples}
+    errors = {"direct": 0.0, "indirect": percent(error, mean), "full": percent(error, direct + mean)}
+    for n in BOUNCES:
+        mean, error, _ = light.mean_and_error(tracer, n + 2, fewer, SEED + n)
+        name = f"b{n}_indirect"
+        images[name], counts[name], errors[name] = mean, fewer, percent(error, mean)
+    for name, image in zip(("albedo", "normal", "depth"), tracer.surfaces(), strict=True):
+        images[name], counts[name] = image, 1
+    files = {}
+    for name, image in images.items():
+        files[name] = f"{stem}_{name}.exr"
+        about = f"{scene}, camera {camera}: {name}, Mitsuba {version('mitsuba')}, {counts[name]} samples, seed {SEED}"
+        image_files.write(folder / files[name], image.reshape(tracer.shape), about, image_files.HALF)
+    print(f"{stem}: indirect ± {errors['indirect']:.2f} %, {time.time() - start:.0f} s", flush=True)
+    return {
+        "scene": scene,
+        "camera": camera,
+        "size": [SIZE, SIZE],
+        "renderer": "Mitsuba path",
+        "version": version("mitsuba"),
+        "seed": SEED,
+        "files": files,
+        "samples": counts,
+        "stderr_percent": errors,
+    }
+
+
+def percent(error, mean):
+    """Standard errors of all pixels and channels as rmse % is taken: root of the mean square, by the mean."""
+    return round(100 * float(np.sqrt((error**2).mean()) / mean.mean()), 3) if mean.any() else 0.0
+
+
+def furnace(scene, albedo):
+    """Emission is direct light here and every reflection of it indirect: a graph that gathers the light of emissive
+    walls in probes splits it so. The sum is the same in any split."""
+    exact = {"direct": 1.0, "indirect": albedo / (1 - albedo), "full": 1 / (1 - albedo)}
+    for n in BOUNCES:
+        exact[f"b{n}_indirect"] = sum(albedo**k for k in range(1, n + 1))
+    exact = {name: round(value, 6) for name, value in exact.items()}
+    return {"scene": scene, "camera": "inside", "size": [SIZE, SIZE], "renderer": "closed form", "exact": exact}
+
+
+def check(entry, folder, samples=256):
+    """Renders an entry's scene anew and compares: `indirect` with its file, and `full` with a constant."""
+    tracer = light.Tracer(gltf.load(ROOT / "scenes" / entry["scene"]), entry["camera"], *entry["size"])
+    found, error, direct = light.mean_and_error(tracer, light.ALL, samples, SEED + 77_777)
+    known = 0.0
+    if "exact" in entry:
+        quantity = "full"
+        reference = np.full_like(found, entry["exact"]["full"])
+        found = found + direct
+    else:
+        quantity = "indirect"
+        reference = image_files.read(folder / entry["files"]["indirect"]).reshape(found.shape)
+        known = entry["stderr_percent"].get("indirect", 0.0)
+    level = max(float(reference.mean()), 1e-9)
+    noise = np.hypot(percent(error, reference), known)
+    off = 100 * np.sqrt(((found - reference) ** 2).mean()) / level
+    bias = 100 * (found.mean() / level - 1) if reference.any() else found.mean()
+    # Sixteen passes know the noise of an image to about a tenth; half floats hold 0.05 %.
+    good = bool(off <= 1.2 * noise + 0.05 and abs(bias) < 1)
+    print(
+        f"{entry['scene']}, {entry['camera']}: {quantity} differs by {off:.2f} %, of which noise explains {noise:.2f} %; "
+        f"bias {bias:+.2f} %: {'agrees' if good else 'DIFFERS'}",
+        flush=True,
+    )
+    return good
+
+
+if __name__ == "__main__":
+    main()

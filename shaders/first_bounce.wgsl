@@ -1,0 +1,85 @@
+//! The first bounce gathered at each pixel by rays: what they meet sends its direct light, and the light of further
+//! bounces that the probes round it hold.
+#import lightgraph::camera::pixel_ray
+#import lightgraph::surface::{Surface, is_lit, read_record}
+#import lightgraph::hit::look
+#import lightgraph::indirect::reflected_probes
+#import lightgraph::random::{even_pair, seed}
+#import lightgraph::sampling::{cosine_direction, lobe_direction}
+#import lightgraph::trace::leave
+#ifdef LIGHTS
+#import lightgraph::lights::reflected_light
+#endif
+#ifdef EMITTERS_DIRECT
+#import lightgraph::emitters::reflected_emitters
+#endif
+
+struct Params {
+    /// Rays of a pixel, along a side of the square they are spread over.
+    directions: u32,
+    behind_captured: f32,
+#ifdef EMITTERS_DIRECT
+    hit_samples: u32,
+#endif
+}
+var<uniform> params: Params;
+var surface_albedo: texture_2d<f32>;
+var surface_normal: texture_2d<f32>;
+var sh: texture_3d<f32>;
+/// Irradiance over pi.
+var gathered: texture_storage_2d<rgba32float, write>;
+#ifdef SPECULAR
+/// Radiance that the Phong lobe reflects.
+var gloss: texture_storage_2d<rgba32float, write>;
+#endif
+
+/// Radiance that arrives along a ray from others than emitters.
+fn arriving(start: vec3f, direction: vec3f, shift: u32) -> vec3f {
+    let met = look(start, direction);
+    if !met.lit {
+        return vec3f(0.0);
+    }
+    var light = max(reflected_probes(sh, met.surface, params.behind_captured), vec3f(0.0));
+#ifdef LIGHTS
+    light += reflected_light(met.surface);
+#endif
+#ifdef EMITTERS_DIRECT
+    light += reflected_emitters(met.surface, met.start, params.hit_samples, shift);
+#endif
+    return light;
+}
+
+/// Pixels of each 4x4 share one even sequence, each with a stretch of it.
+@compute @workgroup_size(8, 8)
+fn first_bounce(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(gathered)) {
+        return;
+    }
+    var sum = vec3f(0.0);
+    var shine = vec3f(0.0);
+    let albedo = textureLoad(surface_albedo, id.xy, 0);
+    if is_lit(albedo) {
+        let ray = pixel_ray(id.xy);
+        let s = read_record(albedo, textureLoad(surface_normal, id.xy, 0), ray.origin, ray.direction);
+        let start = leave(s.position, s.normal);
+        let rays = params.directions * params.directions;
+        let place = id.x % 4u + 4u * (id.y % 4u);
+        for (var i = 0u; i < rays; i++) {
+            let u = even_pair(place * rays + i, seed(id.xy / 4u, 0u));
+            let shift = seed(id.xy, i);
+            sum += arriving(start, cosine_direction(s.normal, u), shift) / f32(rays);
+#ifdef SPECULAR
+            if s.specular > 0.0 {
+                let direction = lobe_direction(reflect(-s.view, s.normal), s.shininess, u);
+                if dot(direction, s.normal) > 0.0 {
+                    shine += s.specular * arriving(start, direction, shift) / f32(rays);
+                }
+            }
+#endif
+        }
+    }
+    textureStore(gathered, id.xy, vec4f(sum, 1.0));
+#ifdef SPECULAR
+    textureStore(gloss, id.xy, vec4f(shine, 1.0));
+#endif
+}

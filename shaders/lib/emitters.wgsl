@@ -1,0 +1,153 @@
+//! Light straight from emissive triangles, with traced shadows.
+#define_import_path lightgraph::emitters
+#import lightgraph::surface::Surface
+#import lightgraph::lobe::{reflectance, gloss}
+#import lightgraph::random::even_pair
+#import lightgraph::sampling
+#import lightgraph::trace::is_free
+
+struct Emitter {
+    a: vec3f,
+    area: f32,
+    b: vec3f,
+    /// Share of the power up to and with this row.
+    cumulative: f32,
+    c: vec3f,
+    /// Of picking a point on it by power, per m².
+    density: f32,
+    /// Leaves the front.
+    radiance: vec3f,
+}
+var<storage, read> emitters: array<Emitter>;
+
+/// Rays end this share before an emitter, which would be in its own way.
+const REACH: f32 = 0.9999;
+
+/// Light from a point on an emitter.
+struct Sample {
+    /// Unit, towards the point.
+    direction: vec3f,
+    /// Metres.
+    distance: f32,
+    radiance: vec3f,
+    /// Of drawing the direction, in 1/sr; 0 where no light comes from it.
+    density: f32,
+}
+
+/// A point on an emitter chosen by power: `choice` chooses the triangle, `u` the point on it.
+fn draw(origin: vec3f, choice: f32, u: vec2f) -> Sample {
+    var low = 0u;
+    var high = arrayLength(&emitters) - 1u;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if emitters[middle].cumulative <= choice {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    return towards(emitters[low], origin, u);
+}
+
+/// A point on one emitter, `u` of the unit square, as seen from a point.
+fn towards(e: Emitter, origin: vec3f, u: vec2f) -> Sample {
+    let at = sampling::triangle(u);
+    let offset = e.a + at.x * (e.b - e.a) + at.y * (e.c - e.a) - origin;
+    let distance = max(length(offset), 1e-15);
+    let direction = offset / distance;
+    let cosine = -dot(normalize(cross(e.b - e.a, e.c - e.a)), direction);
+    let density = e.density * distance * distance / max(cosine, 1e-6);
+    return Sample(direction, distance, e.radiance, select(0.0, density, cosine > 0.0));
+}
+
+/// The density, in 1/sr, with which `draw` would have met a point of emission `radiance`, `distance` away, that is
+/// seen under `cosine` to its front.
+fn draw_density(radiance: vec3f, distance: f32, cosine: f32) -> f32 {
+    let first = emitters[0];
+    let share = dot(radiance, vec3f(1.0)) / dot(first.radiance, vec3f(1.0));
+    return first.density * share * distance * distance / max(cosine, 1e-6);
+}
+
+/// Irradiance over radiance of an unshadowed triangle of constant radiance, by Lambert's sum over the edges (Baum,
+/// Rushmeier, Winget, "Improving Radiosity Solutions Through the Use of Analytically Determined Form Factors", 1989). What lies
+/// behind the surface is cut off.
+fn form(e: Emitter, point: vec3f, normal: vec3f) -> f32 {
+    let corners = array<vec3f, 3>(e.a - point, e.b - point, e.c - point);
+    var cut: array<vec3f, 4>;
+    var count = 0u;
+    for (var i = 0u; i < 3u; i++) {
+        let p = corners[i];
+        let q = corners[(i + 1u) % 3u];
+        let heights = vec2f(dot(p, normal), dot(q, normal));
+        if heights.x > 0.0 {
+            cut[count] = p;
+            count++;
+        }
+        if (heights.x > 0.0) != (heights.y > 0.0) {
+            cut[count] = p + (q - p) * (heights.x / (heights.x - heights.y));
+            count++;
+        }
+    }
+    var sum = 0.0;
+    for (var i = 0u; i < count; i++) {
+        let p = normalize(cut[i]);
+        let q = normalize(cut[select(i + 1u, 0u, i + 1u == count)]);
+        let across = cross(p, q);
+        let sine = length(across);
+        if sine > 1e-9 {
+            sum += atan2(sine, dot(p, q)) * dot(across, normal) / sine;
+        }
+    }
+    return 0.5 * abs(sum);
+}
+
+/// Radiance that a surface reflects towards its viewer straight from all emitters. `start`: where its rays start.
+///
+/// Lambert: the exact irradiance of each triangle, times the share of it that `samples` points evenly spread over
+/// the triangle see; exact where all or none of them do. Phong: the mean over the points. `shift` moves the points.
+fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < arrayLength(&emitters); i++) {
+        let e = emitters[i];
+        let flat_normal = cross(e.b - e.a, e.c - e.a);
+        if dot(flat_normal, start - e.a) <= 0.0 {
+            continue;
+        }
+        let whole = form(e, s.position, s.normal);
+        if whole <= 0.0 {
+            continue;
+        }
+        // Of the points' irradiance: all, and what arrives; the gloss that arrives.
+        var all = 0.0;
+        var arrived = 0.0;
+        var shine = 0.0;
+        for (var k = 0u; k < samples; k++) {
+            let p = towards(e, start, even_pair(k, shift + i));
+            let cosine = dot(s.normal, p.direction);
+            if cosine <= 0.0 || p.density <= 0.0 {
+                continue;
+            }
+            // The emitter's density is the power's: a weight without it is the solid angle of a point's share.
+            let angle = e.density * e.area / (p.density * f32(samples));
+            all += cosine * angle;
+            if is_free(start, p.direction, REACH * p.distance) {
+                arrived += cosine * angle;
+                shine += gloss(s, p.direction) * angle;
+            }
+        }
+        if all > 0.0 {
+            sum += e.radiance * (s.albedo / 3.14159265359 * whole * (arrived / all) + s.specular * shine);
+        }
+    }
+    return sum;
+}
+
+/// An estimate of the same from one point chosen by power, weighed against a direction drawn by `lobe::scatter` with
+/// the density that `scattered` gives for it (balance heuristic of Veach, 1995).
+fn estimate(s: Surface, start: vec3f, p: Sample, scattered: f32) -> vec3f {
+    let light = reflectance(s, p.direction) * p.radiance;
+    if p.density <= 0.0 || all(light <= vec3f(0.0)) || !is_free(start, p.direction, REACH * p.distance) {
+        return vec3f(0.0);
+    }
+    return light / (p.density + scattered);
+}

@@ -1,0 +1,40 @@
+//! Numbers that look random, and sequences that cover the unit square evenly.
+#define_import_path lightgraph::random
+
+/// A bijection of the 32-bit words that leaves no pattern (PCG-RXS-M-XS; Jarzynski and Olano, "Hash Functions for GPU
+/// Rendering", 2020).
+fn scramble(word: u32) -> u32 {
+    let state = word * 747796405u + 2891336453u;
+    let mixed = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (mixed >> 22u) ^ mixed;
+}
+
+/// A seed for each pixel and `salt`; others give numbers that have nothing to do with them.
+fn seed(pixel: vec2u, salt: u32) -> u32 {
+    return scramble(pixel.x + scramble(pixel.y + scramble(salt)));
+}
+
+/// The share of 2^32 that a word is, in 0..1 and below 1.
+fn unit(word: u32) -> f32 {
+    return f32(word >> 8u) / 16777216.0;
+}
+
+/// The next number in 0..1 after a state, which moves on.
+fn next(state: ptr<function, u32>) -> f32 {
+    *state = *state * 747796405u + 2891336453u;
+    return unit(scramble(*state));
+}
+
+/// Two of them.
+fn next_pair(state: ptr<function, u32>) -> vec2f {
+    let first = next(state);
+    return vec2f(first, next(state));
+}
+
+/// Point number `index` of Roberts' R2 sequence, moved round the unit square by what `shift` stands for. Any stretch
+/// of it covers the square evenly, and over all shifts each point is uniform. The steps are 2^32 over the
+/// plastic number 1.3247 and over its square.
+fn even_pair(index: u32, shift: u32) -> vec2f {
+    let step = vec2u(3242174889u, 2447445414u) * index;
+    return vec2f(unit(step.x + shift), unit(step.y + scramble(shift)));
+}

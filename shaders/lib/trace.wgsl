@@ -1,0 +1,148 @@
+//! Rays against the scene's triangles, through the boxes of the table `bvh`.
+#define_import_path lightgraph::trace
+
+struct Box {
+    lower: vec3f,
+    /// Of a leaf: its first triangle. Else: the row of its first child; the second is the next.
+    first: u32,
+    upper: vec3f,
+    /// Of a leaf: its triangles. Else 0.
+    count: u32,
+}
+var<storage, read> bvh: array<Box>;
+
+struct Triangle {
+    a: vec3f,
+    material: u32,
+    b: vec3f,
+    c: vec3f,
+    na: vec3f,
+    nb: vec3f,
+    nc: vec3f,
+#ifdef TEXTURES
+    uva: vec2f,
+    uvb: vec2f,
+    uvc: vec2f,
+#endif
+}
+var<storage, read> triangles: array<Triangle>;
+
+struct Extent {
+    bounds_min: vec3f,
+    bounds_max: vec3f,
+}
+var<uniform> extent: Extent;
+
+/// What a ray meets.
+struct Hit {
+    /// Metres along the ray; the ray's end where it meets nothing.
+    distance: f32,
+    /// 0xffffffff where it meets nothing.
+    triangle: u32,
+    /// Barycentric coordinates of the corners b and c.
+    at: vec2f,
+}
+
+const NOTHING: u32 = 0xffffffffu;
+/// Metres: farther than any scene.
+const FAR: f32 = 1e30;
+/// The table's documentation bounds the depth of the leaves by 47.
+const STACK: u32 = 48u;
+
+/// A start for rays that leave a surface at `point` on the side that the unit `normal` points to: away from it by
+/// 1e-5 of the scene's size or of its distance from the origin, some eighty times the rounding of coordinates.
+fn leave(point: vec3f, normal: vec3f) -> vec3f {
+    let size = max(max(abs(extent.bounds_min), abs(extent.bounds_max)), extent.bounds_max - extent.bounds_min);
+    return point + 1e-5 * max(max(size.x, size.y), size.z) * normal;
+}
+
+/// Reciprocals of a direction's components; those near 0 count as 1e-20.
+fn reciprocal(direction: vec3f) -> vec3f {
+    let tiny = select(vec3f(1e-20), vec3f(-1e-20), direction < vec3f(0.0));
+    return 1.0 / select(direction, tiny, abs(direction) < vec3f(1e-20));
+}
+
+/// Distance at which a ray enters a box; `FAR` where it misses it before `end`.
+fn enter(box: Box, origin: vec3f, inverse: vec3f, end: f32) -> f32 {
+    let low = (box.lower - origin) * inverse;
+    let high = (box.upper - origin) * inverse;
+    let near = min(low, high);
+    let far = max(low, high);
+    let first = max(max(near.x, near.y), max(near.z, 0.0));
+    let last = min(min(far.x, far.y), min(far.z, end));
+    return select(FAR, first, first <= last);
+}
+
+/// The hit with one triangle nearer than `best`, or `best`.
+///
+/// Inside is decided by the signs of the volumes that the ray spans with each edge, alike for both triangles at
+/// an edge, so that no ray slips between them; the distance by the triangle's plane.
+fn meet(index: u32, origin: vec3f, direction: vec3f, best: Hit) -> Hit {
+    let a = triangles[index].a - origin;
+    let b = triangles[index].b - origin;
+    let c = triangles[index].c - origin;
+    let volumes = vec3f(dot(cross(c, b), direction), dot(cross(a, c), direction), dot(cross(b, a), direction));
+    let inside = all(volumes >= vec3f(0.0)) || all(volumes <= vec3f(0.0));
+    let normal = cross(b - a, c - a);
+    let slope = dot(normal, direction);
+    let sum = volumes.x + volumes.y + volumes.z;
+    if !inside || slope == 0.0 || sum == 0.0 {
+        return best;
+    }
+    let distance = dot(normal, a) / slope;
+    if distance > 0.0 && distance < best.distance {
+        return Hit(distance, index, volumes.yz / sum);
+    }
+    return best;
+}
+
+/// What a ray meets first before `end`. With `any`, whatever it finds first.
+fn search(origin: vec3f, direction: vec3f, end: f32, any_will_do: bool) -> Hit {
+    let inverse = reciprocal(direction);
+    var best = Hit(end, NOTHING, vec2f(0.0));
+    var stack: array<u32, STACK>;
+    var waiting = 0u;
+    var row = 0u;
+    loop {
+        let box = bvh[row];
+        var follow = false;
+        if box.count > 0u {
+            for (var i = 0u; i < box.count; i++) {
+                best = meet(box.first + i, origin, direction, best);
+            }
+            if any_will_do && best.triangle != NOTHING {
+                break;
+            }
+        } else {
+            let one = enter(bvh[box.first], origin, inverse, best.distance);
+            let two = enter(bvh[box.first + 1u], origin, inverse, best.distance);
+            if min(one, two) < FAR {
+                let swap = two < one;
+                if max(one, two) < FAR && waiting < STACK {
+                    stack[waiting] = box.first + select(1u, 0u, swap);
+                    waiting++;
+                }
+                row = box.first + select(0u, 1u, swap);
+                follow = true;
+            }
+        }
+        if !follow {
+            if waiting == 0u {
+                break;
+            }
+            waiting--;
+            row = stack[waiting];
+        }
+    }
+    return best;
+}
+
+/// What a ray meets first; both sides of triangles count.
+fn closest(origin: vec3f, direction: vec3f) -> Hit {
+    return search(origin, direction, FAR, false);
+}
+
+/// Whether a ray is free up to `end` metres.
+fn is_free(origin: vec3f, direction: vec3f, end: f32) -> bool {
+    return search(origin, direction, end, true).triangle == NOTHING;
+}

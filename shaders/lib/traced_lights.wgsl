@@ -1,0 +1,23 @@
+//! Light straight from the scene's lights, with traced shadows.
+#define_import_path lightgraph::traced_lights
+#import lightgraph::surface::Surface
+#import lightgraph::lights::{lights, arrival}
+#import lightgraph::lobe::reflectance
+#import lightgraph::trace::{is_free, FAR}
+
+/// Radiance that a surface reflects towards its viewer straight from all lights. `start`: where its rays start.
+fn traced_light(s: Surface, start: vec3f) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < arrayLength(&lights); i++) {
+        let light = lights[i];
+        let a = arrival(light, s.position);
+        let reflected = reflectance(s, a.direction) * a.irradiance;
+        if any(reflected > vec3f(0.0)) {
+            let end = select(distance(light.position, start), FAR, light.kind == 2u);
+            if is_free(start, a.direction, end) {
+                sum += reflected;
+            }
+        }
+    }
+    return sum;
+}

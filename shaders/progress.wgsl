@@ -1,0 +1,55 @@
+//! How many frames show the same as this one and came before it: 0 after the camera, the scene or a parameter changed.
+#import lightgraph::random::scramble
+#import lightgraph::geometry::nodes
+#ifdef LIGHTS
+#import lightgraph::lights::lights
+#endif
+
+struct View {
+    camera_view_projection: mat4x4f,
+    screen: vec2u,
+    samples: u32,
+    bounces: u32,
+    seed: u32,
+}
+var<uniform> view: View;
+
+struct Progress {
+    frames: u32,
+    /// A hash of all that the image depends on.
+    content: u32,
+}
+var<storage, read_write> progress: Progress;
+
+fn add(hash: u32, v: vec3f) -> u32 {
+    let words = bitcast<vec3u>(v);
+    return scramble(words.x + scramble(words.y + scramble(words.z + hash)));
+}
+
+fn add_matrix(hash: u32, m: mat4x4f) -> u32 {
+    var h = hash;
+    for (var i = 0u; i < 4u; i++) {
+        h = scramble(bitcast<u32>(m[i].w) + add(h, m[i].xyz));
+    }
+    return h;
+}
+
+@compute @workgroup_size(1)
+fn main() {
+    var hash = 1u;
+    for (var i = 0u; i < arrayLength(&nodes); i++) {
+        hash = add_matrix(hash, nodes[i].transform);
+    }
+#ifdef LIGHTS
+    for (var i = 0u; i < arrayLength(&lights); i++) {
+        hash = add(add(hash, lights[i].position), lights[i].direction);
+    }
+#endif
+    hash = add_matrix(hash, view.camera_view_projection);
+    hash = scramble(view.screen.x + scramble(view.screen.y + hash));
+    hash = scramble(view.samples + scramble(view.bounces + scramble(view.seed + hash)));
+    // 0 is what memory holds before the first frame.
+    hash = max(hash, 1u);
+    progress.frames = select(0u, progress.frames + 1u, progress.content == hash);
+    progress.content = hash;
+}

@@ -1,0 +1,325 @@
+//! One graph on one scene at one setting: its phases timed, its images compared.
+//!
+//! The frames: the first; then nothing moves; then, untimed, each kind of motion there and back, for the change it makes
+//! and, where a graph keeps something from frame to frame, the error it leaves; then each kind of motion timed. How many frames come before an image is compared never depends on how long they take, so that
+//! errors are the same in every repeat of a bench.
+
+use super::references::References;
+use super::results::{Entry, PassTime, Phase, PhaseTimes, Spread};
+use super::score::{change, mean, score};
+use crate::diag::{Checked, Faults};
+use crate::gpu::{FrameReport, Gpu};
+use crate::image::Image;
+use crate::plan::Plan;
+use crate::scene::{Bounds, Scene, Shift};
+use crate::session::{Project, Session, Settings};
+use glam::Vec3;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// What is measured.
+#[derive(Debug, Clone)]
+pub struct Target<'a> {
+    pub graph: &'a str,
+    pub project: &'a Project,
+    pub scene: &'a Scene,
+    pub camera: Option<&'a str>,
+    pub size: [u32; 2],
+    /// What the sweep sets, as `NAME`, `VALUE`.
+    pub setting: &'a [(String, String)],
+    pub references: &'a References,
+    /// Stages of start-up that came before: milliseconds to open the device, read the graph and the scene.
+    pub start_up_ms: &'a BTreeMap<String, f64>,
+    /// See [`Entry::inputs`].
+    pub inputs: &'a str,
+}
+
+/// How long to measure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Timed frames a phase at most, at least 1.
+    pub repeat: u32,
+    /// A moving phase ends after the frame that exceeds this many seconds; the phases before have no limit.
+    pub seconds: f64,
+}
+
+/// An entry and the pictures it was judged by.
+#[derive(Debug, Clone)]
+pub struct Measured {
+    pub entry: Entry,
+    /// Outputs by name: the last that nothing moved in.
+    pub images: BTreeMap<String, Image>,
+}
+
+/// The output that a viewer sees.
+pub const SEEN: &str = "color";
+
+/// A step of a motion, as a share of the diagonal of the scene's bounds.
+const STEP: f32 = 0.0025;
+
+/// Places that what moves visits in turn.
+const PLACES: u32 = 61;
+
+/// The entry as far as it is known before anything runs.
+///
+/// # Errors
+/// A setting that the graph refuses.
+pub fn planned(target: &Target<'_>) -> Checked<Entry> {
+    let texts: Vec<String> = target.setting.iter().map(|(n, v)| format!("{n}={v}")).collect();
+    let set = target.project.params(&texts)?;
+    let params = &target.project.graph.params;
+    let params = params.iter().map(|(n, p)| (n.value.clone(), set.get(&n.value).unwrap_or(&p.default).to_string()));
+    Ok(Entry {
+        graph: target.graph.to_string(),
+        peer: None,
+        scene: target.scene.name.clone(),
+        camera: target.camera.map(String::from),
+        size: target.size,
+        params: params.collect(),
+        setting: texts.join(" "),
+        inputs: target.inputs.to_string(),
+        bytes: 0,
+        bytes_without_sharing: 0,
+        start_up_ms: target.start_up_ms.clone(),
+        phases: vec![],
+        scores: vec![],
+        leak: None,
+        picture: None,
+        fault: None,
+    })
+}
+
+/// Runs all phases. What the device or the graph finds wrong is the entry's `fault`.
+///
+/// # Errors
+/// A setting that the graph refuses.
+pub fn measure(gpu: &Gpu, target: &Target<'_>, effort: Effort) -> Checked<Measured> {
+    let mut measured = Measured { entry: planned(target)?, images: BTreeMap::new() };
+    if let Err(Faults(faults)) = run(gpu, target, effort, &mut measured) {
+        let texts: Vec<&str> = faults.iter().map(|d| d.message.as_str()).collect();
+        measured.entry.fault = Some(texts.join("; "));
+    }
+    Ok(measured)
+}
+
+fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort, measured: &mut Measured) -> Checked<()> {
+    let declared = target.project.graph.outputs.iter().map(|o| o.0.value.clone());
+    let wanted = |o: &String| o == SEEN || target.references.all.iter().any(|r| r.output == *o);
+    let outputs: Vec<String> = declared.filter(wanted).collect();
+    let texts: Vec<String> = target.setting.iter().map(|(n, v)| format!("{n}={v}")).collect();
+    let settings = Settings {
+        params: target.project.params(&texts)?,
+        size: target.size,
+        camera: target.camera.map(String::from),
+        outputs: Some(outputs.clone()),
+        skip: true,
+        ..Settings::default()
+    };
+    let start = Instant::now();
+    let session = Session::new(gpu, target.project, target.scene.clone(), settings)?;
+    let Measured { entry, images } = measured;
+    entry.start_up_ms.insert("prepare".into(), start.elapsed().as_secs_f64() * 1e3);
+    (entry.bytes, entry.bytes_without_sharing) = session.plan.bytes();
+
+    let mut runner = Runner { gpu, session, frame: 0, motions: Motions::of(target.scene) };
+    entry.phases.extend(runner.phase(Phase::First, Effort { repeat: 1, ..effort })?);
+    *images = runner.images(&outputs)?;
+    entry.scores = score(images, target.references, &entry.params)?;
+    let carries = runner.session.plan.resources.iter().any(|r| r.history);
+    let still = runner.phase(Phase::Still, Effort { seconds: f64::INFINITY, ..effort })?;
+    let mut rest = vec![];
+    if carries {
+        *images = runner.images(&outputs)?;
+        rest = score(images, target.references, &entry.params)?;
+    }
+    entry.phases.extend(still.map(|t| PhaseTimes { scores: rest, ..t }));
+
+    let moving = [Phase::Camera, Phase::Lights, Phase::Object, Phase::Everything];
+    let moving: Vec<Phase> = moving.into_iter().filter(|p| runner.motions.has(*p)).collect();
+    let mut effects = BTreeMap::new();
+    for phase in &moving {
+        let by = runner.motions.shift(*phase, 1.0);
+        runner.frame(by)?;
+        let after = images.get(SEEN).map(|rest| change(rest, &runner.session.image(gpu, SEEN)?));
+        let mut scores = vec![];
+        if carries {
+            runner.frame(Shift::default())?;
+            scores = score(&runner.images(&outputs)?, target.references, &entry.params)?;
+        }
+        effects.insert(*phase, (after.transpose()?, scores));
+    }
+    for phase in moving {
+        let times = runner.phase(phase, effort)?;
+        let (change_percent, scores) = effects.remove(&phase).unwrap_or_default();
+        entry.phases.extend(times.map(|t| PhaseTimes { change_percent, scores, ..t }));
+    }
+    if let Some(leak) = &target.references.leak
+        && outputs.iter().any(|o| o == SEEN)
+    {
+        let [dark, lit] = [&leak.dark, &leak.lit].map(|camera| {
+            runner.session.settings.camera = Some(camera.clone());
+            runner.frame(Shift::default())?;
+            Ok::<f64, Faults>(mean(&runner.session.image(gpu, SEEN)?))
+        });
+        entry.leak = Some(dark? / lit?).filter(|l| l.is_finite());
+    }
+    Ok(())
+}
+
+/// A session that counts its frames.
+struct Runner<'a> {
+    gpu: &'a Gpu,
+    session: Session,
+    frame: u32,
+    motions: Motions,
+}
+
+impl Runner<'_> {
+    fn frame(&mut self, shift: Shift) -> Checked<(f64, FrameReport)> {
+        self.session.shift = shift;
+        let start = Instant::now();
+        let report = self.session.frame(self.gpu, self.frame, 0.0)?;
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        self.frame += 1;
+        Ok((ms, report))
+    }
+
+    fn images(&self, outputs: &[String]) -> Checked<BTreeMap<String, Image>> {
+        outputs.iter().map(|o| Ok((o.clone(), self.session.image(self.gpu, o)?))).collect()
+    }
+
+    /// The frames of a phase. What it doesn't move stays where the last frame had it.
+    fn phase(&mut self, phase: Phase, effort: Effort) -> Checked<Option<PhaseTimes>> {
+        let (mut walls, mut reports) = (vec![], vec![]);
+        let start = Instant::now();
+        for _ in 0..effort.repeat.max(1) {
+            // Within a step of its place, and never twice at the same in a row.
+            let share = (self.frame % PLACES) as f32 / PLACES as f32;
+            let mut shift = self.session.shift.clone();
+            self.motions.apply(phase, share, &mut shift);
+            let (ms, report) = self.frame(shift)?;
+            walls.push(ms);
+            reports.push(report);
+            if start.elapsed().as_secs_f64() > effort.seconds {
+                break;
+            }
+        }
+        Ok(times(phase, &self.session.plan, &walls, &reports))
+    }
+}
+
+/// The statistics of some frames; `None` of none.
+fn times(phase: Phase, plan: &Plan, walls: &[f64], reports: &[FrameReport]) -> Option<PhaseTimes> {
+    let last = reports.last()?;
+    let totals: Option<Vec<f64>> = reports.iter().map(|r| r.steps.iter().map(|s| s.gpu_ms).sum()).collect();
+    let steps_run = last.steps.len() as u32;
+    let mut iterations = BTreeMap::new();
+    for l in &last.loops {
+        *iterations.entry(l.name.clone()).or_insert(0) += l.iterations;
+    }
+    Some(PhaseTimes {
+        phase,
+        repeats: reports.len() as u32,
+        wall_ms: Spread::of(walls)?,
+        gpu_ms: totals.and_then(|t| Spread::of(&t)),
+        steps_run,
+        steps_skipped: plan.steps.len() as u32 - steps_run.min(plan.steps.len() as u32),
+        iterations,
+        passes: passes(plan, reports),
+        change_percent: None,
+        scores: vec![],
+    })
+}
+
+fn passes(plan: &Plan, reports: &[FrameReport]) -> Vec<PassTime> {
+    let mut found: Vec<(PassTime, Vec<Option<f64>>)> = vec![];
+    for (frame, report) in reports.iter().enumerate() {
+        for time in &report.steps {
+            let Some(step) = plan.steps.get(time.step) else { continue };
+            let at = found.iter().position(|(p, _)| p.name == step.pass).unwrap_or_else(|| {
+                let pass = PassTime { name: step.pass.clone(), group: step.group.clone(), runs: 0, gpu_ms: None };
+                found.push((pass, vec![Some(0.0); reports.len()]));
+                found.len() - 1
+            });
+            let Some((pass, frames)) = found.get_mut(at) else { continue };
+            if frame + 1 == reports.len() {
+                pass.runs += time.runs;
+            }
+            if let Some(sum) = frames.get_mut(frame) {
+                *sum = sum.zip(time.gpu_ms).map(|(a, b)| a + b);
+            }
+        }
+    }
+    let median =
+        |frames: Vec<Option<f64>>| Spread::of(&frames.into_iter().collect::<Option<Vec<f64>>>()?).map(|s| s.median);
+    found.into_iter().map(|(pass, frames)| PassTime { gpu_ms: median(frames), ..pass }).collect()
+}
+
+/// What can move in a scene, and how far in one step.
+#[derive(Debug, Clone, PartialEq)]
+struct Motions {
+    cameras: bool,
+    lights: bool,
+    object: Option<usize>,
+    step: f32,
+}
+
+impl Motions {
+    fn of(scene: &Scene) -> Motions {
+        Motions {
+            cameras: !scene.cameras.is_empty(),
+            lights: !scene.lights.is_empty(),
+            object: object(scene),
+            step: scene.bounds.diagonal() * STEP,
+        }
+    }
+
+    fn has(&self, phase: Phase) -> bool {
+        match phase {
+            Phase::Camera => self.cameras,
+            Phase::Lights => self.lights,
+            Phase::Object => self.object.is_some(),
+            Phase::Everything => self.cameras || self.lights || self.object.is_some(),
+            Phase::First | Phase::Still | Phase::Whole => false,
+        }
+    }
+
+    /// What a phase moves, a share of a step from its place.
+    fn shift(&self, phase: Phase, share: f32) -> Shift {
+        let mut shift = Shift::default();
+        self.apply(phase, share, &mut shift);
+        shift
+    }
+
+    fn apply(&self, phase: Phase, share: f32, shift: &mut Shift) {
+        let all = phase == Phase::Everything;
+        let by = |axis: Vec3| axis * self.step * share;
+        if all || phase == Phase::Camera {
+            shift.cameras = by(Vec3::X);
+        }
+        if all || phase == Phase::Lights {
+            shift.lights = by(Vec3::X);
+        }
+        if all || phase == Phase::Object {
+            shift.nodes = self.object.map(|node| (node, by(Vec3::X))).into_iter().collect();
+        }
+    }
+}
+
+/// The node whose own geometry is smallest: a thing in the scene rather than its walls. `None` when all geometry is of
+/// one node.
+fn object(scene: &Scene) -> Option<usize> {
+    let pose = scene.pose(0.0);
+    let mut boxes = vec![Bounds::EMPTY; scene.nodes.len()];
+    for vertex in &scene.geometry.vertices {
+        let node = vertex.node as usize;
+        if let (Some(b), Some(m)) = (boxes.get_mut(node), pose.nodes.get(node)) {
+            *b = b.union(Bounds::of([m.transform_point3(Vec3::from(vertex.position))]));
+        }
+    }
+    let with: Vec<usize> = (0..boxes.len()).filter(|i| boxes[*i].min.x <= boxes[*i].max.x).collect();
+    if with.len() < 2 {
+        return None;
+    }
+    with.into_iter().min_by(|a, b| boxes[*a].diagonal().total_cmp(&boxes[*b].diagonal()))
+}

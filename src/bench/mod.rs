@@ -1,0 +1,19 @@
+//! Run time against error: every graph on every scene at many settings, beside references and other renderers.
+//!
+//! - `sweep` makes settings of a text such as `grid=2,4;face=8,16`
+//! - `references` finds what a scene is compared with; `score` compares
+//! - `measure` renders one graph on one scene at one setting, phase by phase: the only part that needs a device
+//! - `results` is what is kept of it, as JSON and CSV; `front` says which entries nothing beats
+//! - `against` compares two results; `peers` runs other renderers; `report` writes a page of it all
+
+pub mod against;
+pub mod front;
+pub mod measure;
+pub mod peers;
+pub mod references;
+pub mod report;
+pub mod results;
+pub mod score;
+pub mod sweep;
+#[cfg(test)]
+mod tests;

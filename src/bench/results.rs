@@ -1,0 +1,334 @@
+//! What a bench keeps: plain data, as JSON and as a flat table.
+
+use super::references::Published;
+use super::score::Score;
+use crate::diag::{Checked, Diagnostic};
+use crate::image::file::write_atomically;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A whole bench.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    pub version: String,
+    /// Of the working tree, as `git describe --always --dirty` names it; `None` outside of one.
+    pub commit: Option<String>,
+    pub machine: Machine,
+    /// Timed frames in each phase at most.
+    pub repeat: u32,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// The output whose errors a report shows first.
+    pub main_output: Option<String>,
+    /// Times of others to set ours beside.
+    pub published: Vec<Published>,
+    pub entries: Vec<Entry>,
+    /// Other renderers that were asked for and gave nothing.
+    pub absent: Vec<Absent>,
+}
+
+/// What it ran on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
+    pub adapter: String,
+    pub driver: String,
+    pub backend: String,
+    /// The adapter is a CPU.
+    pub software: bool,
+    pub cpu: String,
+    pub cores: usize,
+    pub os: String,
+}
+
+/// A renderer that was asked for and is not there.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Absent {
+    pub name: String,
+    pub why: String,
+}
+
+/// One graph (or other renderer) on one scene at one setting.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// The graph file without its ending, or the other renderer's name.
+    pub graph: String,
+    /// `Some(version)` for another renderer.
+    pub peer: Option<String>,
+    pub scene: String,
+    /// `None`: the scene's own.
+    pub camera: Option<String>,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// All parameters.
+    pub params: BTreeMap<String, String>,
+    /// Those that the sweep set, as `grid=4 face=8`; empty: the graph's own.
+    pub setting: String,
+    /// A hash of everything that was read: graph, shaders, scene, program version.
+    pub inputs: String,
+    /// Of textures and buffers, as allocated; 0 where unknown.
+    pub bytes: u64,
+    /// The same if nothing shared memory.
+    pub bytes_without_sharing: u64,
+    /// Milliseconds of each stage before the first frame.
+    pub start_up_ms: BTreeMap<String, f64>,
+    pub phases: Vec<PhaseTimes>,
+    /// Of the first frame.
+    pub scores: Vec<Score>,
+    /// Light that gets where none should, relative to where it should be; `None` for scenes that don't ask.
+    pub leak: Option<f64>,
+    /// A picture of `color`, relative to the results' folder.
+    pub picture: Option<String>,
+    /// Why there is nothing else.
+    pub fault: Option<String>,
+}
+
+/// What changes from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// The first frame after preparation.
+    First,
+    /// Nothing moves.
+    Still,
+    Camera,
+    Lights,
+    Object,
+    Everything,
+    /// A renderer that knows no frames: all its work.
+    Whole,
+}
+
+impl Phase {
+    pub const ALL: [Phase; 7] =
+        [Phase::First, Phase::Still, Phase::Camera, Phase::Lights, Phase::Object, Phase::Everything, Phase::Whole];
+
+    /// As files name it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Phase::First => "first",
+            Phase::Still => "still",
+            Phase::Camera => "camera",
+            Phase::Lights => "lights",
+            Phase::Object => "object",
+            Phase::Everything => "everything",
+            Phase::Whole => "whole",
+        }
+    }
+}
+
+/// The frames of a phase.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PhaseTimes {
+    pub phase: Phase,
+    /// Timed frames.
+    pub repeats: u32,
+    /// From the call to the end of the device's work, in milliseconds.
+    pub wall_ms: Spread,
+    /// Sum over the steps; `None` where the adapter has no timestamps.
+    pub gpu_ms: Option<Spread>,
+    /// Steps that ran in the last frame, and those of the plan that did not.
+    pub steps_run: u32,
+    pub steps_skipped: u32,
+    /// Iterations of each loop in the last frame.
+    pub iterations: BTreeMap<String, u32>,
+    /// Pass by pass, in the order of their first run.
+    pub passes: Vec<PassTime>,
+    /// Root mean square change of `color` from the frame at rest to the first that moved, in percent of the mean.
+    pub change_percent: Option<f64>,
+    /// For graphs that keep something from frame to frame: of the last still frame, or of a frame at rest right after one
+    /// that moved. Empty: those of the first frame, since every frame begins anew.
+    #[serde(default)]
+    pub scores: Vec<Score>,
+}
+
+/// Median, least and greatest of some repeats.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    pub median: f64,
+    pub min: f64,
+    pub max: f64,
+}
+
+impl Spread {
+    /// Of some values; `None` of none. The median of an even number is the mean of the two in the middle.
+    pub fn of(values: &[f64]) -> Option<Spread> {
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let n = sorted.len();
+        let median = (sorted.get(n.checked_sub(1)? / 2)? + sorted.get(n / 2)?) / 2.0;
+        Some(Spread { median, min: *sorted.first()?, max: *sorted.last()? })
+    }
+}
+
+/// The steps of one pass, summed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PassTime {
+    pub name: String,
+    /// The graph's heading for it.
+    pub group: Option<String>,
+    pub runs: u32,
+    /// Median over the repeats; `None` where the adapter can't say.
+    pub gpu_ms: Option<f64>,
+}
+
+impl Entry {
+    /// What makes it the same entry in another bench.
+    pub fn key(&self) -> (&str, &str, Option<&str>, [u32; 2], &BTreeMap<String, String>) {
+        (&self.graph, &self.scene, self.camera.as_deref(), self.size, &self.params)
+    }
+
+    /// The times of a phase. A renderer that knows no frames does all its work in each.
+    pub fn times(&self, phase: Phase) -> Option<&PhaseTimes> {
+        let find = |p| self.phases.iter().find(|t| t.phase == p);
+        find(phase).or_else(|| find(Phase::Whole))
+    }
+
+    /// The comparison of an output in a phase with the reference that always applies.
+    pub fn score(&self, output: &str, phase: Phase) -> Option<&Score> {
+        let own = self.phases.iter().find(|t| t.phase == phase).map_or(&[][..], |t| &t.scores);
+        let scores = if own.is_empty() { &self.scores } else { own };
+        scores.iter().find(|s| s.output == output && s.only_when.is_empty())
+    }
+}
+
+impl Results {
+    /// Reads a results file.
+    ///
+    /// # Errors
+    /// A file that can't be read or is no results file.
+    pub fn read(path: &Path) -> Checked<Results> {
+        let shown = path.display();
+        let text = std::fs::read_to_string(path).map_err(|e| Diagnostic::error(format!("can't read {shown}: {e}")))?;
+        let parsed = serde_json::from_str(&text).map_err(|e| {
+            let d = Diagnostic::error(format!("{shown} holds no results: {e}"));
+            d.help("give the `results.json` that `lightgraph bench` of this version wrote")
+        })?;
+        Ok(parsed)
+    }
+
+    /// Writes `results.json` and `results.csv` into a folder, each whole or not at all.
+    ///
+    /// # Errors
+    /// Files that can't be written.
+    pub fn write(&self, folder: &Path) -> Checked<()> {
+        let json =
+            serde_json::to_string(self).map_err(|e| Diagnostic::error(format!("can't write the results: {e}")))?;
+        write_atomically(&folder.join("results.json"), json.as_bytes())?;
+        write_atomically(&folder.join("results.csv"), self.csv().as_bytes())
+    }
+
+    /// A table with a row for each entry and phase.
+    pub fn csv(&self) -> String {
+        let mut outputs: Vec<&str> = self.entries.iter().flat_map(|e| &e.scores).map(|s| s.output.as_str()).collect();
+        outputs.sort_unstable();
+        outputs.dedup();
+        let fixed = [
+            "graph",
+            "peer",
+            "scene",
+            "camera",
+            "width",
+            "height",
+            "setting",
+            "params",
+            "phase",
+            "repeats",
+            "wall_ms_median",
+            "wall_ms_min",
+            "wall_ms_max",
+            "gpu_ms_median",
+            "gpu_ms_min",
+            "gpu_ms_max",
+            "steps_run",
+            "steps_skipped",
+            "bytes",
+            "change_percent",
+            "leak",
+            "adapter",
+            "driver",
+            "commit",
+            "fault",
+        ];
+        let of_output =
+            ["rmse_percent", "block_rmse_percent", "bias_percent", "relmse", "p95", "max", "rmse_hit_percent", "flip"];
+        let mut head: Vec<String> = fixed.map(String::from).to_vec();
+        head.extend(outputs.iter().flat_map(|o| of_output.map(|m| format!("{o}_{m}"))));
+        let mut out = line(&head);
+        for e in &self.entries {
+            for phase in e.phases.iter().map(Some).chain(e.phases.is_empty().then_some(None)) {
+                out += &line(&self.cells(e, phase, &outputs));
+            }
+        }
+        out
+    }
+
+    fn cells(&self, e: &Entry, t: Option<&PhaseTimes>, outputs: &[&str]) -> Vec<String> {
+        fn shown<T: ToString>(value: Option<T>) -> String {
+            value.map_or(String::new(), |v| v.to_string())
+        }
+        let spread = |s: Option<Spread>| [s.map(|s| s.median), s.map(|s| s.min), s.map(|s| s.max)].map(shown);
+        let params: Vec<String> = e.params.iter().map(|(k, v)| format!("{k}={v}")).collect();
+        let mut cells = vec![
+            e.graph.clone(),
+            shown(e.peer.clone()),
+            e.scene.clone(),
+            shown(e.camera.clone()),
+            e.size[0].to_string(),
+            e.size[1].to_string(),
+            e.setting.clone(),
+            params.join("; "),
+            shown(t.map(|t| t.phase.word())),
+            shown(t.map(|t| t.repeats)),
+        ];
+        cells.extend(spread(t.map(|t| t.wall_ms)));
+        cells.extend(spread(t.and_then(|t| t.gpu_ms)));
+        cells.extend([
+            shown(t.map(|t| t.steps_run)),
+            shown(t.map(|t| t.steps_skipped)),
+            e.bytes.to_string(),
+            shown(t.and_then(|t| t.change_percent)),
+            shown(e.leak),
+            self.machine.adapter.clone(),
+            self.machine.driver.clone(),
+            shown(self.commit.clone()),
+            shown(e.fault.clone()),
+        ]);
+        for output in outputs {
+            let s = e.score(output, t.map_or(Phase::First, |t| t.phase));
+            let m = s.map(|s| s.metrics);
+            cells.extend([
+                shown(m.map(|m| m.rmse_percent)),
+                shown(m.map(|m| m.block_rmse_percent)),
+                shown(m.map(|m| m.bias_percent)),
+                shown(m.map(|m| m.relmse)),
+                shown(m.map(|m| m.p95_error)),
+                shown(m.map(|m| m.max_error)),
+                shown(s.and_then(|s| s.hit).map(|h| h.rmse_percent)),
+                shown(s.and_then(|s| s.flip)),
+            ]);
+        }
+        cells
+    }
+}
+
+/// A line of CSV (RFC 4180): cells that hold a comma, a quote or a line break stand in quotes.
+fn line(cells: &[String]) -> String {
+    let quoted = cells.iter().map(|c| match c.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", c.replace('"', "\"\"")),
+        false => c.clone(),
+    });
+    quoted.collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// FNV-1a, 64 bits: tells inputs apart, the same on every machine.
+pub fn hash<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
+    let mut h = 0xcbf2_9ce4_8422_2325_u64;
+    for part in parts {
+        // The length keeps "ab", "c" apart from "a", "bc".
+        for b in part.iter().copied().chain((part.len() as u64).to_le_bytes()) {
+            h = (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+    format!("{h:016x}")
+}

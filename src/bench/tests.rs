@@ -1,0 +1,248 @@
+//! Results kept, compared and shown; and a bench of a few pixels from end to end.
+
+use super::against::against;
+use super::report;
+use super::results::{Entry, Machine, PassTime, Phase, PhaseTimes, Results, Spread, hash};
+use super::score::Score;
+use crate::cli::bench::{Args, run};
+use crate::image::Image;
+use crate::image::file::tests::Folder;
+use crate::image::metrics::compare;
+use clap::Parser;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+fn times(phase: Phase, walls: &[f64]) -> PhaseTimes {
+    PhaseTimes {
+        phase,
+        repeats: walls.len() as u32,
+        wall_ms: Spread::of(walls).unwrap(),
+        gpu_ms: None,
+        steps_run: 3,
+        steps_skipped: 1,
+        iterations: BTreeMap::from([("bounce".into(), 2)]),
+        passes: vec![PassTime { name: "relight".into(), group: Some("relight".into()), runs: 2, gpu_ms: Some(0.5) }],
+        change_percent: Some(1.5),
+        scores: vec![],
+    }
+}
+
+/// An output that is 1 everywhere where the reference is `truth`.
+fn score(output: &str, truth: f32) -> Score {
+    let image = |v| Image::filled(8, 8, &[v]).unwrap();
+    Score {
+        output: output.into(),
+        only_when: vec![],
+        origin: "closed form".into(),
+        stderr_percent: Some(0.0),
+        metrics: compare(&image(1.0), &image(truth), None).unwrap(),
+        fine_percent: 0.0,
+        hit: None,
+        flip: Some(0.25),
+    }
+}
+
+fn entry(graph: &str, walls: &[f64], truth: f32) -> Entry {
+    Entry {
+        graph: graph.into(),
+        peer: None,
+        scene: "room".into(),
+        camera: None,
+        size: [8, 8],
+        params: BTreeMap::from([("grid".into(), "(4, 4, 4)".into())]),
+        setting: "grid=4".into(),
+        inputs: "0".into(),
+        bytes: 1 << 20,
+        bytes_without_sharing: 1 << 21,
+        start_up_ms: BTreeMap::from([("device".into(), 80.25)]),
+        phases: vec![times(Phase::First, &walls[..1]), times(Phase::Everything, walls)],
+        scores: vec![score("color", truth), score("indirect", truth)],
+        leak: Some(0.125),
+        picture: None,
+        fault: None,
+    }
+}
+
+fn results(entries: Vec<Entry>) -> Results {
+    Results {
+        version: "0.1.0".into(),
+        commit: None,
+        machine: Machine {
+            adapter: "A, \"quoted\"".into(),
+            driver: "D 1".into(),
+            backend: "Vulkan".into(),
+            software: true,
+            cpu: "C".into(),
+            cores: 2,
+            os: "linux".into(),
+        },
+        repeat: 3,
+        size: [8, 8],
+        main_output: Some("indirect".into()),
+        published: vec![],
+        entries,
+        absent: vec![],
+    }
+}
+
+/// Cells of a line as RFC 4180 has them.
+fn cells(line: &str) -> Vec<String> {
+    let (mut out, mut quoted, mut last) = (vec![String::new()], false, ' ');
+    for c in line.chars() {
+        match c {
+            '"' => {
+                // Two quotes in a row inside of quotes are one.
+                if !quoted && last == '"' {
+                    out.last_mut().unwrap().push('"');
+                }
+                quoted = !quoted;
+            }
+            ',' if !quoted => out.push(String::new()),
+            c => out.last_mut().unwrap().push(c),
+        }
+        last = c;
+    }
+    out
+}
+
+#[test]
+fn json_and_csv_hold_what_was_measured() {
+    let folder = Folder::new("bench-files");
+    let before = results(vec![entry("a", &[1.0, 3.0, 2.0], 0.8)]);
+    before.write(&folder.0).unwrap();
+    assert_eq!(Results::read(&folder.0.join("results.json")).unwrap(), before);
+
+    let text = std::fs::read_to_string(folder.0.join("results.csv")).unwrap();
+    let lines: Vec<Vec<String>> = text.lines().map(cells).collect();
+    assert_eq!(lines.len(), 3, "a head and two phases");
+    assert!(lines.iter().all(|l| l.len() == lines[0].len()));
+    let value = |row: usize, column: &str| &lines[row][lines[0].iter().position(|c| c == column).unwrap()];
+    assert_eq!(value(2, "phase"), "everything");
+    assert_eq!((value(2, "wall_ms_median").as_str(), value(1, "repeats").as_str()), ("2", "1"));
+    assert_eq!((value(1, "params").as_str(), value(1, "adapter").as_str()), ("grid=(4, 4, 4)", "A, \"quoted\""));
+    let bias: f64 = value(1, "indirect_bias_percent").parse().unwrap();
+    assert_eq!(bias, before.entries[0].scores[1].metrics.bias_percent, "to the last digit");
+}
+
+#[test]
+fn what_is_no_results_file_is_a_fault() {
+    let folder = Folder::new("bench-broken");
+    let path = folder.0.join("results.json");
+    assert!(Results::read(&path).is_err());
+    std::fs::write(&path, "{\"entries\": [").unwrap();
+    assert!(Results::read(&path).unwrap_err().to_string().contains("holds no results"));
+}
+
+#[test]
+fn medians_of_odd_and_even_numbers() {
+    assert_eq!(Spread::of(&[3.0, 1.0, 2.0]), Some(Spread { median: 2.0, min: 1.0, max: 3.0 }));
+    assert_eq!(Spread::of(&[4.0, 1.0]), Some(Spread { median: 2.5, min: 1.0, max: 4.0 }));
+    assert_eq!(Spread::of(&[]), None);
+}
+
+#[test]
+fn inputs_are_told_apart() {
+    let of = |parts: &[&str]| hash(parts.iter().map(|p| p.as_bytes()));
+    assert_ne!(of(&["ab", "c"]), of(&["a", "bc"]));
+    assert_eq!(of(&["ab"]), of(&["ab"]));
+}
+
+#[test]
+fn a_time_is_slower_only_outside_the_noise_of_the_repeats() {
+    let old = results(vec![entry("a", &[10.0, 11.0, 12.0], 0.8)]);
+    let worse = |walls: &[f64]| against(&old, &results(vec![entry("a", walls, 0.8)])).worse;
+    assert_eq!(worse(&[11.5, 13.0, 14.0]), [""; 0], "the repeats overlap");
+    assert_eq!(worse(&[12.1, 11.0, 11.2]), [""; 0]);
+    assert_eq!(worse(&[5.0, 6.0, 5.5]), [""; 0], "faster");
+    let slower = worse(&[13.0, 14.0, 15.0]);
+    assert_eq!(slower.len(), 1, "one frame says nothing: {slower:?}");
+    assert!(slower[0].contains("everything: 11.00 ms (10.00 to 12.00) became 14.00 ms"), "{slower:?}");
+
+    let mut elsewhere = results(vec![entry("a", &[99.0, 99.0], 0.8)]);
+    elsewhere.machine.adapter = "B".into();
+    let verdict = against(&old, &elsewhere);
+    assert!(verdict.worse.is_empty() && verdict.notes[0].contains("times are not compared"));
+}
+
+#[test]
+fn a_greater_error_a_new_fault_and_a_lost_comparison_are_worse() {
+    let old = results(vec![entry("a", &[1.0, 1.0], 0.8), entry("gone", &[1.0], 0.8)]);
+    let mut after = entry("a", &[1.0, 1.0], 0.79);
+    after.scores.pop();
+    after.fault = Some("broken".into());
+    after.leak = Some(0.5);
+    let verdict = against(&old, &results(vec![after]));
+    let text = verdict.to_string();
+    for part in ["rmse of `color` grew from 25.000 % to", "fails now: broken", "no longer compared", "the leak grew"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(verdict.notes[0].contains("gone on room"), "{text}");
+    assert!(against(&old, &old).worse.is_empty());
+}
+
+#[test]
+fn the_page_holds_its_data_and_asks_no_network() {
+    let mut odd = entry("</script><!--", &[2.0], 0.8);
+    odd.fault = Some("a < b && c".into());
+    let page = report::html(&results(vec![entry("a", &[1.0, 2.0], 0.9), odd]), Path::new("none"), 4).unwrap();
+    assert_eq!(page.matches("</script>").count(), 2);
+    assert!(!page.contains("src=\"http") && !page.contains("@DATA@") && !page.contains("<!--"));
+    let start = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
+    let json = &page[start..start + page[start..].find("</script>").unwrap()];
+    let data: serde_json::Value = serde_json::from_str(json).unwrap();
+    assert_eq!(data["scenes"][0]["fronts"]["indirect|rmse|everything"], serde_json::json!([0]));
+    assert_eq!(data["scenes"][0]["entries"][1]["graph"], "</script><!--");
+}
+
+#[derive(Parser)]
+struct Command {
+    #[command(flatten)]
+    args: Args,
+}
+
+#[test]
+fn a_small_bench_from_end_to_end_resumes_and_repeats_its_errors() {
+    let folder = Folder::new("bench-small");
+    let (out, again) = (folder.0.join("one"), folder.0.join("two"));
+    let bench = |out: &Path, more: &[&str]| {
+        let out = out.display().to_string();
+        let words = [
+            &[
+                "bench",
+                "--graphs",
+                "graphs/uniform_grid.ron",
+                "--scenes",
+                "furnace",
+                "--size",
+                "32x32",
+                "--repeat",
+                "2",
+            ],
+            &["--sweep", "grid=1,2;face=4;bounces=3;epsilon=0;shadow_size=64", "--out", &out][..],
+            more,
+        ];
+        run(&Command::try_parse_from(words.concat()).unwrap().args).unwrap()
+    };
+    assert_eq!(bench(&out, &[]), 0);
+    let first = Results::read(&out.join("results.json")).unwrap();
+    assert_eq!(first.entries.len(), 2);
+    for e in &first.entries {
+        assert_eq!(e.fault, None);
+        assert!(e.times(Phase::Still).is_some_and(|t| t.repeats == 2) && e.times(Phase::Camera).is_some());
+        // Three bounces of a furnace of albedo ½ give 1 + ½ + ¼ + ⅛ of 2: the reference for as many has no error left.
+        let bounded = e.scores.iter().find(|s| s.output == "indirect" && !s.only_when.is_empty()).unwrap();
+        assert!(bounded.metrics.rmse_percent < 0.1, "{:?}", bounded.metrics);
+        assert!((e.score("indirect", Phase::Still).unwrap().metrics.bias_percent + 12.5).abs() < 0.1);
+    }
+    assert!(out.join("report.html").exists() && out.join("results.csv").exists());
+
+    let old = out.join("results.json").display().to_string();
+    assert_eq!(bench(&out, &["--resume", "--against", &old]), 0);
+    assert_eq!(Results::read(&out.join("results.json")).unwrap(), first, "resumed: even the times are the same");
+
+    bench(&again, &[]);
+    let second = Results::read(&again.join("results.json")).unwrap();
+    for (a, b) in first.entries.iter().zip(&second.entries) {
+        assert_eq!(a.scores, b.scores, "errors repeat to the last digit");
+    }
+}

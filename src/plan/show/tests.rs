@@ -1,0 +1,207 @@
+//! The real graph and small ones, shown in every way.
+
+use super::layout::{Layout, layout};
+use super::network::network;
+use super::*;
+use crate::plan::Plan;
+use crate::plan::build::Options;
+use crate::plan::tests::{images, make, sample, shipped, turn};
+use crate::value::Value;
+use std::collections::BTreeSet;
+
+fn grid(params: &[(&str, Value)]) -> Plan {
+    shipped("uniform_grid.ron", params, true, Options::default())
+}
+
+/// A pass before a loop over two, one that is skipped.
+fn small() -> Plan {
+    let body = turn("there", "x", "y") + &turn("back", "y", "x");
+    let passes = make("start", "x") + &format!("Loop(name: \"n\", count: 3, passes: [{body}]),") + &make("lost", "z");
+    sample(&images(&["x", "y", "z"]), &passes, "\"result\": \"x\"").plan()
+}
+
+#[test]
+fn a_small_plan_reads_like_this() {
+    let text = small().to_string();
+    let shown: Vec<&str> = text.lines().skip_while(|l| *l != "steps").collect();
+    let wanted = "\
+steps
+  start                      compute  make.wgsl                1×1×1 groups       → x
+  loop n × 3
+    there                    compute  turn.wgsl                1×1×1 groups       x → y
+    back                     compute  turn.wgsl                1×1×1 groups       y → x
+
+skipped
+  lost                       no requested output needs it
+
+resources
+  x                          R32Float 8×8                       256 B          slot 0   start … end
+  y                          R32Float 8×8                       256 B          slot 1   there … back
+
+memory
+  512 B in 2 slots; 512 B for 2 resources unshared: 0.0 % saved
+
+outputs
+  result                     x";
+    assert_eq!(shown.join("\n"), wanted);
+}
+
+#[test]
+fn equal_steps_of_a_set_are_one_line() {
+    let text = grid(&[]).to_string();
+    assert!(text.contains("loop bounce × 2 until change < 0.002"), "{text}");
+    assert!(text.contains("for each i of 0…8"), "{text}");
+    assert!(text.contains("product[0…8]"), "{text}");
+    assert!(!text.contains("multiply[3]"), "{text}");
+}
+
+#[test]
+fn text_json_dot_and_svg_are_the_same_each_time() {
+    let (a, b) = (grid(&[]), grid(&[]));
+    assert_eq!(a.to_string(), b.to_string());
+    assert_eq!(to_json(&a).to_string(), to_json(&b).to_string());
+    assert_eq!(to_dot(&a), to_dot(&b));
+    assert_eq!(to_svg(&a), to_svg(&b));
+}
+
+#[test]
+fn json_names_every_step_and_resource() {
+    let plan = grid(&[]);
+    let json = to_json(&plan);
+    let length = |key: &str| json[key].as_array().map_or(0, Vec::len);
+    assert_eq!(length("steps"), plan.steps.len());
+    assert_eq!(length("resources"), plan.resources.len());
+    assert_eq!(length("slots"), plan.slots.len());
+    assert_eq!(json["parameters"][0], serde_json::json!({"name": "grid", "value": [4, 4, 4]}));
+    assert_eq!(json["memory"]["bytes"], plan.bytes().0);
+    let last = json["order"].as_array().and_then(|o| o.iter().find(|n| n.is_object())).cloned().unwrap_or_default();
+    assert_eq!((&last["loop"], &last["count"]), (&"bounce".into(), &2.into()));
+    assert_eq!(last["until"]["comparison"], "<");
+}
+
+#[test]
+fn dot_is_balanced_and_declares_what_it_links() {
+    for plan in [small(), grid(&[]), grid(&[("bounces", Value::Uint(0))])] {
+        let dot = to_dot(&plan);
+        // No name in these graphs has a brace.
+        assert_eq!(dot.matches('{').count(), dot.matches('}').count(), "{dot}");
+        let declared: BTreeSet<&str> =
+            dot.lines().filter_map(|l| l.trim().split_once(" [label=").map(|l| l.0)).collect();
+        let links = dot.lines().filter_map(|l| l.trim().split_once(" [")?.0.split_once(" -> "));
+        let mut count = 0;
+        for (from, to) in links {
+            assert!(declared.contains(from) && declared.contains(to), "{from} -> {to} in\n{dot}");
+            count += 1;
+        }
+        assert!(count > 1, "{dot}");
+    }
+}
+
+#[test]
+fn dot_shows_what_an_iteration_leaves_to_the_next_as_dashed() {
+    let dot = to_dot(&small());
+    assert_eq!(dot.matches("style=dashed, constraint=false").count(), 1, "{dot}");
+    assert!(dot.contains("lost\\nno requested output needs it"), "{dot}");
+}
+
+/// The elements of an XML text.
+///
+/// # Panics
+/// Tags that are not nested, marks that stand for themselves.
+fn elements(xml: &str) -> usize {
+    let (mut open, mut count) = (vec![], 0);
+    for part in xml.split('<').skip(1) {
+        let (tag, text) = part.split_once('>').unwrap_or_else(|| panic!("no end of <{part}"));
+        assert!(!text.contains('>'), "a bare mark in {text}");
+        for entity in text.split('&').skip(1) {
+            let name = entity.split(';').next().unwrap_or("");
+            assert!(["amp", "lt", "gt", "quot"].contains(&name), "&{entity}");
+        }
+        assert_eq!(tag.matches('"').count() % 2, 0, "<{tag}>");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name), "</{name}>");
+        } else if !tag.ends_with('/') {
+            open.push(tag.split([' ', '\n']).next().unwrap_or(""));
+        }
+        count += 1;
+    }
+    assert!(open.is_empty(), "{open:?} are not closed");
+    count
+}
+
+#[test]
+fn svg_is_well_formed_whatever_the_names() {
+    for mut plan in [small(), grid(&[]), grid(&[("bounces", Value::Uint(0))])] {
+        plan.graph = "a <b> & \"c\"\u{1}.ron".into();
+        let svg = to_svg(&plan);
+        assert!(elements(&svg) > 20, "{svg}");
+        assert!(svg.contains("a &lt;b&gt; &amp; &quot;c&quot; .ron"), "{svg}");
+    }
+}
+
+/// The layout of a plan whose passes have some extent.
+fn laid(plan: &Plan) -> Layout {
+    let net = network(plan);
+    let extents: Vec<_> = net.passes.iter().map(|p| svg::extent(&net, p)).collect();
+    layout(&net, &extents)
+}
+
+#[test]
+fn no_box_lies_on_another_and_no_wire_runs_through_one() {
+    for plan in [small(), grid(&[]), shipped("direct.ron", &[], true, Options::default())] {
+        let laid = laid(&plan);
+        let boxes: Vec<_> = laid.passes.values().collect();
+        for (i, a) in boxes.iter().enumerate() {
+            for b in &boxes[i + 1..] {
+                let beside = a.x + a.width <= b.x || b.x + b.width <= a.x;
+                assert!(beside || a.y + a.height <= b.y || b.y + b.height <= a.y, "{a:?} and {b:?}");
+            }
+            for wire in &laid.wires {
+                for pair in wire.points.windows(2) {
+                    let inside = |x: f32| x > a.x && x < a.x + a.width;
+                    let through = pair[0][1] < a.y + a.height - 0.5 && pair[1][1] > a.y + 0.5;
+                    let straight = (pair[0][0] - pair[1][0]).abs() < 0.05;
+                    assert!(!(straight && through && inside(pair[0][0])), "{a:?} and {:?}", wire.points);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn loops_frame_their_passes() {
+    let plan = grid(&[]);
+    let (net, laid) = (network(&plan), laid(&plan));
+    let [(title, frame)] = &laid.loops[..] else { panic!("one loop") };
+    assert_eq!(title, "bounce × 2 until change < 0.002");
+    for (i, r) in &laid.passes {
+        let across = r.x >= frame.x && r.x + r.width <= frame.x + frame.width;
+        let down = r.y >= frame.y && r.y + r.height <= frame.y + frame.height;
+        let name = net.passes[*i].name.as_str();
+        let within = ["keep", "relight", "multiply", "sum", "place", "measure", "bounce_image"].contains(&name);
+        assert_eq!(across && down, within, "{name}");
+    }
+}
+
+#[test]
+fn a_plan_does_not_differ_from_itself() {
+    let plan = grid(&[]);
+    assert!(diff(&plan, &plan).ends_with("no difference\n"), "{}", diff(&plan, &plan));
+}
+
+#[test]
+fn a_difference_names_what_was_added_taken_and_changed() {
+    let shown = diff(&grid(&[]), &grid(&[("order", Value::Uint(1)), ("bounces", Value::Uint(3))]));
+    for line in [
+        "  - order                    2",
+        "  + order                    1",
+        "  - bounce                   loop bounce × 2 until change < 0.002",
+        "  + bounce                   loop bounce × 3 until change < 0.002",
+    ] {
+        assert!(shown.contains(line), "{line} in\n{shown}");
+    }
+    assert!(!shown.contains("composite"), "{shown}");
+    let fewer = diff(&grid(&[]), &grid(&[("bounces", Value::Uint(0))]));
+    assert!(fewer.contains("\n  + no_indirect ") && fewer.contains("\n  - relight "), "{fewer}");
+    assert!(fewer.contains("\nmemory\n  allocated "), "{fewer}");
+}

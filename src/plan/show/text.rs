@@ -1,0 +1,157 @@
+//! A plan as text: compact, and the same for equal plans, so that two of them can be compared line by line.
+
+use super::fold::{Group, Line, groups, lines, slots, span};
+use super::words::{Row, bytes, color, ranges, shaders};
+use crate::plan::{Node, Plan};
+use std::fmt::{self, Display, Formatter};
+
+impl Display for Plan {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        writeln!(f, "plan of {}", self.graph)?;
+        values(self, f)?;
+        writeln!(f, "\nshaders")?;
+        for (name, defs) in shaders(self) {
+            line(f, 1, &[(&name, 26), (&defs, 0)])?;
+        }
+        writeln!(f, "\nsteps")?;
+        steps(f, 1, &lines(self, &self.order))?;
+        if !self.skipped.is_empty() {
+            writeln!(f, "\nskipped")?;
+            for (pass, why) in &self.skipped {
+                line(f, 1, &[(pass, 26), (why, 0)])?;
+            }
+        }
+        resources(self, f)?;
+        memory(self, f)?;
+        writeln!(f, "\noutputs")?;
+        for (name, id) in &self.outputs {
+            line(f, 1, &[(name, 26), (&self.resources[id.0].name, 0)])?;
+        }
+        Ok(())
+    }
+}
+
+/// Words in columns of least widths; nothing hangs over at the end.
+fn line(f: &mut Formatter<'_>, depth: usize, columns: &[(&str, usize)]) -> fmt::Result {
+    let mut text = "  ".repeat(depth);
+    for (word, width) in columns {
+        text.push_str(&format!("{word:<width$} "));
+        if word.chars().count() >= *width && *width > 0 {
+            text.push(' ');
+        }
+    }
+    writeln!(f, "{}", text.trim_end())
+}
+
+fn values(plan: &Plan, f: &mut Formatter<'_>) -> fmt::Result {
+    writeln!(f, "\nparameters")?;
+    for name in &plan.params {
+        if let Some(value) = plan.value(name) {
+            line(f, 1, &[(name, 26), (&value.to_string(), 0)])?;
+        }
+    }
+    writeln!(f, "\nvalues")?;
+    for (name, value) in plan.values.iter().filter(|(n, _)| !plan.params.contains(n)) {
+        line(f, 1, &[(name, 26), (&value.to_string(), 0)])?;
+    }
+    Ok(())
+}
+
+fn steps(f: &mut Formatter<'_>, depth: usize, lines: &[Line]) -> fmt::Result {
+    let row = |f: &mut Formatter<'_>, depth: usize, r: &Row| {
+        let name = 26usize.saturating_sub(2 * (depth - 1));
+        line(f, depth, &[(&r.name, name), (r.kind, 8), (&r.shader, 24), (&r.detail, 18), (&r.flow(), 0)])
+    };
+    for l in lines {
+        match l {
+            Line::Step(r) => row(f, depth, r)?,
+            Line::Members { first, last, rows } => match &rows[..] {
+                [only] => row(f, depth, &only.renamed("[i]", &span(*first, *last)))?,
+                rows => {
+                    writeln!(f, "{}for each i of {first}…{last}", "  ".repeat(depth))?;
+                    for r in rows {
+                        row(f, depth + 1, r)?;
+                    }
+                }
+            },
+            Line::Loop { head, body } => {
+                writeln!(f, "{}loop {head}", "  ".repeat(depth))?;
+                steps(f, depth + 1, body)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn resources(plan: &Plan, f: &mut Formatter<'_>) -> fmt::Result {
+    let mut places = vec![];
+    place_names(plan, &plan.order, &mut places);
+    writeln!(f, "\nresources")?;
+    for g in groups(plan) {
+        let each = g.ids.first().map_or(0, |i| plan.resources[*i].desc.bytes());
+        let size = if g.ids.len() > 1 { format!("{} × {}", g.ids.len(), bytes(each)) } else { bytes(each) };
+        let slots = slots(plan, &g);
+        let slot = format!("{} {}", if slots.len() == 1 { "slot" } else { "slots" }, ranges(slots));
+        let shown = g.shown(plan);
+        let life = life(plan, &g, &places);
+        line(f, 1, &[(&shown, 26), (&g.description, 34), (&size, 14), (&slot, 8), (&life, 0)])?;
+    }
+    Ok(())
+}
+
+/// From when to when a resource holds something needed, and what it begins with.
+fn life(plan: &Plan, group: &Group, places: &[String]) -> String {
+    let all = || group.ids.iter().map(|i| &plan.resources[*i]);
+    let Some(first) = all().next() else { return String::new() };
+    let initial = first.initial.map(|c| format!(", initially {}", color(&c))).unwrap_or_default();
+    if first.history {
+        return format!("kept from frame to frame{initial}");
+    }
+    let place = |at: usize| places.get(at).map_or("end", String::as_str);
+    let from = place(all().map(|r| r.alive.0).min().unwrap_or(0));
+    let to = place(all().map(|r| r.alive.1).max().unwrap_or(0));
+    if from == to { format!("{from}{initial}") } else { format!("{from} … {to}{initial}") }
+}
+
+/// The name of each place in the order, as [`crate::plan::Resource::alive`] counts them: the passes, and the end of each loop.
+fn place_names(plan: &Plan, nodes: &[Node], names: &mut Vec<String>) {
+    for node in nodes {
+        match node {
+            Node::Step(s) => {
+                let step = &plan.steps[s.0];
+                names.push(if step.name == step.pass { step.name.clone() } else { pass_word(&step.name, &step.pass) });
+            }
+            Node::Loop(l) => {
+                place_names(plan, &l.body, names);
+                names.push(format!("end of {}", l.name));
+            }
+        }
+    }
+}
+
+/// A pass's name, or "start" for the clear with which a resource begins the frame.
+fn pass_word(step: &str, pass: &str) -> String {
+    if step.contains(" = ") { "start".into() } else { pass.to_string() }
+}
+
+fn memory(plan: &Plan, f: &mut Formatter<'_>) -> fmt::Result {
+    let (shared, apart) = plan.bytes();
+    writeln!(f, "\nmemory")?;
+    let saved = if apart > 0 { 100.0 * (1.0 - shared as f64 / apart as f64) } else { 0.0 };
+    let (s, r) = (plan.slots.len(), plan.resources.len());
+    writeln!(f, "  {} in {s} slots; {} for {r} resources unshared: {saved:.1} % saved", bytes(shared), bytes(apart))?;
+    let groups = groups(plan);
+    for (i, slot) in plan.slots.iter().enumerate() {
+        let tenants = |g: &Group| Group {
+            ids: g.ids.iter().copied().filter(|r| plan.resources[*r].slot == i).collect(),
+            ..g.clone()
+        };
+        let tenants: Vec<Group> = groups.iter().map(tenants).filter(|g| !g.ids.is_empty()).collect();
+        if tenants.iter().map(|g| g.ids.len()).sum::<usize>() > 1 {
+            let (name, size) = (format!("slot {i}"), bytes(slot.bytes));
+            let names: Vec<String> = tenants.iter().map(|g| g.shown(plan)).collect();
+            line(f, 1, &[(&name, 8), (&size, 10), (&names.join(", "), 0)])?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,207 @@
+//! Names, sizes and steps in words.
+
+use crate::plan::expand::shape;
+use crate::plan::{Action, Comparison, Cull, Desc, Draw, Geometry, Loop, Member, Place, Plan, ResourceId, StepId};
+use crate::shader::{Def, Shader};
+
+/// A step as a line of words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Row {
+    pub name: String,
+    pub kind: &'static str,
+    /// Empty without one.
+    pub shader: String,
+    /// Workgroups, targets, clear values; may be empty.
+    pub detail: String,
+    pub reads: Vec<String>,
+    pub writes: Vec<String>,
+}
+
+impl Row {
+    /// The row of a step.
+    pub fn of(plan: &Plan, step: StepId) -> Row {
+        let s = &plan.steps[step.0];
+        let (kind, shader, detail) = match &s.action {
+            Action::Draw(d) => {
+                let kind = if d.geometry == Geometry::Screen { "screen" } else { "draw" };
+                (kind, shader_name(plan, d.shader), drawing(plan, d))
+            }
+            Action::Compute { shader, groups: [x, y, z], .. } => {
+                ("compute", shader_name(plan, *shader), format!("{x}×{y}×{z} groups"))
+            }
+            Action::Copy { .. } => ("copy", String::new(), String::new()),
+            Action::Clear { value, .. } => ("clear", String::new(), format!("to {}", color(value))),
+        };
+        let names = |ids: &[ResourceId]| -> Vec<String> {
+            let mut names: Vec<String> = vec![];
+            for id in ids {
+                let name = &plan.resources[id.0].name;
+                if !names.contains(name) {
+                    names.push(name.clone());
+                }
+            }
+            names
+        };
+        Row { name: s.name.clone(), kind, shader, detail, reads: names(&s.reads), writes: names(&s.writes) }
+    }
+
+    /// The row with one text for another in all names.
+    pub fn renamed(&self, from: &str, to: &str) -> Row {
+        let all = |names: &[String]| names.iter().map(|n| n.replace(from, to)).collect();
+        Row { name: self.name.replace(from, to), reads: all(&self.reads), writes: all(&self.writes), ..self.clone() }
+    }
+
+    /// What flows: `a, b → c`.
+    pub fn flow(&self) -> String {
+        let reads = self.reads.join(", ");
+        let arrow = if reads.is_empty() { "→ " } else { " → " };
+        format!("{reads}{arrow}{}", self.writes.join(", "))
+    }
+}
+
+/// The path of a shader; with its number where the plan has it in several forms.
+fn shader_name(plan: &Plan, index: usize) -> String {
+    let path = &plan.shaders[index].path;
+    let twins: Vec<usize> = (0..plan.shaders.len()).filter(|i| plan.shaders[*i].path == *path).collect();
+    match twins.iter().position(|i| *i == index) {
+        Some(n) if twins.len() > 1 => format!("{path}#{n}"),
+        _ => path.clone(),
+    }
+}
+
+/// All shaders by the names that rows use, each with its definitions.
+pub(super) fn shaders(plan: &Plan) -> Vec<(String, String)> {
+    (0..plan.shaders.len()).map(|i| (shader_name(plan, i), definitions(&plan.shaders[i]))).collect()
+}
+
+fn definitions(shader: &Shader) -> String {
+    let word = |(name, def): (&String, &Def)| match def {
+        Def::Bool(v) => format!("{name}={v}"),
+        Def::Int(v) => format!("{name}={v}"),
+        Def::Uint(v) => format!("{name}={v}u"),
+    };
+    shader.defs.iter().map(word).collect::<Vec<_>>().join(" ")
+}
+
+fn drawing(plan: &Plan, d: &Draw) -> String {
+    let mut words = places(&d.members);
+    let name = |id: ResourceId| plan.resources[id.0].name.as_str();
+    for c in &d.color {
+        match c.clear {
+            None => words.push(format!("keeps {}", name(c.resource))),
+            Some(value) if value != [0.0; 4] => words.push(format!("clears {} to {}", name(c.resource), color(&value))),
+            Some(_) => {}
+        }
+    }
+    if let Some(depth) = &d.depth {
+        match depth.clear {
+            None => words.push(format!("keeps {}", name(depth.resource))),
+            Some(value) if value != 1.0 => words.push(format!("clears {} to {value}", name(depth.resource))),
+            Some(_) => {}
+        }
+        if depth.compare != wgpu::CompareFunction::Less {
+            words.push(format!("depth {:?}", depth.compare));
+        }
+        if !depth.write {
+            words.push("depth only tested".into());
+        }
+    }
+    if d.color.iter().any(|c| c.blend.is_some()) {
+        words.push("blends".into());
+    }
+    if let Geometry::Scene { cull } = d.geometry
+        && cull != Cull::Material
+    {
+        words.push(format!("cull {cull:?}"));
+    }
+    words.join(", ")
+}
+
+fn places(members: &[Member]) -> Vec<String> {
+    let n = members.len();
+    let many = |noun: &str| if n == 1 { format!("1 {noun}") } else { format!("{n} {noun}s") };
+    match members.first().map(|m| m.place) {
+        Some(Place::Rect(_)) => vec![many("tile")],
+        Some(Place::Layer(first)) if n == 1 => vec![format!("layer {first}")],
+        Some(Place::Layer(_)) => vec![many("layer")],
+        Some(Place::LoopLayer(0)) => vec!["layer of the loop's index".into()],
+        Some(Place::LoopLayer(plus)) => vec![format!("layer of the loop's index + {plus}")],
+        Some(Place::Whole) if n > 1 => vec![format!("{n} draws")],
+        Some(Place::Whole) | None => vec![],
+    }
+}
+
+/// `(r, g, b, a)`
+pub(super) fn color(c: &[f64; 4]) -> String {
+    format!("({}, {}, {}, {})", c[0], c[1], c[2], c[3])
+}
+
+/// Format, extent, layers, tiles, mips.
+pub(super) fn description(desc: &Desc) -> String {
+    match desc {
+        Desc::Texture(t) if t.mips > 1 => format!("{}, {} mips", shape(desc), t.mips),
+        Desc::Buffer { .. } => "buffer".into(),
+        Desc::Texture(_) => shape(desc),
+    }
+}
+
+/// `bounce × 2 until change < 0.002`
+pub(super) fn loop_head(plan: &Plan, l: &Loop) -> String {
+    let until = l.until.as_ref().map(|u| {
+        let sign = comparison(u.comparison);
+        format!(" until {} {sign} {}", plan.resources[u.buffer.0].name, u.value)
+    });
+    format!("{} × {}{}", l.name, l.count, until.unwrap_or_default())
+}
+
+/// The sign of a comparison.
+pub(super) fn comparison(c: Comparison) -> &'static str {
+    match c {
+        Comparison::Less => "<",
+        Comparison::LessEqual => "<=",
+        Comparison::Greater => ">",
+        Comparison::GreaterEqual => ">=",
+    }
+}
+
+/// Bytes with a binary unit, three digits or more.
+pub(super) fn bytes(n: u64) -> String {
+    let mut value = n as f64;
+    for unit in ["B", "KiB", "MiB"] {
+        if value < 1024.0 {
+            return if unit == "B" { format!("{n} B") } else { format!("{value:.1} {unit}") };
+        }
+        value /= 1024.0;
+    }
+    format!("{value:.2} GiB")
+}
+
+/// The first `[n]` in a name: its number, and the text itself.
+pub(super) fn member(name: &str) -> Option<(u32, &str)> {
+    let open = name.find('[')?;
+    let close = open + name[open..].find(']')?;
+    Some((name[open + 1..close].parse().ok()?, &name[open..=close]))
+}
+
+/// A name with `[i]` for its member.
+pub(super) fn template(name: &str) -> String {
+    member(name).map_or_else(|| name.to_string(), |(_, text)| name.replacen(text, "[i]", 1))
+}
+
+/// Whether the plan made a resource itself, between the stages of a reduction. No name in a graph has a dot.
+pub(super) fn intermediate(name: &str) -> bool {
+    name.contains('.')
+}
+
+/// Numbers in rising order, runs drawn together: `1, 4…9`.
+pub(super) fn ranges(numbers: impl IntoIterator<Item = usize>) -> String {
+    let mut runs: Vec<(usize, usize)> = vec![];
+    for n in numbers {
+        match runs.last_mut() {
+            Some((_, last)) if n == *last + 1 => *last = n,
+            _ => runs.push((n, n)),
+        }
+    }
+    let word = |(a, b): (usize, usize)| if a == b { a.to_string() } else { format!("{a}…{b}") };
+    runs.into_iter().map(word).collect::<Vec<_>>().join(", ")
+}

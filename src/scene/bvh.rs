@@ -1,0 +1,182 @@
+//! A hierarchy of boxes over triangles, for rays.
+//!
+//! Built from the top by the surface area heuristic over bins of the centres (Wald, "On fast Construction of
+//! SAH-based Bounding Volume Hierarchies", 2007). The same triangles give the same hierarchy.
+
+use super::model::Bounds;
+use glam::Vec3;
+
+/// Boxes within boxes; row 0 holds everything.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bvh {
+    /// Never empty: without triangles, one leaf with the zeroed row that an empty table is bound as, which no ray meets.
+    /// Both children of a row stand side by side, after it.
+    pub nodes: Vec<BvhNode>,
+    /// The triangles in the order of the leaves.
+    pub order: Vec<u32>,
+}
+
+/// A box, and what is in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BvhNode {
+    pub bounds: Bounds,
+    /// Of a leaf: its first place in [`Bvh::order`]. Else: the row of its first child.
+    pub first: u32,
+    /// Of a leaf: its triangles, at least 1. Else 0.
+    pub count: u32,
+}
+
+/// Leaves are at most so many levels below the root: what a traversal's stack must hold.
+pub const MAX_DEPTH: u32 = 47;
+
+/// Bins along the axis of a split.
+const BINS: usize = 16;
+
+/// Triangles that a leaf may hold where a split would not pay.
+const MAX_LEAF: usize = 8;
+
+/// Cost of a step down, in intersections of a triangle.
+const STEP_COST: f32 = 1.0;
+
+/// A triangle as the builder sees it.
+#[derive(Clone, Copy)]
+struct Item {
+    bounds: Bounds,
+    /// Twice the centre of `bounds`.
+    centre: Vec3,
+    triangle: u32,
+}
+
+/// A range of items still to be split.
+struct Task {
+    node: usize,
+    start: usize,
+    end: usize,
+    depth: u32,
+}
+
+impl Bvh {
+    /// The hierarchy over triangles given by their corners, all of them finite.
+    pub fn new(triangles: &[[Vec3; 3]]) -> Bvh {
+        if triangles.is_empty() {
+            let bounds = Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
+            return Bvh { nodes: vec![BvhNode { bounds, first: 0, count: 1 }], order: vec![] };
+        }
+        let mut items: Vec<Item> = (0..)
+            .zip(triangles)
+            .map(|(triangle, corners)| {
+                let bounds = Bounds::of(*corners);
+                Item { bounds, centre: bounds.min + bounds.max, triangle }
+            })
+            .collect();
+        let root = BvhNode { bounds: Bounds::EMPTY, first: 0, count: 0 };
+        let mut nodes = vec![root];
+        let mut tasks = vec![Task { node: 0, start: 0, end: items.len(), depth: 0 }];
+        while let Some(task) = tasks.pop() {
+            let range = &mut items[task.start..task.end];
+            let bounds = range.iter().fold(Bounds::EMPTY, |b, i| b.union(i.bounds));
+            let Some(left) = split(range, bounds, task.depth) else {
+                nodes[task.node] = BvhNode { bounds, first: task.start as u32, count: range.len() as u32 };
+                continue;
+            };
+            let first = nodes.len();
+            nodes[task.node] = BvhNode { bounds, first: first as u32, count: 0 };
+            nodes.extend([root, root]);
+            let (middle, depth) = (task.start + left, task.depth + 1);
+            tasks.push(Task { node: first + 1, start: middle, end: task.end, depth });
+            tasks.push(Task { node: first, start: task.start, end: middle, depth });
+        }
+        // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
+        let largest = nodes[0].bounds.min.abs().max(nodes[0].bounds.max.abs()).max_element();
+        let margin = Vec3::splat(largest * 4.0 * f32::EPSILON);
+        for node in &mut nodes {
+            node.bounds = Bounds { min: node.bounds.min - margin, max: node.bounds.max + margin };
+        }
+        Bvh { nodes, order: items.iter().map(|i| i.triangle).collect() }
+    }
+}
+
+/// Sorts the items into two halves; the size of the first, or `None` for a leaf.
+fn split(items: &mut [Item], bounds: Bounds, depth: u32) -> Option<usize> {
+    let count = items.len();
+    if count <= 1 {
+        return None;
+    }
+    let levels_left = MAX_DEPTH - depth;
+    let centres = Bounds::of(items.iter().map(|i| i.centre));
+    // Halving always ends in time; the heuristic may not.
+    let balanced = usize::BITS - (count - 1).leading_zeros() >= levels_left;
+    if !balanced && let Some((axis, bin, cost)) = best_plane(items, centres) {
+        if count <= MAX_LEAF && count as f32 <= STEP_COST + cost / area(bounds).max(f32::MIN_POSITIVE) {
+            return None;
+        }
+        let left = partition(items, |i| bin_of(i.centre[axis], centres, axis) <= bin);
+        if left > 0 && left < count {
+            return Some(left);
+        }
+    }
+    if count <= MAX_LEAF {
+        return None;
+    }
+    let extent = centres.max - centres.min;
+    let axis = if extent.x >= extent.y && extent.x >= extent.z { 0 } else { 1 + usize::from(extent.z > extent.y) };
+    let order = |a: &Item, b: &Item| a.centre[axis].total_cmp(&b.centre[axis]).then(a.triangle.cmp(&b.triangle));
+    items.select_nth_unstable_by(count / 2, order);
+    Some(count / 2)
+}
+
+/// The cheapest plane between two bins: its axis, the last bin before it, and the sum of areas times counts on both
+/// sides. `None` when all centres coincide.
+fn best_plane(items: &[Item], centres: Bounds) -> Option<(usize, usize, f32)> {
+    let mut best: Option<(usize, usize, f32)> = None;
+    for axis in 0..3 {
+        if centres.max[axis] <= centres.min[axis] {
+            continue;
+        }
+        let mut bins = [(Bounds::EMPTY, 0usize); BINS];
+        for item in items {
+            let bin = &mut bins[bin_of(item.centre[axis], centres, axis)];
+            *bin = (bin.0.union(item.bounds), bin.1 + 1);
+        }
+        let mut above = [0.0; BINS];
+        let mut sum = (Bounds::EMPTY, 0usize);
+        for i in (1..BINS).rev() {
+            sum = (sum.0.union(bins[i].0), sum.1 + bins[i].1);
+            above[i - 1] = area(sum.0) * sum.1 as f32;
+        }
+        let mut sum = (Bounds::EMPTY, 0usize);
+        for i in 0..BINS - 1 {
+            sum = (sum.0.union(bins[i].0), sum.1 + bins[i].1);
+            let cost = area(sum.0) * sum.1 as f32 + above[i];
+            let splits = sum.1 > 0 && sum.1 < items.len();
+            if splits && best.is_none_or(|b| cost < b.2) {
+                best = Some((axis, i, cost));
+            }
+        }
+    }
+    best
+}
+
+fn bin_of(centre: f32, centres: Bounds, axis: usize) -> usize {
+    let (low, high) = (centres.min[axis], centres.max[axis]);
+    // The conversion saturates: what overflows goes to an end.
+    (((centre - low) / (high - low) * BINS as f32) as usize).min(BINS - 1)
+}
+
+/// Half the surface of a box; 0 for the box of nothing.
+fn area(b: Bounds) -> f32 {
+    let e = (b.max - b.min).max(Vec3::ZERO);
+    e.x * e.y + e.y * e.z + e.z * e.x
+}
+
+/// Brings those that pass to the front; how many they are.
+fn partition(items: &mut [Item], pass: impl Fn(&Item) -> bool) -> usize {
+    let mut front = 0;
+    for i in 0..items.len() {
+        if pass(&items[i]) {
+            items.swap(front, i);
+            front += 1;
+        }
+    }
+    front
+}
