@@ -5,6 +5,8 @@
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `graph_snapshots`: every test of `tests/graphs` holds
+//! - `test_command`: `lightgraph test` and `lightgraph new`
+//! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
@@ -21,10 +23,12 @@ mod command;
 mod device;
 mod graph_snapshots;
 mod mutated;
+mod mutations;
 mod references;
 mod shipped;
 mod skips;
 mod snapshots;
 mod support;
+mod test_command;
 mod traced;
 mod twins;
