@@ -1,5 +1,6 @@
 # make test    the Vulkan driver, formatting, lints and tests; the test runner's summary comes last
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
+# make bench   run time against error: all graphs on all scenes with references, to out/bench/report.html
 # make scenes  writes the generated files of scenes/ anew
 # make peers   installs other renderers, for comparisons, into target/peers
 # make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
@@ -7,7 +8,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo scenes peers references driver lint
+.PHONY: test demo bench scenes peers references driver lint
 
 test: driver lint
 	cargo test
@@ -16,6 +17,10 @@ demo: driver
 	cargo build --release
 	mkdir -p out
 	target/release/lightgraph render graphs/uniform_grid.ron --scene scenes/hall --size 640x480 --out out/hall.png --output color=out/hall.exr
+
+bench: driver
+	cargo build --release
+	target/release/lightgraph bench --out out/bench
 
 scenes:
 	cargo run --quiet --example make_scenes

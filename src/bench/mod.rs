@@ -4,11 +4,13 @@
 //! - `references` finds what a scene is compared with; `score` compares
 //! - `measure` renders one graph on one scene at one setting, phase by phase: the only part that needs a device
 //! - `results` is what is kept of it, as JSON and CSV; `front` says which entries nothing beats
-//! - `against` compares two results; `peers` runs other renderers; `report` writes a page of it all
+//! - `against` compares two results; `peers` runs other renderers; `report` writes a page of it all,
+//!   `overview` its first plot
 
 pub mod against;
 pub mod front;
 pub mod measure;
+pub mod overview;
 pub mod peers;
 pub mod references;
 pub mod report;

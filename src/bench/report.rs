@@ -2,6 +2,7 @@
 
 use super::front::front;
 use super::measure::SEEN;
+use super::overview::overview;
 use super::references::References;
 use super::results::{Entry, Phase, Results};
 use super::score::{Score, mean};
@@ -20,10 +21,10 @@ const MIDDLE: f64 = 0.25;
 /// Phases whose passes the page draws.
 const WITH_PASSES: [Phase; 3] = [Phase::Everything, Phase::Lights, Phase::Camera];
 
-type Metric = (&'static str, fn(&Score) -> Option<f64>);
+pub(super) type Metric = (&'static str, fn(&Score) -> Option<f64>);
 
 /// What the page can plot, by the names of its script.
-const METRICS: [Metric; 5] = [
+pub(super) const METRICS: [Metric; 5] = [
     ("rmse", |s| Some(s.metrics.rmse_percent)),
     ("block", |s| Some(s.metrics.block_rmse_percent)),
     ("fine", |s| Some(s.fine_percent)),
@@ -36,7 +37,10 @@ const METRICS: [Metric; 5] = [
 /// # Errors
 /// Results that make no JSON, a fault of this program.
 pub fn html(results: &Results, folder: &Path, most: usize) -> Checked<String> {
-    let scenes: Vec<Value> = views(results).iter().map(|view| scene(results, view, folder, most)).collect();
+    let all = overview(results, results.main_output.as_deref().unwrap_or(SEEN));
+    let scenes = views(results);
+    let scenes = all.into_iter().chain(scenes.iter().map(|view| scene(results, view, folder, most)));
+    let scenes: Vec<Value> = scenes.collect();
     let page = json!({
         "version": results.version, "commit": results.commit, "machine": results.machine, "repeat": results.repeat,
         "size": results.size, "main": results.main_output, "published": results.published, "absent": results.absent,
@@ -122,10 +126,10 @@ pub fn reference_pictures(folder: &Path, scene: &str, camera: Option<&str>, refe
     }
 }
 
-type View = (String, Option<String>);
+pub(super) type View = (String, Option<String>);
 
 /// Scenes and cameras in the order of the entries.
-fn views(results: &Results) -> Vec<View> {
+pub(super) fn views(results: &Results) -> Vec<View> {
     let mut views: Vec<View> = vec![];
     for e in &results.entries {
         let view = (e.scene.clone(), e.camera.clone());
@@ -136,7 +140,7 @@ fn views(results: &Results) -> Vec<View> {
     views
 }
 
-fn of<'a>(results: &'a Results, view: &View) -> Vec<&'a Entry> {
+pub(super) fn of<'a>(results: &'a Results, view: &View) -> Vec<&'a Entry> {
     results.entries.iter().filter(|e| e.scene == view.0 && e.camera == view.1).collect()
 }
 
@@ -224,7 +228,7 @@ fn entry(e: &Entry) -> Value {
 }
 
 /// Five digits: what a page shows.
-fn round(x: f64) -> f64 {
+pub(super) fn round(x: f64) -> f64 {
     format!("{x:.4e}").parse().unwrap_or(x)
 }
 

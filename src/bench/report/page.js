@@ -132,7 +132,7 @@ function bars(scene) {
     const bar = el("div", { class: "bar", style: `width:${100 * wall / most}%;background:var(--line)` }, ...parts.map(([n, ms]) => el("span", { title: `${n}: ${digits(ms)} ms`, style: `width:${Math.min(100, 100 * ms / wall)}%;background:${color[n]}` })));
     return [el("span", { class: "name" }, title(e)), bar, el("span", {}, `${digits(wall)} ms`)];
   });
-  return el("details", { open: "" }, el("summary", {}, `Where the time goes: ${phases[state.phase]}`), el("p", {}, "Each graph at its most accurate setting. Coloured: device time of passes, summed by group; grey: the rest of the wall time."), el("div", { class: "bars" }, ...rows), el("div", { class: "legend" }, ...passes.map(p => el("span", {}, el("span", { class: "swatch", style: `background:${color[p]}` }), " " + p))));
+  return el("details", { open: "" }, el("summary", {}, `Where the time goes: ${phases[state.phase]}`), el("p", {}, "Each graph at its most accurate setting. Coloured: device time of passes, summed by group; grey: the rest of the wall time, and work that a driver does after its timestamps, as software drivers do with compute passes."), el("div", { class: "bars" }, ...rows), el("div", { class: "legend" }, ...passes.map(p => el("span", {}, el("span", { class: "swatch", style: `background:${color[p]}` }), " " + p))));
 }
 
 function groups(scene) {
@@ -140,7 +140,7 @@ function groups(scene) {
   const heads = [...new Set(scene.entries.flatMap(e => of(e).map(p => p[1]).filter(Boolean)))];
   const published = data.published.filter(p => p.scene === scene.name && p.phase === phase);
   if (!heads.length) return null;
-  const rows = scene.entries.map((e, index) => ({ e, index })).filter(({ e }) => of(e).length && time(e)).map(({ e, index }) => {
+  const rows = scene.entries.map((e, index) => ({ e, index })).filter(({ e }) => of(e).some(p => p[1]) && time(e)).map(({ e, index }) => {
     const sum = g => of(e).filter(p => p[1] === g).reduce((s, p) => s + (p[2] ?? 0), 0);
     const parts = heads.map(sum), wall = time(e)[0];
     return { index, cells: [title(e), ...parts, Math.max(0, wall - parts.reduce((a, b) => a + b, 0)), wall] };
@@ -188,7 +188,7 @@ function choice(label, key, options) {
   return el("label", {}, label, select);
 }
 const m = data.machine;
-document.getElementById("about").append(`Each point is a graph at one setting: time of a frame against error, both better when smaller. The dotted line joins what no other setting of a graph beats; squares are other renderers, all of whose work is one “frame”. Errors without noise are structural: 8 × 8 means keep them, and average a path tracer's noise away. lightgraph ${data.version}${data.commit ? `, ${data.commit}` : ""}; ${m.adapter}, ${m.driver}${m.software ? " (a software driver: times say nothing about a GPU)" : ""}; ${m.cpu}, ${m.cores} cores; median of up to ${data.repeat} frames, ${data.size.join(" × ")} pixels.`);
+document.getElementById("about").append(`Each point is a graph at one setting: time of a frame against error, both better when smaller. The dotted line joins what no other setting of a graph beats; squares are other renderers, all of whose work is one “frame”. Errors without noise are structural: 8 × 8 means keep them, and average a path tracer's noise away. Errors are those of the first frame; for graphs that keep something from frame to frame, of a frame at rest right after the motion, and with nothing moving after ${data.repeat + 1} frames. lightgraph ${data.version}${data.commit ? `, ${data.commit}` : ""}; ${m.adapter}, ${m.driver}${m.software ? " (a software driver: times say nothing about a GPU)" : ""}; ${m.cpu}, ${m.cores} cores; median of up to ${data.repeat} frames, ${data.size.join(" × ")} pixels.`);
 for (const a of data.absent) document.getElementById("about").append(el("br"), el("span", { class: "note" }, `${a.name} is absent: ${a.why}`));
 document.getElementById("controls").append(choice("output", "output", outputs.map(o => [o, o])), choice("error", "metric", Object.entries(metrics).map(([k, v]) => [k, v[0]])), choice("time", "phase", Object.entries(phases)));
 let width = innerWidth;
