@@ -169,7 +169,7 @@ mod tests {
         assert_eq!(back.into_raw(), [0, 0, 0, 255, 255, 255, 188, 188, 188, 255, 0, 255]);
         let holds = |text: &[u8]| bytes.windows(text.len()).any(|w| w == text);
         assert!(holds(b"tEXtgraph\0grid.ron"));
-        assert!(holds("iTXtparameters\0\0\0\0\x04 → 5".as_bytes()));
+        assert!(holds("iTXtparameters\0\0\0\0\x004 → 5".as_bytes()));
     }
 
     #[test]

@@ -172,20 +172,20 @@ fn absurd_counts_of_instances_are_a_fault() {
 
 #[test]
 fn numbers_out_of_range_are_faults() {
-    check(|f| f.json["nodes"][0]["translation"] = json!([0, 1e39, 0]), &["nodes[0] \"quad\"", "not finite"]);
+    check(|f| f.json["nodes"][0]["translation"] = json!([0, 1e39, 0]), &["number out of range"]);
     check(|f| f.json["nodes"][0]["translation"] = json!([0, 1e20, 0]), &["leaves the range"]);
     check(|f| f.json["nodes"][0]["rotation"] = json!([0, 0, 0, 0]), &["no unit quaternion"]);
-    check(|f| f.json["nodes"][0]["scale"] = json!([1, 1e39, 1]), &["not finite"]);
+    check(|f| f.json["nodes"][0]["scale"] = json!([1, 1e39, 1]), &["number out of range"]);
     let mut matrix = vec![0.0_f64; 16];
     check(|f| f.json["nodes"][0]["matrix"] = json!(matrix), &["the last row of its matrix"]);
     matrix[3] = 1e39;
-    check(|f| f.json["nodes"][0]["matrix"] = json!(matrix), &["its matrix holds a number that is not finite"]);
+    check(|f| f.json["nodes"][0]["matrix"] = json!(matrix), &["number out of range"]);
     let colour = |c: [f64; 4]| {
         move |f: &mut Fixture| {
             f.json["materials"][0]["pbrMetallicRoughness"] = json!({"baseColorFactor": c});
         }
     };
-    check(colour([1e39, 0.0, 0.0, 1.0]), &["materials[0] \"white\": baseColorFactor"]);
+    check(colour([1e39, 0.0, 0.0, 1.0]), &["number out of range"]);
     check(colour([-0.5, 0.0, 0.0, 1.0]), &["must be finite and not negative"]);
     check(|f| f.json["materials"][0]["emissiveFactor"] = json!([0, -1, 0]), &["emission"]);
     let strength = json!({"KHR_materials_emissive_strength": {"emissiveStrength": 1e38}});
@@ -205,7 +205,7 @@ fn lights_and_cameras_are_checked() {
             f.light(json!({"name": "lamp"}), light);
         }
     };
-    check(light(json!({"type": "point", "intensity": 1e39})), &["nodes[1] \"lamp\", lights[0]", "intensity"]);
+    check(light(json!({"type": "point", "intensity": 1e39})), &["number out of range"]);
     check(light(json!({"type": "point", "color": [-1, 0, 0]})), &["not negative"]);
     check(light(json!({"type": "point", "range": 0})), &["range 0 must be a positive number"]);
     check(light(json!({"type": "lamp"})), &["none of point, spot and directional"]);
@@ -235,7 +235,7 @@ fn lights_and_cameras_are_checked() {
     check(perspective(4.0, 0.1, 1.0), &["yfov 4"]);
     check(perspective(1.0, 0.0, 1.0), &["znear 0"]);
     check(perspective(1.0, 2.0, 1.0), &["in this order"]);
-    check(perspective(1e39, 0.1, 1.0), &["yfov inf"]);
+    check(perspective(1e39, 0.1, 1.0), &["number out of range"]);
     check(camera(json!({"type": "perspective"})), &["are missing"]);
     check(camera(json!({"type": "wide"})), &["neither perspective nor orthographic"]);
     let ortho = json!({"xmag": 1, "ymag": 0, "znear": 0, "zfar": 1});
