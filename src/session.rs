@@ -19,7 +19,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct Project {
     pub graph: Graph,
-    pub library: Library,
+    pub texts: Library,
 }
 
 impl Project {
@@ -33,7 +33,7 @@ impl Project {
         let usual = [folder.join("shaders"), folder.join("../shaders")];
         let mut folders: Vec<PathBuf> = shaders.to_vec();
         folders.extend(usual.into_iter().filter(|f| f.is_dir()));
-        Ok(Project { graph, library: Library::load(&folders)? })
+        Ok(Project { graph, texts: Library::load(&folders)? })
     }
 
     /// Parameters from `NAME=VALUE` texts.
@@ -96,7 +96,7 @@ pub struct Settings {
 pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
     let request = Request {
         graph: &project.graph,
-        library: &project.library,
+        texts: &project.texts,
         params: &settings.params,
         facts: &scene.facts(),
         screen: settings.size,
@@ -117,7 +117,7 @@ pub struct Session {
     /// How far cameras, lights and nodes of the next frames are from where the scene says.
     pub shift: Shift,
     /// The texts that the plan's shaders were made from.
-    library: Library,
+    texts: Library,
     prepared: Prepared,
     pose: Pose,
     /// What memory holds; `None` runs every step of every frame.
@@ -151,7 +151,7 @@ impl Session {
         let Planned { mut plan, mut notices } = plan_for(project, &scene, &settings, gpu)?;
         if let Some(previous) = previous {
             for shader in &mut plan.shaders {
-                let same = |old: &&Arc<Shader>| unchanged(old, shader, &previous.library, &project.library);
+                let same = |old: &&Arc<Shader>| unchanged(old, shader, &previous.texts, &project.texts);
                 if let Some(old) = previous.plan.shaders.iter().find(same) {
                     *shader = old.clone();
                 }
@@ -169,8 +169,8 @@ impl Session {
             false => None,
         };
         let shift = Shift::default();
-        let library = project.library.clone();
-        Ok(Session { scene, settings, plan, notices, shift, library, prepared, pose, held, why: vec![], scratch })
+        let texts = project.texts.clone();
+        Ok(Session { scene, settings, plan, notices, shift, texts, prepared, pose, held, why: vec![], scratch })
     }
 
     /// Renders frame number `index` at `time` (seconds).

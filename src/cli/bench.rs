@@ -340,7 +340,7 @@ fn inputs(graph: &Named, scene_files: &[PathBuf], commit: Option<&str>) -> Check
             std::fs::read(path).map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
         parts.push(bytes);
     }
-    parts.extend(graph.project.library.files.values().map(|s| s.text.clone().into_bytes()));
+    parts.extend(graph.project.texts.files.values().map(|s| s.text.clone().into_bytes()));
     Ok(hash(parts.iter().map(Vec::as_slice)))
 }
 

@@ -62,7 +62,7 @@ fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Vec<Diagnosti
     for facts in facts {
         let request = Request {
             graph: &project.graph,
-            library: &project.library,
+            texts: &project.texts,
             params: &params,
             facts,
             screen: [640, 480],

@@ -79,7 +79,7 @@ fn planned(args: &Args, graph: &Path, facts: &Values) -> Checked<Planned> {
     let project = Project::open(graph, &args.shaders.folders)?;
     plan(&Request {
         graph: &project.graph,
-        library: &project.library,
+        texts: &project.texts,
         params: &project.params(&args.set)?,
         facts,
         screen: args.size,

@@ -53,7 +53,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let mut faults = vec![];
     let wiring = wire(request, &values, &sizes, &mut faults);
     let whole = faults.is_empty();
-    faults.extend(lint::unused(graph, request.library));
+    faults.extend(lint::unused(graph, request.texts));
     let outputs = outputs(graph, request.outputs, &mut faults);
     // What a broken pass would have written seems unwritten: such faults would only repeat the first.
     Faults::check(if whole { vec![] } else { std::mem::take(&mut faults) }, ())?;

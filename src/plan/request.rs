@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy)]
 pub struct Request<'a> {
     pub graph: &'a Graph,
-    pub library: &'a Library,
+    pub texts: &'a Library,
     /// Parameters that differ from their defaults.
     pub params: &'a Values,
     /// The scene's facts: all names of [`crate::scene::FACTS`].

@@ -52,7 +52,7 @@ fn rows(@builtin(global_invocation_id) id: vec3u) { textureStore(there, vec2u(id
 /// A graph and shaders in memory.
 pub(super) struct Sample {
     graph: Graph,
-    library: Library,
+    texts: Library,
 }
 
 /// Resources, passes and outputs of a graph.
@@ -65,13 +65,13 @@ pub(super) fn sample(resources: &str, passes: &str, outputs: &str) -> Sample {
         let path = format!("{name}.wgsl");
         (path.clone(), Source::new(path, text))
     };
-    Sample { graph, library: Library { files: shaders.into_iter().map(file).collect() } }
+    Sample { graph, texts: Library { files: shaders.into_iter().map(file).collect() } }
 }
 
 impl Sample {
     fn try_plan(&self, options: Options, outputs: Option<&[String]>) -> Checked<Plan> {
         let (params, facts) = (Values::new(), sample_facts(true));
-        try_plan(&self.graph, &self.library, &params, &facts, options, outputs)
+        try_plan(&self.graph, &self.texts, &params, &facts, options, outputs)
     }
 
     pub(super) fn plan(&self) -> Plan {
@@ -92,7 +92,7 @@ fn try_plan(
     outputs: Option<&[String]>,
 ) -> Checked<Plan> {
     let (limits, features) = (&wgpu::Limits::default(), wgpu::Features::FLOAT32_FILTERABLE);
-    let request = Request { graph, library, params, facts, screen: [64, 48], outputs, limits, features };
+    let request = Request { graph, texts: library, params, facts, screen: [64, 48], outputs, limits, features };
     plan_with(&request, options).map(|p| p.plan)
 }
 
@@ -103,7 +103,7 @@ pub(super) fn shipped(graph: &str, params: &[(&str, Value)], full: bool, options
     let params: Values = params.iter().map(|(n, v)| ((*n).to_string(), *v)).collect();
     let facts = sample_facts(full);
     let mut plan =
-        try_plan(&project.graph, &project.library, &params, &facts, options, None).unwrap_or_else(|f| panic!("{f}"));
+        try_plan(&project.graph, &project.texts, &params, &facts, options, None).unwrap_or_else(|f| panic!("{f}"));
     // Not the path of this machine.
     plan.graph = format!("graphs/{graph}");
     plan

@@ -279,7 +279,7 @@ impl<'g> Wirer<'g, '_> {
     }
 
     fn shader(&mut self, pass: &Pass, name: &Name) -> Option<(usize, Arc<Shader>)> {
-        let mentioned = mentioned_defs(self.request.library, &name.value);
+        let mentioned = mentioned_defs(self.request.texts, &name.value);
         let mut defs = Defs::new();
         for (key, e) in self.graph().defines.iter().chain(&pass.defines) {
             let val = e.eval(&|n| self.value(n));
@@ -300,7 +300,7 @@ impl<'g> Wirer<'g, '_> {
         if let Some(i) = self.out.shaders.iter().position(|s| s.path == name.value && s.defs == defs) {
             return Some((i, self.out.shaders[i].clone()));
         }
-        match compose(self.request.library, &name.value, &defs) {
+        match compose(self.request.texts, &name.value, &defs) {
             Ok(shader) => {
                 self.out.shaders.push(Arc::new(shader));
                 let i = self.out.shaders.len() - 1;
@@ -341,7 +341,7 @@ impl<'g> Wirer<'g, '_> {
     pub(super) fn locate(&self, pass: &Pass, shader: &Shader, word: &str) -> Span {
         let own = std::iter::once(&shader.path).chain(&shader.sources);
         for path in own {
-            if let Some(source) = self.request.library.files.get(path)
+            if let Some(source) = self.request.texts.files.get(path)
                 && let Some(at) = find_word(&source.text, word)
             {
                 return Span::new(source, at..at + word.len());

@@ -89,7 +89,7 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
     let params = params_of(&now, &project)?;
     let mut planned = plan(&Request {
         graph: &project.graph,
-        library: &project.library,
+        texts: &project.texts,
         params: &params,
         facts: &scene_of(&now)?.facts(),
         screen: now.size,

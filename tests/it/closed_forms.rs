@@ -114,7 +114,7 @@ fn sharing_and_order_leave_no_trace() {
     let (pose, facts) = (scene.pose(0.0), scene.facts());
     let request = Request {
         graph: &project.graph,
-        library: &project.library,
+        texts: &project.texts,
         params: &params,
         facts: &facts,
         screen: [48, 48],

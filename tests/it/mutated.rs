@@ -97,7 +97,7 @@ fn damaged_graphs_give_faults_with_places() {
                 Err(faults) => placed(&what, &faults),
                 Ok(graph) if plans > 0 => {
                     plans -= 1;
-                    let changed = Project { graph, library: project.library.clone() };
+                    let changed = Project { graph, texts: project.texts.clone() };
                     let result = survives(&what, || {
                         plan_without_device(&changed, &Values::new(), None, plans.is_multiple_of(2))
                     });

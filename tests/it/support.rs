@@ -32,7 +32,7 @@ pub fn plan_without_device(
 ) -> Checked<Planned> {
     plan(&Request {
         graph: &project.graph,
-        library: &project.library,
+        texts: &project.texts,
         params,
         facts: &sample_facts(full),
         screen: [640, 480],
