@@ -22,6 +22,8 @@ const SETTLE: Duration = Duration::from_millis(30);
 
 /// Renders again whenever a file changes.
 #[derive(Debug, Clone, clap::Args)]
+// `render`'s arguments form a group of the same name.
+#[group(skip)]
 pub struct Args {
     #[command(flatten)]
     pub render: render::Args,

@@ -14,6 +14,7 @@
 //! - `snapshots`: one tiny picture of the whole
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
 //! - `twins`: shaders against the Rust of the same mathematics
+//! - `watch`: live reload without a window
 //! - `support`, `device`: what several of them need
 
 mod bad;
@@ -32,3 +33,4 @@ mod support;
 mod test_command;
 mod traced;
 mod twins;
+mod watch;
