@@ -27,7 +27,7 @@ impl Library {
             match dir.canonicalize() {
                 Ok(root) => {
                     let seen = BTreeSet::from([root.clone()]);
-                    let mut walk = Walk { root: &root, seen, library: &mut library, faults: &mut faults };
+                    let mut walk = Walk { root: &root, seen, texts: &mut library, faults: &mut faults };
                     walk.folder(dir, "");
                 }
                 Err(e) => faults.push(unreadable(dir, &e)),
@@ -46,7 +46,7 @@ struct Walk<'a> {
     root: &'a Path,
     /// Folders with all links resolved: a link to a folder above must not lead round for ever.
     seen: BTreeSet<PathBuf>,
-    library: &'a mut Library,
+    texts: &'a mut Library,
     faults: &'a mut Vec<Diagnostic>,
 }
 
@@ -78,10 +78,10 @@ impl Walk<'_> {
                 if self.seen.insert(resolved) {
                     self.folder(&path, &format!("{relative}/"));
                 }
-            } else if name.ends_with(".wgsl") && !self.library.files.contains_key(&relative) {
+            } else if name.ends_with(".wgsl") && !self.texts.files.contains_key(&relative) {
                 match Source::read(&path) {
                     Ok(source) => {
-                        self.library.files.insert(relative, source);
+                        self.texts.files.insert(relative, source);
                     }
                     Err(faults) => self.faults.extend(faults.0),
                 }

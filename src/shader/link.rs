@@ -43,7 +43,7 @@ pub(super) enum Target {
 pub(super) fn gather(library: &Library, path: &str, defs: &Defs) -> Checked<Vec<Unit>> {
     let modules = modules(library);
     let mut gather =
-        Gather { library, modules, defs, units: vec![], known: BTreeMap::new(), stack: vec![], faults: vec![] };
+        Gather { texts: library, modules, defs, units: vec![], known: BTreeMap::new(), stack: vec![], faults: vec![] };
     let Some(source) = library.files.get(path) else {
         let known = library.files.keys().map(String::as_str);
         return Err(Diagnostic::error(format!("unknown shader `{path}`")).nearest(path, known).into());
@@ -98,7 +98,7 @@ fn find_module<'a>(modules: &'a BTreeMap<String, Vec<String>>, path: &str) -> Op
 }
 
 struct Gather<'a> {
-    library: &'a Library,
+    texts: &'a Library,
     modules: BTreeMap<String, Vec<String>>,
     defs: &'a Defs,
     units: Vec<Unit>,
@@ -170,7 +170,7 @@ impl Gather<'_> {
                 None
             }
             None => {
-                let source = self.library.files.get(path)?.clone();
+                let source = self.texts.files.get(path)?.clone();
                 Some(self.visit(path, &source))
             }
         }
