@@ -109,31 +109,46 @@ fn plain_interpolation_loses_the_light_that_it_is_known_to_lose() {
 /// (0, 0) coefficients.
 #[test]
 fn probe_coefficients_agree_with_the_references() {
-    for (scene, limit) in [("cornell_point", 3.0), ("room_spot", 3.0)] {
-        let text = std::fs::read(repository(&format!("tests/references/{scene}_probes_b0.json"))).unwrap();
-        let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
-        let path = format!("scenes/{scene}.gltf");
-        let set = "grid=4,4,4 inset=0.5 face=32 order=2 bounces=1";
-        let [sh] = Shot { set, ..Shot::new("graphs/uniform_grid.ron", &path, 16) }.render(["sh"]);
-        assert_eq!((sh.width, sh.height, sh.layers), (4, 4, 36));
-        let (mut error, mut terms, mut norm, mut norms) = (0.0, 0.0, 0.0, 0.0);
-        for (i, probe) in json["probes"].as_array().unwrap().iter().enumerate() {
-            let (x, y, z) = (i as u32 % 4, i as u32 / 4 % 4, i as u32 / 16);
-            for (coefficient, expected) in probe["sh"].as_array().unwrap().iter().enumerate() {
-                let found = sh.pixel(z + 4 * coefficient as u32, x, y).unwrap();
-                for channel in 0..3 {
-                    let expected = expected[channel].as_f64().unwrap();
-                    error += (f64::from(found[channel]) - expected).powi(2);
-                    terms += 1.0;
-                    if coefficient == 0 {
-                        norm += expected * expected;
-                        norms += 1.0;
-                    }
+    for scene in ["cornell_point", "room_spot"] {
+        let percent = coefficient_error(scene, "b0", "bounces=1");
+        assert!(percent <= 3.0, "{scene}: the coefficients differ by {percent:.2} %, more than 3 %");
+    }
+}
+
+/// The same after the bounces have converged: there interpolation feeds back, so the figure is larger. Printed, and held
+/// below half as much again as was measured.
+#[test]
+fn converged_probe_coefficients_differ_by_what_interpolation_feeds_back() {
+    for (scene, known) in [("cornell_point", 2.14), ("room_spot", 4.02)] {
+        let percent = coefficient_error(scene, "binf", "bounces=64 epsilon=0.001");
+        assert!(percent <= 1.5 * known, "{scene}: the coefficients differ by {percent:.2} %, known {known} %");
+    }
+}
+
+fn coefficient_error(scene: &str, which: &str, bounces: &str) -> f64 {
+    let text = std::fs::read(repository(&format!("tests/references/{scene}_probes_{which}.json"))).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    let path = format!("scenes/{scene}.gltf");
+    let set = format!("grid=4,4,4 inset=0.5 face=32 order=2 {bounces}");
+    let [sh] = Shot { set: &set, ..Shot::new("graphs/uniform_grid.ron", &path, 16) }.render(["sh"]);
+    assert_eq!((sh.width, sh.height, sh.layers), (4, 4, 36));
+    let (mut error, mut terms, mut norm, mut norms) = (0.0, 0.0, 0.0, 0.0);
+    for (i, probe) in json["probes"].as_array().unwrap().iter().enumerate() {
+        let (x, y, z) = (i as u32 % 4, i as u32 / 4 % 4, i as u32 / 16);
+        for (coefficient, expected) in probe["sh"].as_array().unwrap().iter().enumerate() {
+            let found = sh.pixel(z + 4 * coefficient as u32, x, y).unwrap();
+            for channel in 0..3 {
+                let expected = expected[channel].as_f64().unwrap();
+                error += (f64::from(found[channel]) - expected).powi(2);
+                terms += 1.0;
+                if coefficient == 0 {
+                    norm += expected * expected;
+                    norms += 1.0;
                 }
             }
         }
-        let percent = 100.0 * (error / terms / (norm / norms)).sqrt();
-        println!("{scene}: coefficients differ by {percent:.2} %");
-        assert!(percent <= limit, "{scene}: the coefficients differ by {percent:.2} %, more than {limit} %");
     }
+    let percent = 100.0 * (error / terms / (norm / norms)).sqrt();
+    println!("{scene}, {which}: coefficients differ by {percent:.2} %");
+    percent
 }
