@@ -96,6 +96,17 @@ fn try_plan(
     plan_with(&request, options).map(|p| p.plan)
 }
 
+/// The names of the graphs of the repository.
+pub(super) fn all_shipped() -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs");
+    let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.retain(|n| n.ends_with(".ron"));
+    names.sort();
+    assert!(!names.is_empty(), "{} has no graphs", folder.display());
+    names
+}
+
 /// The plan of a graph of the repository, with every kind of light and material or with none.
 pub(super) fn shipped(graph: &str, params: &[(&str, Value)], full: bool, options: Options) -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs").join(graph);

@@ -98,7 +98,8 @@ fn memory_is_shared_inside_loops_of_loops() {
 
 #[test]
 fn the_shipped_graphs_make_the_same_in_any_order_and_memory() {
-    for graph in ["uniform_grid.ron", "direct.ron"] {
+    for graph in all_shipped() {
+        let graph = graph.as_str();
         for full in [true, false] {
             let reference = shipped(graph, &[], full, Options { share: false, ..Options::default() });
             let wanted = machine::run(&reference, 2);
