@@ -7,11 +7,12 @@ use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
-use crate::plan::{Plan, ResourceId};
+use crate::plan::{Action, Plan, ResourceId, cull};
 use crate::scene::{Pose, Scene, Shift, Table};
 use crate::shader::{Library, Shader};
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -195,7 +196,7 @@ impl Session {
             None => None,
         };
         let run = selection.as_ref().map(|s| s.run.as_slice());
-        let frame = Frame { values, tables, run };
+        let frame = Frame { values, tables, run, ..Frame::default() };
         let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame)?;
         if let (Some(scratch), Some(selection)) = (&mut self.scratch, &selection) {
             scratch.verify(gpu, &self.plan, &self.prepared, selection, &frame)?;
@@ -222,6 +223,30 @@ impl Session {
     /// An unknown output, or one that holds no image.
     pub fn image(&self, gpu: &Gpu, output: &str) -> Checked<Image> {
         gpu::read_image(gpu, &self.prepared, &self.plan, self.output(output)?)
+    }
+
+    /// By step that leaves out what its members don't see: the triangles of its draws, and those of all its members drawing the
+    /// whole scene. Without those whose draws have been overwritten since, in memory they share.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn triangles(&self, gpu: &Gpu) -> Checked<BTreeMap<usize, (u64, u64)>> {
+        let mut found = BTreeMap::new();
+        for (index, step) in self.plan.steps.iter().enumerate() {
+            let Action::Draw(draw) = &step.action else { continue };
+            let Some(indirect) = draw.indirect else { continue };
+            let slot = self.plan.resources[indirect.buffer.0].slot;
+            let holds = match &self.held {
+                Some(held) => held.version(&self.plan, indirect.buffer).is_some(),
+                None => self.plan.resources.iter().filter(|r| r.slot == slot).count() == 1,
+            };
+            if holds {
+                let bytes = gpu::read_buffer(gpu, &self.prepared, &self.plan, indirect.buffer)?;
+                let whole = draw.members.len() as u64 * (self.scene.geometry.indices.len() / 3) as u64;
+                found.insert(index, (cull::triangles(&bytes), whole));
+            }
+        }
+        Ok(found)
     }
 
     fn output(&self, name: &str) -> Checked<ResourceId> {

@@ -3,7 +3,7 @@
 use super::{Failure, ShaderFolders, notices, print, size};
 use crate::diag::Checked;
 use crate::plan::build::{Planned, plan};
-use crate::plan::request::{Request, sample_facts};
+use crate::plan::request::{COMMON_FEATURES, Request, sample_facts};
 use crate::plan::show;
 use crate::scene;
 use crate::session::Project;
@@ -85,6 +85,6 @@ fn planned(args: &Args, graph: &Path, facts: &Values) -> Checked<Planned> {
         screen: args.size,
         outputs: (!args.outputs.is_empty()).then_some(args.outputs.as_slice()),
         limits: &wgpu::Limits::default(),
-        features: wgpu::Features::FLOAT32_FILTERABLE,
+        features: COMMON_FEATURES,
     })
 }

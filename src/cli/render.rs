@@ -84,7 +84,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let mut text = String::new();
     for frame in 0..args.frames {
         let report = session.frame(&gpu, frame, frame as f32 * args.step)?;
-        stats.frames.push(FrameStats::new(&session.plan, &report, session.why()));
+        let triangles = if args.stats.is_some() { session.triangles(&gpu)? } else { BTreeMap::new() };
+        stats.frames.push(FrameStats::new(&session.plan, &report, session.why(), &triangles));
         progress.inc(1);
         if frame + 1 == args.frames {
             notices(&report.warnings);

@@ -8,6 +8,7 @@ mod bindings;
 mod device;
 mod encode;
 mod execute;
+mod gate;
 mod pipelines;
 mod pool;
 mod prepare;
@@ -21,6 +22,7 @@ mod tests;
 mod texel;
 mod timing;
 mod uniforms;
+mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError};
 pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};

@@ -10,7 +10,7 @@ use crate::shader::Stage;
 
 impl Expander<'_, '_> {
     /// The render pass of a draw or screen pass: targets and the place of each member.
-    pub(super) fn draw(&mut self, w: &Wired, r: &Raster, member: u32, batched: bool) -> Option<Draw> {
+    pub(super) fn draw(&mut self, w: &Wired, r: &Raster, name: &str, member: u32, batched: bool) -> Option<Draw> {
         let index = w.shader?;
         let interface = &self.shaders[index].interface;
         let geometry = match w.pass.kind {
@@ -46,7 +46,11 @@ impl Expander<'_, '_> {
             extents.push((id, name.value.clone()));
         }
         let members = self.places(w, r, member, batched, &extents)?;
-        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members })
+        let indirect = match w.culling {
+            Some(_) => Some(self.culled(w, r, name, &members)?),
+            None => None,
+        };
+        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, indirect })
     }
 
     fn places(

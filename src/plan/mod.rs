@@ -6,13 +6,16 @@
 mod bind;
 pub mod build;
 pub mod change;
+pub mod cull;
 mod draw;
+mod ending;
 pub mod expand;
 pub mod lint;
 pub mod live;
 pub mod memory;
 pub mod order;
 mod reduce;
+pub mod region;
 pub mod request;
 pub mod show;
 pub mod sizes;
@@ -82,6 +85,16 @@ pub struct Until {
     pub buffer: ResourceId,
     pub comparison: Comparison,
     pub value: f32,
+    pub ending: Ending,
+}
+
+/// Who ends a loop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// The device, without a word to the host: what is handed over for later iterations does nothing.
+    Device,
+    /// The host, which waits for the number after each iteration; and why it must.
+    Host { why: String },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -228,6 +241,20 @@ pub struct Draw {
     pub depth: Option<DepthTarget>,
     /// One draw for each; the instance index of each is its `index`.
     pub members: Vec<Member>,
+    /// `None`: each member draws the whole scene.
+    pub indirect: Option<Indirect>,
+}
+
+/// Draws that the device makes up: of each member those of one range after the other of the scene's indices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Indirect {
+    /// The arguments of indexed indirect draws: for each place in [`Draw::members`] first those of the single-sided
+    /// triangles (of all, unless culling goes by material), then those of the others.
+    pub buffer: ResourceId,
+    /// Draws of a member's first part.
+    pub first: u32,
+    /// Draws of its second part.
+    pub second: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -273,7 +300,7 @@ pub struct Member {
     pub place: Place,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
     /// The whole of a target without layers.
     Whole,

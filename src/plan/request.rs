@@ -25,6 +25,10 @@ pub struct Request<'a> {
     pub features: wgpu::Features,
 }
 
+/// What a plan made without a device counts on: what the adapters that people have all offer.
+pub const COMMON_FEATURES: wgpu::Features =
+    wgpu::Features::FLOAT32_FILTERABLE.union(wgpu::Features::INDIRECT_FIRST_INSTANCE);
+
 /// Parameters, facts, `screen` and lets.
 ///
 /// # Errors

@@ -9,7 +9,7 @@ use crate::image::Image;
 use crate::plan::Plan;
 use crate::plan::build::plan;
 use crate::plan::change::Why;
-use crate::plan::request::Request;
+use crate::plan::request::{COMMON_FEATURES, Request};
 use crate::scene::{self, Scene, Shift};
 use crate::session::{Project, Session, Settings};
 use crate::value::Values;
@@ -95,7 +95,7 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
         screen: now.size,
         outputs: None,
         limits: &wgpu::Limits::default(),
-        features: wgpu::Features::FLOAT32_FILTERABLE,
+        features: COMMON_FEATURES,
     })?;
     // The text must not depend on where the test was started.
     planned.plan.graph = now.graph.path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());

@@ -4,6 +4,8 @@
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
+//! - `culling`: draws that leave out what their members don't see change nothing
+//! - `endings`: a loop that ends on the device ends as one that the host ends
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
@@ -21,7 +23,9 @@ mod bad;
 mod bad_scenes;
 mod closed_forms;
 mod command;
+mod culling;
 mod device;
+mod endings;
 mod graph_snapshots;
 mod mutated;
 mod mutations;

@@ -2,7 +2,7 @@
 
 use lightgraph::diag::{Checked, Diagnostic};
 use lightgraph::plan::build::{Planned, plan};
-use lightgraph::plan::request::{Request, sample_facts};
+use lightgraph::plan::request::{COMMON_FEATURES, Request, sample_facts};
 use lightgraph::session::Project;
 use lightgraph::value::Values;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ pub fn plan_without_device(
         screen: [640, 480],
         outputs,
         limits: &wgpu::Limits::default(),
-        features: wgpu::Features::FLOAT32_FILTERABLE,
+        features: COMMON_FEATURES,
     })
 }
 
