@@ -22,14 +22,17 @@ fn corner(packed: texture_3d<u32>, w: Weights, here: probes::Cell, i: u32, point
 /// As `lightgraph::probes::gather`.
 fn gather(packed: texture_3d<u32>, w: Weights, point: vec3f, normal: vec3f, behind: f32) -> vec3f {
     let here = probes::cell(point);
-    var sum = corner(packed, w, here, 0u, point, normal, behind);
-    sum += corner(packed, w, here, 1u, point, normal, behind);
-    sum += corner(packed, w, here, 2u, point, normal, behind);
-    sum += corner(packed, w, here, 3u, point, normal, behind);
-    sum += corner(packed, w, here, 4u, point, normal, behind);
-    sum += corner(packed, w, here, 5u, point, normal, behind);
-    sum += corner(packed, w, here, 6u, point, normal, behind);
-    sum += corner(packed, w, here, 7u, point, normal, behind);
+    // Corners at whose side an axis has no share, as outside the probes, are left out: the others are the subsets of `sides`.
+    let sides = dot(select(vec3u(0u), vec3u(1u, 2u, 4u), here.fraction > vec3f(0.0)), vec3u(1u));
+    var sum = vec4f(0.0);
+    var i = 0u;
+    loop {
+        sum += corner(packed, w, here, i, point, normal, behind);
+        i = (i - sides) & sides;
+        if i == 0u {
+            break;
+        }
+    }
     return sum.rgb / sum.a;
 }
 
