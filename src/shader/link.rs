@@ -6,6 +6,7 @@ use super::{
     lex::{self, Kind, Token},
     library::Library,
     outline::{Outline, outline},
+    report::HERE,
     scan::{Scan, scan, unknown_definition},
 };
 use crate::diag::{Checked, Diagnostic, Faults, Source, Span, nearest};
@@ -117,7 +118,7 @@ impl Gather<'_> {
         let outline = outline(source, &scan.text, &words, &mut self.faults);
         for word in words.iter().filter(|w| w.kind == Kind::Definition) {
             let name = word.definition(&scan.text);
-            if !self.defs.contains_key(name) {
+            if name != HERE && !self.defs.contains_key(name) {
                 let place = Span::new(source, word.range.clone());
                 self.faults.push(unknown_definition(name, &place, self.defs));
             }

@@ -6,7 +6,7 @@
 //!
 //! Inside: `lex` finds words, `scan` settles conditions and reads imports, `outline` lists what a file declares, `link`
 //! follows imports, `write` spells the text for naga_oil and leads its places back, `oil` calls it, `bind` gives
-//! bindings, `reflect` reads the [`Interface`].
+//! bindings, `reflect` reads the [`Interface`]; `report` is the module by which shaders check themselves.
 
 mod bind;
 pub mod compose;
@@ -19,6 +19,7 @@ mod link;
 mod oil;
 mod outline;
 mod reflect;
+pub mod report;
 mod scan;
 mod write;
 
