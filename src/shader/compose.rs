@@ -4,7 +4,11 @@ use super::{
     bind::{Bound, bind},
     interface::Interface,
     library::Library,
+<<<<<<< HEAD
     link::{Unit, gather},
+=======
+    link::{self, Unit, gather},
+>>>>>>> wip-snap
     oil::join,
     reflect::reflect,
     write::{RESERVED_MARKS, write},
@@ -23,7 +27,8 @@ pub enum Def {
 
 /// Definitions by name.
 ///
-/// `#ifdef NAME` holds when NAME has a value other than `false`; `#if NAME == VALUE` compares it; `#{NAME}` is it.
+/// `#ifdef NAME` holds when NAME has a value other than `false`; `#if NAME == VALUE` compares it; `#{NAME}` is it. `#{HERE}` is
+/// the place where it stands, for [`super::report`].
 pub type Defs = BTreeMap<String, Def>;
 
 /// A composed, validated and reflected shader.
@@ -65,10 +70,14 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
     }
     Faults::check(faults, ())?;
     let mut bindings = 0;
-    let written: Vec<_> = units.iter().map(|unit| write(unit, defs, &mut bindings)).collect();
+    let mut sources: Vec<String> = units.iter().map(|u| u.path.clone()).collect();
+    sources.sort();
+    let file = |unit: &Unit| sources.binary_search(&unit.path).unwrap_or(0);
+    let written: Vec<_> = units.iter().map(|unit| write(unit, defs, file(unit), &mut bindings)).collect();
     let module = join(&units, &written)?;
     let bound = bind(module, &units)?;
     let interface = reflect(&bound, &units)?;
+<<<<<<< HEAD
     let content = content(&bound, &units, defs);
     let mut sources: Vec<String> = units.into_iter().map(|u| u.path).collect();
     sources.sort();
@@ -82,6 +91,9 @@ fn content(bound: &Bound, units: &[Unit], defs: &Defs) -> u128 {
         // What naga can read but not write is told apart by its texts.
         Err(_) => hash(&(defs, units.iter().map(|u| &u.scan.text).collect::<Vec<_>>())),
     }
+=======
+    Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources })
+>>>>>>> wip-snap
 }
 
 /// The definitions that `path` and all files it may import ask for (`#ifdef`, `#if`, `#{NAME}`), whatever branches
