@@ -6,12 +6,14 @@ use super::{
     gate::{Gate, Gates, State, on_device},
     prepare::Prepared,
     readback::map,
+    reports::Reports,
     scope::Scope,
     timing::Timer,
 };
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
 use crate::scene::Table;
+use crate::shader::report::Failed;
 use crate::value::Values;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -47,6 +49,8 @@ pub struct FrameReport {
     pub loops: Vec<LoopReport>,
     /// What went on, but probably not as meant.
     pub warnings: Vec<Diagnostic>,
+    /// Checks in shaders that do not hold, by step: as of its last run.
+    pub failed: Vec<(StepId, Failed)>,
     /// From the call to the end of the device's work, in milliseconds.
     pub wall_ms: f64,
 }
@@ -88,11 +92,12 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    let Prepared { pool, scene, uniforms, steps, timer, probe, gates, .. } = prepared;
+    let Prepared { pool, scene, uniforms, reports, steps, timer, probe, gates, .. } = prepared;
     timer.start();
     let mut walk = Walk {
         source: Source { gpu, plan, pool, scene, uniforms, steps },
         timer,
+        reports,
         probe: probe.as_ref(),
         gates,
         members: &frame.members,
@@ -118,14 +123,16 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     for (run, state) in gated.iter().zip(states) {
         run.settle(&state, &mut times, &mut loops, &mut warnings);
     }
+    let failed = reports.read(gpu)?;
     let steps = first_runs.into_iter().filter_map(|s: StepId| times.get(s.0).copied().flatten()).collect();
-    Ok(FrameReport { steps, loops, warnings, wall_ms: ms_since(start) })
+    Ok(FrameReport { steps, loops, warnings, failed, wall_ms: ms_since(start) })
 }
 
 /// The state of a walk along the order.
 struct Walk<'a> {
     source: Source<'a>,
     timer: &'a mut Timer,
+    reports: &'a Reports,
     probe: Option<&'a wgpu::Buffer>,
     gates: &'a Gates,
     members: &'a BTreeMap<usize, Vec<bool>>,
@@ -217,6 +224,9 @@ impl Walk<'_> {
             Some(Action::Draw(_) | Action::Compute { .. }) => true,
             Some(Action::Copy { .. } | Action::Clear { .. }) | None => false,
         };
+        if self.times.get(id.0).is_some_and(Option::is_none) {
+            self.reports.clear(open(gpu, &mut self.encoder), id);
+        }
         let pair = self.timer.pair(gpu, id, in_pass);
         let encoder = open(gpu, &mut self.encoder);
         self.source.encode(encoder, id, &self.iterations, pair.as_ref(), self.gate, only)?;

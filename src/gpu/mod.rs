@@ -9,10 +9,12 @@ mod device;
 mod encode;
 mod execute;
 mod gate;
+mod kept;
 mod pipelines;
 mod pool;
 mod prepare;
 mod readback;
+mod reports;
 mod scene_data;
 mod scope;
 #[cfg(test)]
