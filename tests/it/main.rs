@@ -6,6 +6,7 @@
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `test_command`: `lightgraph test` and `lightgraph new`
+//! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
@@ -22,6 +23,7 @@ mod bad_scenes;
 mod closed_forms;
 mod command;
 mod device;
+mod edits;
 mod graph_snapshots;
 mod mutated;
 mod mutations;
