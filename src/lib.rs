@@ -18,6 +18,7 @@
 //! - [`session`]: from files to frames; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
 //! - [`bench`]: run time against error; [`snapshot`]: tests of graphs
+//! - [`builtin`]: the graphs and shaders that the binary carries
 //! - [`cli`]: the commands, one a file
 //!
 //! What must stay true: no Rust names a rendering technique; only `gpu` and what calls it see a device; the executor
@@ -46,6 +47,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod builtin;
 pub mod cli;
 mod content;
 pub mod diag;

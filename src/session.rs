@@ -1,5 +1,6 @@
 //! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
 
+use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
 use crate::graph::{self, Graph};
@@ -8,9 +9,10 @@ use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::keys::{Keys, Kind, Outside};
 use crate::plan::request::Request;
-use crate::plan::{Plan, ResourceId};
+use crate::plan::{Action, Plan, ResourceId, StepId};
 use crate::scene::{Pose, Scene, Shift, Table};
 use crate::shader::Library;
+use crate::shader::report::{self, Failed};
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
 use std::path::{Path, PathBuf};
@@ -24,7 +26,8 @@ pub struct Project {
 }
 
 impl Project {
-    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then `../shaders`.
+    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then `../shaders`;
+    /// where the graph or a base is one of the binary's, then the binary's.
     ///
     /// # Errors
     /// Every fault of the graph file and its bases, and shader files that can't be read.
@@ -34,7 +37,14 @@ impl Project {
         let usual = [folder.join("shaders"), folder.join("../shaders")];
         let mut folders: Vec<PathBuf> = shaders.to_vec();
         folders.extend(usual.into_iter().filter(|f| f.is_dir()));
-        Ok(Project { graph, texts: Library::load(&folders)? })
+        let mut texts = Library::load(&folders)?;
+        if graph.files.iter().any(|f| builtin::is_builtin(f)) {
+            for (name, source) in builtin::shaders() {
+                texts.files.entry(name.into()).or_insert(source);
+            }
+        }
+        texts.files.entry(report::PATH.into()).or_insert_with(report::source);
+        Ok(Project { graph, texts })
     }
 
     /// Parameters from `NAME=VALUE` texts.
@@ -184,7 +194,8 @@ impl Session {
         let (values, more) = frame_values(&scene, &settings, &pose, last.0)?;
         notices.extend(more);
         let tables = tables(&scene, &plan, pose, previous);
-        let outside = Outside::new(&plan, hashes, &tables.list)?;
+        let began = previous.map_or(0, |p| p.held.frames());
+        let outside = Outside::new(&plan, hashes, began, &tables.list)?;
         let keys = Keys::of(&plan, settings.without);
         // The memory that verifies begins as the other does, or not at all.
         let earlier = previous.filter(|p| !settings.verify || p.scratch.is_some());
@@ -233,7 +244,8 @@ impl Session {
         let moved = !pose.same_tables(&self.tables.pose);
         if moved {
             self.tables = tables(&self.scene, &self.plan, pose, None);
-            self.outside = Outside::new(&self.plan, self.outside.assets, &self.tables.list)?;
+            let Outside { assets, began, .. } = self.outside;
+            self.outside = Outside::new(&self.plan, assets, began, &self.tables.list)?;
         }
         let (plan, keys, held) = (&self.plan, &self.keys, &self.held);
         let choose = if self.settings.skip { change::select } else { change::everything };
@@ -260,6 +272,29 @@ impl Session {
         self.last = (index, time, self.shift.clone());
         self.why = why;
         Ok(report)
+    }
+
+    /// The checks in shaders that do not hold after a frame, each at its line.
+    pub fn failed_checks(&self, report: &FrameReport) -> Vec<Diagnostic> {
+        let fault = |(step, failed): &(StepId, Failed)| {
+            let step = &self.plan.steps[step.0];
+            let (count, [x, y, z]) = (failed.count, failed.first);
+            let often = if count == 1 { String::new() } else { format!(", the first of {count} to say so") };
+            let d = Diagnostic::error(format!(
+                "a check in the shader of `{}` does not hold: invocation ({x}, {y}, {z}){often}",
+                step.name
+            ));
+            let shader = match &step.action {
+                Action::Draw(draw) => self.plan.shaders.get(draw.shader),
+                Action::Compute { shader, .. } => self.plan.shaders.get(*shader),
+                Action::Copy { .. } | Action::Clear { .. } => None,
+            };
+            match shader.and_then(|s| failed.span(s, &self.texts)) {
+                Some(span) => d.at(&span, ""),
+                None => d,
+            }
+        };
+        report.failed.iter().map(fault).collect()
     }
 
     /// By step: why it ran or did not in the last frame. Empty before the first.

@@ -13,6 +13,7 @@ mod pipelines;
 mod pool;
 mod prepare;
 mod readback;
+mod reports;
 mod scene_data;
 mod scope;
 #[cfg(test)]

@@ -144,6 +144,11 @@ impl Held {
         Held { cells: (0..plan.slots.len()).map(cell).collect(), ran, frames }
     }
 
+    /// How many frames ran, those of earlier plans among them.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
     /// What a slot holds; [`UNDEFINED`] when nothing is known of it.
     pub fn version(&self, slot: usize) -> Version {
         self.cells.get(slot).map_or(UNDEFINED, |c| c.content.get())

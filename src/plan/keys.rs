@@ -94,6 +94,8 @@ pub type Ingredients = BTreeMap<Ingredient, u128>;
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Outside {
     pub assets: AssetHashes,
+    /// How many frames came before the plan's first.
+    pub began: u32,
     /// By index of [`Plan::tables`].
     tables: Vec<u128>,
 }
@@ -101,12 +103,12 @@ pub struct Outside {
 impl Outside {
     /// # Errors
     /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
-    pub fn new(plan: &Plan, assets: AssetHashes, tables: &[Table]) -> Checked<Outside> {
+    pub fn new(plan: &Plan, assets: AssetHashes, began: u32, tables: &[Table]) -> Checked<Outside> {
         let one = |wanted: &super::TableUse| match tables.iter().find(|t| t.name == wanted.table) {
             Some(table) => Ok(hash(&pack(wanted, table)?)),
             None => Ok(0),
         };
-        Ok(Outside { assets, tables: plan.tables.iter().map(one).collect::<Checked<_>>()? })
+        Ok(Outside { assets, began, tables: plan.tables.iter().map(one).collect::<Checked<_>>()? })
     }
 }
 
@@ -139,6 +141,8 @@ enum Given {
     Table(usize),
     Geometry,
     Textures,
+    /// When the plan began.
+    Began,
 }
 
 /// The units of a plan, in their order.
@@ -260,6 +264,7 @@ impl Given {
             Given::Table(i) => outside.tables.get(*i).copied().unwrap_or(0),
             Given::Geometry => outside.assets.geometry,
             Given::Textures => outside.assets.textures,
+            Given::Began => outside.began.into(),
         }
     }
 }
@@ -384,6 +389,8 @@ impl<'p> Gather<'p> {
                     self.give(Kind::Table, name, Given::Table(*i));
                 }
                 Binding::SceneTextures => self.give(Kind::Textures, "", Given::Textures),
+                // A plan knows of no checks but those of its own runs.
+                Binding::Report => self.give(Kind::Value, "the plan, as the shader checks itself", Given::Began),
                 Binding::Sampler(desc) => {
                     let name = variables.get(at).map_or("", |v| v.name.as_str());
                     self.fix(Kind::Sampler, name, desc);
