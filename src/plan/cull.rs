@@ -2,7 +2,7 @@
 
 use super::expand::Expander;
 use super::wire::{How, Mode, Use, Wire, Wired, Wirer};
-use super::{Action, Binding, Cull, Desc, Indirect, Member, Resource, ResourceId, Step};
+use super::{Action, Binding, Cull, Desc, Frusta, Indirect, Member, Resource, ResourceId, Step};
 use crate::diag::{Diagnostic, Source, Span};
 use crate::graph::ast::{Name, Raster};
 use crate::scene::TABLES;
@@ -29,6 +29,8 @@ pub const DRAW_BYTES: u64 = 20;
 pub struct Culling {
     shader: usize,
     bindings: Vec<Wire>,
+    /// Which of the bindings are the frusta.
+    frusta: usize,
 }
 
 /// The triangles of the draws in a buffer of them.
@@ -78,7 +80,8 @@ impl<'g> Wirer<'g, '_> {
                 }
             });
         }
-        Some(Culling { shader: index, bindings })
+        let frusta = shader.interface.variables.iter().position(|v| v.name == "frusta")?;
+        Some(Culling { shader: index, bindings, frusta })
     }
 
     fn frusta(&mut self, wired: &mut Wired<'g>, name: &Name) -> Option<Wire> {
@@ -132,6 +135,8 @@ impl Expander<'_, '_> {
             bindings.push(match wire {
                 Wire::Resource(frusta) => {
                     let id = self.id(frusta, 0, &w.pass.span)?;
+                    // The host wants to know them too.
+                    self.usage(id, How::CopySource);
                     reads.push(id);
                     Binding::Resource(id)
                 }
@@ -142,6 +147,11 @@ impl Expander<'_, '_> {
                 Wire::Source | Wire::Result => Binding::Resource(buffer),
             });
         }
+        let frusta = match bindings.get(culling.frusta)? {
+            Binding::Table(i) => Frusta::Table(*i),
+            Binding::Resource(id) => Frusta::Buffer(*id),
+            Binding::Uniform { .. } | Binding::SceneTextures | Binding::Sampler(_) | Binding::Report => return None,
+        };
         let groups = (rows.checked_mul(draws)?).div_ceil(64);
         let across = groups.clamp(1, self.limits.max_compute_workgroups_per_dimension);
         let entry = self.shaders[culling.shader].interface.entry(Stage::Compute)?.name.clone();
@@ -155,7 +165,7 @@ impl Expander<'_, '_> {
             writes: vec![buffer],
             after: vec![],
         });
-        Some(Indirect { buffer, first: draws - parts[1].1, second: parts[1].1 })
+        Some(Indirect { buffer, first: draws - parts[1].1, second: parts[1].1, frusta })
     }
 
     fn draws(&mut self, name: &str, size: u64, span: &Span) -> Option<ResourceId> {

@@ -10,6 +10,7 @@ pub mod cull;
 mod draw;
 mod ending;
 pub mod expand;
+pub mod keys;
 pub mod lint;
 pub mod live;
 pub mod memory;
@@ -255,6 +256,15 @@ pub struct Indirect {
     pub first: u32,
     /// Draws of its second part.
     pub second: u32,
+    pub frusta: Frusta,
+}
+
+/// Where the frusta of the members of a draw are, by their index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Frusta {
+    /// Index into [`Plan::tables`].
+    Table(usize),
+    Buffer(ResourceId),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -263,7 +273,7 @@ pub enum Geometry {
     Screen,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Cull {
     None,
     Front,
@@ -293,14 +303,14 @@ pub struct DepthTarget {
 }
 
 /// One draw of a render pass, and where it goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Member {
     /// The instance index.
     pub index: u32,
     pub place: Place,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
     /// The whole of a target without layers.
     Whole,

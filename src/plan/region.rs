@@ -1,11 +1,14 @@
 //! Draws over many views, member by member: what each sees, so that each has a version of its own and only those whose
 //! version is new are drawn again. No device.
 
-use super::{ColorTarget, DepthTarget, Desc, Draw, Place, Plan, ResourceId, TextureDesc};
+use super::{
+    Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Frusta, Place, Plan, ResourceId, Step, TextureDesc,
+};
 use crate::scene::{Bounds, Column, Table};
 use glam::{Mat4, Vec3, Vec4};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
 
 /// Whether some members of a draw can be drawn again while what the others drew stays: each has a tile or a layer of its own in
 /// every target, all of which begin at their clear values.
@@ -24,6 +27,83 @@ pub fn splits(plan: &Plan, draw: &Draw) -> bool {
         && draw.depth.iter().all(fresh)
         && places.len() == draw.members.len()
         && targets().all(|id| places.iter().all(|p| room(id, p)))
+}
+
+/// What a step that can run member by member reads of the scene's places.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parts {
+    /// Where each member's frustum is.
+    pub frusta: Frusta,
+    /// The draws that the device makes up from the frusta.
+    pub draws: ResourceId,
+    /// Its tables of nodes and of frusta, by index of [`Plan::tables`]: of them each member reads what its frustum meets.
+    pub tables: Vec<usize>,
+}
+
+/// `None` for a draw that runs as a whole.
+pub fn parts(plan: &Plan, step: &Step, draw: &Draw) -> Option<Parts> {
+    // What its checks say is said of all members together.
+    let checked = step.bindings.iter().any(|b| matches!(b, Binding::Report));
+    let indirect = draw.indirect.filter(|_| splits(plan, draw) && !checked)?;
+    let tables = |wanted: &str| {
+        let bound = step.bindings.iter().filter_map(|b| if let Binding::Table(i) = b { Some(*i) } else { None });
+        bound.filter(|i| plan.tables.get(*i).is_some_and(|t| t.table == wanted)).collect::<Vec<_>>()
+    };
+    let mut told = tables("nodes");
+    // Where things are is known by the nodes; a shader that doesn't ask for them places things in its own way.
+    if told.is_empty() {
+        return None;
+    }
+    if let Frusta::Table(i) = indirect.frusta {
+        told.extend(tables(&plan.tables.get(i)?.table));
+    }
+    Some(Parts { frusta: indirect.frusta, draws: indirect.buffer, tables: told })
+}
+
+/// By step that can run member by member, a version of what each of its members sees. `known` gives the frusta in a buffer;
+/// steps whose frusta it doesn't know are left out.
+pub fn seen(
+    plan: &Plan,
+    tables: &[Table],
+    known: impl Fn(ResourceId) -> Option<Arc<Vec<Mat4>>>,
+) -> BTreeMap<usize, Vec<u64>> {
+    let mut all = BTreeMap::new();
+    let Some(world) = World::new(tables) else { return all };
+    for (index, step) in plan.steps.iter().enumerate() {
+        let Action::Draw(draw) = &step.action else { continue };
+        let Some(parts) = parts(plan, step, draw) else { continue };
+        let rows: Vec<usize> = draw.members.iter().map(|m| m.index as usize).collect();
+        // What is not a number sees everything.
+        let of = |all: &[Mat4]| rows.iter().map(|i| all.get(*i).copied().unwrap_or(Mat4::NAN)).collect::<Vec<_>>();
+        match parts.frusta {
+            Frusta::Buffer(id) => {
+                if let Some(frusta) = known(id) {
+                    all.insert(index, world.seen(&of(&frusta), &[]));
+                }
+            }
+            Frusta::Table(i) => {
+                let name = plan.tables.get(i).map_or("", |t| t.table.as_str());
+                let Some(table) = tables.iter().find(|t| t.name == name) else { continue };
+                let column = table.columns.iter().find(|(name, _)| *name == super::cull::FRUSTUM);
+                let frusta = if let Some((_, Column::Mat4(all))) = column { of(all) } else { of(&[]) };
+                let contents: Vec<u64> = rows.iter().map(|row| row_hash(table, *row)).collect();
+                all.insert(index, world.seen(&frusta, &contents));
+            }
+        }
+    }
+    all
+}
+
+/// The buffers of frusta that a plan's draws go by.
+pub fn buffers(plan: &Plan) -> BTreeSet<ResourceId> {
+    let of = |step: &Step| match &step.action {
+        Action::Draw(draw) => match parts(plan, step, draw)?.frusta {
+            Frusta::Buffer(id) => Some(id),
+            Frusta::Table(_) => None,
+        },
+        _ => None,
+    };
+    plan.steps.iter().filter_map(of).collect()
 }
 
 /// The nodes of a scene at a pose, as draws see them.

@@ -74,8 +74,6 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
     let bound = bind(module, &units)?;
     let interface = reflect(&bound, &units)?;
     let content = content(&bound, &units, defs);
-    let mut sources: Vec<String> = units.into_iter().map(|u| u.path).collect();
-    sources.sort();
     Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources, content })
 }
 

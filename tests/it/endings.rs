@@ -32,7 +32,7 @@ fn by_host(mut plan: Plan) -> Plan {
 fn run(gpu: &Gpu, plan: &Plan, scene: &Scene) -> (Vec<Vec<u32>>, FrameReport) {
     let pose = scene.pose(0.0);
     let tables = scene.tables(&pose);
-    let prepared = prepare(gpu, plan, &scene.geometry, scene.textures.as_ref(), &tables);
+    let prepared = prepare(gpu, plan, &scene.assets(), &tables);
     let mut prepared = prepared.unwrap_or_else(|f| panic!("{f}"));
     let mut values = scene.camera_values(&pose, None, 16, 12).unwrap_or_else(|f| panic!("{f}")).0;
     values.insert("frame".into(), Value::Uint(0));

@@ -10,15 +10,18 @@
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
 //! - `report_page`: the page of results in a browser
 //! - `test_command`: `lightgraph test` and `lightgraph new`
+//! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
+//! - `regions`: what moves is drawn again only where it is seen
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `shader_checks`: what shaders find wrong by themselves
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
+//! - `trusted`: the end of the bounce loop, held to what it promises
 //! - `twins`: shaders against the Rust of the same mathematics
 //! - `watch`: live reload without a window
 //! - `support`, `device`: what several of them need
@@ -29,12 +32,14 @@ mod closed_forms;
 mod command;
 mod culling;
 mod device;
+mod edits;
 mod endings;
 mod graph_snapshots;
 mod mutated;
 mod mutations;
 mod projection;
 mod references;
+mod regions;
 mod report_page;
 mod shader_checks;
 mod shipped;
@@ -44,5 +49,6 @@ mod snapshots;
 mod support;
 mod test_command;
 mod traced;
+mod trusted;
 mod twins;
 mod watch;
