@@ -18,6 +18,7 @@
 //! - `snapshots`: one tiny picture of the whole
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
 //! - `twins`: shaders against the Rust of the same mathematics
+//! - `view`: the window, on a virtual display
 //! - `watch`: live reload without a window
 //! - `support`, `device`: what several of them need
 
@@ -41,4 +42,6 @@ mod support;
 mod test_command;
 mod traced;
 mod twins;
+#[cfg(feature = "window")]
+mod view;
 mod watch;
