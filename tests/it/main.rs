@@ -8,6 +8,7 @@
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
 //! - `report_page`: the page of results in a browser
 //! - `test_command`: `lightgraph test` and `lightgraph new`
+//! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
@@ -27,6 +28,7 @@ mod bad_scenes;
 mod closed_forms;
 mod command;
 mod device;
+mod edits;
 mod graph_snapshots;
 mod mutated;
 mod mutations;
