@@ -6,8 +6,10 @@
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
+//! - `reloads`: random edits end in what a fresh start gives
 //! - `report_page`: the page of results in a browser
 //! - `test_command`: `lightgraph test` and `lightgraph new`
+//! - `large_graph`: 1,000 passes, parsed and planned in time
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
@@ -26,9 +28,11 @@ mod closed_forms;
 mod command;
 mod device;
 mod graph_snapshots;
+mod large_graph;
 mod mutated;
 mod mutations;
 mod references;
+mod reloads;
 mod report_page;
 mod shader_checks;
 mod shipped;
