@@ -11,6 +11,7 @@
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `large_graph`: 1,000 passes, parsed and planned in time
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
+//! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `shader_checks`: what shaders find wrong by themselves
@@ -31,6 +32,7 @@ mod graph_snapshots;
 mod large_graph;
 mod mutated;
 mod mutations;
+mod projection;
 mod references;
 mod reloads;
 mod report_page;
