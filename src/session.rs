@@ -8,16 +8,10 @@ use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
-<<<<<<< HEAD
-use crate::plan::{Plan, ResourceId};
+use crate::plan::{Action, Plan, ResourceId, StepId};
 use crate::scene::{AssetHashes, Pose, Scene, Shift, Table};
 use crate::shader::Library;
-=======
-use crate::plan::{Action, Plan, ResourceId, StepId};
-use crate::scene::{Pose, Scene, Shift, Table};
 use crate::shader::report::{self, Failed};
-use crate::shader::{Library, Shader};
->>>>>>> wip-snap
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
 use std::path::{Path, PathBuf};

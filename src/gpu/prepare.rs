@@ -110,11 +110,7 @@ pub fn prepare_after(
     }
     Faults::check(faults, ())?;
     gpu.check()?;
-<<<<<<< HEAD
-    Ok(Prepared { pool, scene, uniforms, steps, timer: Timer::new(gpu), probe })
-=======
-    Ok(Prepared { pool, scene, uniforms, reports, steps, kept, timer: Timer::new(gpu), probe })
->>>>>>> wip-snap
+    Ok(Prepared { pool, scene, uniforms, reports, steps, timer: Timer::new(gpu), probe })
 }
 
 impl Prepared {
