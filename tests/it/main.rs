@@ -6,9 +6,11 @@
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
+//! - `reloads`: random edits end in what a fresh start gives
 //! - `report_page`: the page of results in a browser
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
+//! - `large_graph`: 1,000 passes, parsed and planned in time
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
@@ -30,10 +32,12 @@ mod command;
 mod device;
 mod edits;
 mod graph_snapshots;
+mod large_graph;
 mod mutated;
 mod mutations;
 mod projection;
 mod references;
+mod reloads;
 mod report_page;
 mod shader_checks;
 mod shipped;
