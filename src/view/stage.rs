@@ -596,3 +596,6 @@ fn look_into(gpu: &Gpu, session: &Session, wanted: &Inspect) -> Option<Inspected
 fn ms(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
 }
+
+#[cfg(test)]
+mod tests;
