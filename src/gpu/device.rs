@@ -1,6 +1,6 @@
 //! Opens a device, best adapter first.
 
-use super::scope::Mailbox;
+use super::{kept::Kept, scope::Mailbox};
 use crate::diag::{Checked, Diagnostic, Faults};
 use std::sync::Arc;
 
@@ -31,6 +31,7 @@ pub struct Gpu {
     /// Nanoseconds a timestamp tick.
     pub timestamp_period: f32,
     pub(super) mailbox: Arc<Mailbox>,
+    pub(super) kept: Kept,
 }
 
 /// Why there is no device.
@@ -147,7 +148,8 @@ impl Gpu {
     pub fn from_parts(adapter: wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
         let mailbox = Mailbox::install(&device);
         let (features, limits, timestamp_period) = (device.features(), device.limits(), queue.get_timestamp_period());
-        Gpu { info: adapter.get_info(), adapter, device, queue, features, limits, timestamp_period, mailbox }
+        let (info, kept) = (adapter.get_info(), Kept::default());
+        Gpu { adapter, device, queue, info, features, limits, timestamp_period, mailbox, kept }
     }
 
     /// A device without hardware: it checks what is asked of it against `limits`, and computes nothing.

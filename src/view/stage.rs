@@ -315,7 +315,7 @@ impl Stage {
             ..Settings::default()
         };
         let before = at.map(|i| &self.kept[i].session);
-        let session = Session::after(&self.gpu, &project, (*scene).clone(), settings, before)
+        let session = Session::after(&self.gpu, &project, scene.clone(), settings, before)
             .map_err(|f| self.note(key.clone(), f))?;
         remade.prepare_ms = ms(start);
         let subject = Arc::new(Subject {

@@ -7,6 +7,7 @@
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
+//! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
@@ -26,6 +27,7 @@ mod device;
 mod graph_snapshots;
 mod mutated;
 mod mutations;
+mod projection;
 mod references;
 mod shipped;
 mod skips;
