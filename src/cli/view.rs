@@ -84,7 +84,10 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         usual_resolution: args.pixels.is_none() && args.restore.is_none(),
     };
     match crate::view::run(start) {
-        Ok(()) => Ok(0),
+        Ok(log) => {
+            log.iter().for_each(|line| super::print(&format!("{line}\n")));
+            Ok(0)
+        }
         Err(Ended::NoDisplay(d) | Ended::NoAdapter(d)) => Err(Failure::NoAdapter(d)),
         Err(Ended::Faults(f)) => Err(f.into()),
     }

@@ -51,11 +51,11 @@ pub enum Ended {
     Faults(Faults),
 }
 
-/// Opens the window and runs until it is closed.
+/// Opens the window and runs until it is closed. Returns what a script had to say.
 ///
 /// # Errors
 /// No display, no adapter for it, a script that does not come about.
-pub fn run(start: Start) -> Result<(), Ended> {
+pub fn run(start: Start) -> Result<Vec<String>, Ended> {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|e| Ended::NoDisplay(no_display(&e)))?;
     let proxy = event_loop.create_proxy();
     let (tell, hear) = channel();
@@ -82,7 +82,7 @@ pub fn run(start: Start) -> Result<(), Ended> {
     match (app.ended, looped) {
         (Some(ended), _) => Err(ended),
         (None, Err(e)) => Err(Ended::NoDisplay(no_display(&e))),
-        (None, Ok(())) => Ok(()),
+        (None, Ok(())) => Ok(app.start.script.map_or(vec![], |s| s.log)),
     }
 }
 
@@ -283,7 +283,7 @@ impl App {
         }
         self.title();
         self.send(event_loop);
-        self.requests(event_loop);
+        self.requests();
         match act {
             Act::Nothing | Act::Shot(_) => {}
             Act::Size(width, height) => {
@@ -378,11 +378,8 @@ impl App {
         }
     }
 
-    fn requests(&mut self, event_loop: &ActiveEventLoop) {
+    fn requests(&mut self) {
         for request in std::mem::take(&mut self.state.requests) {
-            if request == Request::Close {
-                return self.end(event_loop, None);
-            }
             let done = self.write(request);
             self.state.message = Some(match done {
                 Ok(path) => (true, format!("wrote {}", path.display())),
@@ -418,7 +415,7 @@ impl App {
                 let subject = self.feed.told.subject.as_ref().ok_or_else(nothing)?;
                 save::variant(&subject.path, &subject.params)?
             }
-            Request::SaveChoice | Request::Close => {
+            Request::SaveChoice => {
                 let path = save::free(folder, &format!("{stem}.view"), "ron");
                 choice.save(&path)?;
                 path

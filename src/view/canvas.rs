@@ -18,7 +18,7 @@ const PREVIEW: u32 = 160;
 struct Look {
     exposure: f32,
     tone_map: u32,
-    layout: u32,
+    arrangement: u32,
     at: f32,
 }
 
@@ -108,13 +108,13 @@ impl Canvas {
         choice: &Choice,
     ) -> Option<Shown> {
         let first = told.image.as_ref()?;
-        let (layout, at) = match (choice.compare.layout, &told.other) {
+        let (arrangement, at) = match (choice.compare.layout, &told.other) {
             (_, None) => (0, 0.0),
             (Layout::Split(at), _) => (1, at),
             (Layout::Difference(full), _) => (2, full.max(1e-6)),
             (Layout::Other, _) => (3, 0.0),
         };
-        let look = Look { layout, at, ..plain(choice) };
+        let look = Look { arrangement, at, ..plain(choice) };
         let size = [first.width(), first.height()];
         let source = (first.clone(), told.other.clone(), told.images, look);
         let painted = self.painted(gpu, renderer, self.main.as_ref(), size, source);
@@ -232,7 +232,7 @@ fn plain(choice: &Choice) -> Look {
         ToneMap::None => 0,
         ToneMap::Neutral => 1,
     };
-    Look { exposure: choice.exposure.exp2(), tone_map, layout: 0, at: 0.0 }
+    Look { exposure: choice.exposure.exp2(), tone_map, arrangement: 0, at: 0.0 }
 }
 
 fn target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {
@@ -248,4 +248,21 @@ fn target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {
             | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shader_is_valid_and_takes_what_it_is_given() {
+        let module = naga::front::wgsl::parse_str(include_str!("display.wgsl")).unwrap_or_else(|e| panic!("{e}"));
+        let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
+        validator.validate(&module).unwrap_or_else(|e| panic!("{e:?}"));
+        let look = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Look"));
+        let Some((_, naga::Type { inner: naga::TypeInner::Struct { span, members }, .. })) = look else { panic!() };
+        let offsets: Vec<(&str, u32)> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset)).collect();
+        assert_eq!(*span as usize, size_of::<Look>());
+        assert_eq!(offsets, [("exposure", 0), ("tone_map", 4), ("arrangement", 8), ("at", 12)]);
+    }
 }

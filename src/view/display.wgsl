@@ -7,7 +7,7 @@ struct Look {
     // 0: cut off at 0 and 1; 1: Khronos PBR Neutral.
     tone_map: u32,
     // 0: the first alone; 1: the second right of `at`; 2: the difference, in full colour at `at`; 3: the second alone.
-    layout: u32,
+    arrangement: u32,
     at: f32,
 }
 
@@ -69,7 +69,7 @@ fn differing(a: vec3f, b: vec3f) -> vec3f {
     let a = texel(first, seen.at);
     let b = texel(second, seen.at);
     var color: vec3f;
-    switch look.layout {
+    switch look.arrangement {
         case 1u: { color = shown(select(a, b, seen.at.x >= look.at)); }
         case 2u: { color = differing(a, b); }
         case 3u: { color = shown(b); }

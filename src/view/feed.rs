@@ -183,10 +183,15 @@ impl Feed {
             if let Some(sum) = sum {
                 (pass.gpu_ms, pass.cpu_ms) = (sum.gpu, sum.cpu);
             }
-            push(&mut pass.history, sum.map_or(0.0, |s| s.gpu.unwrap_or(s.cpu) as f32));
+            // A frame in which nothing ran tells why, and is no part of the history.
+            if !frame.report.steps.is_empty() {
+                push(&mut pass.history, sum.map_or(0.0, |s| s.gpu.unwrap_or(s.cpu) as f32));
+            }
         }
-        let gpu = frame.report.steps.iter().filter_map(|t| t.gpu_ms).sum();
-        push(&mut self.frames, [gpu, frame.report.wall_ms]);
+        if !frame.report.steps.is_empty() {
+            let gpu = frame.report.steps.iter().filter_map(|t| t.gpu_ms).fold(0.0, |a, b| a + b);
+            push(&mut self.frames, [gpu, frame.report.wall_ms]);
+        }
     }
 }
 

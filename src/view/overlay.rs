@@ -3,34 +3,31 @@
 use super::feed::Told;
 use super::state::State;
 use crate::diag::{Diagnostic, render};
-use egui::{Align2, Color32, Frame, RichText, ScrollArea, Vec2};
+use egui::{Color32, Pos2, Rect, RichText, ScrollArea, StrokeKind, TextStyle, UiBuilder};
 
+/// Round the faults, in points.
+const MARGIN: f32 = 12.0;
 const RED: Color32 = Color32::from_rgb(0xe5, 0x48, 0x4d);
 
 /// Shows the faults of what was wished for, over the last good image.
-pub fn show(ui: &egui::Ui, state: &mut State, told: &Told, image: egui::Rect) {
-    if told.faults.is_empty() {
-        state.marks.remove("faults");
+pub fn show(ui: &mut egui::Ui, state: &mut State, told: &Told, image: Rect) {
+    if told.faults.is_empty() || !image.shrink(MARGIN).is_positive() {
         return;
     }
-    let area = egui::Area::new(egui::Id::unique("faults"))
-        .order(egui::Order::Middle)
-        .pivot(Align2::LEFT_BOTTOM)
-        .fixed_pos(image.left_bottom() + Vec2::new(12.0, -12.0));
-    let shown = area.show(ui.ctx(), |ui| {
-        let frame = Frame::popup(ui.style()).fill(Color32::from_rgba_unmultiplied(24, 14, 16, 240)).stroke((1.0, RED));
-        frame.show(ui, |ui| {
-            let width = (image.width() - 48.0).max(40.0);
-            ui.set_max_width(width);
-            ui.label(RichText::new(title(&told.faults, told.image.is_some())).color(RED).strong());
-            let height = (image.height() - 90.0).max(30.0);
-            ScrollArea::both().max_height(height).max_width(width).show(ui, |ui| {
-                let text = RichText::new(text(&told.faults)).monospace().color(Color32::from_gray(225));
-                ui.add(egui::Label::new(text).extend().selectable(true));
-            });
-        });
+    let text = text(&told.faults);
+    let row = ui.text_style_height(&TextStyle::Monospace);
+    // The title, the lines, a bar to scroll by, the frame.
+    let wanted = (text.lines().count() as f32 + 1.0) * row + 52.0;
+    let room = image.shrink(MARGIN);
+    let rect = Rect::from_min_max(Pos2::new(room.left(), (room.bottom() - wanted).max(room.top())), room.max);
+    ui.painter().rect(rect, 6.0, Color32::from_rgba_unmultiplied(24, 14, 16, 242), (1.0, RED), StrokeKind::Inside);
+    let mut inner = ui.new_child(UiBuilder::new().max_rect(rect.shrink(10.0)).id_salt("faults"));
+    inner.label(RichText::new(title(&told.faults, told.image.is_some())).color(RED).strong());
+    ScrollArea::both().auto_shrink([false, false]).show(&mut inner, |ui| {
+        let text = RichText::new(text).monospace().color(Color32::from_gray(225));
+        ui.add(egui::Label::new(text).extend().selectable(true));
     });
-    state.mark("faults", shown.response.rect);
+    state.mark("faults", rect);
 }
 
 fn title(faults: &[Diagnostic], image: bool) -> String {

@@ -10,7 +10,7 @@
 //!     Replace(file: "shaders/a.wgsl", text: "oops", by: "1.0"),
 //!     Mended,                                     // until there is no fault
 //!     Size(1, 1), Rest, Size(900, 600), Rest,
-//!     Key("Z", ctrl: true),
+//!     Key(key: "Z", ctrl: true),
 //!     Shot("after.png"),                          // what the window shows
 //!     Save("after.ron"),                          // the choice
 //!     LoseDevice,
@@ -52,7 +52,11 @@ enum Step {
         #[serde(default)]
         button: Button,
     },
-    Key(String, #[serde(default)] bool),
+    Key {
+        key: String,
+        #[serde(default)]
+        ctrl: bool,
+    },
     Replace {
         file: PathBuf,
         text: String,
@@ -147,8 +151,11 @@ impl Script {
         let mut act = Act::Nothing;
         let mut events = vec![];
         let done = match &step {
-            // A change makes its wish in the frame after its events.
-            Step::Rest => !first && now.rest,
+            // A change makes its wish in the frame after its events, and what came of it may move parts in the next.
+            Step::Rest => {
+                self.waited = if now.rest && !first { self.waited + 1 } else { 0 };
+                self.waited > 2
+            }
             Step::Faults(part) => !now.told.faults.is_empty() && render(&now.told.faults).contains(part.as_str()),
             Step::Mended => now.rest && now.told.faults.is_empty(),
             Step::Wait(frames) => {
@@ -170,7 +177,7 @@ impl Script {
                 };
                 self.pointer(now, on, &way, button, &mut events)
             }
-            Step::Key(name, ctrl) => {
+            Step::Key { key: name, ctrl } => {
                 let Some(key) = Key::from_name(name) else {
                     return Err(Diagnostic::error(format!("the script names no key with `{name}`")).into());
                 };

@@ -315,7 +315,7 @@ impl Stage {
             ..Settings::default()
         };
         let before = at.map(|i| &self.kept[i].session);
-        let session = Session::after(&self.gpu, &project, (*scene).clone(), settings, before)
+        let session = Session::after(&self.gpu, &project, scene.clone(), settings, before)
             .map_err(|f| self.note(key.clone(), f))?;
         remade.prepare_ms = ms(start);
         let subject = Arc::new(Subject {
@@ -596,3 +596,6 @@ fn look_into(gpu: &Gpu, session: &Session, wanted: &Inspect) -> Option<Inspected
 fn ms(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
 }
+
+#[cfg(test)]
+mod tests;

@@ -36,8 +36,8 @@ pub struct State {
     pub message: Option<(bool, String)>,
     /// The pixels that the image takes in the window.
     pub room: [u32; 2],
-    /// Where the picture of the graph is looked at.
-    pub network: egui::Rect,
+    /// How the picture of the graph is looked at; `None`: all of it.
+    pub network: Option<Zoom>,
     /// Where named parts of the window lie, for who plays events.
     pub marks: BTreeMap<String, Rect>,
     pub file: String,
@@ -60,6 +60,28 @@ pub enum Tab {
     Resource,
 }
 
+/// A part of a picture: its scale, and where its corner lies from that of its panel, in points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Zoom {
+    pub scale: f32,
+    pub offset: egui::Vec2,
+}
+
+impl Zoom {
+    /// All of a picture in the middle of a panel, but no larger than life.
+    pub fn whole(picture: egui::Vec2, panel: egui::Vec2) -> Zoom {
+        let fit = (panel.x / picture.x.max(1.0)).min(panel.y / picture.y.max(1.0));
+        let scale = fit.clamp(0.02, 1.0);
+        Zoom { scale, offset: (panel - picture * scale) * 0.5 }
+    }
+
+    /// Larger by a factor, while the point at `at` (from the panel's corner) stays where it is.
+    pub fn by(self, factor: f32, at: egui::Vec2) -> Zoom {
+        let scale = (self.scale * factor).clamp(0.02, 4.0);
+        Zoom { scale, offset: at - (at - self.offset) * (scale / self.scale) }
+    }
+}
+
 /// A drag in the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Gesture {
@@ -78,7 +100,6 @@ pub enum Request {
     SaveExr,
     SaveVariant,
     SaveChoice,
-    Close,
 }
 
 impl State {
@@ -97,7 +118,7 @@ impl State {
             requests: vec![],
             message: None,
             room: [1, 1],
-            network: Rect::NOTHING,
+            network: None,
             marks: BTreeMap::new(),
             file: String::new(),
         }
@@ -268,6 +289,17 @@ mod tests {
         assert!(s.wish(0, 0.0, 4096).inspect.is_some());
         s.panels.tab = Tab::Steps;
         assert!(s.wish(0, 0.0, 4096).inspect.is_none());
+    }
+
+    #[test]
+    fn a_picture_grows_round_the_pointer() {
+        let v = egui::Vec2::new;
+        let whole = Zoom::whole(v(200.0, 100.0), v(100.0, 100.0));
+        assert_eq!(whole, Zoom { scale: 0.5, offset: v(0.0, 25.0) });
+        let near = whole.by(2.0, v(50.0, 50.0));
+        assert_eq!(near, Zoom { scale: 1.0, offset: v(-50.0, 0.0) });
+        let no_room = Zoom::whole(v(200.0, 100.0), v(0.0, -4.0));
+        assert!(no_room.scale > 0.0 && no_room.offset.is_finite());
     }
 
     #[test]

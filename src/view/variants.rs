@@ -21,7 +21,10 @@ pub struct Variant {
 pub fn beside(graph: &Path) -> Vec<Variant> {
     let folder = graph.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
-    let mut paths: Vec<PathBuf> = entries.filter(|p| p.extension().is_some_and(|e| e == "ron")).collect();
+    // Named as the graph is, so that a graph is the same by its path.
+    let named = |p: PathBuf| Some(graph.with_file_name(p.file_name()?));
+    let ron = |p: &PathBuf| p.extension().is_some_and(|e| e == "ron");
+    let mut paths: Vec<PathBuf> = entries.filter(ron).filter_map(named).collect();
     paths.sort();
     let all: Vec<Variant> = paths.into_iter().filter_map(read).collect();
     let same = |v: &&Variant| v.path.file_name() == graph.file_name();
@@ -78,6 +81,7 @@ mod tests {
         let names: Vec<&str> = found.iter().map(|v| v.name.as_str()).collect();
         assert!(names.contains(&"direct") && names.contains(&"pathtrace"), "{names:?}");
         assert!(names.is_sorted());
+        assert!(found.iter().any(|v| v.path == root.join("graphs/direct.ron")));
         assert!(found.iter().all(|v| !v.broken && v.outputs.contains(&"color".to_string())));
     }
 

@@ -48,6 +48,7 @@ mod support;
 mod test_command;
 mod traced;
 mod twins;
-#[cfg(feature = "window")]
+// A virtual display is a thing of X11.
+#[cfg(all(feature = "window", target_os = "linux"))]
 mod view;
 mod watch;

@@ -52,11 +52,11 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
         }
         rects.into_iter().for_each(|(label, rect)| state.mark(format!("panel {label}"), rect));
         ui.separator();
-        let undo = ui.add_enabled(state.choice.can_undo(), egui::Button::new("⟲ Undo")).on_hover_text("Ctrl+Z");
+        let undo = ui.add_enabled(state.choice.can_undo(), egui::Button::new("Undo")).on_hover_text("Ctrl+Z");
         if undo.clicked() {
             state.choice.undo();
         }
-        let redo = ui.add_enabled(state.choice.can_redo(), egui::Button::new("⟳ Redo")).on_hover_text("Ctrl+Shift+Z");
+        let redo = ui.add_enabled(state.choice.can_redo(), egui::Button::new("Redo")).on_hover_text("Ctrl+Shift+Z");
         if redo.clicked() {
             state.choice.redo();
         }
@@ -64,14 +64,14 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
         state.mark("redo", redo.rect);
         ui.separator();
         let moves = seen.feed.told.subject.as_ref().is_some_and(|s| s.scene.nodes.iter().any(|n| n.motion.len() > 1));
-        let label = if state.playing { "⏸ Pause" } else { "▶ Play" };
+        let label = if state.playing { "Pause" } else { "Play" };
         let play = ui.add_enabled(moves, egui::Button::new(label)).on_hover_text("Space; for scenes that move");
         if play.clicked() {
             state.playing = !state.playing;
         }
         state.mark("play", play.rect);
         ui.separator();
-        ui.label(status(seen));
+        status(ui, seen);
         if let Some((good, text)) = &state.message {
             ui.separator();
             let color = if *good { ui.visuals().text_color() } else { ui.visuals().error_fg_color };
@@ -81,24 +81,21 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
 }
 
 /// The adapter, the last frame, the last reload.
-fn status(seen: &Seen) -> String {
+fn status(ui: &mut egui::Ui, seen: &Seen) {
     let told = &seen.feed.told;
-    let mut words = vec![seen.adapter.to_string()];
-    if let Some([gpu, wall]) = seen.feed.frames.iter().rev().find(|f| f[1] > 0.0) {
-        words.push(format!("frame {} (device {})", shown_ms(*wall), shown_ms(*gpu)));
+    ui.label(seen.adapter);
+    if let Some([gpu, wall]) = seen.feed.frames.back() {
+        let words = format!("frame {}", shown_ms(*wall));
+        ui.label(words).on_hover_text(format!("the last in which a pass ran; {} on the device", shown_ms(*gpu)));
     }
     if let Some(r) = told.remade {
-        words.push(format!(
-            "made anew in {}: graph {}, scene {}, plan and pipelines {}, frame {}",
-            shown_ms(r.total_ms()),
-            shown_ms(r.graph_ms),
-            shown_ms(r.scene_ms),
-            shown_ms(r.prepare_ms),
-            shown_ms(r.frame_ms)
-        ));
+        let stages =
+            [("graph", r.graph_ms), ("scene", r.scene_ms), ("plan and pipelines", r.prepare_ms), ("frame", r.frame_ms)];
+        let stages: Vec<String> = stages.iter().map(|(name, ms)| format!("{name} {}", shown_ms(*ms))).collect();
+        let words = format!("last change made in {}", shown_ms(r.total_ms()));
+        ui.label(words).on_hover_text(stages.join("\n"));
     }
     if !told.rest {
-        words.push("working".into());
+        ui.spinner();
     }
-    words.join("  ·  ")
 }

@@ -36,7 +36,8 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     Panel::top("bar").show(ui, |ui| bar::show(ui, state, seen));
     if state.panels.bottom {
         let panel = Panel::bottom("bottom").resizable(true).default_size(230.0).min_size(90.0);
-        panel.show(ui, |ui| bottom(ui, state, seen));
+        let rect = panel.show(ui, |ui| bottom(ui, state, seen)).response.rect;
+        state.mark("bottom edge", egui::Rect::from_x_y_ranges(rect.x_range(), rect.top() - 1.0..=rect.top() + 1.0));
     }
     if state.panels.left {
         Panel::left("left").resizable(true).default_size(300.0).min_size(180.0).show(ui, |ui| {
@@ -71,6 +72,8 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
 }
 
 fn bottom(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
+    // The panel is as high as the user made it, whatever is in it.
+    ui.set_min_size(ui.available_size());
     ui.horizontal(|ui| {
         for (tab, label) in [(Tab::Steps, "Passes"), (Tab::Graph, "Compiled graph"), (Tab::Resource, "Resource")] {
             let button = ui.selectable_value(&mut state.panels.tab, tab, label);

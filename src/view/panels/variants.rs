@@ -2,10 +2,10 @@
 
 use super::{Seen, stem};
 use crate::view::state::State;
-use egui::{Color32, RichText, Vec2};
+use egui::{Color32, Image, Rect, RichText, Sense, Vec2};
 
-/// The longer side of a preview, in points.
-const PREVIEW: f32 = 72.0;
+/// The room of a preview, in points.
+const PREVIEW: Vec2 = Vec2::new(52.0, 34.0);
 
 pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     let told = &seen.feed.told;
@@ -33,10 +33,12 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     for variant in told.variants.iter() {
         let current = variant.path.file_name() == state.now().graph.file_name();
         let row = ui.horizontal(|ui| {
+            let (room, _) = ui.allocate_exact_size(PREVIEW, Sense::hover());
+            ui.painter().rect_filled(room, 2.0, ui.visuals().extreme_bg_color);
             if let Some(preview) = seen.previews.get(&variant.path) {
                 let [w, h] = preview.size.map(|n| n as f32);
-                let size = Vec2::new(w, h) * (PREVIEW / w.max(h));
-                ui.image((preview.id, size));
+                let size = Vec2::new(w, h) * (room.width() / w).min(room.height() / h);
+                Image::new((preview.id, size)).paint_at(ui, Rect::from_center_size(room.center(), size));
             }
             let color = if variant.broken { Color32::from_rgb(0xe5, 0x48, 0x4d) } else { ui.visuals().text_color() };
             ui.selectable_label(current, RichText::new(&variant.name).color(color)).on_hover_text(&variant.about)
