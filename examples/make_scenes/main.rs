@@ -3,6 +3,7 @@
 //! The same bytes on every run: there is no randomness, and coordinates are rounded where systems' mathematics differ.
 //! It shares no code with lightgraph's scene reader, so that one can check the other.
 
+mod corridor;
 mod figure;
 mod gallery;
 mod glb;
@@ -26,10 +27,11 @@ struct Output {
 
 /// Every generated file, in the order of the README's table.
 fn outputs() -> Vec<Output> {
-    let geometry: [(&str, Document); 9] = [
+    let geometry: [(&str, Document); 10] = [
         ("cornell", rooms::cornell()),
         ("hall", hall::hall()),
         ("art_gallery", gallery::gallery()),
+        ("corridor", corridor::corridor()),
         ("furnace", rooms::furnace(0.5)),
         ("furnace_80", rooms::furnace(0.8)),
         ("furnace_95", rooms::furnace(0.95)),
