@@ -4,10 +4,12 @@
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
+//! - `following`: probes that follow the camera capture one slab a step, and nothing pops
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `references`: images and probes against another renderer
+//! - `seams`: soft visibility leaves no steps on flat walls
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
@@ -22,10 +24,12 @@ mod bad_scenes;
 mod closed_forms;
 mod command;
 mod device;
+mod following;
 mod graph_snapshots;
 mod mutated;
 mod mutations;
 mod references;
+mod seams;
 mod shipped;
 mod skips;
 mod snapshots;
