@@ -8,7 +8,7 @@
 //! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
 //! ```
 //!
-//! - [`diag`]: places in texts, faults, how they are shown
+//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, names
 //! - [`shader`]: composition, bindings, reflection, byte layouts
@@ -47,12 +47,14 @@
 
 pub mod bench;
 pub mod cli;
+mod content;
 pub mod diag;
 pub mod gpu;
 pub mod graph;
 pub mod image;
 pub mod math;
 pub mod plan;
+mod recent;
 pub mod scene;
 pub mod session;
 pub mod shader;

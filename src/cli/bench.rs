@@ -280,7 +280,13 @@ fn graphs(args: &Args) -> Checked<Vec<Named>> {
             faults.push(Diagnostic::error(format!("two graphs are called `{name}`")).help("rename one of the files"));
         }
         match Project::open(path, &args.shaders.folders) {
-            Ok(project) => graphs.push(Named { name, project, ms: start.elapsed().as_secs_f64() * 1e3 }),
+            Ok(mut project) => {
+                // What graphs share of their shaders is composed once.
+                if let Some(first) = graphs.first() {
+                    project.texts = project.texts.after(&first.project.texts);
+                }
+                graphs.push(Named { name, project, ms: start.elapsed().as_secs_f64() * 1e3 });
+            }
             Err(Faults(more)) => faults.extend(more),
         }
     }

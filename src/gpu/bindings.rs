@@ -132,7 +132,9 @@ impl Shared {
                 }
             }
             Binding::Sampler(desc) => {
-                self.samplers.entry(*desc).or_insert_with(|| sampler(gpu, desc));
+                if !self.samplers.contains_key(desc) {
+                    self.samplers.insert(*desc, gpu.kept.samplers.get(desc, || Ok(sampler(gpu, desc)))?);
+                }
             }
             Binding::Uniform { .. } | Binding::Table(_) | Binding::SceneTextures => {}
         }

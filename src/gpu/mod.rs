@@ -8,6 +8,7 @@ mod bindings;
 mod device;
 mod encode;
 mod execute;
+mod kept;
 mod pipelines;
 mod pool;
 mod prepare;

@@ -8,6 +8,7 @@
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
+//! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
 //! - `seams`: soft visibility leaves no steps on flat walls
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
@@ -28,6 +29,7 @@ mod following;
 mod graph_snapshots;
 mod mutated;
 mod mutations;
+mod projection;
 mod references;
 mod seams;
 mod shipped;
