@@ -5,7 +5,7 @@
 #import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
-#import lightgraph::projection
+#import lightgraph::cube_sums
 #import lightgraph::sh::COUNT
 #import lightgraph::surface::{is_back, is_lit, materials}
 #ifdef FIRST_BOUNCE
@@ -51,14 +51,14 @@ fn light_probes(
     let edge = params.cube_surface_tile;
     let tile = probes::number(probe) * 6u;
     let eye = probes::position(probe);
-    var s: projection::Sums;
+    var s: cube_sums::Sums;
     for (var face = 0u; face < 6u; face++) {
         let corner = cube::unplace(tile + face, vec2u(0u), edge, params.cube_surface_columns);
         for (var y = local.y; y < edge; y += LANES_Y) {
             for (var x = local.x; x < edge; x += LANES_X) {
                 let texel = vec2u(x, y);
                 let light = light_of(eye, cube::direction(face, texel, edge), corner + texel);
-                s = projection::with_texel(s, light, face, texel, edge);
+                s = cube_sums::with_texel(s, light, face, texel, edge);
             }
         }
     }
@@ -105,7 +105,7 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
 }
 
 /// Puts a lane's sums where all see them.
-fn spread(s: projection::Sums, lane: u32) {
+fn spread(s: cube_sums::Sums, lane: u32) {
 #if SH_ORDER >= 1
     spread_four(s.m0, 0u, lane);
 #endif

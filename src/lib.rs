@@ -8,7 +8,7 @@
 //! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
 //! ```
 //!
-//! - [`diag`]: places in texts, faults, how they are shown
+//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, names
 //! - [`shader`]: composition, bindings, reflection, byte layouts
@@ -18,6 +18,7 @@
 //! - [`session`]: from files to frames; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
 //! - [`bench`]: run time against error; [`snapshot`]: tests of graphs
+//! - [`builtin`]: the graphs and shaders that the binary carries
 //! - [`cli`]: the commands, one a file
 //!
 //! What must stay true: no Rust names a rendering technique; only `gpu` and what calls it see a device; the executor
@@ -46,13 +47,16 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod builtin;
 pub mod cli;
+mod content;
 pub mod diag;
 pub mod gpu;
 pub mod graph;
 pub mod image;
 pub mod math;
 pub mod plan;
+mod recent;
 pub mod scene;
 pub mod session;
 pub mod shader;

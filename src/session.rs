@@ -1,5 +1,6 @@
 //! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
 
+use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
 use crate::graph::{self, Graph};
@@ -7,9 +8,16 @@ use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::request::Request;
+<<<<<<< HEAD
 use crate::plan::{Plan, ResourceId};
+use crate::scene::{AssetHashes, Pose, Scene, Shift, Table};
+use crate::shader::Library;
+=======
+use crate::plan::{Action, Plan, ResourceId, StepId};
 use crate::scene::{Pose, Scene, Shift, Table};
+use crate::shader::report::{self, Failed};
 use crate::shader::{Library, Shader};
+>>>>>>> wip-snap
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
 use std::path::{Path, PathBuf};
@@ -23,7 +31,8 @@ pub struct Project {
 }
 
 impl Project {
-    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then `../shaders`.
+    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then `../shaders`;
+    /// where the graph or a base is one of the binary's, then the binary's.
     ///
     /// # Errors
     /// Every fault of the graph file and its bases, and shader files that can't be read.
@@ -33,7 +42,14 @@ impl Project {
         let usual = [folder.join("shaders"), folder.join("../shaders")];
         let mut folders: Vec<PathBuf> = shaders.to_vec();
         folders.extend(usual.into_iter().filter(|f| f.is_dir()));
-        Ok(Project { graph, texts: Library::load(&folders)? })
+        let mut texts = Library::load(&folders)?;
+        if graph.files.iter().any(|f| builtin::is_builtin(f)) {
+            for (name, source) in builtin::shaders() {
+                texts.files.entry(name.into()).or_insert(source);
+            }
+        }
+        texts.files.entry(report::PATH.into()).or_insert_with(report::source);
+        Ok(Project { graph, texts })
     }
 
     /// Parameters from `NAME=VALUE` texts.
@@ -94,9 +110,13 @@ pub struct Settings {
 /// # Errors
 /// As [`crate::plan::build::plan`].
 pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
+    plan_of(&project.graph, &project.texts, scene, settings, gpu)
+}
+
+fn plan_of(graph: &Graph, texts: &Library, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
     let request = Request {
-        graph: &project.graph,
-        texts: &project.texts,
+        graph,
+        texts,
         params: &settings.params,
         facts: &scene.facts(),
         screen: settings.size,
@@ -109,7 +129,7 @@ pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu
 
 /// A plan on a device, ready for frames.
 pub struct Session {
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     pub settings: Settings,
     pub plan: Plan,
     /// What the user should know about the plan and the view.
@@ -118,6 +138,8 @@ pub struct Session {
     pub shift: Shift,
     /// The texts that the plan's shaders were made from.
     texts: Library,
+    /// Of the scene.
+    hashes: AssetHashes,
     prepared: Prepared,
     pose: Pose,
     /// What memory holds; `None` runs every step of every frame.
@@ -132,45 +154,46 @@ impl Session {
     ///
     /// # Errors
     /// Faults of the graph for this scene, and what the device can't do.
-    pub fn new(gpu: &Gpu, project: &Project, scene: Scene, settings: Settings) -> Checked<Session> {
+    pub fn new(gpu: &Gpu, project: &Project, scene: impl Into<Arc<Scene>>, settings: Settings) -> Checked<Session> {
         Session::after(gpu, project, scene, settings, None)
     }
 
-    /// As [`Session::new`], in place of another session, which stays as it is when this one fails: pipelines of shaders
-    /// that did not change are taken over, and resources with history keep what they hold.
+    /// As [`Session::new`], in place of another session, which stays as it is when this one fails: shaders whose texts
+    /// did not change are not composed again, and resources with history keep what they hold.
     ///
     /// # Errors
     /// As [`Session::new`].
     pub fn after(
         gpu: &Gpu,
         project: &Project,
-        scene: Scene,
+        scene: impl Into<Arc<Scene>>,
         settings: Settings,
         previous: Option<&Session>,
     ) -> Checked<Session> {
-        let Planned { mut plan, mut notices } = plan_for(project, &scene, &settings, gpu)?;
-        if let Some(previous) = previous {
-            for shader in &mut plan.shaders {
-                let same = |old: &&Arc<Shader>| unchanged(old, shader, &previous.texts, &project.texts);
-                if let Some(old) = previous.plan.shaders.iter().find(same) {
-                    *shader = old.clone();
-                }
-            }
-        }
+        let texts = match previous {
+            Some(previous) => project.texts.clone().after(&previous.texts),
+            None => project.texts.clone(),
+        };
+        let scene = same_scene(scene.into(), previous);
+        let hashes = match previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)) {
+            Some(previous) => previous.hashes,
+            None => scene.assets().hashes,
+        };
+        let Planned { plan, mut notices } = plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
         let pose = scene.pose(0.0);
         let [width, height] = settings.size;
         notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
         let tables = tables(&scene, &plan, &pose);
         let earlier = previous.map(|p| (&p.plan, &p.prepared));
-        let prepared = gpu::prepare_after(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables, earlier)?;
+        let assets = scene.assets_with(hashes);
+        let prepared = gpu::prepare_after(gpu, &plan, &assets, &tables, earlier)?;
         let held = settings.skip.then(Held::default);
         let scratch = match settings.verify {
-            true => Some(Scratch::new(gpu, &plan, &scene, &tables)?),
+            true => Some(Scratch::new(gpu, &plan, &assets, &tables)?),
             false => None,
         };
         let shift = Shift::default();
-        let texts = project.texts.clone();
-        Ok(Session { scene, settings, plan, notices, shift, texts, prepared, pose, held, why: vec![], scratch })
+        Ok(Session { scene, settings, plan, notices, shift, texts, hashes, prepared, pose, held, why: vec![], scratch })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -211,6 +234,29 @@ impl Session {
         Ok(report)
     }
 
+    /// The checks in shaders that do not hold after a frame, each at its line.
+    pub fn failed_checks(&self, report: &FrameReport) -> Vec<Diagnostic> {
+        let fault = |(step, failed): &(StepId, Failed)| {
+            let step = &self.plan.steps[step.0];
+            let (count, [x, y, z]) = (failed.count, failed.first);
+            let often = if count == 1 { String::new() } else { format!(", the first of {count} to say so") };
+            let d = Diagnostic::error(format!(
+                "a check in the shader of `{}` does not hold: invocation ({x}, {y}, {z}){often}",
+                step.name
+            ));
+            let shader = match &step.action {
+                Action::Draw(draw) => self.plan.shaders.get(draw.shader),
+                Action::Compute { shader, .. } => self.plan.shaders.get(*shader),
+                Action::Copy { .. } | Action::Clear { .. } => None,
+            };
+            match shader.and_then(|s| failed.span(s, &self.texts)) {
+                Some(span) => d.at(&span, ""),
+                None => d,
+            }
+        };
+        report.failed.iter().map(fault).collect()
+    }
+
     /// By step: why it ran or did not in the last frame. Empty before the first.
     pub fn why(&self) -> &[Why] {
         &self.why
@@ -240,11 +286,10 @@ fn tables(scene: &Scene, plan: &Plan, pose: &Pose) -> Vec<Table> {
     scene.tables_named(pose, |name| plan.tables.iter().any(|t| t.table == name))
 }
 
-/// Whether two shaders are the same composition of the same texts.
-fn unchanged(old: &Shader, new: &Shader, before: &Library, now: &Library) -> bool {
-    let text = |library: &Library, path: &String| library.files.get(path).map(|s| s.text.clone());
-    old.path == new.path
-        && old.defs == new.defs
-        && old.sources == new.sources
-        && new.sources.iter().all(|path| text(before, path) == text(now, path))
+/// The scene of an earlier session, where it is the same.
+fn same_scene(scene: Arc<Scene>, previous: Option<&Session>) -> Arc<Scene> {
+    match previous {
+        Some(previous) if !Arc::ptr_eq(&previous.scene, &scene) && previous.scene == scene => previous.scene.clone(),
+        _ => scene,
+    }
 }

@@ -4,7 +4,7 @@ use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::{self, Frame, Gpu, Prepared};
 use crate::plan::change::{Held, Selection, everything};
 use crate::plan::{Desc, Plan, ResourceId};
-use crate::scene::{Scene, Table};
+use crate::scene::{Assets, Table};
 
 /// Memory in which every step of every frame runs.
 pub struct Scratch {
@@ -17,8 +17,8 @@ impl Scratch {
     ///
     /// # Errors
     /// As [`gpu::prepare`].
-    pub fn new(gpu: &Gpu, plan: &Plan, scene: &Scene, tables: &[Table]) -> Checked<Scratch> {
-        let prepared = gpu::prepare(gpu, plan, &scene.geometry, scene.textures.as_ref(), tables)?;
+    pub fn new(gpu: &Gpu, plan: &Plan, assets: &Assets<'_>, tables: &[Table]) -> Checked<Scratch> {
+        let prepared = gpu::prepare(gpu, plan, assets, tables)?;
         Ok(Scratch { prepared, held: Held::default() })
     }
 

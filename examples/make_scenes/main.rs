@@ -26,7 +26,7 @@ struct Output {
 
 /// Every generated file, in the order of the README's table.
 fn outputs() -> Vec<Output> {
-    let geometry: [(&str, Document); 9] = [
+    let geometry: [(&str, Document); 10] = [
         ("cornell", rooms::cornell()),
         ("hall", hall::hall()),
         ("art_gallery", gallery::gallery()),
@@ -36,6 +36,7 @@ fn outputs() -> Vec<Output> {
         ("empty_room", rooms::empty_room()),
         ("two_rooms", rooms::two_rooms()),
         ("lambert_plane", rooms::lambert_plane()),
+        ("metal_balls", rooms::metal_balls()),
     ];
     let mut out: Vec<Output> = geometry
         .into_iter()
@@ -51,6 +52,8 @@ fn outputs() -> Vec<Output> {
         ("hall_moving.ron", hall::MOVING),
         ("art_gallery.ron", gallery::SCENE),
         ("lambert_plane.ron", rooms::PLANE_SCENE),
+        ("metal_balls.ron", rooms::BALLS_SCENE),
+        ("phong_balls.ron", rooms::PHONG_BALLS),
     ] {
         out.push(Output { name: name.to_string(), bytes: text.as_bytes().to_vec(), triangles: None });
     }

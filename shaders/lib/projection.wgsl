@@ -1,66 +1,68 @@
-//! Sums over the texels of a cube of light times the factors of the projection, in registers: four coefficients to a
-//! matrix, without loops or arrays.
+//! What a texel of a cube counts in each coefficient: its share of a projection.
+//!
+//! With LEAST_SQUARES the shares are (YᵀAY)⁻¹YᵀA, with Y the harmonics at the centres of all texels and A their solid
+//! angles: of all light in the harmonics, that which differs least from what the texels hold. Light that is in the
+//! harmonics is found again to rounding, however coarse the cube. Without, they are YᵀA, a plain integral.
+//!
+//! WINDOW damps ringing: it takes from the higher degrees, and sharpness with it (Sloan, "Stupid Spherical Harmonics
+//! Tricks", 2008). 0 none, 1 Hann, 2 Lanczos; of the width ORDER + 1.
 #define_import_path lightgraph::projection
-#import lightgraph::cube
-#import lightgraph::sh::{COUNT, basis}
+#import lightgraph::cube::{direction, solid_angle}
+#import lightgraph::sh::{COUNT, ORDER, basis}
 
-/// Light (and alpha) times each coefficient's factor, a column each.
-struct Sums {
-#if SH_ORDER >= 1
-    m0: mat4x4f,
+#ifdef LEAST_SQUARES
+/// (YᵀAY)⁻¹, row by row.
+var<storage, read> inverse_gram: array<f32>;
 #endif
-#if SH_ORDER >= 2
-    m1: mat4x4f,
-#endif
-#if SH_ORDER >= 3
-    m2: mat4x4f,
-    m3: mat4x4f,
-#endif
-#if SH_ORDER >= 4
-    m4: mat4x4f,
-    m5: mat4x4f,
-#endif
-#if SH_ORDER != 1
-#if SH_ORDER != 3
-    last: vec4f,
-#endif
-#endif
-}
 
-fn outer(light: vec4f, factors: vec4f) -> mat4x4f {
-    return mat4x4f(light * factors.x, light * factors.y, light * factors.z, light * factors.w);
-}
-
-/// The sums with a texel more.
-fn with_texel(sums: Sums, light: vec4f, face: u32, texel: vec2u, edge: u32) -> Sums {
-    let y = basis(cube::direction(face, texel, edge));
-    let l = light * cube::solid_angle(texel, edge);
-    var s = sums;
-#if SH_ORDER == 0
-    s.last += l * y[0];
+/// What the window leaves of a degree.
+fn window(degree: u32) -> f32 {
+    let angle = 3.14159265359 * f32(degree) / f32(ORDER + 1u);
+#if WINDOW == 1
+    return 0.5 + 0.5 * cos(angle);
+#else if WINDOW == 2
+    return select(sin(angle) / max(angle, 1e-20), 1.0, degree == 0u);
 #else
-    s.m0 += outer(l, vec4f(y[0], y[1], y[2], y[3]));
+    return 1.0;
 #endif
-#if SH_ORDER >= 2
-    s.m1 += outer(l, vec4f(y[4], y[5], y[6], y[7]));
-#endif
-#if SH_ORDER == 2
-    s.last += l * y[8];
-#endif
-#if SH_ORDER >= 3
-    s.m2 += outer(l, vec4f(y[8], y[9], y[10], y[11]));
-    s.m3 += outer(l, vec4f(y[12], y[13], y[14], y[15]));
-#endif
+}
+
+/// The shares of a texel of a face of `edge`² texels in every coefficient.
+fn factors(face: u32, texel: vec2u, edge: u32) -> array<f32, COUNT> {
+    var y = basis(direction(face, texel, edge));
+    let area = solid_angle(texel, edge);
+    var shares: array<f32, COUNT>;
+#ifdef LEAST_SQUARES
+    for (var k = 0u; k < COUNT; k++) {
+        for (var j = 0u; j < COUNT; j++) {
+            shares[k] += inverse_gram[k * COUNT + j] * y[j] * area;
+        }
+    }
+#else
+    for (var k = 0u; k < COUNT; k++) {
+        shares[k] = y[k] * area;
+    }
 #if SH_ORDER >= 4
-    // A finer sum within the texel, as the factor textures have it.
+    // Sums over texel centres cancel for constant light up to degree 3, as the cube's symmetries ask. Degree 4 holds a
+    // function with these symmetries (x⁴ + y⁴ + z⁴ - 3/5), so from there on the share is a finer sum within the texel.
+    for (var k = 16u; k < COUNT; k++) {
+        shares[k] = 0.0;
+    }
     for (var i = 0u; i < 16u; i++) {
         let part = texel * 4u + vec2u(i % 4u, i / 4u);
-        let z = basis(cube::direction(face, part, edge * 4u));
-        let fine = light * cube::solid_angle(part, edge * 4u);
-        s.m4 += outer(fine, vec4f(z[16], z[17], z[18], z[19]));
-        s.m5 += outer(fine, vec4f(z[20], z[21], z[22], z[23]));
-        s.last += fine * z[24];
+        var finer = basis(direction(face, part, edge * 4u));
+        let part_area = solid_angle(part, edge * 4u);
+        for (var k = 16u; k < COUNT; k++) {
+            shares[k] += finer[k] * part_area;
+        }
     }
 #endif
-    return s;
+#endif
+    for (var l = 0u; l <= ORDER; l++) {
+        let left = window(l);
+        for (var k = l * l; k < (l + 1u) * (l + 1u); k++) {
+            shares[k] *= left;
+        }
+    }
+    return shares;
 }

@@ -8,6 +8,7 @@ use crate::bench::references::{Manifest, References};
 use crate::bench::report;
 use crate::bench::results::{Entry, Machine, Results, hash};
 use crate::bench::sweep::Sweep;
+use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::Gpu;
 use crate::image::file::write_atomically;
@@ -286,7 +287,13 @@ fn graphs(args: &Args) -> Checked<Vec<Named>> {
             faults.push(Diagnostic::error(format!("two graphs are called `{name}`")).help("rename one of the files"));
         }
         match Project::open(path, &args.shaders.folders) {
-            Ok(project) => graphs.push(Named { name, project, ms: start.elapsed().as_secs_f64() * 1e3 }),
+            Ok(mut project) => {
+                // What graphs share of their shaders is composed once.
+                if let Some(first) = graphs.first() {
+                    project.texts = project.texts.after(&first.project.texts);
+                }
+                graphs.push(Named { name, project, ms: start.elapsed().as_secs_f64() * 1e3 });
+            }
             Err(Faults(more)) => faults.extend(more),
         }
     }
@@ -341,7 +348,9 @@ fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
 /// A hash of all that an entry is made from.
 fn inputs(graph: &Named, scene_files: &[PathBuf], commit: Option<&str>) -> Checked<String> {
     let mut parts: Vec<Vec<u8>> = vec![env!("CARGO_PKG_VERSION").into(), commit.unwrap_or("").into()];
-    for path in graph.project.graph.files.iter().chain(scene_files) {
+    // What comes with the binary is that of its version.
+    let graph_files = graph.project.graph.files.iter().filter(|f| !builtin::is_builtin(f));
+    for path in graph_files.chain(scene_files) {
         let bytes =
             std::fs::read(path).map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
         parts.push(bytes);

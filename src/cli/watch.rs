@@ -137,6 +137,7 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         notices(&loaded.notices);
         notices(&session.notices);
         notices(&report.warnings);
+        notices(&session.failed_checks(&report));
         let line = format!(
             "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms, files {:.0} ms",
             names.join(", "),

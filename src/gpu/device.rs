@@ -1,6 +1,6 @@
 //! Opens a device, best adapter first.
 
-use super::scope::Mailbox;
+use super::{kept::Kept, scope::Mailbox};
 use crate::diag::{Checked, Diagnostic, Faults};
 use std::sync::Arc;
 
@@ -32,6 +32,7 @@ pub struct Gpu {
     /// Nanoseconds a timestamp tick.
     pub timestamp_period: f32,
     pub(super) mailbox: Arc<Mailbox>,
+    pub(super) kept: Kept,
 }
 
 /// Why there is no device.
@@ -116,7 +117,8 @@ impl Gpu {
         })?;
         let mailbox = Mailbox::install(&device);
         let (features, limits, timestamp_period) = (device.features(), device.limits(), queue.get_timestamp_period());
-        Ok(Gpu { instance, adapter, device, queue, info, features, limits, timestamp_period, mailbox })
+        let kept = Kept::default();
+        Ok(Gpu { instance, adapter, device, queue, info, features, limits, timestamp_period, mailbox, kept })
     }
 
     /// A device without hardware: it checks what is asked of it against `limits`, and computes nothing.

@@ -8,10 +8,12 @@ mod bindings;
 mod device;
 mod encode;
 mod execute;
+mod kept;
 mod pipelines;
 mod pool;
 mod prepare;
 mod readback;
+mod reports;
 mod scene_data;
 mod scope;
 #[cfg(test)]

@@ -234,7 +234,7 @@ fn outside(plan: &Plan, step: StepId, held: &Held, values: &Values, parts: &mut 
                 let new = hash(&(there, held.tables.get(*i)));
                 parts.insert(Ingredient::Table(name), new);
             }
-            Binding::Resource(_) | Binding::SceneTextures | Binding::Sampler(_) => {}
+            Binding::Resource(_) | Binding::SceneTextures | Binding::Report | Binding::Sampler(_) => {}
         }
     }
 }

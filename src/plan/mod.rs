@@ -299,6 +299,8 @@ pub enum Binding {
     Table(usize),
     /// The base-colour textures of the scene: a 2D array, sRGB, with mips.
     SceneTextures,
+    /// What the step's shader reports of itself: memory of the step's own.
+    Report,
     Sampler(SamplerDesc),
 }
 

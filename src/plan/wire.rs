@@ -8,7 +8,7 @@ use super::{Binding, Comparison, Desc, TableUse};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Graph, Name, Pass, PassKind};
 use crate::graph::expr::{Binary, ExprKind, Val};
-use crate::shader::{Def, Defs, Shader, Stage, compose, mentioned_defs};
+use crate::shader::{Def, Defs, Shader, Stage, mentioned_defs};
 use crate::value::Values;
 use std::sync::Arc;
 
@@ -300,9 +300,9 @@ impl<'g> Wirer<'g, '_> {
         if let Some(i) = self.out.shaders.iter().position(|s| s.path == name.value && s.defs == defs) {
             return Some((i, self.out.shaders[i].clone()));
         }
-        match compose(self.request.texts, &name.value, &defs) {
+        match self.request.texts.shader(&name.value, &defs) {
             Ok(shader) => {
-                self.out.shaders.push(Arc::new(shader));
+                self.out.shaders.push(shader);
                 let i = self.out.shaders.len() - 1;
                 Some((i, self.out.shaders[i].clone()))
             }

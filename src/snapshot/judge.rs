@@ -9,11 +9,12 @@ use crate::diag::Checked;
 use crate::gpu::Gpu;
 use crate::graph::ast::Name;
 use crate::image::Image;
+use std::sync::atomic::AtomicBool;
 
-/// Judges every check that can be run here.
-pub fn judge(test: &Test, gpu: Option<&Gpu>, options: &Options, outcome: &mut Outcome) {
+/// Judges every check that can be run here. Nothing is written once it is too late.
+pub fn judge(test: &Test, gpu: Option<&Gpu>, options: &Options, late: &AtomicBool, outcome: &mut Outcome) {
     let name = outcome.name.clone();
-    let files = References { test, name: &name, options };
+    let files = References { test, name: &name, options, late };
     let mut played: Option<Played> = None;
     // Files that can't be used, and devices that are lost, fail every check that renders in the same way.
     let mut hopeless = false;

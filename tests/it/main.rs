@@ -5,10 +5,14 @@
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `graph_snapshots`: every test of `tests/graphs` holds
+//! - `snapshot_checks`: every kind of check, steps of a script, lost devices
+//! - `report_page`: the page of results in a browser
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
+//! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
+//! - `shader_checks`: what shaders find wrong by themselves
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
@@ -25,9 +29,13 @@ mod device;
 mod graph_snapshots;
 mod mutated;
 mod mutations;
+mod projection;
 mod references;
+mod report_page;
+mod shader_checks;
 mod shipped;
 mod skips;
+mod snapshot_checks;
 mod snapshots;
 mod support;
 mod test_command;
