@@ -4,11 +4,7 @@ use super::{
     bind::{Bound, bind},
     interface::Interface,
     library::Library,
-<<<<<<< HEAD
     link::{Unit, gather},
-=======
-    link::{self, Unit, gather},
->>>>>>> wip-snap
     oil::join,
     reflect::reflect,
     write::{RESERVED_MARKS, write},
@@ -77,10 +73,7 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
     let module = join(&units, &written)?;
     let bound = bind(module, &units)?;
     let interface = reflect(&bound, &units)?;
-<<<<<<< HEAD
     let content = content(&bound, &units, defs);
-    let mut sources: Vec<String> = units.into_iter().map(|u| u.path).collect();
-    sources.sort();
     Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources, content })
 }
 
@@ -91,9 +84,6 @@ fn content(bound: &Bound, units: &[Unit], defs: &Defs) -> u128 {
         // What naga can read but not write is told apart by its texts.
         Err(_) => hash(&(defs, units.iter().map(|u| &u.scan.text).collect::<Vec<_>>())),
     }
-=======
-    Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources })
->>>>>>> wip-snap
 }
 
 /// The definitions that `path` and all files it may import ask for (`#ifdef`, `#if`, `#{NAME}`), whatever branches
