@@ -187,8 +187,7 @@ fn joined<T: Clone + Send + Sync>(
     }
     std::thread::scope(|scope| {
         let run = &run;
-        let chunks: Vec<_> =
-            items.chunks(items.len().div_ceil(count)).map(|c| scope.spawn(move || run(c))).collect();
+        let chunks: Vec<_> = items.chunks(items.len().div_ceil(count)).map(|c| scope.spawn(move || run(c))).collect();
         let parts = chunks.into_iter().map(|c| c.join().unwrap_or_else(|e| std::panic::resume_unwind(e)));
         parts.fold(none.clone(), join)
     })

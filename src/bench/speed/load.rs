@@ -81,11 +81,17 @@ impl Bench<'_> {
         let _ = std::fs::remove_dir_all(&folder);
         let (load_ms, sort_ms, memory) = measured?;
         let name = format!("{} triangles", 2 * edge * edge);
-        let note = format!("read {load_ms:.0} ms, tables and boxes for rays {sort_ms:.0} ms; file {:.1} MB", size * 1e-6);
+        let note =
+            format!("read {load_ms:.0} ms, tables and boxes for rays {sort_ms:.0} ms; file {:.1} MB", size * 1e-6);
         let time = Row::new(section, format!("{name}, read and sorted for rays"), load_ms + sort_ms, "ms");
         let mut rows = vec![time.wanted(Wanted::AtMost(load.most_ms)).note(note)];
         for (what, bytes) in [("to read", memory[0]), ("to sort and hold tables", memory[1])] {
-            let row = Row::new(section, format!("{name}, memory {what}"), bytes.map_or(f64::NAN, |b| b as f64 / size), "× the file");
+            let row = Row::new(
+                section,
+                format!("{name}, memory {what}"),
+                bytes.map_or(f64::NAN, |b| b as f64 / size),
+                "× the file",
+            );
             rows.push(row.wanted(Wanted::AtMost(load.most_memory)).note("peak, above what was held before"));
         }
         Ok(rows)
