@@ -7,7 +7,7 @@ use super::outputs::output_names;
 use super::render;
 use super::{Failure, notices, print};
 use crate::diag::{Checked, Faults};
-use crate::gpu::Gpu;
+use crate::gpu::{FrameReport, Gpu};
 use crate::reload::{Watcher, folder_of, folders};
 use crate::scene;
 use crate::session::{Project, Session, Settings};
@@ -86,6 +86,8 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
             size: args.size,
             camera: args.camera.clone(),
             outputs: Some(output_names(&files)),
+            skip: !args.no_skip,
+            verify: args.verify_skips,
             ..Settings::default()
         };
         let mut session = Session::after(gpu, &project, loaded.scene, settings, previous)?;
@@ -99,13 +101,21 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         notices(&report.warnings);
         notices(&session.failed_checks(&report));
         let line = format!(
-            "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms, files {:.0} ms",
+            "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms ({}), files {:.0} ms",
             names.join(", "),
+            ran(&session, &report),
             lap()
         );
         Ok((session, line))
     })();
     (folders, made)
+}
+
+/// How many steps ran, and what set them off.
+fn ran(session: &Session, report: &FrameReport) -> String {
+    let (ran, all, causes) = (report.steps.len(), session.plan.steps.len(), session.causes());
+    let because = if causes.is_empty() { String::new() } else { format!(", changed: {}", causes.join(", ")) };
+    format!("{ran} of {all} steps{because}")
 }
 
 fn ms(since: Instant) -> f64 {
