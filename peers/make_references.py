@@ -36,6 +36,7 @@ REFERENCES = [
     ("two_rooms", "lit", 4096),
     ("two_rooms", "dark", 64),
     ("lambert_plane", "above", 64),
+    ("metal_balls", "front", 1024),
 ]
 # Closed boxes whose walls all emit radiance 1 and have this albedo: no image is needed.
 FURNACES = [("furnace", 0.5), ("furnace_80", 0.8), ("furnace_95", 0.95)]

@@ -23,7 +23,8 @@ pub enum Def {
 
 /// Definitions by name.
 ///
-/// `#ifdef NAME` holds when NAME has a value other than `false`; `#if NAME == VALUE` compares it; `#{NAME}` is it.
+/// `#ifdef NAME` holds when NAME has a value other than `false`; `#if NAME == VALUE` compares it; `#{NAME}` is it. `#{HERE}` is
+/// the place where it stands, for [`super::report`].
 pub type Defs = BTreeMap<String, Def>;
 
 /// A composed, validated and reflected shader.
@@ -65,13 +66,14 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
     }
     Faults::check(faults, ())?;
     let mut bindings = 0;
-    let written: Vec<_> = units.iter().map(|unit| write(unit, defs, &mut bindings)).collect();
+    let mut sources: Vec<String> = units.iter().map(|u| u.path.clone()).collect();
+    sources.sort();
+    let file = |unit: &Unit| sources.binary_search(&unit.path).unwrap_or(0);
+    let written: Vec<_> = units.iter().map(|unit| write(unit, defs, file(unit), &mut bindings)).collect();
     let module = join(&units, &written)?;
     let bound = bind(module, &units)?;
     let interface = reflect(&bound, &units)?;
     let content = content(&bound, &units, defs);
-    let mut sources: Vec<String> = units.into_iter().map(|u| u.path).collect();
-    sources.sort();
     Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources, content })
 }
 

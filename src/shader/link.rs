@@ -7,6 +7,7 @@ use super::{
     library::Library,
     memo::Modules,
     outline::{Outline, outline},
+    report::HERE,
     scan::{Scan, scan, unknown_definition},
 };
 use crate::diag::{Checked, Diagnostic, Faults, Source, Span, nearest};
@@ -75,7 +76,7 @@ impl Gather<'_> {
         let outline = outline(source, &scan.text, &words, &mut self.faults);
         for word in words.iter().filter(|w| w.kind == Kind::Definition) {
             let name = word.definition(&scan.text);
-            if !self.defs.contains_key(name) {
+            if name != HERE && !self.defs.contains_key(name) {
                 let place = Span::new(source, word.range.clone());
                 self.faults.push(unknown_definition(name, &place, self.defs));
             }

@@ -6,7 +6,8 @@
 //!
 //! Inside: `lex` finds words, `scan` settles conditions and reads imports, `outline` lists what a file declares, `link`
 //! follows imports, `write` spells the text for naga_oil and leads its places back, `oil` calls it, `bind` gives
-//! bindings, `reflect` reads the [`Interface`]. `memo` keeps what was made of the same texts before.
+//! bindings, `reflect` reads the [`Interface`]; `report` is the module by which shaders check themselves, `memo` keeps
+//! what was made of the same texts before.
 
 mod bind;
 pub mod compose;
@@ -20,6 +21,7 @@ mod memo;
 mod oil;
 mod outline;
 mod reflect;
+pub mod report;
 mod scan;
 mod write;
 
