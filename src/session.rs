@@ -2,7 +2,7 @@
 
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
-use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
+use crate::gpu::{self, Frame, FrameReport, Gpu, Memory, Prepared};
 use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
@@ -97,6 +97,8 @@ pub struct Settings {
     pub skip: bool,
     /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
     pub verify: bool,
+    /// Every resource keeps memory of its own and can be looked at after the frame.
+    pub inspect: bool,
 }
 
 /// Plans a project for a scene with an adapter's limits.
@@ -118,7 +120,8 @@ fn plan_of(graph: &Graph, texts: &Library, scene: &Scene, settings: &Settings, g
         limits: &gpu.limits,
         features: gpu.features,
     };
-    plan_with(&request, Options { readable: settings.verify, ..Options::default() })
+    let readable = settings.verify || settings.inspect;
+    plan_with(&request, Options { readable, share: !settings.inspect, ..Options::default() })
 }
 
 /// A plan on a device, ready for frames.
@@ -264,7 +267,19 @@ impl Session {
         gpu::read_image(gpu, &self.prepared, &self.plan, self.output(output)?)
     }
 
-    fn output(&self, name: &str) -> Checked<ResourceId> {
+    /// The texture or buffer that a resource of the plan lives in.
+    ///
+    /// # Errors
+    /// The resource is of another plan.
+    pub fn memory(&self, id: ResourceId) -> Checked<&Memory> {
+        self.prepared.pool.memory(&self.plan, id)
+    }
+
+    /// The resource of an output.
+    ///
+    /// # Errors
+    /// An unknown output.
+    pub fn output(&self, name: &str) -> Checked<ResourceId> {
         match self.plan.outputs.iter().find(|o| o.0 == name) {
             Some((_, id)) => Ok(*id),
             None => {

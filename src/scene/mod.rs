@@ -57,7 +57,7 @@ pub use assets::{AssetHashes, Assets};
 pub use geometry::Geometry;
 pub use load::{Loaded, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
-pub use motion::{CameraPose, LightPose, Pose, Shift};
+pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use textures::TextureArray;
 
 use crate::value::{Type, Value};

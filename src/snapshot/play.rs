@@ -140,6 +140,7 @@ fn open(
         outputs: (!outputs.is_empty()).then(|| outputs.iter().map(|o| o.value.clone()).collect()),
         skip: true,
         verify,
+        ..Settings::default()
     };
     let place = setup.camera.as_ref().map_or(&setup.graph.span, |c| &c.span);
     // The memory that verifies begins empty, so what it is compared with has to as well.

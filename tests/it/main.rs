@@ -20,6 +20,7 @@
 //! - `snapshots`: one tiny picture of the whole
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
 //! - `twins`: shaders against the Rust of the same mathematics
+//! - `view`: the window, on a virtual display
 //! - `watch`: live reload without a window
 //! - `support`, `device`: what several of them need
 
@@ -45,4 +46,7 @@ mod support;
 mod test_command;
 mod traced;
 mod twins;
+// A virtual display is a thing of X11.
+#[cfg(all(feature = "window", target_os = "linux"))]
+mod view;
 mod watch;
