@@ -1,4 +1,4 @@
-# make test    the Vulkan driver, a virtual display, a browser, formatting, lints and tests; the test runner's summary comes last
+# make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
 # make bench   run time against error: all graphs on all scenes with references, to out/bench/report.html
 # make scenes  writes the generated files of scenes/ anew

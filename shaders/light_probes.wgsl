@@ -3,7 +3,7 @@
 //! them as well, as of the bounce before.
 #import lightgraph::cube
 #import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
-#import lightgraph::packed_surface::unpack
+#import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
 #import lightgraph::cube_sums
 #import lightgraph::sh::COUNT
@@ -26,7 +26,6 @@ struct Params {
 #endif
 }
 var<uniform> params: Params;
-var cube_surface: texture_2d<u32>;
 #ifdef FIRST_BOUNCE
 var cube_direct: texture_storage_2d<rgba32float, write>;
 #else
@@ -84,7 +83,7 @@ fn light_probes(
 
 /// Light (and alpha, 0 for backs) that a texel sends.
 fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
-    let r = unpack(textureLoad(cube_surface, at, 0));
+    let r = surface_at(at);
     var light = vec3f(0.0);
     if is_lit(r.albedo) {
 #ifdef FIRST_BOUNCE

@@ -7,9 +7,10 @@ use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
+use crate::plan::keys::{Keys, Kind, Outside};
 use crate::plan::request::Request;
 use crate::plan::{Action, Plan, ResourceId, StepId};
-use crate::scene::{AssetHashes, Pose, Scene, Shift, Table};
+use crate::scene::{Pose, Scene, Shift, Table};
 use crate::shader::Library;
 use crate::shader::report::{self, Failed};
 use crate::value::{Value, Values};
@@ -99,6 +100,8 @@ pub struct Settings {
     pub verify: bool,
     /// Every resource keeps memory of its own and can be looked at after the frame.
     pub inspect: bool,
+    /// For tests of the proof: a kind of ingredient that is left out of every key, so that contents become wrong.
+    pub without: Option<Kind>,
 }
 
 /// Plans a project for a scene with an adapter's limits.
@@ -135,15 +138,25 @@ pub struct Session {
     pub shift: Shift,
     /// The texts that the plan's shaders were made from.
     texts: Library,
-    /// Of the scene.
-    hashes: AssetHashes,
     prepared: Prepared,
-    pose: Pose,
-    /// What memory holds; `None` runs every step of every frame.
-    held: Option<Held>,
+    keys: Keys,
+    held: Held,
+    /// What the uploaded tables and the rest of the scene are, hashed.
+    outside: Outside,
+    tables: Arc<Tables>,
+    /// The tables are on the device.
+    uploaded: bool,
+    /// Number, time and shift of the last frame.
+    last: (u32, f32, Shift),
     /// By step: why it ran or did not in the last frame.
     why: Vec<Why>,
     scratch: Option<Scratch>,
+}
+
+/// Tables of a scene at a pose.
+struct Tables {
+    pose: Pose,
+    list: Vec<Table>,
 }
 
 impl Session {
@@ -155,8 +168,9 @@ impl Session {
         Session::after(gpu, project, scene, settings, None)
     }
 
-    /// As [`Session::new`], in place of another session, which stays as it is when this one fails: shaders whose texts
-    /// did not change are not composed again, and resources with history keep what they hold.
+    /// As [`Session::new`], in place of another session, which stays as it is when this one fails. What the two have in
+    /// common is not made again: shaders of the same texts, memory that holds what this one wants, resources with
+    /// history. The other session may go on: both know what is in the memory that they share.
     ///
     /// # Errors
     /// As [`Session::new`].
@@ -173,24 +187,54 @@ impl Session {
         };
         let scene = same_scene(scene.into(), previous);
         let hashes = match previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)) {
-            Some(previous) => previous.hashes,
+            Some(previous) => previous.outside.assets,
             None => scene.assets().hashes,
         };
         let Planned { plan, mut notices } = plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
-        let pose = scene.pose(0.0);
-        let [width, height] = settings.size;
-        notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
-        let tables = tables(&scene, &plan, &pose);
-        let earlier = previous.map(|p| (&p.plan, &p.prepared));
+        // The next frame is most likely the last one again.
+        let last = previous.map(|p| p.last.clone()).unwrap_or_default();
+        let pose = scene.pose_shifted(last.1, &last.2);
+        let (values, more) = frame_values(&scene, &settings, &pose, last.0)?;
+        notices.extend(more);
+        let tables = tables(&scene, &plan, pose, previous);
+        let began = previous.map_or(0, |p| p.held.frames());
+        let outside = Outside::new(&plan, hashes, began, &tables.list)?;
+        let keys = Keys::of(&plan, settings.without);
+        // The memory that verifies begins as the other does, or not at all.
+        let earlier = previous.filter(|p| !settings.verify || p.scratch.is_some());
+        let kept = match earlier {
+            Some(earlier) => change::carry(&plan, &keys, &earlier.held, &outside, &values),
+            None => vec![None; plan.slots.len()],
+        };
+        let held = Held::new(&plan, &keys, &kept, earlier.map(|e| &e.held));
+        let memory = earlier.map(|e| e.prepared.pool.taken(&kept)).unwrap_or_default();
         let assets = scene.assets_with(hashes);
-        let prepared = gpu::prepare_after(gpu, &plan, &assets, &tables, earlier)?;
-        let held = settings.skip.then(Held::default);
+        let prepared = gpu::prepare_after(gpu, &plan, &assets, &tables.list, &memory)?;
         let scratch = match settings.verify {
-            true => Some(Scratch::new(gpu, &plan, &assets, &tables)?),
+            true => {
+                let earlier = earlier.and_then(|e| e.scratch.as_ref());
+                Some(Scratch::new(gpu, &plan, &keys, &assets, &tables.list, earlier)?)
+            }
             false => None,
         };
         let shift = Shift::default();
-        Ok(Session { scene, settings, plan, notices, shift, texts, hashes, prepared, pose, held, why: vec![], scratch })
+        Ok(Session {
+            scene,
+            settings,
+            plan,
+            notices,
+            shift,
+            texts,
+            prepared,
+            keys,
+            held,
+            outside,
+            tables,
+            uploaded: true,
+            last,
+            why: vec![],
+            scratch,
+        })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -199,35 +243,37 @@ impl Session {
     /// What the device reports, with the pass's name.
     pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
         let pose = self.scene.pose_shifted(time, &self.shift);
-        let [width, height] = self.settings.size;
-        let camera = self.settings.camera.as_deref();
-        let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
-        values.insert("frame".into(), Value::Uint(index));
-        values.insert("time".into(), Value::Float(time));
-        let stale = self.why.is_empty() || !pose.same_tables(&self.pose);
-        let moved = stale.then(|| tables(&self.scene, &self.plan, &pose));
-        let tables = moved.as_deref();
-        // After a fault nothing is known of what memory holds: the next frame begins anew.
-        let held = std::mem::replace(&mut self.held, self.settings.skip.then(Held::default));
-        self.why = vec![];
-        let selection = match held {
-            Some(held) => Some(change::select(&self.plan, &held, &values, tables)?),
-            None => None,
-        };
-        let run = selection.as_ref().map(|s| s.run.as_slice());
-        let frame = Frame { values, tables, run };
-        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame)?;
-        if let (Some(scratch), Some(selection)) = (&mut self.scratch, &selection) {
-            scratch.verify(gpu, &self.plan, &self.prepared, selection, &frame)?;
+        let (values, _) = frame_values(&self.scene, &self.settings, &pose, index)?;
+        let moved = !pose.same_tables(&self.tables.pose);
+        if moved {
+            self.tables = tables(&self.scene, &self.plan, pose, None);
+            let Outside { assets, began, .. } = self.outside;
+            self.outside = Outside::new(&self.plan, assets, began, &self.tables.list)?;
         }
-        self.pose = pose;
-        match selection {
-            Some(selection) => {
-                self.why.clone_from(&selection.why);
-                self.held = Some(selection.done());
+        let (plan, keys, held) = (&self.plan, &self.keys, &self.held);
+        let choose = if self.settings.skip { change::select } else { change::everything };
+        let selection = choose(plan, keys, held, &self.outside, &values);
+        let tables = (moved || !self.uploaded).then_some(self.tables.list.as_slice());
+        let frame = Frame { values, tables, run: Some(&selection.run) };
+        self.why.clear();
+        self.uploaded = false;
+        self.held.start(&selection);
+        let report = match gpu::execute(gpu, plan, &mut self.prepared, &frame) {
+            Ok(report) => report,
+            Err(faults) => {
+                // The next frame begins anew.
+                self.held.forget();
+                return Err(faults);
             }
-            None => self.why = vec![Why::First; self.plan.steps.len()],
+        };
+        self.uploaded = true;
+        let why = selection.why.clone();
+        self.held.finish(selection.clone());
+        if let Some(scratch) = &mut self.scratch {
+            scratch.verify(gpu, (plan, keys), (&self.prepared, &self.held), &self.outside, &frame)?;
         }
+        self.last = (index, time, self.shift.clone());
+        self.why = why;
         Ok(report)
     }
 
@@ -290,9 +336,24 @@ impl Session {
     }
 }
 
-/// The tables that the plan's shaders read.
-fn tables(scene: &Scene, plan: &Plan, pose: &Pose) -> Vec<Table> {
-    scene.tables_named(pose, |name| plan.tables.iter().any(|t| t.table == name))
+/// The camera and the clock.
+fn frame_values(scene: &Scene, settings: &Settings, pose: &Pose, index: u32) -> Checked<(Values, Vec<Diagnostic>)> {
+    let [width, height] = settings.size;
+    let (mut values, notices) = scene.camera_values(pose, settings.camera.as_deref(), width, height)?;
+    values.insert("frame".into(), Value::Uint(index));
+    values.insert("time".into(), Value::Float(pose.time));
+    Ok((values, notices))
+}
+
+/// The tables that the plan's shaders read; those of an earlier session where they are the same.
+fn tables(scene: &Arc<Scene>, plan: &Plan, pose: Pose, previous: Option<&Session>) -> Arc<Tables> {
+    let wanted = |name: &str| plan.tables.iter().any(|t| t.table == name);
+    let has = |p: &&Session| plan.tables.iter().all(|t| p.tables.list.iter().any(|had| had.name == t.table));
+    let same = |p: &&Session| Arc::ptr_eq(&p.scene, scene) && p.tables.pose.same_tables(&pose);
+    match previous.filter(same).filter(has) {
+        Some(previous) => previous.tables.clone(),
+        None => Arc::new(Tables { list: scene.tables_named(&pose, wanted), pose }),
+    }
 }
 
 /// The scene of an earlier session, where it is the same.

@@ -9,6 +9,7 @@ pub mod new;
 mod outputs;
 pub mod plan;
 pub mod render;
+mod speed;
 mod stats;
 mod table;
 pub mod test;

@@ -149,7 +149,7 @@ impl Gpu {
         let mailbox = Mailbox::install(&device);
         let (features, limits, timestamp_period) = (device.features(), device.limits(), queue.get_timestamp_period());
         let (info, kept) = (adapter.get_info(), Kept::default());
-        Gpu { adapter, device, queue, info, features, limits, timestamp_period, mailbox, kept }
+        Gpu { info, adapter, device, queue, features, limits, timestamp_period, mailbox, kept }
     }
 
     /// A device without hardware: it checks what is asked of it against `limits`, and computes nothing.

@@ -4,7 +4,7 @@ use super::{
     bindings::{Bindable, Shared, bind_group},
     device::Gpu,
     pipelines::{self, StepPipelines, by_location},
-    pool::{Pool, target_view},
+    pool::{Memory, Pool, target_view},
     readback::staging,
     reports::Reports,
     scene_data::SceneData,
@@ -71,11 +71,11 @@ pub(super) struct Targets {
 /// # Errors
 /// Whatever the device lacks or finds wrong, all at once for each stage: memory, scene, pipelines, bindings.
 pub fn prepare(gpu: &Gpu, plan: &Plan, assets: &Assets<'_>, tables: &[Table]) -> Checked<Prepared> {
-    prepare_after(gpu, plan, assets, tables, None)
+    prepare_after(gpu, plan, assets, tables, &[])
 }
 
-/// As [`prepare`], for a plan that takes the place of `previous` on the same device. Resources with history keep what they
-/// hold there, when name and shape are the same; the two then share that memory, so run frames on one of them only.
+/// As [`prepare`], for a plan that takes over memory of an earlier one on the same device, by slot. A piece of memory that
+/// two plans share holds what either wrote last.
 ///
 /// # Errors
 /// As [`prepare`].
@@ -84,10 +84,10 @@ pub fn prepare_after(
     plan: &Plan,
     assets: &Assets<'_>,
     tables: &[Table],
-    previous: Option<(&Plan, &Prepared)>,
+    kept: &[Option<Memory>],
 ) -> Checked<Prepared> {
     let probe = probe(gpu, plan)?;
-    let pool = Pool::allocate(gpu, plan, previous.map(|(plan, prepared)| (plan, &prepared.pool)))?;
+    let pool = Pool::allocate(gpu, plan, kept)?;
     let scene = SceneData::upload(gpu, plan, assets, tables)?;
     let uniforms = Uniforms::allocate(gpu, plan)?;
     let reports = Reports::allocate(gpu, plan)?;

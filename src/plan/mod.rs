@@ -8,6 +8,7 @@ pub mod build;
 pub mod change;
 mod draw;
 pub mod expand;
+pub mod keys;
 pub mod lint;
 pub mod live;
 pub mod memory;
@@ -236,7 +237,7 @@ pub enum Geometry {
     Screen,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Cull {
     None,
     Front,
@@ -266,14 +267,14 @@ pub struct DepthTarget {
 }
 
 /// One draw of a render pass, and where it goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Member {
     /// The instance index.
     pub index: u32,
     pub place: Place,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Place {
     /// The whole of a target without layers.
     Whole,

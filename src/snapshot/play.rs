@@ -8,7 +8,6 @@ use crate::graph::read::Reader;
 use crate::image::Image;
 use crate::plan::Plan;
 use crate::plan::build::plan;
-use crate::plan::change::Why;
 use crate::plan::request::Request;
 use crate::scene::{self, Scene, Shift};
 use crate::session::{Project, Session, Settings};
@@ -143,19 +142,13 @@ fn open(
         ..Settings::default()
     };
     let place = setup.camera.as_ref().map_or(&setup.graph.span, |c| &c.span);
-    // The memory that verifies begins empty, so what it is compared with has to as well.
-    let previous = previous.filter(|_| !verify);
     Session::after(gpu, &project, scene, settings, previous).map_err(|f| placed(f, place))
 }
 
 fn note(played: &mut Played, session: &Session, report: &FrameReport) {
     let plan = &session.plan;
-    let ran = |why: &Why| match why {
-        Why::First | Why::Changed(_) | Why::Overwritten => true,
-        Why::Unchanged | Why::NotNeeded => false,
-    };
     let why = || session.why().iter().zip(&plan.steps);
-    played.ran = why().filter(|(w, _)| ran(w)).map(|(_, s)| s.pass.clone()).collect();
+    played.ran = why().filter(|(w, _)| w.runs()).map(|(_, s)| s.pass.clone()).collect();
     let planned_out = plan.skipped.iter().map(|s| s.0.clone());
     played.left_out =
         why().map(|(_, s)| s.pass.clone()).filter(|p| !played.ran.contains(p)).chain(planned_out).collect();

@@ -1,8 +1,10 @@
 use crate::gpu::testing::{Sketch, gpu, run, run_scene};
 use crate::gpu::{Frame, execute, prepare, prepare_after, read_buffer};
+use crate::plan::change::{Held, carry};
+use crate::plan::keys::{Keys, Outside};
 use crate::plan::{Action, TextureKind};
 use crate::scene::{Assets, Column, Geometry, Table};
-use crate::value::Value;
+use crate::value::{Value, Values};
 use glam::{Vec3, Vec4};
 use wgpu::TextureFormat as F;
 
@@ -178,10 +180,13 @@ fn history_outlives_a_new_plan_of_the_same_shape() {
     let mut first = run(sketch(5.0, 8));
     assert_eq!(first.floats("kept"), [6.0, 5.0]);
     execute(gpu(), &first.plan, &mut first.prepared, &Frame::default()).unwrap();
+    let empty = Geometry::default();
     let after = |plan: crate::plan::Plan| {
-        let previous = Some((&first.plan, &first.prepared));
-        let mut prepared =
-            prepare_after(gpu(), &plan, &Assets::new(&Geometry::default(), None), &[], previous).unwrap();
+        let (keys, none) = (Keys::of(&plan, None), vec![None; first.plan.slots.len()]);
+        let earlier = Held::new(&first.plan, &Keys::of(&first.plan, None), &none, None);
+        let kept = carry(&plan, &keys, &earlier, &Outside::default(), &Values::new());
+        let (assets, kept) = (Assets::new(&empty, None), first.prepared.pool.taken(&kept));
+        let mut prepared = prepare_after(gpu(), &plan, &assets, &[], &kept).unwrap();
         execute(gpu(), &plan, &mut prepared, &Frame::default()).unwrap();
         let bytes = read_buffer(gpu(), &prepared, &plan, crate::plan::ResourceId(0)).unwrap();
         bytemuck::pod_collect_to_vec::<u8, f32>(&bytes)
