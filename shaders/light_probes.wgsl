@@ -2,12 +2,13 @@
 //! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept; else by the probes round
 //! them as well, as of the bounce before.
 #import lightgraph::cube
-#import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
-#import lightgraph::packed_surface::unpack
-#import lightgraph::probes
 #import lightgraph::cube_sums
+#import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
+#import lightgraph::packed_surface::surface_at
+#import lightgraph::probes
+#import lightgraph::projection
 #import lightgraph::sh::COUNT
-#import lightgraph::surface::{is_back, is_lit, materials}
+#import lightgraph::surface::{is_back, is_lit}
 #ifdef FIRST_BOUNCE
 #import lightgraph::surface::read_record
 #ifdef LIGHTS
@@ -26,7 +27,6 @@ struct Params {
 #endif
 }
 var<uniform> params: Params;
-var cube_surface: texture_2d<u32>;
 #ifdef FIRST_BOUNCE
 var cube_direct: texture_storage_2d<rgba32float, write>;
 #else
@@ -70,11 +70,25 @@ fn light_probes(
         for (var i = 0u; i < LANES; i++) {
             total += sums[lane * LANES + i];
         }
-        textureStore(sh, vec3u(probe.xy, probe.z + lane * params.grid.z), total);
+    }
+    workgroupBarrier();
+#ifdef LEAST_SQUARES
+    if lane < COUNT {
+        sums[lane] = total;
     }
     workgroupBarrier();
     if lane < COUNT {
+        total = vec4f(0.0);
+        for (var j = 0u; j < COUNT; j++) {
+            total += projection::inverse_gram[lane * COUNT + j] * sums[j];
+        }
+    }
+    workgroupBarrier();
+#endif
+    if lane < COUNT {
+        total *= projection::window(u32(sqrt(f32(lane) + 0.5)));
         sums[lane] = total;
+        textureStore(sh, vec3u(probe.xy, probe.z + lane * params.grid.z), total);
     }
     workgroupBarrier();
     if lane < TEXELS {
@@ -84,7 +98,7 @@ fn light_probes(
 
 /// Light (and alpha, 0 for backs) that a texel sends.
 fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
-    let r = unpack(textureLoad(cube_surface, at, 0));
+    let r = surface_at(at);
     var light = vec3f(0.0);
     if is_lit(r.albedo) {
 #ifdef FIRST_BOUNCE

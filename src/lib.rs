@@ -14,12 +14,13 @@
 //! - [`shader`]: composition, bindings, reflection, byte layouts
 //! - [`scene`]: glTF, scene RON, poses, tables, a hierarchy of boxes over triangles
 //! - [`plan`]: wiring, liveness, sets and reductions, what each view of a set sees, order, shared memory, where loops end,
-//!   what changed since the last frame
+//!   what each result is made of, what changed
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback
-//! - [`session`]: from files to frames; [`verify`]: the proof that leaving steps out changes nothing
+//! - [`session`]: from files to frames; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
 //! - [`bench`]: run time against error; [`snapshot`]: tests of graphs
 //! - [`builtin`]: the graphs and shaders that the binary carries
+//! - `view`: the window: graphs seen live, with what can be set, compared and looked into
 //! - [`cli`]: the commands, one a file
 //!
 //! What must stay true: no Rust names a rendering technique; only `gpu` and what calls it see a device; the executor
@@ -58,9 +59,12 @@ pub mod image;
 pub mod math;
 pub mod plan;
 mod recent;
+pub mod reload;
 pub mod scene;
 pub mod session;
 pub mod shader;
 pub mod snapshot;
 pub mod value;
 pub mod verify;
+#[cfg(feature = "window")]
+pub mod view;

@@ -2,7 +2,7 @@
 
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
-use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
+use crate::gpu::{self, Frame, FrameReport, Gpu, Memory, Prepared};
 use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
@@ -100,6 +100,8 @@ pub struct Settings {
     pub skip: bool,
     /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
     pub verify: bool,
+    /// Every resource keeps memory of its own and can be looked at after the frame.
+    pub inspect: bool,
     /// For tests of the proof: a kind of ingredient that is left out of every key, so that contents become wrong.
     pub without: Option<Kind>,
 }
@@ -123,7 +125,8 @@ fn plan_of(graph: &Graph, texts: &Library, scene: &Scene, settings: &Settings, g
         limits: &gpu.limits,
         features: gpu.features,
     };
-    plan_with(&request, Options { readable: settings.verify, ..Options::default() })
+    let readable = settings.verify || settings.inspect;
+    plan_with(&request, Options { readable, share: !settings.inspect, ..Options::default() })
 }
 
 /// A plan on a device, ready for frames.
@@ -365,6 +368,21 @@ impl Session {
         report.failed.iter().map(fault).collect()
     }
 
+    /// What set off the steps of the last frame, each thing once: what they read besides each other's results.
+    pub fn causes(&self) -> Vec<&str> {
+        let mut causes: Vec<&str> = vec![];
+        for why in &self.why {
+            let Why::Changed(names) = why else { continue };
+            for name in names {
+                let result = self.plan.resources.iter().any(|r| r.name == *name);
+                if !result && !causes.contains(&name.as_str()) {
+                    causes.push(name);
+                }
+            }
+        }
+        causes
+    }
+
     /// By step: why it ran or did not in the last frame. Empty before the first.
     pub fn why(&self) -> &[Why] {
         &self.why
@@ -395,7 +413,19 @@ impl Session {
         Ok(found)
     }
 
-    fn output(&self, name: &str) -> Checked<ResourceId> {
+    /// The texture or buffer that a resource of the plan lives in.
+    ///
+    /// # Errors
+    /// The resource is of another plan.
+    pub fn memory(&self, id: ResourceId) -> Checked<&Memory> {
+        self.prepared.pool.memory(&self.plan, id)
+    }
+
+    /// The resource of an output.
+    ///
+    /// # Errors
+    /// An unknown output.
+    pub fn output(&self, name: &str) -> Checked<ResourceId> {
         match self.plan.outputs.iter().find(|o| o.0 == name) {
             Some((_, id)) => Ok(*id),
             None => {

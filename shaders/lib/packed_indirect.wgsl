@@ -3,6 +3,9 @@
 #import lightgraph::packed_probes::{Weights, lambert, weigh}
 #import lightgraph::probes
 #import lightgraph::surface::Record
+#ifdef PROBE_VISIBILITY
+#import lightgraph::visible_probes
+#endif
 #ifdef SPECULAR
 #import lightgraph::brdf::phong_weights
 #import lightgraph::packed_probes::weights
@@ -13,13 +16,17 @@
 fn corner(packed: texture_3d<u32>, w: Weights, here: probes::Cell, i: u32, point: vec3f, normal: vec3f, behind: f32) -> vec4f {
     let probe = probes::probe_at(here, i);
     let found = weigh(packed, w, probe);
+#ifdef PROBE_VISIBILITY
+    let share = visible_probes::visible_share(here, i, point, normal, behind);
+#else
     let offset = probes::position(probe) - point;
     let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
     let share = probes::share_of(here, i) * max(cosine, behind) * max(found.open, behind);
+#endif
     return vec4f(share * found.light, share);
 }
 
-/// As `lightgraph::probes::gather`.
+/// As `lightgraph::probes::gather`; with PROBE_VISIBILITY as `lightgraph::visible_probes::gather`.
 fn gather(packed: texture_3d<u32>, w: Weights, point: vec3f, normal: vec3f, behind: f32) -> vec3f {
     let here = probes::cell(point);
     // Corners at whose side an axis has no share, as outside the probes, are left out: the others are the subsets of `sides`.
@@ -33,6 +40,12 @@ fn gather(packed: texture_3d<u32>, w: Weights, point: vec3f, normal: vec3f, behi
             break;
         }
     }
+#ifdef PROBE_VISIBILITY
+    if sum.a < visible_probes::NONE {
+        let found = visible_probes::nearest_visible(here, point, normal);
+        return select(vec3f(0.0), weigh(packed, w, found.xyz).light, found.w == 1u);
+    }
+#endif
     return sum.rgb / sum.a;
 }
 

@@ -7,6 +7,9 @@
 #import lightgraph::octahedron
 #import lightgraph::surface::Record
 
+/// What all probes see; tile 6p + f is face f of probe p.
+var cube_surface: texture_2d<u32>;
+
 fn pack(r: Record) -> vec4u {
     let code = u32(abs(r.albedo.a)) << 16u;
     let back = select(1.0, -1.0, r.albedo.a < 0.0);
@@ -25,4 +28,9 @@ fn unpack(words: vec4u) -> Record {
         vec4f(unpack2x16unorm(words.x), unpack2x16unorm(words.y).x, select(code, -code, depth < 0.0)),
         vec4f(octahedron::unfold(unpack2x16snorm(words.z)), abs(depth)),
     );
+}
+
+/// What a texel of the atlas holds.
+fn surface_at(at: vec2u) -> Record {
+    return unpack(textureLoad(cube_surface, at, 0));
 }

@@ -55,6 +55,9 @@ pub struct Args {
     /// Run other renderers too, as the JSON files of a folder describe them
     #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "peers")]
     pub peers: Option<PathBuf>,
+    /// Measure how fast instead: what a list asks for, as ratios in one run, to speed.json and speed.html
+    #[arg(long, value_name = "LIST", num_args = 0..=1, default_missing_value = "benches/speed.ron")]
+    pub speed: Option<PathBuf>,
     /// Graphs whose images the report shows on each scene at most; 0 for a small file
     #[arg(long, value_name = "N", default_value_t = 12)]
     pub images: usize,
@@ -71,6 +74,9 @@ const USUAL: &str = "grid=2,4,6;face=8,16;bounces=1,4;samples=1,4,16,64";
 /// Faults of files, graphs, scenes and settings before anything runs; no adapter. What a single setting does wrong is
 /// kept in its results.
 pub fn run(args: &Args) -> Result<u8, Failure> {
+    if let Some(list) = &args.speed {
+        return super::speed::run(args, list);
+    }
     let old = args.against.as_deref().map(Results::read).transpose()?;
     let manifest = Manifest::read(&args.references)?;
     let graphs = graphs(args)?;
@@ -353,7 +359,7 @@ fn inputs(graph: &Named, scene_files: &[PathBuf], commit: Option<&str>) -> Check
     Ok(hash(parts.iter().map(Vec::as_slice)))
 }
 
-fn machine(gpu: &Gpu) -> Machine {
+pub(super) fn machine(gpu: &Gpu) -> Machine {
     let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpus.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':'));
     Machine {
@@ -368,7 +374,7 @@ fn machine(gpu: &Gpu) -> Machine {
 }
 
 /// The commit of the working tree; `None` without git.
-fn commit() -> Option<String> {
+pub(super) fn commit() -> Option<String> {
     let done = std::process::Command::new("git").args(["describe", "--always", "--dirty"]).output().ok()?;
     let text = String::from_utf8(done.stdout).ok().filter(|_| done.status.success())?;
     Some(text.trim().to_string()).filter(|t| !t.is_empty())

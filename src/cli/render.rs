@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         outputs: Some(output_names(&files)),
         skip: !args.no_skip,
         verify: args.verify_skips,
-        without: None,
+        ..Settings::default()
     };
     let mut session = Session::new(&gpu, &project, loaded.scene, settings)?;
     notices(&session.notices);

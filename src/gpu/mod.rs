@@ -30,4 +30,4 @@ pub use device::{ADAPTER_VARIABLE, Gpu, OpenError};
 pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};
 pub use pool::{MOST_BYTES, Memory, Pool};
 pub use prepare::{Prepared, prepare, prepare_after};
-pub use readback::{read_buffer, read_image};
+pub use readback::{read_buffer, read_bytes, read_image, read_plane};

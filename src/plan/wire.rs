@@ -11,6 +11,7 @@ use crate::graph::ast::{Graph, Name, Pass, PassKind};
 use crate::graph::expr::{Binary, ExprKind, Val};
 use crate::shader::{Def, Defs, Shader, Stage, mentioned_defs};
 use crate::value::Values;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// A pass that runs, or a loop over such.
@@ -108,6 +109,7 @@ pub fn wire<'g>(
         sizes,
         faults,
         out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![] },
+        mentioned: BTreeMap::new(),
     };
     let items = w.passes(&request.graph.passes, &[]);
     w.out.items = items;
@@ -121,6 +123,8 @@ pub(super) struct Wirer<'g, 'f> {
     pub(super) sizes: &'g Sizes<'g>,
     pub(super) faults: &'f mut Vec<Diagnostic>,
     pub(super) out: Wiring<'g>,
+    /// By shader: the definitions that it asks for.
+    mentioned: BTreeMap<&'g str, Arc<BTreeSet<String>>>,
 }
 
 impl<'g> Wirer<'g, '_> {
@@ -290,8 +294,10 @@ impl<'g> Wirer<'g, '_> {
         Some(wired)
     }
 
-    fn shader(&mut self, pass: &Pass, name: &Name) -> Option<(usize, Arc<Shader>)> {
-        let mentioned = mentioned_defs(self.request.texts, &name.value);
+    fn shader(&mut self, pass: &'g Pass, name: &'g Name) -> Option<(usize, Arc<Shader>)> {
+        let texts = self.request.texts;
+        let mentioned =
+            self.mentioned.entry(&name.value).or_insert_with(|| Arc::new(mentioned_defs(texts, &name.value))).clone();
         let mut defs = Defs::new();
         for (key, e) in self.graph().defines.iter().chain(&pass.defines) {
             let val = e.eval(&|n| self.value(n));

@@ -59,7 +59,7 @@ pub use clusters::{CLUSTER, Cluster};
 pub use geometry::Geometry;
 pub use load::{Loaded, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
-pub use motion::{CameraPose, LightPose, Pose, Shift};
+pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use textures::TextureArray;
 
 use crate::value::{Type, Value};

@@ -19,6 +19,9 @@ pub fn judge(test: &Test, gpu: Option<&Gpu>, options: &Options, late: &AtomicBoo
     // Files that can't be used, and devices that are lost, fail every check that renders in the same way.
     let mut hopeless = false;
     for check in &test.checks {
+        if options.fail_fast && !outcome.failures.is_empty() {
+            break;
+        }
         let title = check.kind.title();
         if check.kind.renders() && gpu.is_none() {
             outcome.not_run.push(title);

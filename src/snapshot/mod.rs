@@ -68,12 +68,14 @@ pub struct Options {
     pub failures: PathBuf,
     /// How many tests run at a time, each with a device of its own; at least 1.
     pub jobs: usize,
+    /// A test ends at its first check that does not hold.
+    pub fail_fast: bool,
 }
 
 /// One test at a time, nothing blessed, failures in `out/test`.
 impl Default for Options {
     fn default() -> Options {
-        Options { bless: Bless::None, failures: "out/test".into(), jobs: 1 }
+        Options { bless: Bless::None, failures: "out/test".into(), jobs: 1, fail_fast: false }
     }
 }
 

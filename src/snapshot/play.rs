@@ -139,7 +139,7 @@ fn open(
         outputs: (!outputs.is_empty()).then(|| outputs.iter().map(|o| o.value.clone()).collect()),
         skip: true,
         verify,
-        without: None,
+        ..Settings::default()
     };
     let place = setup.camera.as_ref().map_or(&setup.graph.span, |c| &c.span);
     Session::after(gpu, &project, scene, settings, previous).map_err(|f| placed(f, place))

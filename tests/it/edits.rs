@@ -256,6 +256,7 @@ impl<'a> Player<'a> {
             cameras: glam::Vec3::X * by(Camera),
             lights: glam::Vec3::Y * by(Light),
             nodes: vec![(0, glam::Vec3::Z * by(Object))],
+            ..Shift::default()
         };
         self.frame += 1;
         session.frame(self.gpu, self.frame - 1, 0.0).map(|_| ())
@@ -281,10 +282,10 @@ fn with(edit: Edit, choice: u8) -> State {
 fn expected(edit: Edit) -> (&'static [&'static str], &'static str) {
     match edit {
         Camera => (&["draw", "blur", "mix"], "changed: camera_view_projection"),
-        Light => (&["draw", "blur", "mix"], "changed: table lights"),
-        Object => (&["draw", "blur", "mix"], "changed: table nodes"),
+        Light => (&["draw", "shadows", "shadows.cull", "blur", "mix"], "changed: table lights"),
+        Object => (&["draw", "shadows", "shadows.cull", "blur", "mix"], "changed: table nodes"),
         Material => (&["draw", "blur", "mix"], "changed: table materials"),
-        Vertex => (&["draw", "blur", "mix"], "changed: the scene's triangles"),
+        Vertex => (&["draw", "shadows", "shadows.cull", "blur", "mix"], "changed: the scene's triangles"),
         Texture => (&["draw", "blur", "mix"], "changed: the scene's textures"),
         Gain => (&["mix"], "changed: gain"),
         Turns => (&["zero", "grow", "mix"], "its result was overwritten in shared memory"),

@@ -6,15 +6,20 @@
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `culling`: draws that leave out what their members don't see change nothing
 //! - `endings`: a loop that ends on the device ends as one that the host ends
+//! - `following`: probes that follow the camera capture one slab a step, and nothing pops
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
+//! - `reloads`: random edits end in what a fresh start gives
 //! - `report_page`: the page of results in a browser
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
+//! - `large_graph`: 1,000 passes, parsed and planned in time
+//! - `library`: public types in other programs
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
 //! - `regions`: what moves is drawn again only where it is seen
+//! - `seams`: soft visibility leaves no steps on flat walls
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `shader_checks`: what shaders find wrong by themselves
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
@@ -23,6 +28,7 @@
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
 //! - `trusted`: the end of the bounce loop, held to what it promises
 //! - `twins`: shaders against the Rust of the same mathematics
+//! - `view`: the window, on a virtual display
 //! - `watch`: live reload without a window
 //! - `support`, `device`: what several of them need
 
@@ -34,13 +40,18 @@ mod culling;
 mod device;
 mod edits;
 mod endings;
+mod following;
 mod graph_snapshots;
+mod large_graph;
+mod library;
 mod mutated;
 mod mutations;
 mod projection;
 mod references;
 mod regions;
+mod reloads;
 mod report_page;
+mod seams;
 mod shader_checks;
 mod shipped;
 mod skips;
@@ -51,4 +62,7 @@ mod test_command;
 mod traced;
 mod trusted;
 mod twins;
+// A virtual display is a thing of X11.
+#[cfg(all(feature = "window", target_os = "linux"))]
+mod view;
 mod watch;

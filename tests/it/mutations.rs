@@ -56,7 +56,7 @@ fn tests_notice_what_is_edited() {
     let mut tests: Vec<Reading> = tests.into_iter().map(Reading::of).collect();
     // The one that looks at most goes first.
     tests.sort_by_key(|t| t.test.0 != "grid_cornell");
-    let options = Options { failures: scratch.path().join("out"), ..Options::default() };
+    let options = Options { failures: scratch.path().join("out"), fail_fast: true, ..Options::default() };
     let (mut wrong, all) = (vec![], edits());
     let (start, mut runs) = (Instant::now(), 0);
     for e in &all {
