@@ -62,12 +62,12 @@ impl Bench<'_> {
         plan.order = apart(&plan.order);
         let pose = scene.pose(0.0);
         let tables = scene.tables_named(&pose, |name| plan.tables.iter().any(|t| t.table == name));
-        let mut prepared = gpu::prepare(self.gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables)?;
+        let mut prepared = gpu::prepare(self.gpu, &plan, &scene.assets(), &tables)?;
         let [width, height] = settings.size;
         let (mut values, _) = scene.camera_values(&pose, None, width, height)?;
         values.insert("frame".into(), Value::Uint(0));
         values.insert("time".into(), Value::Float(0.0));
-        let mut frame = |prepared: &mut Prepared, which: &[bool]| -> Checked<f64> {
+        let frame = |prepared: &mut Prepared, which: &[bool]| -> Checked<f64> {
             let mut least = f64::INFINITY;
             for _ in 0..self.repeat.max(2) {
                 let start = Instant::now();
