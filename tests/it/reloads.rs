@@ -256,8 +256,16 @@ fn random_edits_end_in_what_a_fresh_start_gives() {
             let (_, objects) = before.get_or_insert_with(|| now.clone());
             for ((kind, count), (_, earlier)) in now.1.iter().zip(objects) {
                 // Pipelines are kept for when the same is asked for again, with their layouts: so many at most.
-                let kept = if matches!(*kind, "render pipelines" | "bind group layouts" | "pipeline layouts") { 300 } else { 0 };
-                assert!(*count <= kept.max(*earlier), "{count} {kind} after {} sequences, {earlier} after 100", seed + 1);
+                let kept = if matches!(*kind, "render pipelines" | "bind group layouts" | "pipeline layouts") {
+                    300
+                } else {
+                    0
+                };
+                assert!(
+                    *count <= kept.max(*earlier),
+                    "{count} {kind} after {} sequences, {earlier} after 100",
+                    seed + 1
+                );
             }
         }
     }
