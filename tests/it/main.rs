@@ -6,6 +6,7 @@
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `test_command`: `lightgraph test` and `lightgraph new`
+//! - `lobes`: glossy lobes against their integrals and another renderer
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
@@ -24,6 +25,7 @@ mod closed_forms;
 mod command;
 mod device;
 mod graph_snapshots;
+mod lobes;
 mod mutated;
 mod mutations;
 mod projection;
