@@ -1,6 +1,10 @@
-//! What a probe sees through one face of its cube: albedo, normal, distance (section 3.1 of the paper).
+//! What a probe sees through one face of its cube: albedo, normal, distance (section 3.1 of the paper). With
+//! PACKED_CAPTURE in one texel instead of two.
 #import lightgraph::geometry::{world_position, world_normal}
 #import lightgraph::cube::clip
+#ifdef PACKED_CAPTURE
+#import lightgraph::packed_surface::pack
+#endif
 #import lightgraph::probes
 #import lightgraph::surface::record
 
@@ -45,13 +49,21 @@ fn vertex(in: Vertex, @builtin(instance_index) member: u32) -> Varying {
 }
 
 struct Captured {
+#ifdef PACKED_CAPTURE
+    @location(0) cube_surface: vec4u,
+#else
     @location(0) cube_albedo: vec4f,
     @location(1) cube_normal: vec4f,
+#endif
 }
 
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) mirrored_front: bool) -> Captured {
     // A cube's face is a mirror image, which turns every triangle round.
     let r = record(in.material, in.uv, in.normal, length(in.offset), !mirrored_front);
+#ifdef PACKED_CAPTURE
+    return Captured(pack(r));
+#else
     return Captured(r.albedo, r.normal);
+#endif
 }
