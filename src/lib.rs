@@ -17,7 +17,7 @@
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback
 //! - [`session`]: from files to frames; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
-//! - [`bench`]: run time against error; [`snapshot`]: tests of graphs
+//! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - [`cli`]: the commands, one a file
 //!
 //! What must stay true: no Rust names a rendering technique; only `gpu` and what calls it see a device; the executor
@@ -57,5 +57,6 @@ pub mod scene;
 pub mod session;
 pub mod shader;
 pub mod snapshot;
+pub mod stress;
 pub mod value;
 pub mod verify;

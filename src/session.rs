@@ -87,6 +87,8 @@ pub struct Settings {
     pub skip: bool,
     /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
     pub verify: bool,
+    /// Check the numbers that every step leaves; see [`FrameReport::numerics`].
+    pub watch: bool,
 }
 
 /// Plans a project for a scene with an adapter's limits.
@@ -104,7 +106,7 @@ pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu
         limits: &gpu.limits,
         features: gpu.features,
     };
-    plan_with(&request, Options { readable: settings.verify, ..Options::default() })
+    plan_with(&request, Options { readable: settings.verify || settings.watch, ..Options::default() })
 }
 
 /// A plan on a device, ready for frames.
@@ -162,7 +164,10 @@ impl Session {
         notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
         let tables = tables(&scene, &plan, &pose);
         let earlier = previous.map(|p| (&p.plan, &p.prepared));
-        let prepared = gpu::prepare_after(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables, earlier)?;
+        let mut prepared = gpu::prepare_after(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables, earlier)?;
+        if settings.watch {
+            prepared.watch(gpu)?;
+        }
         let held = settings.skip.then(Held::default);
         let scratch = match settings.verify {
             true => Some(Scratch::new(gpu, &plan, &scene, &tables)?),

@@ -10,6 +10,7 @@ mod outputs;
 pub mod plan;
 pub mod render;
 mod stats;
+pub mod stress;
 mod table;
 pub mod test;
 pub mod watch;
@@ -44,6 +45,8 @@ pub enum Command {
     New(new::Args),
     /// Measure run time against error
     Bench(bench::Args),
+    /// Try every graph under what a scene or a parameter can do, against known answers
+    Stress(stress::Args),
 }
 
 /// Why a command did not do its work.
@@ -92,6 +95,7 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Test(args) => test::run(args),
         Command::New(args) => new::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Stress(args) => stress::run(args),
     };
     let (faults, code) = match result {
         Ok(code) => return code,

@@ -48,6 +48,9 @@ pub struct Args {
     /// Run the steps that are left out in memory of their own, and compare all contents bit for bit
     #[arg(long, conflicts_with = "no_skip")]
     pub verify_skips: bool,
+    /// Check what every step leaves: NaN, infinite numbers, and those outside of the ranges that the graph states
+    #[arg(long)]
+    pub watch_numerics: bool,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -74,6 +77,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         outputs: Some(output_names(&files)),
         skip: !args.no_skip,
         verify: args.verify_skips,
+        watch: args.watch_numerics,
     };
     let mut session = Session::new(&gpu, &project, loaded.scene, settings)?;
     notices(&session.notices);
@@ -82,9 +86,13 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let mut stats = Stats::new(&gpu, &session, clock.laps);
     let progress = progress(args.frames);
     let mut text = String::new();
+    let mut broken = vec![];
     for frame in 0..args.frames {
         let report = session.frame(&gpu, frame, frame as f32 * args.step)?;
         stats.frames.push(FrameStats::new(&session.plan, &report, session.why()));
+        if broken.is_empty() {
+            broken = report.numerics.as_ref().map_or(vec![], |n| n.faults(&session.plan));
+        }
         progress.inc(1);
         if frame + 1 == args.frames {
             notices(&report.warnings);
@@ -105,7 +113,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     for (output, path) in &files {
         print(&format!("wrote {output} to {}\n", path.display()));
     }
-    Ok(0)
+    notices(&broken);
+    Ok(u8::from(!broken.is_empty()))
 }
 
 /// A bar on a terminal, for more than one frame.

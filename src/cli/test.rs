@@ -30,6 +30,9 @@ pub struct Args {
     /// Write the results as JUnit XML
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
+    /// Also fail tests whose steps leave NaN, infinite numbers, or those outside of the ranges that graphs state
+    #[arg(long)]
+    pub watch_numerics: bool,
 }
 
 /// Runs, prints a line a test and the counts, writes reports.
@@ -43,7 +46,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         Some("") => Bless::All,
         Some(name) => Bless::Named(name.into()),
     };
-    let options = Options { bless, failures: args.failures.clone() };
+    let options = Options { bless, failures: args.failures.clone(), watch: args.watch_numerics };
     let summary = snapshot::run(&tests, &options, &mut |outcome| print(&outcome.to_string()));
     if let Some(adapter) = &summary.adapter {
         print(&format!("on {adapter}\n"));

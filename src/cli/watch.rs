@@ -126,6 +126,7 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
             size: args.size,
             camera: args.camera.clone(),
             outputs: Some(output_names(&files)),
+            watch: args.watch_numerics,
             ..Settings::default()
         };
         let mut session = Session::after(gpu, &project, loaded.scene, settings, previous)?;
@@ -137,6 +138,7 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         notices(&loaded.notices);
         notices(&session.notices);
         notices(&report.warnings);
+        notices(&report.numerics.as_ref().map_or(vec![], |n| n.faults(&session.plan)));
         let line = format!(
             "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms, files {:.0} ms",
             names.join(", "),

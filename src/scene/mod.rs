@@ -53,7 +53,7 @@ mod tests;
 mod textures;
 
 pub use geometry::Geometry;
-pub use load::{Loaded, load};
+pub use load::{Loaded, from_bytes, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift};
 pub use textures::TextureArray;

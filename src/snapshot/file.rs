@@ -33,6 +33,8 @@ pub struct Setup {
     pub params: Vec<(Name, Node)>,
     /// What all lights and emissive materials are multiplied by.
     pub light: f32,
+    /// Frames check the numbers that every step leaves.
+    pub watch: bool,
 }
 
 /// A file that a test names, and where.
@@ -143,7 +145,15 @@ impl Parser<'_> {
             path: path.to_path_buf(),
             about: about?.value,
             span: node.span.clone(),
-            start: Setup { graph: graph?, scene: scene?, camera, size: size?, params, light: light as f32 },
+            start: Setup {
+                graph: graph?,
+                scene: scene?,
+                camera,
+                size: size?,
+                params,
+                light: light as f32,
+                watch: false,
+            },
             steps: if listed.is_empty() { once() } else { listed },
             checks,
         })

@@ -64,6 +64,8 @@ pub struct Options {
     pub bless: Bless,
     /// Where a failed test leaves images and texts, in a folder of its own.
     pub failures: PathBuf,
+    /// A frame that leaves numbers which should not be fails its test; see [`crate::gpu::Numerics`].
+    pub watch: bool,
 }
 
 /// A test that was run.
@@ -143,7 +145,8 @@ pub fn run(tests: &[(String, PathBuf)], options: &Options, told: &mut dyn FnMut(
         };
         match file::load(path) {
             Err(faults) => outcome.fail("file", &faults),
-            Ok(test) => {
+            Ok(mut test) => {
+                test.start.watch = options.watch;
                 outcome.about.clone_from(&test.about);
                 let wanted = test.checks.iter().any(|c| c.kind.renders());
                 if wanted && gpu.is_none() && summary.no_adapter.is_none() {

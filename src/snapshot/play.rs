@@ -52,6 +52,7 @@ pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: 
                 running.shift = shift.clone();
                 for _ in 0..*count {
                     let report = running.frame(gpu, frame, time)?;
+                    Faults::check(report.numerics.as_ref().map_or(vec![], |n| n.faults(&running.plan)), ())?;
                     note(&mut played, &running, &report);
                     frame += 1;
                     time += step;
@@ -136,6 +137,7 @@ fn open(
         outputs: (!outputs.is_empty()).then(|| outputs.iter().map(|o| o.value.clone()).collect()),
         skip: true,
         verify,
+        watch: setup.watch,
     };
     let place = setup.camera.as_ref().map_or(&setup.graph.span, |c| &c.span);
     // The memory that verifies begins empty, so what it is compared with has to as well.

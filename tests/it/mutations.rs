@@ -47,7 +47,7 @@ fn tests_notice_what_is_edited() {
         copy(&repository(folder), &scratch.path().join(folder));
     }
     let tests = find(&[scratch.path().join("tests/graphs")]).unwrap_or_else(|f| panic!("{f}"));
-    let options = Options { bless: Bless::None, failures: scratch.path().join("out") };
+    let options = Options { bless: Bless::None, failures: scratch.path().join("out"), watch: false };
     let (mut wrong, all) = (vec![], edits());
     for e in &all {
         let path = scratch.path().join(&e.file);
