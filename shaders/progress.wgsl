@@ -1,6 +1,7 @@
 //! How many frames show the same as this one and came before it: 0 after the camera, the scene or a parameter changed.
 #import lightgraph::random::scramble
 #import lightgraph::geometry::nodes
+#import lightgraph::surface::materials
 #ifdef LIGHTS
 #import lightgraph::lights::lights
 #endif
@@ -42,9 +43,13 @@ fn main() {
     }
 #ifdef LIGHTS
     for (var i = 0u; i < arrayLength(&lights); i++) {
-        hash = add(add(hash, lights[i].position), lights[i].direction);
+        hash = add(add(add(hash, lights[i].position), lights[i].direction), lights[i].intensity);
     }
 #endif
+    for (var i = 0u; i < arrayLength(&materials); i++) {
+        let m = materials[i];
+        hash = add(add(add(hash, m.base_color.rgb), m.emission), vec3f(m.specular, m.shininess, 0.0));
+    }
     hash = add_matrix(hash, view.camera_view_projection);
     hash = scramble(view.screen.x + scramble(view.screen.y + hash));
     hash = scramble(view.samples + scramble(view.bounces + scramble(view.seed + hash)));

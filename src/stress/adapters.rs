@@ -143,7 +143,7 @@ fn elsewhere(
     let mut output = std::ffi::OsString::from(format!("{}=", cases.adapters.output));
     output.push(out);
     command.arg("--output").arg(output);
-    other.variables.iter().for_each(|(name, value)| drop(command.env(name, value)));
+    command.envs(other.variables.iter().map(|(name, value)| (name, value)));
     let fault = |why: String| Diagnostic::error(format!("on {}: {why}", other.name));
     let done = command.output().map_err(|e| fault(format!("can't run {}: {e}", program.display())))?;
     if !done.status.success() {

@@ -24,7 +24,7 @@ pub use run::Graph;
 use crate::diag::Checked;
 use crate::gpu::Gpu;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// How much is run.
@@ -71,11 +71,14 @@ pub fn run(
     };
     let chosen = |name: &str| options.filter.as_deref().is_none_or(|f| name.contains(f));
     let shaders: Vec<PathBuf> = cases.shaders.iter().map(|p| cases.folder.join(p)).collect();
-    let mut own: BTreeMap<&Path, Graph> = BTreeMap::new();
+    let mut own: BTreeMap<&str, Graph> = BTreeMap::new();
     for case in &cases.cases {
-        if let Some(path) = &case.graph {
-            own.insert(path, Graph::open(&cases.folder.join(path), &shaders)?);
-        }
+        let Some(path) = case.graph.as_ref().map(|p| cases.folder.join(p)) else { continue };
+        let graph = match &case.edits {
+            Some(edits) => Graph::edited(&path, &case.name, edits, &shaders)?,
+            None => Graph::open(&path, &shaders)?,
+        };
+        own.insert(&case.name, graph);
     }
     // Graph by graph, so that one takes over what the case before built; the quick ones first of all.
     for quick in [true, false] {
@@ -84,7 +87,7 @@ pub fn run(
         }
         let turn = || cases.cases.iter().filter(|c| c.quick == quick && chosen(&c.name));
         for case in turn().filter(|c| c.graph.is_some() || c.is_of_the_loader()) {
-            let graph = case.graph.as_deref().and_then(|p| own.get(p)).or(graphs.first());
+            let graph = own.get(case.name.as_str()).or(graphs.first());
             let mut runner = run::Runner::new(gpu, cases);
             keep(graph.map_or(vec![], |g| runner.case(case, g, &mut over(SHARES[0]))));
         }

@@ -27,6 +27,8 @@ pub struct Row {
     /// `case`, `random`, `fly-through` or `adapter`.
     pub part: String,
     pub case: String,
+    /// What is known of the right answer.
+    pub about: String,
     pub graph: String,
     /// What was varied.
     pub setting: String,
@@ -69,6 +71,7 @@ impl Row {
         Row {
             part: part.into(),
             case: case.into(),
+            about: String::new(),
             graph: graph.into(),
             setting: setting.into(),
             expected: None,
@@ -224,7 +227,8 @@ fn table<'r>(out: &mut String, rows: impl Iterator<Item = &'r Row>) {
         };
         let _ = writeln!(
             out,
-            "<tr class=\"{class}\"><td>{}</td><td>{}</td><td>{}</td>{}{}{}{}<td>{}</td><td>{}</td><td class=\"number\">{:.2}</td></tr>",
+            "<tr class=\"{class}\"><td title=\"{}\">{}</td><td>{}</td><td>{}</td>{}{}{}{}<td>{}</td><td>{}</td><td class=\"number\">{:.2}</td></tr>",
+            escaped(&r.about),
             escaped(&r.case),
             escaped(&r.graph),
             escaped(&r.setting),
@@ -247,5 +251,5 @@ fn short(x: f64) -> String {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

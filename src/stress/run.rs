@@ -4,11 +4,12 @@ use super::case::{Case, Cases, Expect, settings};
 use super::number::{Names, Number};
 use super::report::{Row, State};
 use super::shape::Shape;
-use crate::diag::{Checked, Diagnostic, Faults, Severity};
+use crate::diag::{Checked, Diagnostic, Faults, Severity, Source};
 use crate::gpu::Gpu;
 use crate::image::Image;
 use crate::scene::Loaded;
 use crate::session::{Project, Session, Settings};
+use crate::shader::Library;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -26,6 +27,23 @@ impl Graph {
     pub fn open(path: &Path, shaders: &[PathBuf]) -> Checked<Graph> {
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         Ok(Graph { name, path: path.into(), project: Project::open(path, shaders)? })
+    }
+
+    /// A variant of a file that stands in no file of its own.
+    ///
+    /// # Errors
+    /// As [`Graph::open`], and those of the edits.
+    pub(super) fn edited(base: &Path, name: &str, edits: &str, shaders: &[PathBuf]) -> Checked<Graph> {
+        let file = base.file_name().unwrap_or_default().to_string_lossy();
+        let path = base.with_file_name(format!("{name}.ron"));
+        let text = format!("Variant(base: \"{file}\", about: \"{name}\", edits: {edits})");
+        let read = |p: &Path| match p == path {
+            true => Ok(Source::new(path.display().to_string(), text.clone())),
+            false => Source::read(p),
+        };
+        let graph = crate::graph::load(&path, &read)?;
+        let texts = Library::load(shaders)?;
+        Ok(Graph { name: name.into(), path: path.clone(), project: Project { graph, texts } })
     }
 
     /// Whether it has a parameter.
@@ -78,6 +96,7 @@ impl<'a> Runner<'a> {
         for names in case.runs() {
             let setting: Vec<String> = names.iter().map(|(n, v)| format!("{n}={v}")).collect();
             let mut row = Row::new("case", &case.name, &graph.name, &setting.join(" "));
+            row.about.clone_from(&case.about);
             if stop() {
                 row.state = State::Left;
                 row.notice = "no time was left".into();
