@@ -23,6 +23,7 @@ class Material:
     picture: bytes | None  # PNG or JPEG that is multiplied onto it, sRGB
     emission: list  # radiance, RGB; zero for none
     double_sided: bool
+    metal: float | None = None  # roughness of a metal; None for a matte surface
 
 
 @dataclass
@@ -169,7 +170,16 @@ def material(j, data, m):
         picture=picture,
         emission=[strength * e for e in m.get("emissiveFactor", [0, 0, 0])],
         double_sided=m.get("doubleSided", False),
+        metal=metal(surface),
     )
+
+
+def metal(surface):
+    """A surface of glTF's model is a metal or matte here: a rough one that is no metal would have a faint lobe, too."""
+    metallic, roughness = surface.get("metallicFactor", 1.0), surface.get("roughnessFactor", 1.0)
+    if metallic not in (0.0, 1.0) or metallic == 0.0 and roughness != 1.0:
+        raise Unsupported("of finishes only metals and wholly rough matte surfaces are translated")
+    return roughness if metallic == 1.0 else None
 
 
 def light(l, m):

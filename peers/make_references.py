@@ -31,10 +31,12 @@ REFERENCES = [
     ("hall", "nave", 8192),
     ("art_gallery", "main", 4096),
     ("cornell", "front", 4096),
+    ("corridor", "along", 1024),
     ("empty_room", "inside", 4096),
     ("two_rooms", "lit", 4096),
     ("two_rooms", "dark", 64),
     ("lambert_plane", "above", 64),
+    ("metal_balls", "front", 1024),
 ]
 # Closed boxes whose walls all emit radiance 1 and have this albedo: no image is needed.
 FURNACES = [("furnace", 0.5), ("furnace_80", 0.8), ("furnace_95", 0.95)]

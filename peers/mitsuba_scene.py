@@ -103,4 +103,7 @@ def bsdf(material):
             raise Unsupported("pictures times a colour are not translated")
         reflectance = {"type": "bitmap", "bitmap": memory_bitmap(material.picture), "wrap_mode": "repeat"}
     diffuse = {"type": "diffuse", "reflectance": reflectance}
+    if material.metal is not None:
+        # GGX of the width roughness², Smith's shadowing, Schlick's Fresnel term from the base colour: glTF's own.
+        diffuse = {"type": "principled", "base_color": reflectance, "metallic": 1.0, "roughness": material.metal}
     return {"type": "twosided", "nested": diffuse} if material.double_sided else diffuse

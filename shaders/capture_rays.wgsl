@@ -1,8 +1,9 @@
-//! What a probe sees through the centre of every texel of its cube, by a ray each: as capture.wgsl has it.
+//! What a probe sees through the centre of every texel of its cube, by a ray each: as capture.wgsl has it. With
+//! PROBES_KEPT only for probes that are stale; the others' texels stay as they are.
 #import lightgraph::cube
 #import lightgraph::hit
 #import lightgraph::probes
-#import lightgraph::trace::closest
+#import lightgraph::trace::{Hit, NOTHING, closest, triangles}
 
 struct Params {
     cube_albedo_tile: u32,
@@ -12,6 +13,31 @@ struct Params {
 var<uniform> params: Params;
 var cube_albedo: texture_storage_2d<rgba32float, write>;
 var cube_normal: texture_storage_2d<rgba32float, write>;
+#ifdef PROBES_KEPT
+var<storage, read> stale: array<u32>;
+#endif
+
+/// To the right and down, in texels. Where the centre of a texel lies exactly on an edge, drawing gives it to the triangle
+/// on the right of it, or below it where the edge is level: to the one that a ray hits a hair beside the centre. The hair
+/// is less than the 1/256 of a texel to which drawing rounds corners.
+const BESIDE = vec2f(5e-4, 2.5e-4);
+
+/// The triangle that drawing would give a texel to, met by the ray through its centre. `texel`: its edge, where the
+/// face's is 2.
+fn covering(probe: vec3f, ray: vec3f, face: u32, texel: f32) -> Hit {
+    let axes = cube::axes(face);
+    let beside = texel * (BESIDE.x * axes.right + BESIDE.y * axes.down);
+    var hit = closest(probe, normalize(ray / dot(ray, axes.forward) + beside));
+    if hit.triangle != NOTHING {
+        let t = triangles[hit.triangle];
+        let normal = cross(t.b - t.a, t.c - t.a);
+        let slope = dot(normal, ray);
+        // Seen edge on, the plane need not meet the ray itself.
+        let distance = dot(normal, t.a - probe) / slope;
+        hit.distance = select(hit.distance, distance, slope != 0.0 && distance > 0.0);
+    }
+    return hit;
+}
 
 @compute @workgroup_size(8, 8)
 fn capture(@builtin(global_invocation_id) id: vec3u) {
@@ -20,11 +46,17 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(cube_albedo)) || here.tile >= params.cube_albedo_count {
         return;
     }
+#ifdef PROBES_KEPT
+    if stale[here.tile / 6u] == 0u {
+        return;
+    }
+#endif
     let probe = probes::position(probes::coordinates(here.tile / 6u));
-    let ray = cube::direction(here.tile % 6u, here.texel, edge);
+    let face = here.tile % 6u;
+    let ray = cube::direction(face, here.texel, edge);
     // The texel's width seen from the probe.
     let spread = sqrt(cube::solid_angle(here.texel, edge));
-    let r = hit::record(hit::describe(closest(probe, ray), probe, ray, spread));
+    let r = hit::record(hit::describe(covering(probe, ray, face, 2.0 / f32(edge)), probe, ray, spread));
     textureStore(cube_albedo, id.xy, r.albedo);
     textureStore(cube_normal, id.xy, r.normal);
 }

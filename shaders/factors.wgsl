@@ -1,7 +1,6 @@
-//! The factor textures: for coefficient k and face f, layer 6k + f holds Y_k(direction) times the solid angle of
-//! every texel, so that a projection is a product and a sum (section 3.2 of the paper).
-#import lightgraph::cube::{direction, solid_angle}
-#import lightgraph::sh::term
+//! The factor textures: for coefficient k and face f, layer 6k + f holds what every texel counts in it, Y_k(direction)
+//! times the solid angle, so that a projection is a product and a sum (section 3.2 of the paper).
+#import lightgraph::projection
 
 var factor: texture_storage_2d_array<r32float, write>;
 
@@ -11,13 +10,6 @@ fn factors(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= vec2u(edge)) || id.z >= textureNumLayers(factor) {
         return;
     }
-    // Sums over texel centres cancel for constant light up to degree 3, as the cube's symmetries ask. Degree 4 holds a
-    // function with these symmetries (x⁴ + y⁴ + z⁴ - 3/5), so there the factor is a finer sum within the texel.
-    let parts = select(1u, 4u, id.z / 6u >= 16u);
-    var value = 0.0;
-    for (var i = 0u; i < parts * parts; i++) {
-        let part = id.xy * parts + vec2u(i % parts, i / parts);
-        value += term(id.z / 6u, direction(id.z % 6u, part, edge * parts)) * solid_angle(part, edge * parts);
-    }
-    textureStore(factor, id.xy, id.z, vec4f(value, 0.0, 0.0, 0.0));
+    var shares = projection::factors(id.z % 6u, id.xy, edge);
+    textureStore(factor, id.xy, id.z, vec4f(shares[id.z / 6u], 0.0, 0.0, 0.0));
 }

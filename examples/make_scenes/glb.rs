@@ -62,6 +62,15 @@ impl Document {
         self.material(name, [1.0; 3], json!({}), Some(self.images.len() - 1))
     }
 
+    /// A metal of glTF's model; the colour is what it reflects head on.
+    pub fn metal(&mut self, name: &str, color: [f64; 3], roughness: f64) -> Material {
+        let made = self.material(name, color, json!({}), None);
+        let finish = &mut self.materials[made.0]["pbrMetallicRoughness"];
+        finish["metallicFactor"] = json!(1.0);
+        finish["roughnessFactor"] = json!(roughness);
+        made
+    }
+
     fn material(&mut self, name: &str, albedo: [f64; 3], mut value: Value, texture: Option<usize>) -> Material {
         let [r, g, b] = albedo;
         value["name"] = json!(name);

@@ -3,6 +3,7 @@
 //! The same bytes on every run: there is no randomness, and coordinates are rounded where systems' mathematics differ.
 //! It shares no code with lightgraph's scene reader, so that one can check the other.
 
+mod corridor;
 mod figure;
 mod gallery;
 mod glb;
@@ -26,16 +27,18 @@ struct Output {
 
 /// Every generated file, in the order of the README's table.
 fn outputs() -> Vec<Output> {
-    let geometry: [(&str, Document); 9] = [
+    let geometry: [(&str, Document); 10] = [
         ("cornell", rooms::cornell()),
         ("hall", hall::hall()),
         ("art_gallery", gallery::gallery()),
+        ("corridor", corridor::corridor()),
         ("furnace", rooms::furnace(0.5)),
         ("furnace_80", rooms::furnace(0.8)),
         ("furnace_95", rooms::furnace(0.95)),
         ("empty_room", rooms::empty_room()),
         ("two_rooms", rooms::two_rooms()),
         ("lambert_plane", rooms::lambert_plane()),
+        ("metal_balls", rooms::metal_balls()),
     ];
     let mut out: Vec<Output> = geometry
         .into_iter()
@@ -51,6 +54,8 @@ fn outputs() -> Vec<Output> {
         ("hall_moving.ron", hall::MOVING),
         ("art_gallery.ron", gallery::SCENE),
         ("lambert_plane.ron", rooms::PLANE_SCENE),
+        ("metal_balls.ron", rooms::BALLS_SCENE),
+        ("phong_balls.ron", rooms::PHONG_BALLS),
     ] {
         out.push(Output { name: name.to_string(), bytes: text.as_bytes().to_vec(), triangles: None });
     }

@@ -2,7 +2,7 @@
 
 use crate::glb::Document;
 use crate::mesh::Mesh;
-use crate::shapes::{block, standing_block, surface};
+use crate::shapes::{block, ellipsoid, standing_block, surface};
 use glam::{DAffine3, DVec3};
 
 /// The albedos of the classical box.
@@ -17,6 +17,61 @@ Scene(
     grid: ((-10.0, 0.0, -10.0), (10.0, 2.0, 10.0)),
 )
 "#;
+
+/// Probes at the corners of a box round the balls: what lights them comes from afar, so that light between probes is near
+/// to linear.
+pub const BALLS_SCENE: &str = r#"// Probes stand round the balls, none in them.
+Scene(
+    gltf: "metal_balls.glb",
+    grid: ((-2.7, 2.2, -1.0), (2.7, 3.8, 1.0)),
+)
+"#;
+
+/// The same balls with Phong lobes beside a matte share.
+pub const PHONG_BALLS: &str = r#"// The balls with Phong lobes of four exponents.
+Scene(
+    gltf: "metal_balls.glb",
+    grid: ((-2.7, 2.2, -1.0), (2.7, 3.8, 1.0)),
+    materials: {
+        "metal 0.3": (specular: 0.6, shininess: 24),
+        "metal 0.5": (specular: 0.6, shininess: 12),
+        "metal 0.75": (specular: 0.6, shininess: 5),
+        "metal 1": (specular: 0.6, shininess: 2),
+    },
+)
+"#;
+
+/// Roughness of the metal balls, from left to right.
+const ROUGHNESS: [f64; 4] = [0.3, 0.5, 0.75, 1.0];
+
+/// Four metal balls in the middle of a room whose walls give light of their own colour and reflect none.
+pub fn metal_balls() -> Document {
+    let mut document = Document::new();
+    let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let (x, y, z) = (4.0, 6.0, 4.0);
+    let walls = [
+        ("floor", [0.15, 0.13, 0.1], [p(-x, 0.0, z), p(x, 0.0, z), p(x, 0.0, -z), p(-x, 0.0, -z)]),
+        ("ceiling", [1.0, 0.95, 0.85], [p(-x, y, -z), p(x, y, -z), p(x, y, z), p(-x, y, z)]),
+        ("back", [0.3, 0.3, 0.35], [p(-x, 0.0, -z), p(x, 0.0, -z), p(x, y, -z), p(-x, y, -z)]),
+        ("front", [0.5, 0.55, 0.5], [p(x, 0.0, z), p(-x, 0.0, z), p(-x, y, z), p(x, y, z)]),
+        ("left", [0.9, 0.25, 0.15], [p(-x, 0.0, z), p(-x, 0.0, -z), p(-x, y, -z), p(-x, y, z)]),
+        ("right", [0.15, 0.35, 0.9], [p(x, 0.0, -z), p(x, 0.0, z), p(x, y, z), p(x, y, -z)]),
+    ];
+    for (name, radiance, corners) in walls {
+        let material = document.emissive(name, [0.0; 3], radiance);
+        let mut mesh = Mesh::new();
+        mesh.quad(corners);
+        document.fixture(name, &mesh, material);
+    }
+    for (i, roughness) in ROUGHNESS.into_iter().enumerate() {
+        let material = document.metal(&format!("metal {roughness}"), [0.95, 0.75, 0.5], roughness);
+        let ball = ellipsoid(DVec3::ZERO, DVec3::splat(0.45), 64, 32);
+        let mesh = document.mesh(&format!("ball {roughness}"), &[(&ball, material)]);
+        document.place("ball", mesh, DAffine3::from_translation(p(1.2 * i as f64 - 1.8, 3.0, 0.0)));
+    }
+    document.camera("front", p(0.0, 3.0, 3.9), p(0.0, 3.0, 0.0), 68.0);
+    document
+}
 
 /// A box of 2 m, open at +Z, with two blocks and a point light.
 pub fn cornell() -> Document {

@@ -58,8 +58,13 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
         -direction,
         color,
         select(vec3f(0.0), m.emission, met.front),
+        t.material,
         m.specular,
         m.shininess,
+#ifdef GGX
+        m.roughness,
+        m.metallic,
+#endif
     );
     // From the corners, whose rounding does not grow with the ray's length.
     met.start = leave(weights.x * t.a + weights.y * t.b + weights.z * t.c, side * met.flat_normal);

@@ -1,27 +1,21 @@
-//! Lambert and Phong reflection of light from single directions.
+//! Reflection of light from single directions; `scatter` and its density are those of Lambert's and Phong's lobes.
 #define_import_path lightgraph::lobe
 #import lightgraph::surface::Surface
+#import lightgraph::gloss::{lobes, matte, tints}
 #import lightgraph::sampling::{cosine_direction, lobe_direction}
 
 /// Radiance towards the viewer over radiance from the unit `direction`, times the cosine, in 1/sr: Lambert's
-/// albedo/pi * cos(theta), and Phong's strength * (n + 1)/(2 pi) * cos(alpha)^n, where alpha is the angle to the mirror
-/// direction. Nothing comes from behind.
+/// albedo/pi * cos(theta), and the lobes of `gloss`. Nothing comes from behind.
 fn reflectance(s: Surface, direction: vec3f) -> vec3f {
     let cosine = dot(s.normal, direction);
     if cosine <= 0.0 {
         return vec3f(0.0);
     }
-    return s.albedo * (cosine / 3.14159265359) + s.specular * gloss(s, direction);
-}
-
-/// The Phong lobe of strength 1.
-fn gloss(s: Surface, direction: vec3f) -> f32 {
+    var sum = matte(s) * (cosine / 3.14159265359);
 #ifdef SPECULAR
-    let cosine = dot(reflect(-s.view, s.normal), direction);
-    return (s.shininess + 1.0) / 6.28318530718 * pow(max(cosine, 1e-6), s.shininess);
-#else
-    return 0.0;
+    sum += tints(s) * lobes(s, direction);
 #endif
+    return sum;
 }
 
 /// How often `scatter` takes the Phong lobe.
@@ -45,5 +39,9 @@ fn scatter(s: Surface, choice: f32, u: vec2f) -> vec3f {
 /// The density with which `scatter` draws a direction on the normal's side, in 1/sr.
 fn scatter_density(s: Surface, direction: vec3f) -> f32 {
     let cosine = max(dot(s.normal, direction), 0.0);
-    return mix(cosine / 3.14159265359, gloss(s, direction), gloss_share(s));
+#ifdef SPECULAR
+    return mix(cosine / 3.14159265359, lobes(s, direction).x, gloss_share(s));
+#else
+    return cosine / 3.14159265359;
+#endif
 }

@@ -16,6 +16,10 @@ struct Material {
     /// Phong strength and exponent.
     specular: f32,
     shininess: f32,
+#ifdef GGX
+    roughness: f32,
+    metallic: f32,
+#endif
 }
 var<storage, read> materials: array<Material>;
 
@@ -59,8 +63,14 @@ struct Surface {
     view: vec3f,
     albedo: vec3f,
     emission: vec3f,
+    /// Row of `materials`.
+    material: u32,
     specular: f32,
     shininess: f32,
+#ifdef GGX
+    roughness: f32,
+    metallic: f32,
+#endif
 }
 
 /// Whether light leaves what was recorded.
@@ -75,14 +85,20 @@ fn is_back(albedo: vec4f, normal: vec4f) -> bool {
 
 /// The surface recorded along a ray; only where `is_lit`.
 fn read_record(albedo: vec4f, normal: vec4f, origin: vec3f, direction: vec3f) -> Surface {
-    let m = materials[u32(max(abs(albedo.a), 1.0)) - 1u];
+    let row = u32(max(abs(albedo.a), 1.0)) - 1u;
+    let m = materials[row];
     return Surface(
         origin + normal.w * direction,
         normal.xyz,
         -direction,
         albedo.rgb,
         select(vec3f(0.0), m.emission, albedo.a > 0.0),
+        row,
         m.specular,
         m.shininess,
+#ifdef GGX
+        m.roughness,
+        m.metallic,
+#endif
     );
 }

@@ -1,10 +1,13 @@
 //! A frame: uploads, then the plan's order, step by step.
 
 use super::numerics::{Numerics, Watch};
-use super::{device::Gpu, encode::Source, prepare::Prepared, readback::map, scope::Scope, timing::Timer};
+use super::{
+    device::Gpu, encode::Source, prepare::Prepared, readback::map, reports::Reports, scope::Scope, timing::Timer,
+};
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
 use crate::scene::Table;
+use crate::shader::report::Failed;
 use crate::value::Values;
 use std::time::Instant;
 
@@ -34,6 +37,8 @@ pub struct FrameReport {
     pub warnings: Vec<Diagnostic>,
     /// What the checks of numbers found; `None` without [`Prepared::watch`].
     pub numerics: Option<Numerics>,
+    /// Checks in shaders that do not hold, by step: as of its last run.
+    pub failed: Vec<(StepId, Failed)>,
     /// From the call to the end of the device's work, in milliseconds.
     pub wall_ms: f64,
 }
@@ -75,11 +80,12 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    let Prepared { pool, scene, uniforms, steps, timer, probe, watch, .. } = prepared;
+    let Prepared { pool, scene, uniforms, reports, steps, timer, probe, watch, .. } = prepared;
     timer.start();
     let mut walk = Walk {
         source: Source { gpu, plan, pool, scene, uniforms, steps },
         timer,
+        reports,
         probe: probe.as_ref(),
         watch: watch.as_mut(),
         encoder: None,
@@ -105,14 +111,16 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
             time.gpu_ms = (timed == time.runs).then_some(ms);
         }
     }
+    let failed = reports.read(gpu)?;
     let steps = first_runs.into_iter().filter_map(|s: StepId| times.get(s.0).copied().flatten()).collect();
-    Ok(FrameReport { steps, loops, warnings, numerics, wall_ms: ms_since(start) })
+    Ok(FrameReport { steps, loops, warnings, numerics, failed, wall_ms: ms_since(start) })
 }
 
 /// The state of a walk along the order.
 struct Walk<'a> {
     source: Source<'a>,
     timer: &'a mut Timer,
+    reports: &'a Reports,
     probe: Option<&'a wgpu::Buffer>,
     watch: Option<&'a mut Watch>,
     /// What is encoded and not yet submitted, with the scope that catches its errors.
@@ -149,7 +157,6 @@ impl Walk<'_> {
 
     fn step(&mut self, id: StepId) -> Checked<()> {
         let gpu = self.source.gpu;
-        let start = Instant::now();
         if self.pending.len() >= RUNS_A_SUBMISSION {
             self.submit()?;
         }
@@ -160,6 +167,8 @@ impl Walk<'_> {
                 watch.collect(gpu, self.source.plan)?;
             }
         }
+        // Handing over is no encoding: a software driver works meanwhile.
+        let start = Instant::now();
         let in_pass = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
             Some(Action::Draw(_) | Action::Compute { .. }) => true,
             Some(Action::Copy { .. } | Action::Clear { .. }) | None => false,
@@ -168,6 +177,9 @@ impl Walk<'_> {
             let scope = Scope::begin(gpu);
             (gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }), scope)
         });
+        if self.times.get(id.0).is_some_and(Option::is_none) {
+            self.reports.clear(encoder, id);
+        }
         let pair = self.timer.pair(gpu, id, in_pass);
         self.source.encode(encoder, id, &self.iterations, pair.as_ref())?;
         if let Some(watch) = &mut self.watch {

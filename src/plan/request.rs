@@ -102,6 +102,7 @@ pub fn sample_facts(full: bool) -> Values {
     let n = u32::from(full);
     let counts = crate::scene::FACTS.iter().filter_map(|(name, ty)| match ty {
         crate::value::Type::Uint => Some(((*name).to_string(), Value::Uint(n))),
+        crate::value::Type::Float => Some(((*name).to_string(), Value::Float(n as f32))),
         _ => None,
     });
     let mut facts: BTreeMap<_, _> = counts.collect();

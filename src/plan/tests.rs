@@ -65,7 +65,7 @@ pub(super) fn sample(resources: &str, passes: &str, outputs: &str) -> Sample {
         let path = format!("{name}.wgsl");
         (path.clone(), Source::new(path, text))
     };
-    Sample { graph, texts: Library { files: shaders.into_iter().map(file).collect() } }
+    Sample { graph, texts: Library { files: shaders.into_iter().map(file).collect(), ..Library::default() } }
 }
 
 impl Sample {

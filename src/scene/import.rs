@@ -153,6 +153,11 @@ fn materials(document: &Document, faults: &mut Vec<Diagnostic>) -> (Vec<Material
             let why = format!("emission {emission} (emissiveFactor × strength) must be finite and not negative");
             faults.push(document.error(&at, why));
         }
+        let finish = [raw.pbr_metallic_roughness.roughness_factor.0, raw.pbr_metallic_roughness.metallic_factor.0];
+        if !finish.iter().all(|x| (0.0..=1.0).contains(x)) {
+            let why = format!("roughnessFactor {} and metallicFactor {} must lie within 0 to 1", finish[0], finish[1]);
+            faults.push(document.error(&at, why));
+        }
         warn_ignored(document, &at, raw, faults);
         sets.push(raw.pbr_metallic_roughness.base_color_texture.as_ref().map(|t| t.tex_coord));
         all.push(Material {
@@ -163,6 +168,8 @@ fn materials(document: &Document, faults: &mut Vec<Diagnostic>) -> (Vec<Material
             double_sided: raw.double_sided,
             specular: 0.0,
             shininess: 1.0,
+            roughness: finish[0],
+            metallic: finish[1],
         });
     }
     (all, sets)
@@ -175,6 +182,9 @@ fn warn_ignored(document: &Document, at: &str, raw: &RawMaterial, faults: &mut V
     }
     if raw.normal_texture.is_some() {
         faults.push(document.warning(at, "its normal map is ignored"));
+    }
+    if raw.pbr_metallic_roughness.metallic_roughness_texture.is_some() {
+        faults.push(document.warning(at, "its metallic-roughness texture is ignored; the factors alone hold"));
     }
     match raw.alpha_mode {
         Checked::Valid(AlphaMode::Opaque) => {}
@@ -285,6 +295,8 @@ fn plain_material() -> Material {
         double_sided: false,
         specular: 0.0,
         shininess: 1.0,
+        roughness: 1.0,
+        metallic: 1.0,
     }
 }
 

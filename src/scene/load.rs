@@ -63,7 +63,8 @@ pub fn load(path: &Path) -> Checked<Loaded> {
 /// As [`load`].
 pub fn from_bytes(bytes: &[u8], name: &str, description: Option<&str>) -> Checked<Loaded> {
     let (mut faults, mut files) = (vec![], vec![]);
-    let description = description.map(|text| description::parse(&Source::new(format!("{name}.ron"), text), &mut faults));
+    let description =
+        description.map(|text| description::parse(&Source::new(format!("{name}.ron"), text), &mut faults));
     let scene = read(bytes, name, name, Path::new(""), description.as_ref(), &mut files, &mut faults);
     match scene {
         Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
@@ -136,7 +137,10 @@ fn come_near(scene: &mut Scene, shown: &str) -> Option<Diagnostic> {
         node.motion.iter_mut().for_each(|key| key.translation -= scene.origin);
     }
     scene.bounds = scene.swept_bounds();
-    let moved = format!("{shown}: the scene lies {away} m from the origin, and is {size} m large; it is moved by {}", -scene.origin);
+    let moved = format!(
+        "{shown}: the scene lies {away} m from the origin, and is {size} m large; it is moved by {}",
+        -scene.origin
+    );
     // What vertices hold was rounded before it was read.
     let stored = scene.geometry.vertices.iter().flat_map(|v| v.position).fold(0.0, |m: f32, x| m.max(x.abs()));
     let apart = stored * f32::EPSILON;
@@ -161,7 +165,8 @@ fn without_loss(material: &super::Material, shown: &str) -> Option<Diagnostic> {
     let name = &material.name;
     Some(if kept > 1.0 {
         let text = format!("{shown}: material \"{name}\" reflects {kept} of the light it gets: more with every bounce");
-        Diagnostic::warning(text).help("lower its baseColorFactor or its specular strength; together they must stay below 1")
+        Diagnostic::warning(text)
+            .help("lower its baseColorFactor or its specular strength; together they must stay below 1")
     } else {
         let text = format!("{shown}: material \"{name}\" reflects all light: between such walls it never fades");
         Diagnostic::note(text).help("lower its baseColorFactor below 1")

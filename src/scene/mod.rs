@@ -36,6 +36,7 @@
 //! two keyframes with the same axis the angle grows linearly, so that 0 to 360 is a whole turn. A keyframe
 //! without one of them has the node's own.
 
+mod assets;
 mod attached;
 mod bvh;
 mod camera;
@@ -52,10 +53,11 @@ mod tables;
 mod tests;
 mod textures;
 
+pub use assets::{AssetHashes, Assets};
 pub use geometry::Geometry;
 pub use load::{Loaded, from_bytes, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
-pub use motion::{CameraPose, LightPose, Pose, Shift};
+pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use textures::TextureArray;
 
 use crate::value::{Type, Value};
@@ -123,7 +125,8 @@ impl Column {
 ///
 /// - `nodes`: `transform`, `inverse_transpose` (for normals)
 /// - `materials`: `base_color` (rgb + alpha), `base_color_texture` (layer of `scene_textures`, `0xffffffff` for none),
-///   `emission` (radiance), `double_sided` (0 or 1), `specular` (Phong strength, 0 to 1), `shininess` (Phong exponent)
+///   `emission` (radiance), `double_sided` (0 or 1), `specular` (Phong strength, 0 to 1), `shininess` (Phong exponent),
+///   `roughness`, `metallic` (glTF's, 0 to 1)
 /// - `lights`: `kind` (0 point, 1 spot, 2 directional), `position`, `direction` (of travel, unit), `intensity`
 ///   (colour × candela, or × lux for directional), `range` (0: none), `cos_inner`, `cos_outer`, `first_view`, `views`
 ///   (the light's rows in `light_views`)
@@ -151,6 +154,8 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("double_sided", Type::Uint),
             ("specular", Type::Float),
             ("shininess", Type::Float),
+            ("roughness", Type::Float),
+            ("metallic", Type::Float),
         ],
     ),
     (
@@ -202,6 +207,7 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
 ];
 
 /// The facts every scene states, for conditions, sizes and uniforms.
+/// `max_shininess` is the largest exponent of those with a Phong lobe, 0 without.
 /// `bounds_*` enclose all geometry over all its motion; `grid_*` are the scene file's probe bounds, or `bounds_*`.
 pub const FACTS: &[(&str, Type)] = &[
     ("lights", Type::Uint),
@@ -213,6 +219,7 @@ pub const FACTS: &[(&str, Type)] = &[
     ("materials", Type::Uint),
     ("emissive_materials", Type::Uint),
     ("specular_materials", Type::Uint),
+    ("max_shininess", Type::Float),
     ("textured_materials", Type::Uint),
     ("double_sided_materials", Type::Uint),
     ("nodes", Type::Uint),

@@ -52,7 +52,8 @@ pub struct Keyframe {
     pub rotation: Option<(Vec3, f32)>,
 }
 
-/// A surface: Lambert, with an optional Phong lobe, and emission from its front face.
+/// A surface: Lambert, with an optional Phong lobe, or glTF's metallic-roughness model, as shaders choose; and emission from
+/// its front face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     pub name: String,
@@ -67,6 +68,9 @@ pub struct Material {
     pub specular: f32,
     /// Phong exponent.
     pub shininess: f32,
+    /// glTF's roughness and metalness, 0 to 1.
+    pub roughness: f32,
+    pub metallic: f32,
 }
 
 /// A light at a node, as glTF's `KHR_lights_punctual` states it.
@@ -114,7 +118,7 @@ pub struct Camera {
 }
 
 /// How a camera projects. The aspect is always the image's.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Lens {
     /// `yfov` is the whole vertical angle in radians; without `far` the scene's extent decides.
     Perspective { yfov: f32, near: f32, far: Option<f32> },
@@ -182,6 +186,12 @@ impl Scene {
             ("materials", count(self.materials.len())),
             ("emissive_materials", materials(Material::emits)),
             ("specular_materials", materials(|m| m.specular > 0.0)),
+            (
+                "max_shininess",
+                Value::Float(
+                    self.materials.iter().filter(|m| m.specular > 0.0).map(|m| m.shininess).fold(0.0, f32::max),
+                ),
+            ),
             ("textured_materials", materials(|m| m.base_color_texture.is_some())),
             ("double_sided_materials", materials(|m| m.double_sided)),
             ("nodes", count(self.nodes.len())),

@@ -85,6 +85,8 @@ impl Scene {
                 ("double_sided", Column::Uint(all.iter().map(|m| m.double_sided.into()).collect())),
                 ("specular", Column::Float(all.iter().map(|m| m.specular).collect())),
                 ("shininess", Column::Float(all.iter().map(|m| m.shininess).collect())),
+                ("roughness", Column::Float(all.iter().map(|m| m.roughness).collect())),
+                ("metallic", Column::Float(all.iter().map(|m| m.metallic).collect())),
             ],
         }
     }

@@ -36,7 +36,7 @@ struct Other {
 pub(super) fn rows(
     gpu: &Gpu,
     cases: &Cases,
-    graphs: &[Graph],
+    graphs: &[&Graph],
     program: &Path,
     folder: &Path,
     stop: &mut dyn FnMut() -> bool,
@@ -102,7 +102,7 @@ fn others(gpu: &Gpu) -> (Vec<Other>, Vec<(String, String)>) {
         None => absent.push(("SwiftShader".to_string(), "Debian's package `chromium` is not installed".to_string())),
     }
     let backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL;
-    for adapter in pollster::block_on(gpu.instance.enumerate_adapters(backends)) {
+    for adapter in pollster::block_on(Gpu::instance().enumerate_adapters(backends)) {
         let info = adapter.get_info();
         let known = info.name == gpu.info.name || found.iter().any(|o| o.name == info.name);
         if !known {
@@ -126,14 +126,7 @@ fn image(gpu: &Gpu, cases: &Cases, graph: &Graph, scene: &Path) -> Checked<Image
     session.image(gpu, output)
 }
 
-fn elsewhere(
-    program: &Path,
-    cases: &Cases,
-    graph: &Graph,
-    scene: &Path,
-    out: &Path,
-    other: &Other,
-) -> Checked<Image> {
+fn elsewhere(program: &Path, cases: &Cases, graph: &Graph, scene: &Path, out: &Path, other: &Other) -> Checked<Image> {
     let size = format!("{}x{}", cases.adapters.size.0, cases.adapters.size.1);
     let mut command = Command::new(program);
     command.arg("render").arg(&graph.path).arg("--scene").arg(scene).args(["--size", &size]);

@@ -14,6 +14,8 @@ pub struct Cases {
     /// Parameters that keep graphs small; each graph takes those it has.
     #[serde(default)]
     pub(super) settings: BTreeMap<String, String>,
+    /// By file name without its ending: the graphs of a quick run.
+    pub(super) quick: Vec<String>,
     /// Where random parameters are tried.
     pub(super) random: Random,
     /// Through which the camera flies.
@@ -66,7 +68,7 @@ pub(super) struct Case {
     pub name: String,
     /// What is known of the right answer.
     pub about: String,
-    /// Rendered even where time is short.
+    /// Rendered even where time is short: its first combination, with the graphs of a quick run.
     #[serde(default)]
     pub quick: bool,
     pub scene: Shape,
@@ -189,7 +191,8 @@ impl Cases {
                 start + rest.char_indices().nth(column.saturating_sub(1)).map_or(rest.len(), |c| c.0)
             };
             let (start, end) = (place(e.span.start.line, e.span.start.col), place(e.span.end.line, e.span.end.col));
-            Diagnostic::error(format!("no file of cases: {}", e.code)).at(&Span::new(&source, start..end.max(start)), "")
+            Diagnostic::error(format!("no file of cases: {}", e.code))
+                .at(&Span::new(&source, start..end.max(start)), "")
         })?;
         cases.folder = path.parent().unwrap_or(Path::new("")).into();
         Ok(cases)

@@ -8,7 +8,8 @@ impl Dice {
     /// Its own sequence for every seed and name.
     pub fn new(seed: u64, name: &str) -> Dice {
         // FNV-1a: the standard library's hash may change from release to release.
-        let salt = name.bytes().fold(0xcbf2_9ce4_8422_2325, |h: u64, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3));
+        let salt =
+            name.bytes().fold(0xcbf2_9ce4_8422_2325, |h: u64, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3));
         Dice(seed ^ salt)
     }
 

@@ -27,6 +27,8 @@ const MEMORY_SLACK: f64 = 16.0 * 1024.0 * 1024.0;
 
 /// One flight.
 pub(super) struct Flight<'a> {
+    /// Of this device alone, so that what it counts is this flight's.
+    pub instance: &'a wgpu::Instance,
     pub gpu: &'a Gpu,
     pub cases: &'a Cases,
     pub graph: &'a Graph,
@@ -101,7 +103,9 @@ impl Flight<'_> {
         match differs {
             Some(i) => again.fail(&format!("other bits at frame {}", (i as u32 + 1) * STRIDE)),
             None if second.hashes.is_empty() => again.state = State::Left,
-            None => again.note(&format!("the same bits at {} looks over {} frames", second.hashes.len(), second.frames)),
+            None => {
+                again.note(&format!("the same bits at {} looks over {} frames", second.hashes.len(), second.frames))
+            }
         }
         Ok(vec![finite, drift, memory, objects, again])
     }
@@ -135,11 +139,11 @@ impl Flight<'_> {
             }
             if i + 1 == frames.div_ceil(10) {
                 trace.drift = difference(&plane.home()?, &first, 1.0);
-                trace.early = held(self.gpu);
+                trace.early = self.held();
             }
         }
         trace.drift = trace.drift.max(difference(&plane.home()?, &first, 1.0));
-        trace.late = held(self.gpu);
+        trace.late = self.held();
         Ok(trace)
     }
 }
@@ -173,8 +177,7 @@ impl Plane<'_> {
     /// Takes the place of the session, as an edit of the graph or of the window does.
     fn open(&mut self, params: Values, size: [u32; 2]) -> Checked<()> {
         let output = self.flight.cases.adapters.output.clone();
-        let settings =
-            Settings { params, size, outputs: Some(vec![output]), skip: true, ..Settings::default() };
+        let settings = Settings { params, size, outputs: Some(vec![output]), skip: true, ..Settings::default() };
         let previous = self.session.take();
         let shift = previous.as_ref().map_or(Shift::default(), |s| s.shift.clone());
         let mut session =
@@ -233,28 +236,30 @@ impl Plane<'_> {
     }
 }
 
-/// Bytes that the process holds, and objects that the device does; `None` where nobody says.
-fn held(gpu: &Gpu) -> Option<(f64, usize)> {
-    // What was dropped goes when the device is asked next.
-    gpu.wait().ok()?;
-    let statm = std::fs::read_to_string("/proc/self/statm").ok()?;
-    let pages: f64 = statm.split_whitespace().nth(1)?.parse().ok()?;
-    let report = gpu.instance.generate_report()?;
-    let hub = report.hub_report();
-    let counted = [
-        &hub.buffers,
-        &hub.textures,
-        &hub.texture_views,
-        &hub.bind_groups,
-        &hub.bind_group_layouts,
-        &hub.pipeline_layouts,
-        &hub.compute_pipelines,
-        &hub.render_pipelines,
-        &hub.shader_modules,
-        &hub.samplers,
-        &hub.query_sets,
-        &hub.command_buffers,
-    ];
-    // Pages are 4 KiB on every system that has this file, but for a few; there the ratio still holds.
-    Some((pages * 4096.0, counted.iter().map(|r| r.num_kept_from_user).sum()))
+impl Flight<'_> {
+    /// Bytes that the process holds, and objects that the device does; `None` where nobody says.
+    fn held(&self) -> Option<(f64, usize)> {
+        // What was dropped goes when the device is asked next.
+        self.gpu.wait().ok()?;
+        let statm = std::fs::read_to_string("/proc/self/statm").ok()?;
+        let pages: f64 = statm.split_whitespace().nth(1)?.parse().ok()?;
+        let report = self.instance.generate_report()?;
+        let hub = report.hub_report();
+        let counted = [
+            &hub.buffers,
+            &hub.textures,
+            &hub.texture_views,
+            &hub.bind_groups,
+            &hub.bind_group_layouts,
+            &hub.pipeline_layouts,
+            &hub.compute_pipelines,
+            &hub.render_pipelines,
+            &hub.shader_modules,
+            &hub.samplers,
+            &hub.query_sets,
+            &hub.command_buffers,
+        ];
+        // Pages are 4 KiB on every system that has this file, but for a few; there the ratio still holds.
+        Some((pages * 4096.0, counted.iter().map(|r| r.num_kept_from_user).sum()))
+    }
 }

@@ -21,7 +21,7 @@ pub use case::Cases;
 pub use report::{Report, Row, State};
 pub use run::Graph;
 
-use crate::diag::Checked;
+use crate::diag::{Checked, Faults};
 use crate::gpu::Gpu;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -61,9 +61,8 @@ pub fn run(
     told: &mut dyn FnMut(&Row),
 ) -> Checked<Report> {
     let start = Instant::now();
-    let over = |share: f64| {
-        move || options.seconds.is_some_and(|s| start.elapsed() > Duration::from_secs_f64(s * share))
-    };
+    let over =
+        |share: f64| move || options.seconds.is_some_and(|s| start.elapsed() > Duration::from_secs_f64(s * share));
     let mut rows: Vec<Row> = vec![];
     let mut keep = |new: Vec<Row>| {
         new.iter().for_each(&mut *told);
@@ -80,6 +79,8 @@ pub fn run(
         };
         own.insert(&case.name, graph);
     }
+    let most = if options.quick { 1 } else { usize::MAX };
+    let usual = |g: &&Graph| !options.quick || cases.quick.contains(&g.name);
     // Graph by graph, so that one takes over what the case before built; the quick ones first of all.
     for quick in [true, false] {
         if options.quick && !quick {
@@ -89,20 +90,22 @@ pub fn run(
         for case in turn().filter(|c| c.graph.is_some() || c.is_of_the_loader()) {
             let graph = own.get(case.name.as_str()).or(graphs.first());
             let mut runner = run::Runner::new(gpu, cases);
-            keep(graph.map_or(vec![], |g| runner.case(case, g, &mut over(SHARES[0]))));
+            keep(graph.map_or(vec![], |g| runner.case(case, g, most, &mut over(SHARES[0]))));
         }
-        for graph in graphs {
+        for graph in graphs.iter().filter(usual) {
             let mut runner = run::Runner::new(gpu, cases);
             for case in turn().filter(|c| c.graph.is_none() && !c.is_of_the_loader()) {
                 if case.is_for(&graph.name, |n| graph.has(n)) {
-                    keep(runner.case(case, graph, &mut over(SHARES[0])));
+                    keep(runner.case(case, graph, most, &mut over(SHARES[0])));
                 }
             }
             gpu.check()?;
         }
     }
     if chosen("adapters") {
-        keep(adapters::rows(gpu, cases, graphs, &options.program, &options.folder, &mut over(SHARES[1]))?);
+        let elsewhere: Vec<&Graph> = graphs.iter().filter(usual).collect();
+        let mut stop = over(SHARES[1]);
+        keep(adapters::rows(gpu, cases, &elsewhere, &options.program, &options.folder, &mut stop)?);
     }
     if chosen("flight") {
         let flying: Vec<&Graph> = graphs.iter().filter(|g| cases.fly.graphs.contains(&g.name)).collect();
@@ -110,7 +113,9 @@ pub fn run(
         for (i, graph) in flying.iter().enumerate() {
             let share = SHARES[1] + (SHARES[2] - SHARES[1]) * (i + 1) as f64 / flying.len() as f64;
             let frames = frames / flying.len() as u32;
-            let flight = fly::Flight { gpu, cases, graph, seed: options.seed, frames };
+            let instance = Gpu::instance();
+            let own = Gpu::open_for(&instance, Some(&gpu.info.name), None).map_err(Faults::from)?;
+            let flight = fly::Flight { instance: &instance, gpu: &own, cases, graph, seed: options.seed, frames };
             keep(flight.rows(&mut over(share)).unwrap_or_else(|faults| {
                 let mut row = Row::new("fly-through", "flight", &graph.name, "");
                 row.fail(&run::one_line(&faults));

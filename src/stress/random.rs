@@ -59,8 +59,7 @@ impl<'a> Drawer<'a> {
         if let Some(text) = description {
             write_atomically(&folder.join("random.ron"), text.as_bytes())?;
         }
-        let mut base: Values =
-            graph.project.graph.params.iter().map(|(n, p)| (n.value.clone(), p.default)).collect();
+        let mut base: Values = graph.project.graph.params.iter().map(|(n, p)| (n.value.clone(), p.default)).collect();
         base.extend(graph.project.params(&graph.texts(&cases.settings))?);
         Ok(Drawer {
             gpu,
@@ -148,11 +147,8 @@ impl<'a> Drawer<'a> {
         let differs = |n: &str, v: &Value| {
             !self.graph.project.graph.params.iter().any(|(name, p)| name.value == n && p.default == *v)
         };
-        let set: Vec<String> = values
-            .iter()
-            .filter(|(n, v)| differs(n, v))
-            .map(|(n, v)| format!(" --set {n}={}", plain(v)))
-            .collect();
+        let set: Vec<String> =
+            values.iter().filter(|(n, v)| differs(n, v)).map(|(n, v)| format!(" --set {n}={}", plain(v))).collect();
         format!(
             "lightgraph render {} --scene {} --size {}x{}{} --watch-numerics --out random.exr",
             self.graph.path.display(),
@@ -191,8 +187,7 @@ impl<'a> Drawer<'a> {
         Ok(broken)
     }
 
-    /// The least change of the small settings that still fails: parameters go back to them one by one, and those that can't
-    /// go half of the way.
+    /// The least change of the small settings that still fails: parameters go back to them one by one, as far as they can.
     fn shrink(&mut self, mut values: Values) -> Values {
         let mut runs = 0;
         let names: Vec<String> = values.keys().cloned().collect();
@@ -200,8 +195,10 @@ impl<'a> Drawer<'a> {
         while again && runs < SHRINKS {
             again = false;
             for name in &names {
-                let (Some(now), Some(base)) = (values.get(name).copied(), self.base.get(name).copied()) else { continue };
-                for to in [Some(base), half(base, now)].into_iter().flatten().filter(|to| *to != now) {
+                let (Some(now), Some(base)) = (values.get(name).copied(), self.base.get(name).copied()) else {
+                    continue;
+                };
+                for to in ways(base, now) {
                     let mut fewer = values.clone();
                     fewer.insert(name.clone(), to);
                     runs += 1;
@@ -228,6 +225,17 @@ pub(super) fn near(project: &Project, start: &Values, dice: &mut Dice) -> Values
     let base = start.get(&name.value).copied().unwrap_or(param.default);
     values.insert(name.value.clone(), within(base, draw(param, base, dice), 2.0));
     values
+}
+
+/// Where to go from `now` towards `base`: all of the way, a half, a quarter and so on.
+fn ways(base: Value, now: Value) -> Vec<Value> {
+    let mut ways = vec![];
+    let mut next = (base != now).then_some(base);
+    while let Some(to) = next {
+        ways.push(to);
+        next = half(to, now);
+    }
+    ways
 }
 
 /// A value between both, as whole numbers allow; `None` when there is none.
@@ -287,8 +295,7 @@ fn draw(param: &Param, base: Value, dice: &mut Dice) -> Value {
     let components: Vec<f64> = (0..count)
         .map(|i| {
             let (low, high) = ends(param, i);
-            let by_magnitude =
-                |dice: &mut Dice| low + (dice.unit() * (1.0 + (high - low) * 1e3).ln()).exp_m1() / 1e3;
+            let by_magnitude = |dice: &mut Dice| low + (dice.unit() * (1.0 + (high - low) * 1e3).ln()).exp_m1() / 1e3;
             match param.ty {
                 Type::Bool => f64::from(u8::from(dice.unit() < 0.5)),
                 Type::Uint | Type::Int | Type::UVec2 | Type::UVec3 | Type::UVec4 => {

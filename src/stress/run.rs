@@ -90,10 +90,10 @@ impl<'a> Runner<'a> {
         Runner { gpu, cases, last: None }
     }
 
-    /// The rows of a case on a graph: one a run, until `stop` says that time is up.
-    pub fn case(&mut self, case: &Case, graph: &Graph, stop: &mut dyn FnMut() -> bool) -> Vec<Row> {
+    /// The rows of a case on a graph: one a run, `most` of them, until `stop` says that time is up.
+    pub fn case(&mut self, case: &Case, graph: &Graph, most: usize, stop: &mut dyn FnMut() -> bool) -> Vec<Row> {
         let mut rows = vec![];
-        for names in case.runs() {
+        for names in case.runs().into_iter().take(most) {
             let setting: Vec<String> = names.iter().map(|(n, v)| format!("{n}={v}")).collect();
             let mut row = Row::new("case", &case.name, &graph.name, &setting.join(" "));
             row.about.clone_from(&case.about);
@@ -277,7 +277,13 @@ pub(super) fn difference(a: &Image, b: &Image, gain: f64) -> f64 {
     let off: f64 = colors(a).zip(colors(b)).map(|(x, y)| square(f64::from(*x) - gain * f64::from(*y))).sum();
     let whole: f64 = colors(b).map(|y| square(gain * f64::from(*y))).sum();
     let share = (off / whole).sqrt();
-    if off == 0.0 { 0.0 } else if share.is_nan() { f64::INFINITY } else { share }
+    if off == 0.0 {
+        0.0
+    } else if share.is_nan() {
+        f64::INFINITY
+    } else {
+        share
+    }
 }
 
 /// The sum of the first channel and of its magnitudes, in f64 with Neumaier's compensation.

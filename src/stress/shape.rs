@@ -189,7 +189,8 @@ impl Room {
     fn document(&self, names: &Names, unit: f64) -> Checked<Document> {
         let mut d = Document::default();
         let size = vector(&self.size, names)?;
-        let (low, high) = (DVec3::new(-size.x / 2.0, 0.0, -size.z / 2.0), DVec3::new(size.x / 2.0, size.y, size.z / 2.0));
+        let (low, high) =
+            (DVec3::new(-size.x / 2.0, 0.0, -size.z / 2.0), DVec3::new(size.x / 2.0, size.y, size.z / 2.0));
         let specular = self.specular.value(names)?;
         let gloss = (specular > 0.0).then_some((specular, self.shininess.value(names)?));
         let walls = Mesh::sides(low, high).map(Mesh::inside_out);
@@ -254,7 +255,8 @@ impl Light {
             Kind::Point => json!({"type": "point", "intensity": intensity * unit * unit}),
             Kind::Directional => json!({"type": "directional", "intensity": intensity}),
             Kind::Spot => {
-                let cone = json!({"innerConeAngle": self.inner.value(names)?, "outerConeAngle": self.outer.value(names)?});
+                let cone =
+                    json!({"innerConeAngle": self.inner.value(names)?, "outerConeAngle": self.outer.value(names)?});
                 json!({"type": "spot", "intensity": intensity * unit * unit, "spot": cone})
             }
         };

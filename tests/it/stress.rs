@@ -65,7 +65,7 @@ fn the_cases_that_matter_most_hold() {
     let graphs: Vec<Graph> = files("graphs", &["ron"]).iter().map(open).collect();
     let options = options(scratch.path(), None, 1);
     let report = run(&gpu, &cases(), &graphs, &options, &mut |_| ()).unwrap_or_else(|f| panic!("{f}"));
-    assert!(report.rows.len() > 100, "{} rows", report.rows.len());
+    assert!(report.rows.len() > 60, "{} rows", report.rows.len());
     assert!(report.count(State::Failed) == 0, "{}", report.table());
     // What is not on this machine is said, here and in the report.
     for row in report.rows.iter().filter(|r| r.state == State::Absent) {
@@ -92,8 +92,9 @@ fn failing() -> (Report, Scratch) {
 fn a_failure_shrinks_to_what_causes_it_and_says_how_to_run_it_again() {
     let (report, scratch) = failing();
     let row = report.rows.iter().find(|r| r.state == State::Failed).unwrap();
-    let steps: u32 = row.setting.strip_prefix("steps=").and_then(|s| s.parse().ok()).unwrap_or_else(|| panic!("{row:?}"));
-    assert!((21..=26).contains(&steps), "{}", row.setting);
+    let steps: u32 =
+        row.setting.strip_prefix("steps=").and_then(|s| s.parse().ok()).unwrap_or_else(|| panic!("{row:?}"));
+    assert_eq!(steps, 21, "{}", row.setting);
     assert!(row.notice.contains("`fill` leaves numbers in `color`"), "{}", row.notice);
     assert!(row.notice.contains("texel (3, 0), layer 0"), "{}", row.notice);
     let command = row.notice.split("again with: lightgraph ").nth(1).unwrap();
@@ -116,9 +117,10 @@ fn the_command_writes_a_table_a_report_and_numbers() {
     for word in ["case", "worst setting", "solid angles", "pass", "0 failed"] {
         assert!(text.contains(word), "`{word}` is missing in:\n{text}");
     }
-    let json: serde_json::Value = serde_json::from_slice(&fs::read(scratch.path().join("results.json")).unwrap()).unwrap();
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(scratch.path().join("results.json")).unwrap()).unwrap();
     let rows = json["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 6);
+    assert_eq!(rows.len(), 1);
     assert!(rows.iter().all(|r| r["state"] == "passed" && r["error"].as_f64() <= Some(1e-6)), "{rows:?}");
     let page = fs::read_to_string(scratch.path().join("report.html")).unwrap();
     assert!(page.contains("solid angles") && !page.contains("http"), "the page needs other files");

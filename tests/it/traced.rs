@@ -127,20 +127,26 @@ fn more_frames_are_less_noise() {
     assert!((3.3..=4.7).contains(&(one / sixteen)), "rmse of 1 frame {one:.1} %, of 16 {sixteen:.1} %");
 }
 
-/// No probe stands as far from one wall as from another: there a texel looks exactly into the corner, and either wall is
-/// right. With 4×4×4 probes in a cube those texels make 0.6 % of difference.
+/// With 4×4×4 probes in a cube, texels look exactly into its corners: rays give them to the triangle that drawing covers
+/// them with. What is left lies along edges that rounding moves across a texel's centre. With another number along each
+/// axis no texel looks there.
 #[test]
 fn probes_captured_by_rays_are_those_drawn() {
-    for scene in ["cornell_point", "room_spot"] {
+    for (scene, grid, most) in [
+        ("cornell_point", "4,4,4", 0.25),
+        ("room_spot", "4,4,4", 0.25),
+        ("cornell_point", "4,5,6", 0.1),
+        ("room_spot", "4,5,6", 0.1),
+    ] {
         let path = format!("scenes/{scene}.gltf");
         let of = |graph: &str| {
-            let set = "grid=4,5,6 bounces=8 epsilon=0";
-            let [image] = Shot { set, ..Shot::new(graph, &path, SIZE) }.render(["indirect"]);
+            let set = format!("grid={grid} bounces=8 epsilon=0");
+            let [image] = Shot { set: &set, ..Shot::new(graph, &path, SIZE) }.render(["indirect"]);
             image
         };
         let metrics = compared(&of("graphs/raycast_capture.ron"), &of("graphs/uniform_grid.ron"), None);
-        println!("{scene}: rmse {:.4} %, bias {:+.4} %", metrics.rmse_percent, metrics.bias_percent);
-        assert!(metrics.rmse_percent <= 0.1, "{scene}: {metrics:?}");
+        println!("{scene}, {grid}: rmse {:.4} %, bias {:+.4} %", metrics.rmse_percent, metrics.bias_percent);
+        assert!(metrics.rmse_percent <= most, "{scene}, {grid}: {metrics:?}");
     }
 }
 
