@@ -52,6 +52,8 @@ impl Sketch {
             alive: (0, usize::MAX),
             history: false,
             initial: None,
+            min: None,
+            max: None,
         });
         ResourceId(self.plan.resources.len() - 1)
     }
@@ -168,6 +170,7 @@ impl Sketch {
             }),
             indirect: None,
             members: places.iter().enumerate().map(|(i, p)| Member { index: i as u32, place: *p }).collect(),
+            views: 1,
         };
         self.step(name, Action::Draw(draw), bindings)
     }

@@ -176,7 +176,16 @@ impl Expander<'_, '_> {
         let name = format!("{name}.draws");
         let fits = super::sizes::limits(&name, &desc, span, self.limits);
         self.keep(fits)?;
-        self.out.resources.push(Resource { name, desc, slot: 0, alive: (0, 0), history: false, initial: None });
+        self.out.resources.push(Resource {
+            name,
+            desc,
+            slot: 0,
+            alive: (0, 0),
+            history: false,
+            initial: None,
+            min: None,
+            max: None,
+        });
         Some(ResourceId(self.out.resources.len() - 1))
     }
 }

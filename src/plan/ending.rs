@@ -63,6 +63,9 @@ fn obstacle(plan: &Plan, l: &Loop, features: wgpu::Features, after: &[ResourceId
                         step.name
                     ));
                 }
+                if draw.views > 1 {
+                    return Some(format!("`{}` draws to several layers at once", step.name));
+                }
                 if draw.indirect.is_some() {
                     return Some(format!("`{}` already draws what the device says", step.name));
                 }

@@ -454,7 +454,7 @@ impl<'p> Gather<'p> {
     }
 
     fn draw(&mut self, draw: &'p Draw) {
-        let Draw { shader, vertex, fragment, geometry, color, depth, members, indirect } = draw;
+        let Draw { shader, vertex, fragment, geometry, color, depth, members, indirect, views } = draw;
         self.shader(*shader, &(vertex, fragment));
         match geometry {
             Geometry::Scene { cull } => {
@@ -476,7 +476,7 @@ impl<'p> Gather<'p> {
             self.touch(*buffer);
             self.fix(Kind::Extent, "", &(first, second));
         }
-        self.fix(Kind::Extent, "", members);
+        self.fix(Kind::Extent, "", &(members, views));
     }
 
     /// The values in a uniform's bytes. Their places in it are the shader's.

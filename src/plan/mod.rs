@@ -132,6 +132,9 @@ pub struct Resource {
     pub history: bool,
     /// Content before anything is written; `Some` also clears it on allocation.
     pub initial: Option<[f64; 4]>,
+    /// What the graph says that its numbers lie between.
+    pub min: Option<f64>,
+    pub max: Option<f64>,
 }
 
 /// Memory for one or more resources of the same [`Desc`] (usages united).
@@ -244,6 +247,8 @@ pub struct Draw {
     pub members: Vec<Member>,
     /// `None`: each member draws the whole scene.
     pub indirect: Option<Indirect>,
+    /// Layers that each member draws to at once; a member's place is the first of them. 1 without `views`.
+    pub views: u32,
 }
 
 /// Draws that the device makes up: of each member those of one range after the other of the scene's indices.

@@ -23,6 +23,7 @@ pub fn splits(plan: &Plan, draw: &Draw) -> bool {
     };
     let places: BTreeSet<Place> = draw.members.iter().map(|m| m.place).collect();
     draw.indirect.is_some()
+        && draw.views == 1
         && draw.color.iter().all(clears)
         && draw.depth.iter().all(fresh)
         && places.len() == draw.members.len()

@@ -25,10 +25,6 @@ pub struct Request<'a> {
     pub features: wgpu::Features,
 }
 
-/// What a plan made without a device counts on: what the adapters that people have all offer.
-pub const COMMON_FEATURES: wgpu::Features =
-    wgpu::Features::FLOAT32_FILTERABLE.union(wgpu::Features::INDIRECT_FIRST_INSTANCE);
-
 /// Parameters, facts, `screen` and lets.
 ///
 /// # Errors
@@ -99,6 +95,13 @@ pub fn count_with(e: &Expr, name: &dyn Fn(&str) -> Option<Val>, what: &str) -> R
 /// The fault of a size or count that is negative or beyond 32 bits.
 pub fn absurd(span: &Span, what: &str, value: i64) -> Diagnostic {
     Diagnostic::error(format!("{what} is {value}")).at(span, "must lie between 0 and 4294967295")
+}
+
+/// What checks without a device hold a graph to: the limits and features of any recent Vulkan adapter.
+pub fn sample_device() -> (wgpu::Limits, wgpu::Features) {
+    let limits = wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() };
+    use wgpu::Features as F;
+    (limits, F::FLOAT32_FILTERABLE | F::MULTIVIEW | F::INDIRECT_FIRST_INSTANCE)
 }
 
 /// Typical facts for checks without a scene: everything a scene can have, or nothing of it.
