@@ -89,10 +89,13 @@ impl Handwritten {
             offset: 0,
             size: wgpu::BufferSize::new(16),
         });
-        let turn_group = group(&turn_layout, &[
-            wgpu::BindGroupEntry { binding: 0, resource: one },
-            wgpu::BindGroupEntry { binding: 1, resource: values.as_entire_binding() },
-        ]);
+        let turn_group = group(
+            &turn_layout,
+            &[
+                wgpu::BindGroupEntry { binding: 0, resource: one },
+                wgpu::BindGroupEntry { binding: 1, resource: values.as_entire_binding() },
+            ],
+        );
         let show_group =
             group(&show_layout, &[wgpu::BindGroupEntry { binding: 0, resource: values.as_entire_binding() }]);
         let turn_pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

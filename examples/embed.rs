@@ -144,7 +144,8 @@ impl Picture {
         let gpu = &program.gpu;
         let project = Project::open(Path::new("lightgraph:graphs/direct.ron"), &[])?;
         let scene = scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.glb"))?.scene;
-        let settings = Settings { size: PICTURE, outputs: Some(vec!["direct".into()]), skip: true, ..Default::default() };
+        let settings =
+            Settings { size: PICTURE, outputs: Some(vec!["direct".into()]), skip: true, ..Default::default() };
         let session = Session::new(gpu, &project, scene, settings)?;
         // The output stays in this texture for as long as the session lives.
         let Memory::Texture(texture) = session.memory(session.output("direct")?)? else {

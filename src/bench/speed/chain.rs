@@ -23,7 +23,8 @@ impl Bench<'_> {
                 let runs: u32 = report.steps.iter().map(|s| s.runs).sum();
                 encode = encode.min(report.steps.iter().map(|s| s.cpu_ms).sum::<f64>() * 1e3 / f64::from(runs.max(1)));
             }
-            let row = Row::new(section, format!("{}, {count} passes, CPU time to encode one", chain.name), encode, "µs");
+            let row =
+                Row::new(section, format!("{}, {count} passes, CPU time to encode one", chain.name), encode, "µs");
             rows.push(row.wanted(Wanted::AtMost(chain.most_encode_us)));
             rows.push(Row::new(section, format!("{}, {count} passes, to plan", chain.name), plan_ms, "ms"));
             sums.push((plan_ms, wall));
@@ -31,7 +32,8 @@ impl Bench<'_> {
         if let [(few_plan, few_wall), (many_plan, many_wall)] = sums[..] {
             let more = f64::from(chain.many) / f64::from(chain.few);
             for (what, ratio) in [("plan", many_plan / few_plan / more), ("frame", many_wall / few_wall / more)] {
-                let row = Row::new(section, format!("{}, growth of a pass's share of the {what}", chain.name), ratio, "×");
+                let row =
+                    Row::new(section, format!("{}, growth of a pass's share of the {what}", chain.name), ratio, "×");
                 rows.push(row.wanted(Wanted::AtMost(1.25)).note(format!("{} passes by {}", chain.many, chain.few)));
             }
         }
@@ -57,8 +59,9 @@ impl Bench<'_> {
     fn by_hand(&self, chain: &Chain) -> Checked<Row> {
         let set = [format!("{}={}", chain.count, chain.few), chain.work.clone()];
         let (mut session, _) = self.chained(&chain.run, &set)?;
-        let program = Handwritten::new(self.gpu, &session.plan)
-            .ok_or_else(|| Diagnostic::error(format!("`{}` is not the chain that was written by hand", chain.run.graph)))?;
+        let program = Handwritten::new(self.gpu, &session.plan).ok_or_else(|| {
+            Diagnostic::error(format!("`{}` is not the chain that was written by hand", chain.run.graph))
+        })?;
         session.frame(self.gpu, 0, 0.0)?;
         program.frame(self.gpu)?;
         let (mut ours, mut theirs) = (f64::INFINITY, f64::INFINITY);
@@ -70,7 +73,12 @@ impl Bench<'_> {
             program.frame(self.gpu)?;
             theirs = theirs.min(start.elapsed().as_secs_f64() * 1e3);
         }
-        let row = Row::new("the framework's own cost", format!("{}, against a program written by hand", chain.name), ours / theirs, "×");
+        let row = Row::new(
+            "the framework's own cost",
+            format!("{}, against a program written by hand", chain.name),
+            ours / theirs,
+            "×",
+        );
         let note = format!("{ours:.2} ms, {theirs:.2} ms by hand; {} passes", chain.few);
         Ok(row.wanted(Wanted::AtMost(chain.most_ratio)).note(note))
     }

@@ -101,7 +101,8 @@ impl Bench<'_> {
                 images.push(side.session.image(self.gpu, output)?);
             }
             let difference = compare(&images[0], &images[1], None)?.rmse_percent;
-            let row = Row::new("against another graph", format!("{}, difference of {output}", pair.name), difference, "%");
+            let row =
+                Row::new("against another graph", format!("{}, difference of {output}", pair.name), difference, "%");
             rows.push(row.wanted(Wanted::AtMost(*most)).note("rmse in percent of the mean"));
         }
         Ok(rows)
@@ -118,7 +119,8 @@ impl Bench<'_> {
         let ours = least(&times) / 1e3;
         let note = format!("{ours:.3} s here, {seconds} s by {origin}");
         let section = "against published times";
-        let mut rows = vec![Row::new(section, name, seconds / ours, "× faster").wanted(Wanted::AtLeast(*at_least)).note(note)];
+        let mut rows =
+            vec![Row::new(section, name, seconds / ours, "× faster").wanted(Wanted::AtLeast(*at_least)).note(note)];
         let manifest = Manifest::read(self.references)?;
         let scene = &timed.session.scene.name;
         let references = manifest.load(scene, None, timed.session.settings.size, &mut vec![])?;
@@ -157,14 +159,28 @@ impl Bench<'_> {
             times.push(least(&frames) * 1e3 / count);
             bytes.push(held as f64 / count);
             let note = format!("{count} of {}", scaling.per);
-            rows.push(Row::new("scaling", format!("{} {step}, time of one", scaling.name), least(&frames) * 1e3 / count, "µs").note(&note));
-            rows.push(Row::new("scaling", format!("{} {step}, bytes of one", scaling.name), held as f64 / count, "B").note(note));
+            rows.push(
+                Row::new(
+                    "scaling",
+                    format!("{} {step}, time of one", scaling.name),
+                    least(&frames) * 1e3 / count,
+                    "µs",
+                )
+                .note(&note),
+            );
+            rows.push(
+                Row::new("scaling", format!("{} {step}, bytes of one", scaling.name), held as f64 / count, "B")
+                    .note(note),
+            );
         }
         if let ([_, second, ..], Some(last), Some(bytes)) = (times.as_slice(), times.last(), bytes.last()) {
-            let growth = Row::new("scaling", format!("{}, growth of the time of one", scaling.name), last / second, "×");
+            let growth =
+                Row::new("scaling", format!("{}, growth of the time of one", scaling.name), last / second, "×");
             rows.push(growth.wanted(Wanted::AtMost(scaling.most_growth)).note("the last by the second"));
             let held = Row::new("scaling", format!("{}, bytes of one at the last", scaling.name), *bytes, "B");
-            rows.push(held.wanted(Wanted::AtMost(scaling.most_bytes)).note(format!("without {}", scaling.without.join(", "))));
+            rows.push(
+                held.wanted(Wanted::AtMost(scaling.most_bytes)).note(format!("without {}", scaling.without.join(", "))),
+            );
         }
         Ok(rows)
     }
@@ -195,7 +211,8 @@ impl Bench<'_> {
     pub(super) fn time(&self, time: &Time) -> Checked<Vec<Row>> {
         let row = |ms: f64| Row::new("on a GPU", &time.name, ms, "ms");
         if self.gpu.is_software() {
-            let note = format!("not run: {} is a software driver; wanted ≤ {} ms on a GPU", self.gpu.info.name, time.most_ms);
+            let note =
+                format!("not run: {} is a software driver; wanted ≤ {} ms on a GPU", self.gpu.info.name, time.most_ms);
             return Ok(vec![row(f64::NAN).note(note)]);
         }
         let mut timed = self.session(&time.run, &time.run.graph, time.moves)?;
