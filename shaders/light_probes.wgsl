@@ -2,12 +2,13 @@
 //! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept; else by the probes round
 //! them as well, as of the bounce before.
 #import lightgraph::cube
+#import lightgraph::cube_sums
 #import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
-#import lightgraph::cube_sums
+#import lightgraph::projection
 #import lightgraph::sh::COUNT
-#import lightgraph::surface::{is_back, is_lit, materials}
+#import lightgraph::surface::{is_back, is_lit}
 #ifdef FIRST_BOUNCE
 #import lightgraph::surface::read_record
 #ifdef LIGHTS
@@ -69,11 +70,25 @@ fn light_probes(
         for (var i = 0u; i < LANES; i++) {
             total += sums[lane * LANES + i];
         }
-        textureStore(sh, vec3u(probe.xy, probe.z + lane * params.grid.z), total);
+    }
+    workgroupBarrier();
+#ifdef LEAST_SQUARES
+    if lane < COUNT {
+        sums[lane] = total;
     }
     workgroupBarrier();
     if lane < COUNT {
+        total = vec4f(0.0);
+        for (var j = 0u; j < COUNT; j++) {
+            total += projection::inverse_gram[lane * COUNT + j] * sums[j];
+        }
+    }
+    workgroupBarrier();
+#endif
+    if lane < COUNT {
+        total *= projection::window(u32(sqrt(f32(lane) + 0.5)));
         sums[lane] = total;
+        textureStore(sh, vec3u(probe.xy, probe.z + lane * params.grid.z), total);
     }
     workgroupBarrier();
     if lane < TEXELS {

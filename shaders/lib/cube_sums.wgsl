@@ -1,5 +1,5 @@
-//! Sums over the texels of a cube of light times the factors of the projection, in registers: four coefficients to a
-//! matrix, without loops or arrays.
+//! Sums over the texels of a cube of light times harmonics and solid angles, in registers: four coefficients to a matrix,
+//! without loops or arrays. What `lightgraph::projection` does to the shares of each texel is left to do to the sums.
 #define_import_path lightgraph::cube_sums
 #import lightgraph::cube
 #import lightgraph::sh::{COUNT, basis}
@@ -52,6 +52,11 @@ fn with_texel(sums: Sums, light: vec4f, face: u32, texel: vec2u, edge: u32) -> S
     s.m3 += outer(l, vec4f(y[12], y[13], y[14], y[15]));
 #endif
 #if SH_ORDER >= 4
+#ifdef LEAST_SQUARES
+    s.m4 += outer(l, vec4f(y[16], y[17], y[18], y[19]));
+    s.m5 += outer(l, vec4f(y[20], y[21], y[22], y[23]));
+    s.last += l * y[24];
+#else
     // A finer sum within the texel, as the factor textures have it.
     for (var i = 0u; i < 16u; i++) {
         let part = texel * 4u + vec2u(i % 4u, i / 4u);
@@ -61,6 +66,7 @@ fn with_texel(sums: Sums, light: vec4f, face: u32, texel: vec2u, edge: u32) -> S
         s.m5 += outer(fine, vec4f(z[20], z[21], z[22], z[23]));
         s.last += fine * z[24];
     }
+#endif
 #endif
     return s;
 }

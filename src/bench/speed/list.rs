@@ -13,6 +13,7 @@ pub struct List {
     pub pairs: Vec<Pair>,
     pub published: Vec<Published>,
     pub scaling: Vec<Scaling>,
+    pub loads: Vec<Load>,
     pub starts: Vec<Start>,
     pub times: Vec<Time>,
     pub bounds: Option<Bounds>,
@@ -97,6 +98,16 @@ pub struct Scaling {
     pub most_bytes: f64,
     /// By how much the time of one may grow from the second setting to the last.
     pub most_growth: f64,
+}
+
+/// A generated scene of so many triangles, read and sorted for rays.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    pub triangles: u32,
+    pub most_ms: f64,
+    /// Peak, in sizes of the file.
+    pub most_memory: f64,
 }
 
 /// From reading the files to the first pixel.

@@ -3,10 +3,11 @@
 //!
 //! - `list` is the file that says what to measure
 //! - `pairs` times two graphs in turn; `steps` times each step alone and sets it beside its bound
-//! - `chain` measures the framework's own cost; `rows` is what comes of it, as table, JSON and HTML
+//! - `chain` measures the framework's own cost, `load` that of a large scene; `rows` is what comes of it, as table, JSON and HTML
 
 mod chain;
 pub mod list;
+mod load;
 mod pairs;
 pub mod rows;
 mod steps;
@@ -64,6 +65,9 @@ impl Bench<'_> {
         }
         for scaling in &list.scaling {
             add(self.scaling(scaling)?);
+        }
+        for load in &list.loads {
+            add(self.load(load)?);
         }
         for start in &list.starts {
             add(self.start(start)?);

@@ -67,7 +67,7 @@ impl Bench<'_> {
         let (mut values, _) = scene.camera_values(&pose, None, width, height)?;
         values.insert("frame".into(), Value::Uint(0));
         values.insert("time".into(), Value::Float(0.0));
-        let mut frame = |prepared: &mut Prepared, which: &[bool]| -> Checked<f64> {
+        let frame = |prepared: &mut Prepared, which: &[bool]| -> Checked<f64> {
             let mut least = f64::INFINITY;
             for _ in 0..self.repeat.max(2) {
                 let start = Instant::now();

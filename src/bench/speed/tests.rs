@@ -47,3 +47,17 @@ fn a_figure_is_judged_by_what_it_is_held_to() {
     let text = line(&row.wanted(Wanted::AtLeast(8.0)).note("60 ms, 8 ms"));
     assert!(text.contains("7.500 x faster") && text.contains("missed") && text.contains("60 ms, 8 ms"), "{text}");
 }
+
+#[test]
+fn the_hills_are_a_scene_of_as_many_triangles_as_asked() {
+    let folder = std::env::temp_dir().join(format!("lightgraph-hills-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("hills.glb");
+    std::fs::write(&path, super::load::hills(20)).unwrap();
+    let loaded = crate::scene::load(&path);
+    std::fs::remove_dir_all(&folder).unwrap();
+    let scene = loaded.unwrap_or_else(|f| panic!("{f}")).scene;
+    assert_eq!(scene.geometry.indices.len(), 3 * 2 * 20 * 20);
+    let up = scene.geometry.vertices.iter().all(|v| v.normal[1] > 0.0);
+    assert!(up, "the ground faces up");
+}
