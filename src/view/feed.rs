@@ -229,6 +229,7 @@ fn passes(plan: &Plan, before: &[PassTimes]) -> Vec<PassTimes> {
     for pass in &mut all {
         if let Some(old) = before.iter().find(|p| p.name == pass.name) {
             pass.history = old.history.clone();
+            (pass.gpu_ms, pass.cpu_ms) = (old.gpu_ms, old.cpu_ms);
         }
     }
     all
