@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 const SETTLE: Duration = Duration::from_millis(20);
 
 /// Files that are saved together come to rest one after the other.
-const TOGETHER: Duration = Duration::from_millis(15);
+pub const TOGETHER: Duration = Duration::from_millis(15);
 
 /// What never comes to rest is taken as it is after this time.
-const LONGEST: Duration = Duration::from_secs(1);
+pub const LONGEST: Duration = Duration::from_secs(1);
 
 /// Endings of the files that graphs and scenes are made of.
 const ENDINGS: [&str; 8] = ["ron", "wgsl", "gltf", "glb", "bin", "png", "jpg", "jpeg"];

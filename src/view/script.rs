@@ -65,6 +65,8 @@ enum Step {
     Size(u32, u32),
     Shot(PathBuf),
     Save(PathBuf),
+    /// Until the image that the shown one is held against has come to this frame.
+    Other(u32),
     /// Frames of the window.
     Wait(u32),
     LoseDevice,
@@ -158,6 +160,7 @@ impl Script {
             }
             Step::Faults(part) => !now.told.faults.is_empty() && render(&now.told.faults).contains(part.as_str()),
             Step::Mended => now.rest && now.told.faults.is_empty(),
+            Step::Other(frame) => now.told.frames[1] >= *frame && now.told.score.is_some(),
             Step::Wait(frames) => {
                 self.waited += 1;
                 self.waited > *frames

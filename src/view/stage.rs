@@ -90,7 +90,9 @@ struct Kept {
     output: String,
     /// A copy of the output, in linear light.
     image: Option<wgpu::Texture>,
-    /// Frames since it was made.
+    /// Counts the contents of `image`.
+    images: u64,
+    /// Frames since what is seen changed.
     frames: u32,
     /// What the last frame was made with.
     last: Option<(Choice, f32)>,
@@ -229,7 +231,7 @@ impl Stage {
     }
 
     fn tell(&self, told: Told) -> Told {
-        let ready = self.kept.iter().filter_map(|k| Some((k.key.graph.clone(), k.image.clone()?)));
+        let ready = self.kept.iter().filter_map(|k| Some((k.key.graph.clone(), k.image.clone()?, k.images)));
         Told {
             images: self.images,
             variants: self.variants.clone(),
@@ -339,8 +341,19 @@ impl Stage {
             scene,
         });
         let (output, image) = (String::new(), None);
-        let made =
-            Kept { key, project, session, subject, output, image, frames: 0, last: None, rest: false, fault: None };
+        let made = Kept {
+            key,
+            project,
+            session,
+            subject,
+            output,
+            image,
+            images: 0,
+            frames: 0,
+            last: None,
+            rest: false,
+            fault: None,
+        };
         if let Some(i) = at {
             self.kept.remove(i);
         }
@@ -514,6 +527,7 @@ impl Kept {
             return Err(d.help("look at it as a resource, or choose another output").into());
         };
         self.image = Some(image);
+        self.images += 1;
         Ok(Rendered { report, why: self.session.why().to_vec() })
     }
 }
