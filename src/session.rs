@@ -300,6 +300,21 @@ impl Session {
         report.failed.iter().map(fault).collect()
     }
 
+    /// What set off the steps of the last frame, each thing once: what they read besides each other's results.
+    pub fn causes(&self) -> Vec<&str> {
+        let mut causes: Vec<&str> = vec![];
+        for why in &self.why {
+            let Why::Changed(names) = why else { continue };
+            for name in names {
+                let result = self.plan.resources.iter().any(|r| r.name == *name);
+                if !result && !causes.contains(&name.as_str()) {
+                    causes.push(name);
+                }
+            }
+        }
+        causes
+    }
+
     /// By step: why it ran or did not in the last frame. Empty before the first.
     pub fn why(&self) -> &[Why] {
         &self.why

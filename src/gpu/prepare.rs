@@ -221,7 +221,7 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
     let attach = |id: ResourceId, layer: u32| -> Checked<(wgpu::TextureView, Option<u32>)> {
         let texture = pool.texture(plan, id)?;
         let layers = texture.depth_or_array_layers();
-        if layer >= layers {
+        if layer.saturating_add(draw.views) > layers {
             let target = plan.resources.get(id.0).map_or("?", |r| &r.name);
             return Err(Diagnostic::error(format!(
                 "`{name}` draws to layer {layer} of `{target}`, which has {layers}"
@@ -230,12 +230,12 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
             .into());
         }
         let slice = (texture.dimension() == wgpu::TextureDimension::D3).then_some(layer);
-        Ok((target_view(texture, layer, 0), slice))
+        Ok((target_view(texture, layer..layer.saturating_add(draw.views), 0), slice))
     };
     let color = by_location(&draw.color).into_iter().map(|t| t.map(|t| attach(t.resource, layer)).transpose());
     let depth = draw.depth.as_ref().map(|d| {
-        // A depth buffer of one layer serves all layers in turn.
-        let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == 1;
+        // A depth buffer with the layers of one member serves all in turn.
+        let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == draw.views;
         attach(d.resource, if single { 0 } else { layer }).map(|(view, _)| view)
     });
     Ok(Targets { color: color.collect::<Checked<_>>()?, depth: depth.transpose()? })

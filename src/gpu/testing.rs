@@ -167,6 +167,7 @@ impl Sketch {
                 write: true,
             }),
             members: places.iter().enumerate().map(|(i, p)| Member { index: i as u32, place: *p }).collect(),
+            views: 1,
         };
         self.step(name, Action::Draw(draw), bindings)
     }

@@ -114,6 +114,8 @@ pub struct Raster {
     pub clear: Vec<(Name, [f64; 4])>,
     pub blend: Option<wgpu::BlendState>,
     pub layer: Option<Expr>,
+    /// Layers that each member draws to at once, through a view each.
+    pub views: Option<Expr>,
 }
 
 impl PassKind {

@@ -256,7 +256,9 @@ impl Reader {
         ];
         let blend = self.word(f.get("blend"), &blends, None);
         let layer = f.get("layer").and_then(|n| self.expr(n));
-        Some(Raster { shader: shader?, color, depth, depth_compare, depth_write, cull, load, clear, blend, layer })
+        let views = f.get("views").and_then(|n| self.expr(n));
+        let shader = shader?;
+        Some(Raster { shader, color, depth, depth_compare, depth_write, cull, load, clear, blend, layer, views })
     }
 }
 

@@ -76,7 +76,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     note_unneeded(&wiring.items, &needed, &mut skipped);
     let items = retain(wiring.items, &needed);
 
-    let expanded = expand(&items, &sizes, &values, &wiring.shaders, request.limits, &mut faults);
+    let expanded = expand(&items, &sizes, &values, &wiring.shaders, (request.limits, request.features), &mut faults);
     let Expanded { mut resources, mut steps, mut block, mut ids } = expanded;
     let cleared = initial_clears(graph, &items, &wanted, &mut ids, &mut resources, &sizes, &mut steps);
     block = prepend(cleared, block);

@@ -186,9 +186,9 @@ impl Held {
 /// plan wants, if the next frame is given these values. Each piece of memory is taken once.
 pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values: &Values) -> Vec<Option<usize>> {
     let mut kept = carry_history(plan, earlier);
-    let mut free: BTreeMap<Version, usize> = BTreeMap::new();
+    let mut free: BTreeMap<Version, Vec<usize>> = BTreeMap::new();
     for (j, cell) in earlier.cells.iter().enumerate().filter(|(j, _)| !kept.contains(&Some(*j))) {
-        free.insert(cell.content.get(), j);
+        free.entry(cell.content.get()).or_default().push(j);
     }
     free.remove(&UNDEFINED);
     let soon = Held::new(plan, keys, &kept, Some(earlier));
@@ -197,9 +197,10 @@ pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values
     for (unit, after) in keys.units.iter().zip(&versions.after).rev() {
         for (r, version) in unit.writes.iter().zip(after) {
             let slot = plan.resources[r.0].slot;
-            let Some(j) = free.get(version) else { continue };
-            if kept[slot].is_none() && fits(&plan.slots[slot].desc, &earlier.cells[*j].desc) {
-                kept[slot] = free.remove(version);
+            let Some(cells) = free.get_mut(version) else { continue };
+            let fits = |j: &usize| fits(&plan.slots[slot].desc, &earlier.cells[*j].desc);
+            if let (None, Some(at)) = (kept[slot], cells.iter().position(fits)) {
+                kept[slot] = Some(cells.swap_remove(at));
             }
         }
     }

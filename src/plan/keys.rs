@@ -244,6 +244,13 @@ impl Unit {
         }
     }
 
+    /// What it runs again for, besides results of others: the code, values, tables and the like, by name.
+    pub fn depends(&self) -> Vec<String> {
+        let all: BTreeSet<&Ingredient> = self.fixed.keys().chain(self.given.iter().map(|(i, _)| i)).collect();
+        let telling = |i: &&Ingredient| !matches!(i.kind, Kind::Input | Kind::Size | Kind::Target | Kind::Extent);
+        all.into_iter().filter(telling).map(Ingredient::to_string).collect()
+    }
+
     /// All that its result depends on in a frame; `before` are the versions of what it needs.
     pub fn ingredients(&self, plan: &Plan, before: &[Version], outside: &Outside, values: &Values) -> Ingredients {
         let mut all = self.fixed.clone();
@@ -440,7 +447,7 @@ impl<'p> Gather<'p> {
 
     /// The values in a uniform's bytes. Their places in it are the shader's.
     fn uniform(&mut self, layout: &'p Layout, extra: &Values) {
-        for member in &layout.members {
+        for member in layout.members.iter().filter(|m| m.read) {
             let name = member.name.as_str();
             if let Some(value) = extra.get(name) {
                 self.fix(Kind::Value, name, &(value.ty(), value.bytes()));

@@ -229,6 +229,8 @@ pub struct Draw {
     pub depth: Option<DepthTarget>,
     /// One draw for each; the instance index of each is its `index`.
     pub members: Vec<Member>,
+    /// Layers that each member draws to at once; a member's place is the first of them. 1 without `views`.
+    pub views: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -253,9 +253,15 @@ impl Script {
         let points: Vec<Pos2> = way.iter().map(|p| place(*p)).collect();
         let [start, rest @ ..] = &points[..] else { return true };
         let end = *points.last().unwrap_or(start);
-        let mut frames = vec![vec![Event::PointerMoved(*start)], vec![press(*start, true)]];
-        frames.extend(rest.iter().map(|p| vec![Event::PointerMoved(*p)]));
-        frames.push(vec![press(end, false)]);
+        let mut frames = vec![vec![Event::PointerMoved(*start)]];
+        if rest.is_empty() {
+            // In one frame: a slow machine must not make a long press of it.
+            frames.push(vec![press(*start, true), press(end, false)]);
+        } else {
+            frames.push(vec![press(*start, true)]);
+            frames.extend(rest.iter().map(|p| vec![Event::PointerMoved(*p)]));
+            frames.push(vec![press(end, false)]);
+        }
         // Away, so that nothing stays hovered.
         frames.push(vec![Event::PointerGone]);
         frames.reverse();

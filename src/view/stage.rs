@@ -136,9 +136,14 @@ impl Stage {
 
     /// Files have changed; with none named, any may have.
     pub fn changed(&mut self, files: &BTreeSet<PathBuf>) {
-        self.revision += 1;
-        self.variants = Arc::default();
-        self.reference = None;
+        self.vain.clear();
+        let text = |f: &Path| f.extension().is_some_and(|e| e == "ron" || e == "wgsl");
+        // Graphs and shaders are texts; a picture beside them is no change.
+        if files.is_empty() || files.iter().any(|f| text(f)) {
+            self.revision += 1;
+            self.variants = Arc::default();
+            self.reference = None;
+        }
         if let Some(scene) = &mut self.scene {
             let homes: BTreeSet<PathBuf> = scene.files.iter().filter_map(|f| folder_of(f)).collect();
             let shader = |f: &Path| f.extension().is_some_and(|e| e == "wgsl");
@@ -301,7 +306,14 @@ impl Stage {
         let start = Instant::now();
         let project = match at {
             Some(i) if self.kept[i].key.revision == self.revision => self.kept[i].project.clone(),
-            _ => Project::open(graph, &self.shaders).map_err(|f| self.note(key.clone(), f))?,
+            _ => {
+                let project = Project::open(graph, &self.shaders).map_err(|f| self.note(key.clone(), f))?;
+                match self.kept.last() {
+                    // Variants have most of their shaders in common.
+                    Some(other) => Project { texts: project.texts.after(&other.project.texts), ..project },
+                    None => project,
+                }
+            }
         };
         key.params = accepted(&project.graph, &wish.choice.params);
         remade.graph_ms = ms(start);
@@ -480,8 +492,10 @@ impl Stage {
     }
 
     fn note(&mut self, key: Key, faults: Faults) -> Faults {
-        let revision = self.revision;
-        self.vain.retain(|v| v.0.revision == revision);
+        // A drag of a slider over a broken graph tries many.
+        if self.vain.len() > 64 {
+            self.vain.clear();
+        }
         self.vain.push((key, faults.clone()));
         faults
     }

@@ -232,6 +232,7 @@ impl<'a> Player<'a> {
             cameras: glam::Vec3::X * by(Camera),
             lights: glam::Vec3::Y * by(Light),
             nodes: vec![(0, glam::Vec3::Z * by(Object))],
+            ..Shift::default()
         };
         self.frame += 1;
         session.frame(self.gpu, self.frame - 1, 0.0).map(|_| ())

@@ -12,6 +12,8 @@
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `large_graph`: 1,000 passes, parsed and planned in time
+//! - `library`: public types in other programs
+//! - `lobes`: glossy lobes against their integrals and another renderer
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
@@ -36,6 +38,8 @@ mod edits;
 mod following;
 mod graph_snapshots;
 mod large_graph;
+mod library;
+mod lobes;
 mod mutated;
 mod mutations;
 mod projection;
