@@ -25,9 +25,9 @@ fn session(gpu: &Gpu) -> Session {
     Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
 }
 
-/// The next frame, with the camera moved along x in all: how many probes it captured, and its image.
+/// The next frame, with the camera inside the box and moved along x: how many probes it captured, and its image.
 fn frame(gpu: &Gpu, session: &mut Session, index: &mut u32, x: f32) -> (f32, Image) {
-    session.shift.cameras.x = x;
+    session.shift.cameras = glam::Vec3::new(0.1 + x, 0.0, -3.6);
     session.frame(gpu, *index, 0.0).unwrap_or_else(|f| panic!("frame {index}: {f}"));
     *index += 1;
     let image = |name: &str| session.image(gpu, name).unwrap_or_else(|f| panic!("{f}"));
