@@ -3,6 +3,7 @@
 use super::{
     bindings::{Bindable, Shared, bind_group},
     device::Gpu,
+    numerics::Watch,
     pipelines::{self, StepPipelines, by_location},
     pool::{Memory, Pool, target_view},
     readback::staging,
@@ -28,6 +29,8 @@ pub struct Prepared {
     pub(super) timer: Timer,
     /// Where loops with a test read their number; `None` without such loops.
     pub(super) probe: Option<wgpu::Buffer>,
+    /// Checks the numbers that every step leaves; `None`: nobody asked.
+    pub(super) watch: Option<Watch>,
 }
 
 /// A step made ready.
@@ -110,10 +113,20 @@ pub fn prepare_after(
     }
     Faults::check(faults, ())?;
     gpu.check()?;
-    Ok(Prepared { pool, scene, uniforms, reports, steps, timer: Timer::new(gpu), probe })
+    Ok(Prepared { pool, scene, uniforms, reports, steps, timer: Timer::new(gpu), probe, watch: None })
 }
 
 impl Prepared {
+    /// From now on every frame checks what its steps leave, for a plan whose resources can all be read: its report has
+    /// [`super::Numerics`].
+    ///
+    /// # Errors
+    /// No memory is left.
+    pub fn watch(&mut self, gpu: &Gpu) -> Checked<()> {
+        self.watch = Some(Watch::new(gpu)?);
+        Ok(())
+    }
+
     /// Uploads changed tables, and binds anew what had to move.
     ///
     /// # Errors

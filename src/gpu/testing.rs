@@ -52,6 +52,8 @@ impl Sketch {
             alive: (0, usize::MAX),
             history: false,
             initial: None,
+            min: None,
+            max: None,
         });
         ResourceId(self.plan.resources.len() - 1)
     }

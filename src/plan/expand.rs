@@ -109,6 +109,8 @@ impl Expander<'_, '_> {
                 alive: (0, 0),
                 history: declared.history,
                 initial,
+                min: declared.min,
+                max: declared.max,
             });
         }
         self.member(name, first, sized.members, member, span)

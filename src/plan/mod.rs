@@ -119,6 +119,9 @@ pub struct Resource {
     pub history: bool,
     /// Content before anything is written; `Some` also clears it on allocation.
     pub initial: Option<[f64; 4]>,
+    /// What the graph says that its numbers lie between.
+    pub min: Option<f64>,
+    pub max: Option<f64>,
 }
 
 /// Memory for one or more resources of the same [`Desc`] (usages united).

@@ -140,6 +140,7 @@ fn open(
         outputs: (!outputs.is_empty()).then(|| outputs.iter().map(|o| o.value.clone()).collect()),
         skip: true,
         verify,
+        watch: setup.watch,
         ..Settings::default()
     };
     let place = setup.camera.as_ref().map_or(&setup.graph.span, |c| &c.span);

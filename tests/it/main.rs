@@ -23,6 +23,7 @@
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
+//! - `stress`: numerical stability: the cases that matter most
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
 //! - `twins`: shaders against the Rust of the same mathematics
 //! - `view`: the window, on a virtual display
@@ -52,6 +53,7 @@ mod shipped;
 mod skips;
 mod snapshot_checks;
 mod snapshots;
+mod stress;
 mod support;
 mod test_command;
 mod traced;
