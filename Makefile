@@ -1,6 +1,7 @@
 # make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
 # make bench   run time against error: all graphs on all scenes with references, to out/bench/report.html
+# make stress  every graph under what scenes and parameters can do, at most a quarter of an hour, to out/stress/report.html
 # make scenes  writes the generated files of scenes/ anew
 # make peers   installs other renderers, for comparisons, into target/peers
 # make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
@@ -8,7 +9,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo bench scenes peers references driver display browser lint
+.PHONY: test demo bench stress scenes peers references driver display browser lint
 
 test: display browser lint
 	cargo test
@@ -21,6 +22,10 @@ demo: driver
 bench: driver
 	cargo build --release
 	target/release/lightgraph bench --out out/bench
+
+stress: driver
+	cargo build --release
+	target/release/lightgraph stress --seconds 780 --out out/stress
 
 scenes:
 	cargo run --quiet --example make_scenes

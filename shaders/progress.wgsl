@@ -2,6 +2,7 @@
 #import lightgraph::digest::{add, add_matrix}
 #import lightgraph::random::scramble
 #import lightgraph::geometry::nodes
+#import lightgraph::surface::materials
 #ifdef LIGHTS
 #import lightgraph::lights::lights
 #endif
@@ -30,9 +31,13 @@ fn main() {
     }
 #ifdef LIGHTS
     for (var i = 0u; i < arrayLength(&lights); i++) {
-        hash = add(add(hash, lights[i].position), lights[i].direction);
+        hash = add(add(add(hash, lights[i].position), lights[i].direction), lights[i].intensity);
     }
 #endif
+    for (var i = 0u; i < arrayLength(&materials); i++) {
+        let m = materials[i];
+        hash = add(add(add(hash, m.base_color.rgb), m.emission), vec3f(m.specular, m.shininess, 0.0));
+    }
     hash = add_matrix(hash, view.camera_view_projection);
     hash = scramble(view.screen.x + scramble(view.screen.y + hash));
     hash = scramble(view.samples + scramble(view.bounces + scramble(view.seed + hash)));

@@ -17,7 +17,7 @@
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback
 //! - [`session`]: from files to frames; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
-//! - [`bench`]: run time against error; [`snapshot`]: tests of graphs
+//! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - [`builtin`]: the graphs and shaders that the binary carries
 //! - `view`: the window: graphs seen live, with what can be set, compared and looked into
 //! - [`cli`]: the commands, one a file
@@ -63,6 +63,7 @@ pub mod scene;
 pub mod session;
 pub mod shader;
 pub mod snapshot;
+pub mod stress;
 pub mod value;
 pub mod verify;
 #[cfg(feature = "window")]

@@ -98,6 +98,8 @@ pub struct Settings {
     pub skip: bool,
     /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
     pub verify: bool,
+    /// Check the numbers that every step leaves; see [`FrameReport::numerics`].
+    pub watch: bool,
     /// Every resource keeps memory of its own and can be looked at after the frame.
     pub inspect: bool,
     /// For tests of the proof: a kind of ingredient that is left out of every key, so that contents become wrong.
@@ -123,7 +125,7 @@ fn plan_of(graph: &Graph, texts: &Library, scene: &Scene, settings: &Settings, g
         limits: &gpu.limits,
         features: gpu.features,
     };
-    let readable = settings.verify || settings.inspect;
+    let readable = settings.verify || settings.inspect || settings.watch;
     plan_with(&request, Options { readable, share: !settings.inspect, ..Options::default() })
 }
 
@@ -209,7 +211,10 @@ impl Session {
         let held = Held::new(&plan, &keys, &kept, earlier.map(|e| &e.held));
         let memory = earlier.map(|e| e.prepared.pool.taken(&kept)).unwrap_or_default();
         let assets = scene.assets_with(hashes);
-        let prepared = gpu::prepare_after(gpu, &plan, &assets, &tables.list, &memory)?;
+        let mut prepared = gpu::prepare_after(gpu, &plan, &assets, &tables.list, &memory)?;
+        if settings.watch {
+            prepared.watch(gpu)?;
+        }
         let scratch = match settings.verify {
             true => {
                 let earlier = earlier.and_then(|e| e.scratch.as_ref());
@@ -277,7 +282,8 @@ impl Session {
         Ok(report)
     }
 
-    /// The checks in shaders that do not hold after a frame, each at its line.
+    /// The checks in shaders that do not hold after a frame, each at its line, and the numbers that steps left and should
+    /// not have.
     pub fn failed_checks(&self, report: &FrameReport) -> Vec<Diagnostic> {
         let fault = |(step, failed): &(StepId, Failed)| {
             let step = &self.plan.steps[step.0];
@@ -297,7 +303,8 @@ impl Session {
                 None => d,
             }
         };
-        report.failed.iter().map(fault).collect()
+        let numbers = report.numerics.as_ref().map_or(vec![], |n| n.faults(&self.plan));
+        report.failed.iter().map(fault).chain(numbers).collect()
     }
 
     /// What set off the steps of the last frame, each thing once: what they read besides each other's results.

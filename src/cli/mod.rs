@@ -11,6 +11,7 @@ pub mod plan;
 pub mod render;
 mod speed;
 mod stats;
+pub mod stress;
 mod table;
 pub mod test;
 pub mod view;
@@ -48,6 +49,8 @@ pub enum Command {
     New(new::Args),
     /// Measure run time against error
     Bench(bench::Args),
+    /// Try every graph under what a scene or a parameter can do, against known answers
+    Stress(stress::Args),
 }
 
 /// Why a command did not do its work.
@@ -97,6 +100,7 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Test(args) => test::run(args),
         Command::New(args) => new::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Stress(args) => stress::run(args),
     };
     let (faults, code) = match result {
         Ok(code) => return code,

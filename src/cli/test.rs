@@ -36,6 +36,9 @@ pub struct Args {
     /// Write the results as JUnit XML
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
+    /// Also fail tests whose steps leave NaN, infinite numbers, or those outside of the ranges that graphs state
+    #[arg(long)]
+    pub watch_numerics: bool,
 }
 
 /// Runs, prints a line a test and the counts, writes reports.
@@ -49,7 +52,13 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         Some("") => Bless::All,
         Some(name) => Bless::Named(name.into()),
     };
-    let options = Options { bless, failures: args.failures.clone(), jobs: args.jobs.into(), fail_fast: args.fail_fast };
+    let options = Options {
+        bless,
+        failures: args.failures.clone(),
+        jobs: args.jobs.into(),
+        fail_fast: args.fail_fast,
+        watch: args.watch_numerics,
+    };
     let summary = snapshot::run(&tests, &options, &mut |outcome| print(&outcome.to_string()));
     if let Some(adapter) = &summary.adapter {
         print(&format!("on {adapter}\n"));

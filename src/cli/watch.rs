@@ -99,6 +99,7 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
             outputs: Some(output_names(&files)),
             skip: !args.no_skip,
             verify: args.verify_skips,
+            watch: args.watch_numerics,
             ..Settings::default()
         };
         let mut session = Session::after(gpu, &project, loaded.scene, settings, previous)?;

@@ -16,6 +16,7 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::RG11B10UFLOAT_RENDERABLE)
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
     .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES)
+    .union(wgpu::Features::MULTIVIEW)
     .union(wgpu::Features::SUBGROUP)
     .union(wgpu::Features::INDIRECT_FIRST_INSTANCE);
 

@@ -2,7 +2,7 @@
 
 use super::{
     device::Gpu,
-    pipelines::{Built, by_location},
+    pipelines::{Built, by_location, view_mask},
     pool::{Memory, Pool, floats, target_view},
     prepare::{Pass, Ready, Shaded},
     scene_data::SceneData,
@@ -252,7 +252,7 @@ fn clear_by_pass(
     (layer, mip): (u32, u32),
     value: [f64; 4],
 ) {
-    let view = target_view(texture, layer, mip);
+    let view = target_view(texture, layer..layer.saturating_add(1), mip);
     let format = texture.format();
     let solid = texture.dimension() == wgpu::TextureDimension::D3;
     let color = [Some(wgpu::RenderPassColorAttachment {
@@ -323,7 +323,7 @@ fn begin<'e>(
         depth_stencil_attachment: depth,
         timestamp_writes,
         occlusion_query_set: None,
-        multiview_mask: None,
+        multiview_mask: view_mask(draw.views),
     }))
 }
 

@@ -1,5 +1,6 @@
 //! A frame: uploads, then the plan's order, step by step.
 
+use super::numerics::{Numerics, Watch};
 use super::{
     device::Gpu, encode::Source, prepare::Prepared, readback::map, reports::Reports, scope::Scope, timing::Timer,
 };
@@ -34,6 +35,8 @@ pub struct FrameReport {
     pub loops: Vec<LoopReport>,
     /// What went on, but probably not as meant.
     pub warnings: Vec<Diagnostic>,
+    /// What the checks of numbers found; `None` without [`Prepared::watch`].
+    pub numerics: Option<Numerics>,
     /// Checks in shaders that do not hold, by step: as of its last run.
     pub failed: Vec<(StepId, Failed)>,
     /// From the call to the end of the device's work, in milliseconds.
@@ -77,13 +80,14 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    let Prepared { pool, scene, uniforms, reports, steps, timer, probe, .. } = prepared;
+    let Prepared { pool, scene, uniforms, reports, steps, timer, probe, watch, .. } = prepared;
     timer.start();
     let mut walk = Walk {
         source: Source { gpu, plan, pool, scene, uniforms, steps },
         timer,
         reports,
         probe: probe.as_ref(),
+        watch: watch.as_mut(),
         encoder: None,
         pending: vec![],
         iterations: vec![],
@@ -94,7 +98,14 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     };
     walk.top(&plan.order, frame.run)?;
     walk.submit()?;
-    let Walk { mut times, first_runs, loops, warnings, timer, .. } = walk;
+    let Walk { mut times, first_runs, loops, warnings, timer, watch, .. } = walk;
+    let numerics = match watch {
+        Some(watch) => {
+            watch.collect(gpu, plan)?;
+            Some(watch.take())
+        }
+        None => None,
+    };
     for ((ms, timed), time) in timer.finish(gpu, plan.steps.len())?.into_iter().zip(&mut times) {
         if let Some(time) = time {
             time.gpu_ms = (timed == time.runs).then_some(ms);
@@ -102,7 +113,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     }
     let failed = reports.read(gpu)?;
     let steps = first_runs.into_iter().filter_map(|s: StepId| times.get(s.0).copied().flatten()).collect();
-    Ok(FrameReport { steps, loops, warnings, failed, wall_ms: ms_since(start) })
+    Ok(FrameReport { steps, loops, warnings, numerics, failed, wall_ms: ms_since(start) })
 }
 
 /// The state of a walk along the order.
@@ -111,6 +122,7 @@ struct Walk<'a> {
     timer: &'a mut Timer,
     reports: &'a Reports,
     probe: Option<&'a wgpu::Buffer>,
+    watch: Option<&'a mut Watch>,
     /// What is encoded and not yet submitted, with the scope that catches its errors.
     encoder: Option<(wgpu::CommandEncoder, Scope<'a>)>,
     /// The runs in `encoder`.
@@ -148,6 +160,13 @@ impl Walk<'_> {
         if self.pending.len() >= RUNS_A_SUBMISSION {
             self.submit()?;
         }
+        let writes = self.source.plan.steps.get(id.0).map_or(0, |s| s.writes.len());
+        if self.watch.as_ref().is_some_and(|w| w.is_full(writes)) {
+            self.submit()?;
+            if let Some(watch) = &mut self.watch {
+                watch.collect(gpu, self.source.plan)?;
+            }
+        }
         // Handing over is no encoding: a software driver works meanwhile.
         let start = Instant::now();
         let in_pass = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
@@ -163,6 +182,9 @@ impl Walk<'_> {
         }
         let pair = self.timer.pair(gpu, id, in_pass);
         self.source.encode(encoder, id, &self.iterations, pair.as_ref())?;
+        if let Some(watch) = &mut self.watch {
+            watch.encode(gpu, self.source.plan, self.source.pool, encoder, id, &self.iterations)?;
+        }
         self.pending.push((id, self.iterations.clone()));
         if let Some(time) = self.times.get_mut(id.0) {
             if time.is_none() {

@@ -9,6 +9,7 @@ mod device;
 mod encode;
 mod execute;
 mod kept;
+mod numerics;
 mod pipelines;
 mod pool;
 mod prepare;
@@ -26,6 +27,7 @@ mod uniforms;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError};
 pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};
+pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};
 pub use prepare::{Prepared, prepare, prepare_after};
 pub use readback::{read_buffer, read_bytes, read_image, read_plane};

@@ -3,6 +3,7 @@
 use super::{
     bindings::{Bindable, Shared, bind_group},
     device::Gpu,
+    numerics::Watch,
     pipelines::{self, StepPipelines, by_location},
     pool::{Memory, Pool, target_view},
     readback::staging,
@@ -28,6 +29,8 @@ pub struct Prepared {
     pub(super) timer: Timer,
     /// Where loops with a test read their number; `None` without such loops.
     pub(super) probe: Option<wgpu::Buffer>,
+    /// Checks the numbers that every step leaves; `None`: nobody asked.
+    pub(super) watch: Option<Watch>,
 }
 
 /// A step made ready.
@@ -110,10 +113,20 @@ pub fn prepare_after(
     }
     Faults::check(faults, ())?;
     gpu.check()?;
-    Ok(Prepared { pool, scene, uniforms, reports, steps, timer: Timer::new(gpu), probe })
+    Ok(Prepared { pool, scene, uniforms, reports, steps, timer: Timer::new(gpu), probe, watch: None })
 }
 
 impl Prepared {
+    /// From now on every frame checks what its steps leave, for a plan whose resources can all be read: its report has
+    /// [`super::Numerics`].
+    ///
+    /// # Errors
+    /// No memory is left.
+    pub fn watch(&mut self, gpu: &Gpu) -> Checked<()> {
+        self.watch = Some(Watch::new(gpu)?);
+        Ok(())
+    }
+
     /// Uploads changed tables, and binds anew what had to move.
     ///
     /// # Errors
@@ -221,7 +234,7 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
     let attach = |id: ResourceId, layer: u32| -> Checked<(wgpu::TextureView, Option<u32>)> {
         let texture = pool.texture(plan, id)?;
         let layers = texture.depth_or_array_layers();
-        if layer >= layers {
+        if layer.saturating_add(draw.views) > layers {
             let target = plan.resources.get(id.0).map_or("?", |r| &r.name);
             return Err(Diagnostic::error(format!(
                 "`{name}` draws to layer {layer} of `{target}`, which has {layers}"
@@ -230,12 +243,12 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
             .into());
         }
         let slice = (texture.dimension() == wgpu::TextureDimension::D3).then_some(layer);
-        Ok((target_view(texture, layer, 0), slice))
+        Ok((target_view(texture, layer..layer.saturating_add(draw.views), 0), slice))
     };
     let color = by_location(&draw.color).into_iter().map(|t| t.map(|t| attach(t.resource, layer)).transpose());
     let depth = draw.depth.as_ref().map(|d| {
-        // A depth buffer of one layer serves all layers in turn.
-        let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == 1;
+        // A depth buffer with the layers of one member serves all in turn.
+        let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == draw.views;
         attach(d.resource, if single { 0 } else { layer }).map(|(view, _)| view)
     });
     Ok(Targets { color: color.collect::<Checked<_>>()?, depth: depth.transpose()? })

@@ -52,6 +52,8 @@ impl Sketch {
             alive: (0, usize::MAX),
             history: false,
             initial: None,
+            min: None,
+            max: None,
         });
         ResourceId(self.plan.resources.len() - 1)
     }
@@ -167,6 +169,7 @@ impl Sketch {
                 write: true,
             }),
             members: places.iter().enumerate().map(|(i, p)| Member { index: i as u32, place: *p }).collect(),
+            views: 1,
         };
         self.step(name, Action::Draw(draw), bindings)
     }

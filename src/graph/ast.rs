@@ -52,6 +52,9 @@ pub struct Resource {
     pub history: bool,
     /// Content before anything is written.
     pub initial: Option<[f64; 4]>,
+    /// What its numbers should lie between; checks of numbers hold it to them.
+    pub min: Option<f64>,
+    pub max: Option<f64>,
     /// How many equal ones the set has; `None`: a single one.
     pub members: Option<Expr>,
 }
@@ -114,6 +117,8 @@ pub struct Raster {
     pub clear: Vec<(Name, [f64; 4])>,
     pub blend: Option<wgpu::BlendState>,
     pub layer: Option<Expr>,
+    /// Layers that each member draws to at once, through a view each.
+    pub views: Option<Expr>,
 }
 
 impl PassKind {

@@ -282,6 +282,13 @@ impl<'g> Check<'g> {
         if let Some(layer) = &r.layer {
             self.names(layer, Scope::Loops(loops));
         }
+        if let Some(views) = &r.views {
+            self.names(views, Scope::Values);
+            if let Some(layer) = &r.layer {
+                let d = Diagnostic::error("a pass with `views` draws each member to as many layers in turn");
+                self.faults.push(d.at(&layer.span, "`layer` says another place").at(&views.span, ""));
+            }
+        }
     }
 
     fn resource_name(&mut self, name: &Name, noun: &str) {

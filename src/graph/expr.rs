@@ -287,6 +287,10 @@ impl Expr {
             (Function::Pow, [Val::Int(a), Val::Int(b)]) => {
                 u32::try_from(*b).ok().and_then(|b| a.checked_pow(b)).map(Val::Int).ok_or_else(|| self.overflow())
             }
+            (Function::Pow, [a @ (Val::Int(_) | Val::Float(_)), b @ (Val::Int(_) | Val::Float(_))]) => {
+                let power = float(a).powf(float(b));
+                if power.is_finite() { Ok(Val::Float(power)) } else { Err(self.overflow()) }
+            }
             (Function::Vector, _) if args.iter().all(|a| matches!(a, Val::Int(_))) => {
                 Ok(Val::Ints(args.iter().flat_map(ints).collect()))
             }

@@ -140,15 +140,20 @@ impl Reader {
                 })
             }
         };
-        let (mut history, mut initial, mut members) = (false, None, None);
+        let (mut history, mut initial, mut members, mut min, mut max) = (false, None, None, None, None);
         if name != "Sampler" {
             history = self.bool(f.get("history"), false);
             initial = f.get("initial").and_then(|n| self.color(n));
             members = f.get("members").and_then(|n| self.expr(n));
+            min = f.get("min").and_then(|n| self.number(n));
+            max = f.get("max").and_then(|n| self.number(n));
+            if min.zip(max).is_some_and(|(min, max)| min > max) {
+                self.fault(Diagnostic::error("its `min` exceeds its `max`").at(&node.span, ""));
+            }
         }
         self.finish(&f);
         debug_assert!(kind.is_some() || self.faults.len() > before, "what can't be read is a fault");
-        Some(Resource { span: node.span.clone(), kind: kind?, history, initial, members })
+        Some(Resource { span: node.span.clone(), kind: kind?, history, initial, members, min, max })
     }
 
     fn compare(&mut self, node: Option<&Node>, default: wgpu::CompareFunction) -> wgpu::CompareFunction {
@@ -256,7 +261,9 @@ impl Reader {
         ];
         let blend = self.word(f.get("blend"), &blends, None);
         let layer = f.get("layer").and_then(|n| self.expr(n));
-        Some(Raster { shader: shader?, color, depth, depth_compare, depth_write, cull, load, clear, blend, layer })
+        let views = f.get("views").and_then(|n| self.expr(n));
+        let shader = shader?;
+        Some(Raster { shader, color, depth, depth_compare, depth_write, cull, load, clear, blend, layer, views })
     }
 }
 

@@ -24,7 +24,7 @@ pub struct Options {
     pub share: bool,
     /// 0: the order of the file. Otherwise the seed of some other legal order.
     pub order_seed: u64,
-    /// Every resource can be read back, not outputs only.
+    /// Every resource can be read back, not outputs only, and bound by checks.
     pub readable: bool,
 }
 
@@ -76,7 +76,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     note_unneeded(&wiring.items, &needed, &mut skipped);
     let items = retain(wiring.items, &needed);
 
-    let expanded = expand(&items, &sizes, &values, &wiring.shaders, request.limits, &mut faults);
+    let expanded = expand(&items, &sizes, &values, &wiring.shaders, (request.limits, request.features), &mut faults);
     let Expanded { mut resources, mut steps, mut block, mut ids } = expanded;
     let cleared = initial_clears(graph, &items, &wanted, &mut ids, &mut resources, &sizes, &mut steps);
     block = prepend(cleared, block);
@@ -106,7 +106,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     };
     if options.readable {
         for r in &mut plan.resources {
-            readable(&mut r.desc);
+            open(&mut r.desc);
         }
     }
     until_usage(&mut plan);
@@ -120,6 +120,15 @@ fn readable(desc: &mut Desc) {
     match desc {
         Desc::Texture(t) => t.usage |= wgpu::TextureUsages::COPY_SRC,
         Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_SRC,
+    }
+}
+
+/// Readable by the host and by shaders that no graph names.
+fn open(desc: &mut Desc) {
+    readable(desc);
+    match desc {
+        Desc::Texture(t) => t.usage |= wgpu::TextureUsages::TEXTURE_BINDING,
+        Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::STORAGE,
     }
 }
 
@@ -185,6 +194,8 @@ fn initial_clears(
                 alive: (0, 0),
                 history: false,
                 initial: declared.initial,
+                min: declared.min,
+                max: declared.max,
             });
         } else if starts != Some(true) {
             continue;

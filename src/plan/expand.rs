@@ -29,11 +29,11 @@ pub fn expand(
     sizes: &Sizes,
     values: &Values,
     shaders: &[Arc<Shader>],
-    limits: &wgpu::Limits,
+    (limits, features): (&wgpu::Limits, wgpu::Features),
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
     let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: BTreeMap::new() };
-    let mut e = Expander { sizes, values, shaders, limits, faults, out, counts: vec![] };
+    let mut e = Expander { sizes, values, shaders, limits, features, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
     e.out
@@ -45,6 +45,7 @@ pub(super) struct Expander<'a, 'f> {
     pub(super) values: &'a Values,
     pub(super) shaders: &'a [Arc<Shader>],
     pub(super) limits: &'a wgpu::Limits,
+    pub(super) features: wgpu::Features,
     pub(super) faults: &'f mut Vec<Diagnostic>,
     pub(super) out: Expanded,
     /// Iterations of the loops around, outermost first.
@@ -108,6 +109,8 @@ impl Expander<'_, '_> {
                 alive: (0, 0),
                 history: declared.history,
                 initial,
+                min: declared.min,
+                max: declared.max,
             });
         }
         self.member(name, first, sized.members, member, span)

@@ -424,7 +424,7 @@ impl<'p> Gather<'p> {
     }
 
     fn draw(&mut self, draw: &'p Draw) {
-        let Draw { shader, vertex, fragment, geometry, color, depth, members } = draw;
+        let Draw { shader, vertex, fragment, geometry, color, depth, members, views } = draw;
         self.shader(*shader, &(vertex, fragment));
         match geometry {
             Geometry::Scene { cull } => {
@@ -442,7 +442,7 @@ impl<'p> Gather<'p> {
             self.touch(*resource);
             self.fix(Kind::Target, "", &(format, clear.map(f32::to_bits), compare, write));
         }
-        self.fix(Kind::Extent, "", members);
+        self.fix(Kind::Extent, "", &(members, views));
     }
 
     /// The values in a uniform's bytes. Their places in it are the shader's.

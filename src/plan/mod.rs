@@ -119,6 +119,9 @@ pub struct Resource {
     pub history: bool,
     /// Content before anything is written; `Some` also clears it on allocation.
     pub initial: Option<[f64; 4]>,
+    /// What the graph says that its numbers lie between.
+    pub min: Option<f64>,
+    pub max: Option<f64>,
 }
 
 /// Memory for one or more resources of the same [`Desc`] (usages united).
@@ -229,6 +232,8 @@ pub struct Draw {
     pub depth: Option<DepthTarget>,
     /// One draw for each; the instance index of each is its `index`.
     pub members: Vec<Member>,
+    /// Layers that each member draws to at once; a member's place is the first of them. 1 without `views`.
+    pub views: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

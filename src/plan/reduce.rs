@@ -144,7 +144,17 @@ impl Expander<'_, '_> {
         let name = format!("{name}.{stage}");
         let fits = sizes::limits(&name, &desc, span, self.limits);
         self.keep(fits)?;
-        self.out.resources.push(Resource { name, desc, slot: 0, alive: (0, 0), history: false, initial: None });
+        let (min, max) = (None, None);
+        self.out.resources.push(Resource {
+            name,
+            desc,
+            slot: 0,
+            alive: (0, 0),
+            history: false,
+            initial: None,
+            min,
+            max,
+        });
         Some(ResourceId(self.out.resources.len() - 1))
     }
 

@@ -46,6 +46,7 @@ pub(super) fn import(document: &Document, name: &str, files: &mut Vec<PathBuf>, 
         textures,
         bounds: Bounds::EMPTY,
         grid: Bounds::EMPTY,
+        origin: Vec3::ZERO,
     }
 }
 

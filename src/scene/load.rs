@@ -57,6 +57,23 @@ pub fn load(path: &Path) -> Checked<Loaded> {
     }
 }
 
+/// A scene from the bytes of a `.gltf` or `.glb` that needs no other file, called `name`, and the text of a scene RON.
+///
+/// # Errors
+/// As [`load`].
+pub fn from_bytes(bytes: &[u8], name: &str, description: Option<&str>) -> Checked<Loaded> {
+    let (mut faults, mut files) = (vec![], vec![]);
+    let description =
+        description.map(|text| description::parse(&Source::new(format!("{name}.ron"), text), &mut faults));
+    let scene = read(bytes, name, name, Path::new(""), description.as_ref(), &mut files, &mut faults);
+    match scene {
+        Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
+            Ok(Loaded { scene, notices: faults, files })
+        }
+        _ => Err(Faults(faults)),
+    }
+}
+
 /// A scene from a glTF's bytes. Not to be used when `faults` then holds an error; `None` only with one.
 pub(super) fn read(
     bytes: &[u8],
@@ -84,7 +101,11 @@ pub(super) fn read(
         let d = Diagnostic::note(format!("{shown}: the scene has no light; everything will be black"));
         faults.push(d.help("add a light (KHR_lights_punctual) or an emissive material"));
     }
+    faults.extend(scene.materials.iter().filter_map(|m| without_loss(m, shown)));
     scene.bounds = scene.swept_bounds();
+    if let Some(d) = come_near(&mut scene, shown) {
+        faults.push(d);
+    }
     let reach = scene.bounds.min.abs().max(scene.bounds.max.abs()).max_element();
     if reach > super::geometry::MAX_COORDINATE || reach.is_nan() {
         faults.push(
@@ -92,8 +113,64 @@ pub(super) fn read(
         );
         return None;
     }
-    scene.grid = description.and_then(|d| d.grid).unwrap_or(scene.bounds);
+    let grid = description.and_then(|d| d.grid);
+    scene.grid = grid.map_or(scene.bounds, |g| super::Bounds { min: g.min - scene.origin, max: g.max - scene.origin });
     Some(scene)
+}
+
+/// Farther than this from the origin, in its own sizes, a scene is moved to it.
+const FAR_AWAY: f32 = 64.0;
+
+/// Moves a scene that lies far from the origin to it: numbers of 32 bits have seven digits, and those that say how far away it
+/// is are lost to what is in it.
+fn come_near(scene: &mut Scene, shown: &str) -> Option<Diagnostic> {
+    let (center, size) = (scene.bounds.center(), scene.bounds.diagonal());
+    let away = center.abs().max_element();
+    if !(away > FAR_AWAY * size && size > 0.0 && away <= super::geometry::MAX_COORDINATE) {
+        return None;
+    }
+    // Whole multiples of a power of two, so that what is subtracted from coordinates leaves no rounding behind.
+    let step = size.log2().ceil().exp2();
+    scene.origin = (center / step).round() * step;
+    for node in scene.nodes.iter_mut().filter(|n| n.parent.is_none()) {
+        node.translation -= scene.origin;
+        node.motion.iter_mut().for_each(|key| key.translation -= scene.origin);
+    }
+    scene.bounds = scene.swept_bounds();
+    let moved = format!(
+        "{shown}: the scene lies {away} m from the origin, and is {size} m large; it is moved by {}",
+        -scene.origin
+    );
+    // What vertices hold was rounded before it was read.
+    let stored = scene.geometry.vertices.iter().flat_map(|v| v.position).fold(0.0, |m: f32, x| m.max(x.abs()));
+    let apart = stored * f32::EPSILON;
+    Some(if apart > 1e-5 * size {
+        Diagnostic::warning(moved).help(format!(
+            "its vertices are stored {stored} m from their nodes, where numbers are {apart} m apart: that rounding stays; \
+             give the nodes the distance, and the vertices coordinates round 0"
+        ))
+    } else {
+        Diagnostic::note(moved).help("nothing of the image is lost by it")
+    })
+}
+
+/// Between surfaces that reflect all they get, light never fades: sums over bounces have no limit.
+fn without_loss(material: &super::Material, shown: &str) -> Option<Diagnostic> {
+    let albedo = material.base_color.truncate().max_element();
+    let kept = albedo + material.specular;
+    // A texture takes its part, and an albedo above 1 has been spoken of.
+    if kept < 1.0 || material.base_color_texture.is_some() || albedo > 1.0 {
+        return None;
+    }
+    let name = &material.name;
+    Some(if kept > 1.0 {
+        let text = format!("{shown}: material \"{name}\" reflects {kept} of the light it gets: more with every bounce");
+        Diagnostic::warning(text)
+            .help("lower its baseColorFactor or its specular strength; together they must stay below 1")
+    } else {
+        let text = format!("{shown}: material \"{name}\" reflects all light: between such walls it never fades");
+        Diagnostic::note(text).help("lower its baseColorFactor below 1")
+    })
 }
 
 /// What the scene RON adds, its names looked up.

@@ -55,7 +55,7 @@ mod textures;
 
 pub use assets::{AssetHashes, Assets};
 pub use geometry::Geometry;
-pub use load::{Loaded, load};
+pub use load::{Loaded, from_bytes, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use textures::TextureArray;

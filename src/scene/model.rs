@@ -24,6 +24,8 @@ pub struct Scene {
     pub bounds: Bounds,
     /// Where probes go: the scene file's `grid`, or `bounds`.
     pub grid: Bounds,
+    /// What was subtracted from the file's coordinates: not 0 for scenes that lie far from their origin.
+    pub origin: Vec3,
 }
 
 /// A place in the hierarchy: `x_parent = linear · x + translation`.

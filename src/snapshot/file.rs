@@ -37,6 +37,8 @@ pub struct Setup {
     pub params: Vec<(Name, Node)>,
     /// What all lights and emissive materials are multiplied by.
     pub light: f32,
+    /// Frames check the numbers that every step leaves.
+    pub watch: bool,
     /// What stands otherwise in the shaders than in their files, in order.
     pub edits: Vec<Edit>,
 }
@@ -176,6 +178,7 @@ impl Parser<'_> {
                 size: size?,
                 params,
                 light: light as f32,
+                watch: false,
                 edits: vec![],
             },
             steps: if listed.is_empty() { once() } else { listed },

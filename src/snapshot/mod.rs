@@ -66,6 +66,8 @@ pub struct Options {
     pub bless: Bless,
     /// Where a failed test leaves images and texts, in a folder of its own.
     pub failures: PathBuf,
+    /// A frame that leaves numbers which should not be fails its test; see [`crate::gpu::Numerics`].
+    pub watch: bool,
     /// How many tests run at a time, each with a device of its own; at least 1.
     pub jobs: usize,
     /// A test ends at its first check that does not hold.
@@ -75,7 +77,7 @@ pub struct Options {
 /// One test at a time, nothing blessed, failures in `out/test`.
 impl Default for Options {
     fn default() -> Options {
-        Options { bless: Bless::None, failures: "out/test".into(), jobs: 1, fail_fast: false }
+        Options { bless: Bless::None, failures: "out/test".into(), jobs: 1, fail_fast: false, watch: false }
     }
 }
 

@@ -73,7 +73,8 @@ fn one(slot: &mut Option<Worker>, name: &str, path: &Path, options: &Options, op
             outcome.fail("file", &faults);
             Answer { outcome, adapter: None, no_adapter: None }
         }
-        Ok(test) => {
+        Ok(mut test) => {
+            test.start.watch = options.watch;
             outcome.about.clone_from(&test.about);
             let limit = test.time_limit;
             let worker = slot.get_or_insert_with(|| Worker::start(options.clone(), open.clone()));

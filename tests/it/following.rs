@@ -8,12 +8,12 @@ use lightgraph::scene;
 use lightgraph::session::{Project, Session, Settings};
 
 const SPACING: f32 = 0.25;
-const WINDOW: [u32; 3] = [6, 4, 5];
+const FINE: [u32; 3] = [6, 4, 5];
 const COARSE: u32 = 8;
 
 fn session(gpu: &Gpu) -> Session {
     let project = Project::open(&repository("graphs/view_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let set = ["coarse=2,2,2", "window=6,4,5", "spacing=0.25", "face=4", "bounces=2", "epsilon=0"].map(String::from);
+    let set = ["coarse=2,2,2", "fine=6,4,5", "spacing=0.25", "face=4", "bounces=2", "epsilon=0"].map(String::from);
     let settings = Settings {
         params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),
         size: [64, 64],
@@ -39,8 +39,8 @@ fn a_step_of_one_cell_captures_one_slab() {
     let gpu = &device::gpu();
     let mut s = session(gpu);
     let mut index = 0;
-    let all = (COARSE + WINDOW.iter().product::<u32>()) as f32;
-    let slab = (WINDOW[1] * WINDOW[2]) as f32;
+    let all = (COARSE + FINE.iter().product::<u32>()) as f32;
+    let slab = (FINE[1] * FINE[2]) as f32;
     assert_eq!(frame(gpu, &mut s, &mut index, 0.0).0, all, "the first frame captures every probe");
     assert_eq!(frame(gpu, &mut s, &mut index, 0.0).0, 0.0, "a still camera captures none");
     assert_eq!(frame(gpu, &mut s, &mut index, SPACING).0, slab);

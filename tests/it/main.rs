@@ -13,6 +13,7 @@
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `large_graph`: 1,000 passes, parsed and planned in time
 //! - `library`: public types in other programs
+//! - `lobes`: glossy lobes against their integrals and another renderer
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
@@ -22,6 +23,7 @@
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
+//! - `stress`: numerical stability: the cases that matter most
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
 //! - `twins`: shaders against the Rust of the same mathematics
 //! - `view`: the window, on a virtual display
@@ -38,6 +40,7 @@ mod following;
 mod graph_snapshots;
 mod large_graph;
 mod library;
+mod lobes;
 mod mutated;
 mod mutations;
 mod projection;
@@ -50,6 +53,7 @@ mod shipped;
 mod skips;
 mod snapshot_checks;
 mod snapshots;
+mod stress;
 mod support;
 mod test_command;
 mod traced;

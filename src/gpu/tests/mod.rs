@@ -4,3 +4,4 @@ mod compute;
 mod draw;
 mod faults;
 mod loops;
+mod numerics;

@@ -85,6 +85,9 @@ fn definitions(shader: &Shader) -> String {
 
 fn drawing(plan: &Plan, d: &Draw) -> String {
     let mut words = places(&d.members);
+    if d.views > 1 {
+        words = vec![format!("{} draws of {} views", d.members.len(), d.views)];
+    }
     let name = |id: ResourceId| plan.resources[id.0].name.as_str();
     for c in &d.color {
         match c.clear {

@@ -1,9 +1,10 @@
-//! What a probe sees through one face of its cube, packed: as capture.wgsl has it.
+//! What a probe sees through one face of its cube: where vertices fall, and what is recorded of a surface (section 3.1 of
+//! the paper).
+#define_import_path lightgraph::face
 #import lightgraph::geometry::{world_position, world_normal}
 #import lightgraph::cube::clip
-#import lightgraph::packed_surface::pack
 #import lightgraph::probes
-#import lightgraph::surface::record
+#import lightgraph::surface::{Record, record}
 
 struct Box {
     bounds_min: vec3f,
@@ -30,14 +31,14 @@ struct Varying {
     @location(3) @interpolate(flat) material: u32,
 }
 
-@vertex
-fn vertex(in: Vertex, @builtin(instance_index) member: u32) -> Varying {
-    let probe = probes::position(probes::coordinates(member / 6u));
+/// A vertex seen from probe number `index` through a face.
+fn seen(in: Vertex, index: u32, face: u32) -> Varying {
+    let probe = probes::position(probes::coordinates(index));
     let offset = world_position(in.node, in.position) - probe;
     // From any probe the whole scene lies within the diagonal of the box round scene and probes.
     let far = distance(min(box.bounds_min, box.grid_min), max(box.bounds_max, box.grid_max)) * 1.01;
     var out: Varying;
-    out.at = clip(offset, member % 6u, far * 0.001, far);
+    out.at = clip(offset, face, far * 0.001, far);
     out.offset = offset;
     out.normal = world_normal(in.node, in.normal);
     out.uv = in.uv;
@@ -45,13 +46,7 @@ fn vertex(in: Vertex, @builtin(instance_index) member: u32) -> Varying {
     return out;
 }
 
-struct Captured {
-    @location(0) cube_surface: vec4u,
-}
-
-@fragment
-fn fragment(in: Varying, @builtin(front_facing) mirrored_front: bool) -> Captured {
-    // A cube's face is a mirror image, which turns every triangle round.
-    let r = record(in.material, in.uv, in.normal, length(in.offset), !mirrored_front);
-    return Captured(pack(r));
+/// A cube's face is a mirror image, which turns every triangle round.
+fn recorded(in: Varying, mirrored_front: bool) -> Record {
+    return record(in.material, in.uv, in.normal, length(in.offset), !mirrored_front);
 }
