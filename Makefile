@@ -1,4 +1,4 @@
-# make test    the Vulkan driver, formatting, lints and tests; the test runner's summary comes last
+# make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
 # make bench   run time against error: all graphs on all scenes with references, to out/bench/report.html
 # make scenes  writes the generated files of scenes/ anew
@@ -8,9 +8,9 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo bench scenes peers references driver lint
+.PHONY: test demo bench scenes peers references driver display browser lint
 
-test: driver lint
+test: display browser lint
 	cargo test
 
 demo: driver
@@ -34,6 +34,14 @@ references: peers
 # Installs Mesa's software driver where there is no Vulkan driver at all.
 driver:
 	@scripts/install-driver.sh
+
+# The same, and Xvfb for the tests that open a window.
+display:
+	@scripts/install-driver.sh display
+
+# Installs Chromium where there is no browser: a test looks at the page of results in one.
+browser:
+	@scripts/install-browser.sh
 
 lint:
 	@for tool in fmt clippy; do \

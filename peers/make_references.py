@@ -31,6 +31,7 @@ REFERENCES = [
     ("hall", "nave", 8192),
     ("art_gallery", "main", 4096),
     ("cornell", "front", 4096),
+    ("corridor", "along", 1024),
     ("empty_room", "inside", 4096),
     ("two_rooms", "lit", 4096),
     ("two_rooms", "dark", 64),

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Makes sure that a Vulkan driver is there: lightgraph renders through Vulkan, on a GPU or, without one, on Mesa's
 # software driver (lavapipe). Where a loader and a driver are present it says nothing and changes nothing; otherwise
-# it installs Mesa's through apt.
+# it installs Mesa's through apt. With the argument `display` it sees to Xvfb as well, the virtual display on which the
+# tests open a window.
 set -euo pipefail
 
 loader_present() {
@@ -36,19 +37,29 @@ driver_present() {
 # On macOS lightgraph uses Metal, which is part of the system.
 [ "$(uname -s)" = Linux ] || exit 0
 
-if loader_present && driver_present; then
-    exit 0
+packages=()
+missing=()
+if ! { loader_present && driver_present; }; then
+    packages+=(mesa-vulkan-drivers libvulkan1)
+    missing+=("Vulkan loader and driver")
 fi
+if [ "${1:-}" = display ] && ! command -v Xvfb >/dev/null 2>&1; then
+    # The libraries are those that a window loads when it opens.
+    packages+=(xvfb libx11-6 libx11-xcb1 libxcursor1 libxi6 libxrandr2 libxkbcommon-x11-0)
+    missing+=("virtual display (Xvfb)")
+fi
+[ ${#missing[@]} -eq 0 ] && exit 0
+what=$(IFS=,; echo "${missing[*]}" | sed 's/,/, no /g')
 
-packages=(mesa-vulkan-drivers libvulkan1)
 if ! command -v apt-get >/dev/null 2>&1; then
+    echo "driver: no $what found, and there is no apt-get to install it with." >&2
     cat >&2 <<'TEXT'
-driver: no Vulkan loader and driver were found, and there is no apt-get to install them with.
-        Install your system's Vulkan loader and Mesa's software driver (lavapipe), for instance
-          Fedora:  dnf install vulkan-loader mesa-vulkan-drivers
-          Arch:    pacman -S vulkan-icd-loader vulkan-swrast
-          Alpine:  apk add vulkan-loader mesa-vulkan-swrast
-        or your GPU's own driver, and run this again.
+        Install your system's Vulkan loader and Mesa's software driver (lavapipe) or your GPU's own, and for the tests
+        Xvfb, for instance
+          Fedora:  dnf install vulkan-loader mesa-vulkan-drivers xorg-x11-server-Xvfb
+          Arch:    pacman -S vulkan-icd-loader vulkan-swrast xorg-server-xvfb
+          Alpine:  apk add vulkan-loader mesa-vulkan-swrast xvfb
+        and run this again.
 TEXT
     exit 1
 fi
@@ -56,14 +67,14 @@ fi
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
     if ! command -v sudo >/dev/null 2>&1; then
-        echo "driver: no Vulkan loader and driver were found; installing them needs root. As root, run:" >&2
+        echo "driver: no $what found; installing needs root. As root, run:" >&2
         echo "          apt-get update && apt-get install ${packages[*]}" >&2
         exit 1
     fi
     as_root=(sudo)
 fi
 
-echo "driver: no Vulkan loader and driver were found; installing ${packages[*]} (Mesa's software driver) through apt" >&2
+echo "driver: no $what found; installing ${packages[*]} through apt" >&2
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 apt() {

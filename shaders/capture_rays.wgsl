@@ -1,4 +1,5 @@
-//! What a probe sees through the centre of every texel of its cube, by a ray each: as capture.wgsl has it.
+//! What a probe sees through the centre of every texel of its cube, by a ray each: as capture.wgsl has it. With
+//! PROBES_KEPT only for probes that are stale; the others' texels stay as they are.
 #import lightgraph::cube
 #import lightgraph::hit
 #import lightgraph::probes
@@ -12,6 +13,9 @@ struct Params {
 var<uniform> params: Params;
 var cube_albedo: texture_storage_2d<rgba32float, write>;
 var cube_normal: texture_storage_2d<rgba32float, write>;
+#ifdef PROBES_KEPT
+var<storage, read> stale: array<u32>;
+#endif
 
 /// To the right and down, in texels. Where the centre of a texel lies exactly on an edge, drawing gives it to the triangle
 /// on the right of it, or below it where the edge is level: to the one that a ray hits a hair beside the centre. The hair
@@ -42,6 +46,11 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(cube_albedo)) || here.tile >= params.cube_albedo_count {
         return;
     }
+#ifdef PROBES_KEPT
+    if stale[here.tile / 6u] == 0u {
+        return;
+    }
+#endif
     let probe = probes::position(probes::coordinates(here.tile / 6u));
     let face = here.tile % 6u;
     let ray = cube::direction(face, here.texel, edge);

@@ -1,8 +1,11 @@
 //! Where the planes of a non-uniform grid stand: along each axis at even steps of a distribution, a mixture of the
-//! box's length and of the area of the surfaces that the axis runs along.
+//! box's length and of the surfaces that the axis runs along: their area, and along the view how much of the image they
+//! fill.
 //!
-//! A triangle counts with the sine between its normal and the axis: a wall across the axis says nothing of how light
+//! A surface counts with the sine between its normal and the axis: a wall across the axis says nothing of how light
 //! varies along it.
+#import lightgraph::camera::pixel_ray
+#import lightgraph::surface::is_lit
 
 struct Row {
     a: vec3f,
@@ -19,14 +22,23 @@ struct Params {
     inset: f32,
     /// Share of the surfaces in the distribution, 0 to 1.
     crowding: f32,
+    /// Share of the image in that of the surfaces along an axis that the camera looks along, 0 to 1.
+    seen: f32,
+    camera_view: mat4x4f,
 }
 var<uniform> params: Params;
+var surface_albedo: texture_2d<f32>;
+var surface_normal: texture_2d<f32>;
 var<storage, read_write> probe_axes: array<f32>;
 
 const BINS: u32 = 64u;
 const LANES: u32 = 64u;
 /// Area of surfaces in each part of the box along the axis, square metres.
 var<workgroup> area: array<f32, BINS>;
+/// Pixels in each part, in 1/256: integers, whose sum does not depend on the order.
+var<workgroup> pixels: array<atomic<u32>, BINS>;
+/// More than this many pixels along a side of the image are not looked at one by one.
+const SIDE: u32 = 128u;
 
 /// Area of a triangle's part in one bin, taken as spread evenly over its length along the axis.
 fn part(t: Row, axis: u32, low: f32, high: f32) -> f32 {
@@ -49,34 +61,54 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         sum += part(triangles[i], axis, low + f32(lane) * width, low + f32(lane + 1u) * width);
     }
     area[lane] = sum;
+    atomicStore(&pixels[lane], 0u);
+    workgroupBarrier();
+    let size = textureDimensions(surface_albedo);
+    let steps = (size + SIDE - 1u) / SIDE;
+    let looks = size / steps;
+    for (var i = lane; i < looks.x * looks.y; i += LANES) {
+        let pixel = vec2u(i % looks.x, i / looks.x) * steps;
+        if is_lit(textureLoad(surface_albedo, pixel, 0)) {
+            let surface = textureLoad(surface_normal, pixel, 0);
+            let ray = pixel_ray(pixel);
+            let at = (ray.origin[axis] + surface.w * ray.direction[axis] - low) / width;
+            let bin = u32(clamp(at, 0.0, f32(BINS) - 1.0));
+            let along = sqrt(max(1.0 - surface[axis] * surface[axis], 0.0));
+            atomicAdd(&pixels[bin], u32(256.0 * along));
+        }
+    }
     workgroupBarrier();
     if lane != 0u {
         return;
     }
-    var total = 0.0;
+    var total = vec2f(0.0);
     for (var bin = 0u; bin < BINS; bin++) {
-        total += area[bin];
+        total += vec2f(area[bin], f32(atomicLoad(&pixels[bin])));
     }
     let count = params.grid[axis];
     let first = select(0u, params.grid.x, axis > 0u) + select(0u, params.grid.y, axis > 1u);
+    // The square of the cosine between the axis and the view: over the three axes it sums to 1.
+    let seen = params.seen * params.camera_view[axis].z * params.camera_view[axis].z;
     var bin = 0u;
     // The distribution below the bin.
     var below = 0.0;
     for (var i = 0u; i < count; i++) {
         let steps = max(f32(count - 1u) + 2.0 * params.inset, 1e-20);
         let share = select((f32(i) + params.inset) / steps, 0.5, count == 1u);
-        var here = density(bin, total);
+        var here = density(bin, total, seen);
         while bin + 1u < BINS && below + here < share {
             below += here;
             bin += 1u;
-            here = density(bin, total);
+            here = density(bin, total, seen);
         }
         probe_axes[first + i] = low + (f32(bin) + clamp((share - below) / max(here, 1e-12), 0.0, 1.0)) * width;
     }
 }
 
-/// Share of the distribution in a bin; all bins sum to 1.
-fn density(bin: u32, total: f32) -> f32 {
+/// Share of the distribution in a bin; all bins sum to 1. `total`: of areas and of pixels. `seen`: the share of the pixels.
+fn density(bin: u32, total: vec2f, seen: f32) -> f32 {
     let even = 1.0 / f32(BINS);
-    return select(mix(even, area[bin] / max(total, 1e-20), params.crowding), even, total <= 0.0);
+    let parts = vec2f(area[bin], f32(atomicLoad(&pixels[bin]))) / max(total, vec2f(1e-20));
+    let surfaces = select(vec2f(even), parts, total > vec2f(0.0));
+    return mix(even, mix(surfaces.x, surfaces.y, seen), params.crowding);
 }

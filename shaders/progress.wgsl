@@ -1,4 +1,5 @@
 //! How many frames show the same as this one and came before it: 0 after the camera, the scene or a parameter changed.
+#import lightgraph::digest::{add, add_matrix}
 #import lightgraph::random::scramble
 #import lightgraph::geometry::nodes
 #ifdef LIGHTS
@@ -20,19 +21,6 @@ struct Progress {
     content: u32,
 }
 var<storage, read_write> progress: Progress;
-
-fn add(hash: u32, v: vec3f) -> u32 {
-    let words = bitcast<vec3u>(v);
-    return scramble(words.x + scramble(words.y + scramble(words.z + hash)));
-}
-
-fn add_matrix(hash: u32, m: mat4x4f) -> u32 {
-    var h = hash;
-    for (var i = 0u; i < 4u; i++) {
-        h = scramble(bitcast<u32>(m[i].w) + add(h, m[i].xyz));
-    }
-    return h;
-}
 
 @compute @workgroup_size(1)
 fn main() {

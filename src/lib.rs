@@ -8,16 +8,18 @@
 //! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
 //! ```
 //!
-//! - [`diag`]: places in texts, faults, how they are shown
+//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, names
 //! - [`shader`]: composition, bindings, reflection, byte layouts
 //! - [`scene`]: glTF, scene RON, poses, tables, a hierarchy of boxes over triangles
-//! - [`plan`]: wiring, liveness, sets and reductions, order, shared memory, what changed since the last frame
+//! - [`plan`]: wiring, liveness, sets and reductions, order, shared memory, what each result is made of, what changed
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback
-//! - [`session`]: from files to frames; [`verify`]: the proof that leaving steps out changes nothing
+//! - [`session`]: from files to frames; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
 //! - [`bench`]: run time against error; [`snapshot`]: tests of graphs
+//! - [`builtin`]: the graphs and shaders that the binary carries
+//! - `view`: the window: graphs seen live, with what can be set, compared and looked into
 //! - [`cli`]: the commands, one a file
 //!
 //! What must stay true: no Rust names a rendering technique; only `gpu` and what calls it see a device; the executor
@@ -46,16 +48,22 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod builtin;
 pub mod cli;
+mod content;
 pub mod diag;
 pub mod gpu;
 pub mod graph;
 pub mod image;
 pub mod math;
 pub mod plan;
+mod recent;
+pub mod reload;
 pub mod scene;
 pub mod session;
 pub mod shader;
 pub mod snapshot;
 pub mod value;
 pub mod verify;
+#[cfg(feature = "window")]
+pub mod view;

@@ -1,15 +1,18 @@
 //! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
 
+use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
-use crate::gpu::{self, Frame, FrameReport, Gpu, Prepared};
+use crate::gpu::{self, Frame, FrameReport, Gpu, Memory, Prepared};
 use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
+use crate::plan::keys::{Keys, Kind, Outside};
 use crate::plan::request::Request;
-use crate::plan::{Plan, ResourceId};
+use crate::plan::{Action, Plan, ResourceId, StepId};
 use crate::scene::{Pose, Scene, Shift, Table};
-use crate::shader::{Library, Shader};
+use crate::shader::Library;
+use crate::shader::report::{self, Failed};
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
 use std::path::{Path, PathBuf};
@@ -23,7 +26,8 @@ pub struct Project {
 }
 
 impl Project {
-    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then `../shaders`.
+    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then `../shaders`;
+    /// where the graph or a base is one of the binary's, then the binary's.
     ///
     /// # Errors
     /// Every fault of the graph file and its bases, and shader files that can't be read.
@@ -33,7 +37,14 @@ impl Project {
         let usual = [folder.join("shaders"), folder.join("../shaders")];
         let mut folders: Vec<PathBuf> = shaders.to_vec();
         folders.extend(usual.into_iter().filter(|f| f.is_dir()));
-        Ok(Project { graph, texts: Library::load(&folders)? })
+        let mut texts = Library::load(&folders)?;
+        if graph.files.iter().any(|f| builtin::is_builtin(f)) {
+            for (name, source) in builtin::shaders() {
+                texts.files.entry(name.into()).or_insert(source);
+            }
+        }
+        texts.files.entry(report::PATH.into()).or_insert_with(report::source);
+        Ok(Project { graph, texts })
     }
 
     /// Parameters from `NAME=VALUE` texts.
@@ -87,6 +98,10 @@ pub struct Settings {
     pub skip: bool,
     /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
     pub verify: bool,
+    /// Every resource keeps memory of its own and can be looked at after the frame.
+    pub inspect: bool,
+    /// For tests of the proof: a kind of ingredient that is left out of every key, so that contents become wrong.
+    pub without: Option<Kind>,
 }
 
 /// Plans a project for a scene with an adapter's limits.
@@ -94,9 +109,13 @@ pub struct Settings {
 /// # Errors
 /// As [`crate::plan::build::plan`].
 pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
+    plan_of(&project.graph, &project.texts, scene, settings, gpu)
+}
+
+fn plan_of(graph: &Graph, texts: &Library, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
     let request = Request {
-        graph: &project.graph,
-        texts: &project.texts,
+        graph,
+        texts,
         params: &settings.params,
         facts: &scene.facts(),
         screen: settings.size,
@@ -104,12 +123,13 @@ pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu
         limits: &gpu.limits,
         features: gpu.features,
     };
-    plan_with(&request, Options { readable: settings.verify, ..Options::default() })
+    let readable = settings.verify || settings.inspect;
+    plan_with(&request, Options { readable, share: !settings.inspect, ..Options::default() })
 }
 
 /// A plan on a device, ready for frames.
 pub struct Session {
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     pub settings: Settings,
     pub plan: Plan,
     /// What the user should know about the plan and the view.
@@ -119,12 +139,24 @@ pub struct Session {
     /// The texts that the plan's shaders were made from.
     texts: Library,
     prepared: Prepared,
-    pose: Pose,
-    /// What memory holds; `None` runs every step of every frame.
-    held: Option<Held>,
+    keys: Keys,
+    held: Held,
+    /// What the uploaded tables and the rest of the scene are, hashed.
+    outside: Outside,
+    tables: Arc<Tables>,
+    /// The tables are on the device.
+    uploaded: bool,
+    /// Number, time and shift of the last frame.
+    last: (u32, f32, Shift),
     /// By step: why it ran or did not in the last frame.
     why: Vec<Why>,
     scratch: Option<Scratch>,
+}
+
+/// Tables of a scene at a pose.
+struct Tables {
+    pose: Pose,
+    list: Vec<Table>,
 }
 
 impl Session {
@@ -132,45 +164,77 @@ impl Session {
     ///
     /// # Errors
     /// Faults of the graph for this scene, and what the device can't do.
-    pub fn new(gpu: &Gpu, project: &Project, scene: Scene, settings: Settings) -> Checked<Session> {
+    pub fn new(gpu: &Gpu, project: &Project, scene: impl Into<Arc<Scene>>, settings: Settings) -> Checked<Session> {
         Session::after(gpu, project, scene, settings, None)
     }
 
-    /// As [`Session::new`], in place of another session, which stays as it is when this one fails: pipelines of shaders
-    /// that did not change are taken over, and resources with history keep what they hold.
+    /// As [`Session::new`], in place of another session, which stays as it is when this one fails. What the two have in
+    /// common is not made again: shaders of the same texts, memory that holds what this one wants, resources with
+    /// history. The other session may go on: both know what is in the memory that they share.
     ///
     /// # Errors
     /// As [`Session::new`].
     pub fn after(
         gpu: &Gpu,
         project: &Project,
-        scene: Scene,
+        scene: impl Into<Arc<Scene>>,
         settings: Settings,
         previous: Option<&Session>,
     ) -> Checked<Session> {
-        let Planned { mut plan, mut notices } = plan_for(project, &scene, &settings, gpu)?;
-        if let Some(previous) = previous {
-            for shader in &mut plan.shaders {
-                let same = |old: &&Arc<Shader>| unchanged(old, shader, &previous.texts, &project.texts);
-                if let Some(old) = previous.plan.shaders.iter().find(same) {
-                    *shader = old.clone();
-                }
-            }
-        }
-        let pose = scene.pose(0.0);
-        let [width, height] = settings.size;
-        notices.extend(scene.camera_values(&pose, settings.camera.as_deref(), width, height)?.1);
-        let tables = tables(&scene, &plan, &pose);
-        let earlier = previous.map(|p| (&p.plan, &p.prepared));
-        let prepared = gpu::prepare_after(gpu, &plan, &scene.geometry, scene.textures.as_ref(), &tables, earlier)?;
-        let held = settings.skip.then(Held::default);
+        let texts = match previous {
+            Some(previous) => project.texts.clone().after(&previous.texts),
+            None => project.texts.clone(),
+        };
+        let scene = same_scene(scene.into(), previous);
+        let hashes = match previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)) {
+            Some(previous) => previous.outside.assets,
+            None => scene.assets().hashes,
+        };
+        let Planned { plan, mut notices } = plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
+        // The next frame is most likely the last one again.
+        let last = previous.map(|p| p.last.clone()).unwrap_or_default();
+        let pose = scene.pose_shifted(last.1, &last.2);
+        let (values, more) = frame_values(&scene, &settings, &pose, last.0)?;
+        notices.extend(more);
+        let tables = tables(&scene, &plan, pose, previous);
+        let began = previous.map_or(0, |p| p.held.frames());
+        let outside = Outside::new(&plan, hashes, began, &tables.list)?;
+        let keys = Keys::of(&plan, settings.without);
+        // The memory that verifies begins as the other does, or not at all.
+        let earlier = previous.filter(|p| !settings.verify || p.scratch.is_some());
+        let kept = match earlier {
+            Some(earlier) => change::carry(&plan, &keys, &earlier.held, &outside, &values),
+            None => vec![None; plan.slots.len()],
+        };
+        let held = Held::new(&plan, &keys, &kept, earlier.map(|e| &e.held));
+        let memory = earlier.map(|e| e.prepared.pool.taken(&kept)).unwrap_or_default();
+        let assets = scene.assets_with(hashes);
+        let prepared = gpu::prepare_after(gpu, &plan, &assets, &tables.list, &memory)?;
         let scratch = match settings.verify {
-            true => Some(Scratch::new(gpu, &plan, &scene, &tables)?),
+            true => {
+                let earlier = earlier.and_then(|e| e.scratch.as_ref());
+                Some(Scratch::new(gpu, &plan, &keys, &assets, &tables.list, earlier)?)
+            }
             false => None,
         };
         let shift = Shift::default();
-        let texts = project.texts.clone();
-        Ok(Session { scene, settings, plan, notices, shift, texts, prepared, pose, held, why: vec![], scratch })
+        Ok(Session {
+            scene,
+            settings,
+            plan,
+            notices,
+            shift,
+            texts,
+            prepared,
+            keys,
+            held,
+            outside,
+            tables,
+            uploaded: true,
+            last,
+            why: vec![],
+            scratch,
+        })
     }
 
     /// Renders frame number `index` at `time` (seconds).
@@ -179,36 +243,76 @@ impl Session {
     /// What the device reports, with the pass's name.
     pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
         let pose = self.scene.pose_shifted(time, &self.shift);
-        let [width, height] = self.settings.size;
-        let camera = self.settings.camera.as_deref();
-        let (mut values, _) = self.scene.camera_values(&pose, camera, width, height)?;
-        values.insert("frame".into(), Value::Uint(index));
-        values.insert("time".into(), Value::Float(time));
-        let stale = self.why.is_empty() || !pose.same_tables(&self.pose);
-        let moved = stale.then(|| tables(&self.scene, &self.plan, &pose));
-        let tables = moved.as_deref();
-        // After a fault nothing is known of what memory holds: the next frame begins anew.
-        let held = std::mem::replace(&mut self.held, self.settings.skip.then(Held::default));
-        self.why = vec![];
-        let selection = match held {
-            Some(held) => Some(change::select(&self.plan, &held, &values, tables)?),
-            None => None,
-        };
-        let run = selection.as_ref().map(|s| s.run.as_slice());
-        let frame = Frame { values, tables, run };
-        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame)?;
-        if let (Some(scratch), Some(selection)) = (&mut self.scratch, &selection) {
-            scratch.verify(gpu, &self.plan, &self.prepared, selection, &frame)?;
+        let (values, _) = frame_values(&self.scene, &self.settings, &pose, index)?;
+        let moved = !pose.same_tables(&self.tables.pose);
+        if moved {
+            self.tables = tables(&self.scene, &self.plan, pose, None);
+            let Outside { assets, began, .. } = self.outside;
+            self.outside = Outside::new(&self.plan, assets, began, &self.tables.list)?;
         }
-        self.pose = pose;
-        match selection {
-            Some(selection) => {
-                self.why.clone_from(&selection.why);
-                self.held = Some(selection.done());
+        let (plan, keys, held) = (&self.plan, &self.keys, &self.held);
+        let choose = if self.settings.skip { change::select } else { change::everything };
+        let selection = choose(plan, keys, held, &self.outside, &values);
+        let tables = (moved || !self.uploaded).then_some(self.tables.list.as_slice());
+        let frame = Frame { values, tables, run: Some(&selection.run) };
+        self.why.clear();
+        self.uploaded = false;
+        self.held.start(&selection);
+        let report = match gpu::execute(gpu, plan, &mut self.prepared, &frame) {
+            Ok(report) => report,
+            Err(faults) => {
+                // The next frame begins anew.
+                self.held.forget();
+                return Err(faults);
             }
-            None => self.why = vec![Why::First; self.plan.steps.len()],
+        };
+        self.uploaded = true;
+        let why = selection.why.clone();
+        self.held.finish(selection.clone());
+        if let Some(scratch) = &mut self.scratch {
+            scratch.verify(gpu, (plan, keys), (&self.prepared, &self.held), &self.outside, &frame)?;
         }
+        self.last = (index, time, self.shift.clone());
+        self.why = why;
         Ok(report)
+    }
+
+    /// The checks in shaders that do not hold after a frame, each at its line.
+    pub fn failed_checks(&self, report: &FrameReport) -> Vec<Diagnostic> {
+        let fault = |(step, failed): &(StepId, Failed)| {
+            let step = &self.plan.steps[step.0];
+            let (count, [x, y, z]) = (failed.count, failed.first);
+            let often = if count == 1 { String::new() } else { format!(", the first of {count} to say so") };
+            let d = Diagnostic::error(format!(
+                "a check in the shader of `{}` does not hold: invocation ({x}, {y}, {z}){often}",
+                step.name
+            ));
+            let shader = match &step.action {
+                Action::Draw(draw) => self.plan.shaders.get(draw.shader),
+                Action::Compute { shader, .. } => self.plan.shaders.get(*shader),
+                Action::Copy { .. } | Action::Clear { .. } => None,
+            };
+            match shader.and_then(|s| failed.span(s, &self.texts)) {
+                Some(span) => d.at(&span, ""),
+                None => d,
+            }
+        };
+        report.failed.iter().map(fault).collect()
+    }
+
+    /// What set off the steps of the last frame, each thing once: what they read besides each other's results.
+    pub fn causes(&self) -> Vec<&str> {
+        let mut causes: Vec<&str> = vec![];
+        for why in &self.why {
+            let Why::Changed(names) = why else { continue };
+            for name in names {
+                let result = self.plan.resources.iter().any(|r| r.name == *name);
+                if !result && !causes.contains(&name.as_str()) {
+                    causes.push(name);
+                }
+            }
+        }
+        causes
     }
 
     /// By step: why it ran or did not in the last frame. Empty before the first.
@@ -224,7 +328,19 @@ impl Session {
         gpu::read_image(gpu, &self.prepared, &self.plan, self.output(output)?)
     }
 
-    fn output(&self, name: &str) -> Checked<ResourceId> {
+    /// The texture or buffer that a resource of the plan lives in.
+    ///
+    /// # Errors
+    /// The resource is of another plan.
+    pub fn memory(&self, id: ResourceId) -> Checked<&Memory> {
+        self.prepared.pool.memory(&self.plan, id)
+    }
+
+    /// The resource of an output.
+    ///
+    /// # Errors
+    /// An unknown output.
+    pub fn output(&self, name: &str) -> Checked<ResourceId> {
         match self.plan.outputs.iter().find(|o| o.0 == name) {
             Some((_, id)) => Ok(*id),
             None => {
@@ -235,16 +351,30 @@ impl Session {
     }
 }
 
-/// The tables that the plan's shaders read.
-fn tables(scene: &Scene, plan: &Plan, pose: &Pose) -> Vec<Table> {
-    scene.tables_named(pose, |name| plan.tables.iter().any(|t| t.table == name))
+/// The camera and the clock.
+fn frame_values(scene: &Scene, settings: &Settings, pose: &Pose, index: u32) -> Checked<(Values, Vec<Diagnostic>)> {
+    let [width, height] = settings.size;
+    let (mut values, notices) = scene.camera_values(pose, settings.camera.as_deref(), width, height)?;
+    values.insert("frame".into(), Value::Uint(index));
+    values.insert("time".into(), Value::Float(pose.time));
+    Ok((values, notices))
 }
 
-/// Whether two shaders are the same composition of the same texts.
-fn unchanged(old: &Shader, new: &Shader, before: &Library, now: &Library) -> bool {
-    let text = |library: &Library, path: &String| library.files.get(path).map(|s| s.text.clone());
-    old.path == new.path
-        && old.defs == new.defs
-        && old.sources == new.sources
-        && new.sources.iter().all(|path| text(before, path) == text(now, path))
+/// The tables that the plan's shaders read; those of an earlier session where they are the same.
+fn tables(scene: &Arc<Scene>, plan: &Plan, pose: Pose, previous: Option<&Session>) -> Arc<Tables> {
+    let wanted = |name: &str| plan.tables.iter().any(|t| t.table == name);
+    let has = |p: &&Session| plan.tables.iter().all(|t| p.tables.list.iter().any(|had| had.name == t.table));
+    let same = |p: &&Session| Arc::ptr_eq(&p.scene, scene) && p.tables.pose.same_tables(&pose);
+    match previous.filter(same).filter(has) {
+        Some(previous) => previous.tables.clone(),
+        None => Arc::new(Tables { list: scene.tables_named(&pose, wanted), pose }),
+    }
+}
+
+/// The scene of an earlier session, where it is the same.
+fn same_scene(scene: Arc<Scene>, previous: Option<&Session>) -> Arc<Scene> {
+    match previous {
+        Some(previous) if !Arc::ptr_eq(&previous.scene, &scene) && previous.scene == scene => previous.scene.clone(),
+        _ => scene,
+    }
 }

@@ -39,7 +39,7 @@ impl Type {
 }
 
 /// One value. Integers are 32 bits wide, as in WGSL.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Value {
     Bool(bool),
     Uint(u32),

@@ -3,6 +3,7 @@
 //! The same bytes on every run: there is no randomness, and coordinates are rounded where systems' mathematics differ.
 //! It shares no code with lightgraph's scene reader, so that one can check the other.
 
+mod corridor;
 mod figure;
 mod gallery;
 mod glb;
@@ -30,6 +31,7 @@ fn outputs() -> Vec<Output> {
         ("cornell", rooms::cornell()),
         ("hall", hall::hall()),
         ("art_gallery", gallery::gallery()),
+        ("corridor", corridor::corridor()),
         ("furnace", rooms::furnace(0.5)),
         ("furnace_80", rooms::furnace(0.8)),
         ("furnace_95", rooms::furnace(0.95)),

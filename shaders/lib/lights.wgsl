@@ -19,12 +19,56 @@ struct Light {
     first_view: u32,
     views: u32,
 }
+
+#ifdef LIGHT_TEXELS
+/// The rows of the tables `lights` and `light_views`, as light_texels.wgsl puts them in a texture.
+var light_texels: texture_2d<f32>;
+
+struct Count {
+    lights: u32,
+}
+var<uniform> count: Count;
+
+fn light_count() -> u32 {
+    return count.lights;
+}
+
+fn light_at(i: u32) -> Light {
+    let a = textureLoad(light_texels, vec2u(0u, i), 0);
+    let b = textureLoad(light_texels, vec2u(1u, i), 0);
+    let c = textureLoad(light_texels, vec2u(2u, i), 0);
+    let d = textureLoad(light_texels, vec2u(3u, i), 0);
+    return Light(u32(d.x), a.xyz, b.xyz, c.xyz, a.w, b.w, c.w, u32(d.y), u32(d.z));
+}
+
+fn view_projection(i: u32) -> mat4x4f {
+    return mat4x4f(
+        textureLoad(light_texels, vec2u(4u, i), 0),
+        textureLoad(light_texels, vec2u(5u, i), 0),
+        textureLoad(light_texels, vec2u(6u, i), 0),
+        textureLoad(light_texels, vec2u(7u, i), 0),
+    );
+}
+#else
 var<storage, read> lights: array<Light>;
 
 struct LightView {
     view_projection: mat4x4f,
 }
 var<storage, read> light_views: array<LightView>;
+
+fn light_count() -> u32 {
+    return arrayLength(&lights);
+}
+
+fn light_at(i: u32) -> Light {
+    return lights[i];
+}
+
+fn view_projection(i: u32) -> mat4x4f {
+    return light_views[i].view_projection;
+}
+#endif
 
 /// Depth of what each light view sees, one layer a view.
 var shadow_map: texture_depth_2d_array;
@@ -88,7 +132,7 @@ fn view_of(light: Light, point: vec3f) -> u32 {
 /// normal and the view's axis: 1.42 texels at most. A tenth covers the rounding of depths where the sine vanishes.
 fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     let edge = f32(textureDimensions(shadow_map).x);
-    let m = light_views[view_of(light, point)].view_projection;
+    let m = view_projection(view_of(light, point));
     let across = vec3f(m[0].x, m[1].x, m[2].x);
     let along = normalize(vec3f(m[0].z, m[1].z, m[2].z));
     let depth = (m * vec4f(point, 1.0)).w;
@@ -98,7 +142,7 @@ fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     let moved = point + shadow.bias * texel * max(sine, 0.1) * normal;
 
     let view = view_of(light, moved);
-    let clip = light_views[view].view_projection * vec4f(moved, 1.0);
+    let clip = view_projection(view) * vec4f(moved, 1.0);
     if clip.w <= 0.0 {
         return 1.0;
     }
@@ -119,8 +163,8 @@ fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
 /// Radiance that a surface reflects towards its viewer straight from all lights.
 fn reflected_light(s: Surface) -> vec3f {
     var sum = vec3f(0.0);
-    for (var i = 0u; i < arrayLength(&lights); i++) {
-        let light = lights[i];
+    for (var i = 0u; i < light_count(); i++) {
+        let light = light_at(i);
         let a = arrival(light, s.position);
         let reflected = reflectance(s, a.direction) * a.irradiance;
         if any(reflected > vec3f(0.0)) {

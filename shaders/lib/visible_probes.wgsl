@@ -34,8 +34,11 @@ fn is_lost(point: vec3f, normal: vec3f) -> bool {
 }
 
 /// Sum over the coefficients of `weights` times their interpolation at a surface point in the world, from those of
-/// the eight probes round it that see it. Where none does, the nearest that sees it among the 64 round it counts;
-/// without one, no light comes.
+/// the eight probes round it that see it.
+///
+/// Where none does, 0/1 views take the nearest probe that sees it among the 64 round it. Soft views take all of those
+/// the more, the less of the eight is seen: a quotient of shares that vanish together would jump from cell to cell.
+/// Without a probe in sight no light comes.
 fn gather(
     coefficients: texture_3d<f32>,
     weights: array<f32, COUNT>,
@@ -53,16 +56,22 @@ fn gather(
             shares += share;
         }
     }
-    if shares >= NONE {
-        return sum / shares;
+#if PROBE_VISIBILITY == 1
+    if shares < NONE {
+        let found = nearest_visible(here, point, normal);
+        return select(vec3f(0.0), probes::weigh(coefficients, weights, found.xyz), found.w == 1u);
     }
-    let found = nearest_visible(here, point, normal);
-    if found.w == 0u {
-        return vec3f(0.0);
+#else
+    if shares < ENOUGH {
+        let wide = gather_wide(coefficients, weights, here, point, normal);
+        sum += (ENOUGH - shares) * wide.rgb;
+        shares += (ENOUGH - shares) * wide.a;
     }
-    return probes::weigh(coefficients, weights, found.xyz);
+#endif
+    return sum / max(shares, NONE);
 }
 
+#if PROBE_VISIBILITY == 1
 /// The nearest probe that sees the point among the 4x4x4 round its cell; w is 0 when there is none.
 fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> vec4u {
     let last = vec3i(probes::probe_grid.grid) - 1;
@@ -81,3 +90,40 @@ fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> vec4u {
     }
     return best;
 }
+#else
+/// Shares of the eight probes that need no others beside them.
+const ENOUGH: f32 = 0.5;
+
+/// The share of the probe `step` of -1, 0, 1, 2 beyond the lower one, `fraction` from there to the upper one: the
+/// cubic B-spline, which is smooth from cell to cell.
+fn spline(step: i32, fraction: f32) -> f32 {
+    let far = abs(f32(step) - fraction);
+    let rest = 2.0 - far;
+    return select(rest * rest * rest / 6.0, 2.0 / 3.0 - 0.5 * far * far * rest, far < 1.0);
+}
+
+/// Light times shares, and the sum of the shares, of the 4x4x4 probes round a cell.
+fn gather_wide(
+    coefficients: texture_3d<f32>,
+    weights: array<f32, COUNT>,
+    here: probes::Cell,
+    point: vec3f,
+    normal: vec3f,
+) -> vec4f {
+    let last = vec3i(probes::probe_grid.grid) - 1;
+    var sum = vec4f(0.0);
+    for (var i = 0; i < 64; i++) {
+        let step = vec3i(i & 3, (i >> 2u) & 3, i >> 4u) - 1;
+        let probe = vec3i(here.base) + step;
+        if all(probe >= vec3i(0)) && all(probe <= last) {
+            let f = here.fraction;
+            let near = spline(step.x, f.x) * spline(step.y, f.y) * spline(step.z, f.z);
+            if near > 0.0 {
+                let share = near * visibility(vec3u(probe), point, normal);
+                sum += share * vec4f(probes::weigh(coefficients, weights, vec3u(probe)), 1.0);
+            }
+        }
+    }
+    return sum;
+}
+#endif

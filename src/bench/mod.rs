@@ -4,6 +4,7 @@
 //! - `references` finds what a scene is compared with; `score` compares
 //! - `measure` renders one graph on one scene at one setting, phase by phase: the only part that needs a device
 //! - `results` is what is kept of it, as JSON and CSV; `front` says which entries nothing beats
+//! - `speed` holds run times against each other and against what the adapter can do
 //! - `against` compares two results; `peers` runs other renderers; `report` writes a page of it all,
 //!   `overview` its first plot
 
@@ -16,6 +17,7 @@ pub mod references;
 pub mod report;
 pub mod results;
 pub mod score;
+pub mod speed;
 pub mod sweep;
 #[cfg(test)]
 mod tests;

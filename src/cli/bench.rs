@@ -8,6 +8,7 @@ use crate::bench::references::{Manifest, References};
 use crate::bench::report;
 use crate::bench::results::{Entry, Machine, Results, hash};
 use crate::bench::sweep::Sweep;
+use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::Gpu;
 use crate::image::file::write_atomically;
@@ -54,6 +55,9 @@ pub struct Args {
     /// Run other renderers too, as the JSON files of a folder describe them
     #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "peers")]
     pub peers: Option<PathBuf>,
+    /// Measure how fast instead: what a list asks for, as ratios in one run, to speed.json and speed.html
+    #[arg(long, value_name = "LIST", num_args = 0..=1, default_missing_value = "benches/speed.ron")]
+    pub speed: Option<PathBuf>,
     /// Graphs whose images the report shows on each scene at most; 0 for a small file
     #[arg(long, value_name = "N", default_value_t = 12)]
     pub images: usize,
@@ -70,6 +74,9 @@ const USUAL: &str = "grid=2,4,6;face=8,16;bounces=1,4;samples=1,4,16,64";
 /// Faults of files, graphs, scenes and settings before anything runs; no adapter. What a single setting does wrong is
 /// kept in its results.
 pub fn run(args: &Args) -> Result<u8, Failure> {
+    if let Some(list) = &args.speed {
+        return super::speed::run(args, list);
+    }
     let old = args.against.as_deref().map(Results::read).transpose()?;
     let manifest = Manifest::read(&args.references)?;
     let graphs = graphs(args)?;
@@ -280,7 +287,13 @@ fn graphs(args: &Args) -> Checked<Vec<Named>> {
             faults.push(Diagnostic::error(format!("two graphs are called `{name}`")).help("rename one of the files"));
         }
         match Project::open(path, &args.shaders.folders) {
-            Ok(project) => graphs.push(Named { name, project, ms: start.elapsed().as_secs_f64() * 1e3 }),
+            Ok(mut project) => {
+                // What graphs share of their shaders is composed once.
+                if let Some(first) = graphs.first() {
+                    project.texts = project.texts.after(&first.project.texts);
+                }
+                graphs.push(Named { name, project, ms: start.elapsed().as_secs_f64() * 1e3 });
+            }
             Err(Faults(more)) => faults.extend(more),
         }
     }
@@ -335,7 +348,9 @@ fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
 /// A hash of all that an entry is made from.
 fn inputs(graph: &Named, scene_files: &[PathBuf], commit: Option<&str>) -> Checked<String> {
     let mut parts: Vec<Vec<u8>> = vec![env!("CARGO_PKG_VERSION").into(), commit.unwrap_or("").into()];
-    for path in graph.project.graph.files.iter().chain(scene_files) {
+    // What comes with the binary is that of its version.
+    let graph_files = graph.project.graph.files.iter().filter(|f| !builtin::is_builtin(f));
+    for path in graph_files.chain(scene_files) {
         let bytes =
             std::fs::read(path).map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
         parts.push(bytes);
@@ -344,7 +359,7 @@ fn inputs(graph: &Named, scene_files: &[PathBuf], commit: Option<&str>) -> Check
     Ok(hash(parts.iter().map(Vec::as_slice)))
 }
 
-fn machine(gpu: &Gpu) -> Machine {
+pub(super) fn machine(gpu: &Gpu) -> Machine {
     let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpus.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':'));
     Machine {
@@ -359,7 +374,7 @@ fn machine(gpu: &Gpu) -> Machine {
 }
 
 /// The commit of the working tree; `None` without git.
-fn commit() -> Option<String> {
+pub(super) fn commit() -> Option<String> {
     let done = std::process::Command::new("git").args(["describe", "--always", "--dirty"]).output().ok()?;
     let text = String::from_utf8(done.stdout).ok().filter(|_| done.status.success())?;
     Some(text.trim().to_string()).filter(|t| !t.is_empty())

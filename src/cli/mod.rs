@@ -1,6 +1,6 @@
 //! The commands, one a file: each parses its arguments, does its work and returns an exit code.
 //!
-//! Exit codes: 0 done; 1 the work found a fault; 2 wrong usage; 3 no usable adapter.
+//! Exit codes: 0 done; 1 the work found a fault; 2 wrong usage; 3 no usable adapter or display.
 
 pub mod bench;
 pub mod check;
@@ -9,9 +9,11 @@ pub mod new;
 mod outputs;
 pub mod plan;
 pub mod render;
+mod speed;
 mod stats;
 mod table;
 pub mod test;
+pub mod view;
 pub mod watch;
 
 use crate::diag::{Diagnostic, Faults, render as show};
@@ -30,6 +32,8 @@ pub struct Cli {
 pub enum Command {
     /// Render a graph without a window
     Render(render::Args),
+    /// Open a window on a graph, with live reload
+    View(view::Args),
     /// Render again whenever the graph, its shaders or the scene change
     Watch(watch::Args),
     /// Report every fault of graphs and their shaders; needs no adapter
@@ -85,6 +89,7 @@ impl From<OpenError> for Failure {
 pub fn run(cli: &Cli) -> u8 {
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::View(args) => view::run(args),
         Command::Watch(args) => watch::run(args),
         Command::Check(args) => check::run(args),
         Command::Plan(args) => plan::run(args),

@@ -1,14 +1,13 @@
 //! `lightgraph new`: a project of one's own, from what the binary carries.
 
 use super::{Failure, print};
+use crate::builtin::FILES;
 use crate::diag::Diagnostic;
 use crate::image::file::write_atomically;
 use std::path::PathBuf;
 
-/// The files of a new project: path inside it, content.
-const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/project_files.rs"));
-
-/// Makes a project: a graph to edit, the built-in graphs and shaders, a scene, a test, a workflow for CI.
+/// Makes a project: a graph to edit, the built-in graphs and shaders, a scene, a test, a workflow for CI,
+/// settings for an editor.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
     /// A folder that is empty or not there yet

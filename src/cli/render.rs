@@ -74,6 +74,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         outputs: Some(output_names(&files)),
         skip: !args.no_skip,
         verify: args.verify_skips,
+        ..Settings::default()
     };
     let mut session = Session::new(&gpu, &project, loaded.scene, settings)?;
     notices(&session.notices);
@@ -82,9 +83,11 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let mut stats = Stats::new(&gpu, &session, clock.laps);
     let progress = progress(args.frames);
     let mut text = String::new();
+    let mut failed = vec![];
     for frame in 0..args.frames {
         let report = session.frame(&gpu, frame, frame as f32 * args.step)?;
         stats.frames.push(FrameStats::new(&session.plan, &report, session.why()));
+        failed = session.failed_checks(&report);
         progress.inc(1);
         if frame + 1 == args.frames {
             notices(&report.warnings);
@@ -105,7 +108,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     for (output, path) in &files {
         print(&format!("wrote {output} to {}\n", path.display()));
     }
-    Ok(0)
+    // The images are there to be looked at, but something is wrong in them.
+    Faults::check(failed, 0).map_err(Failure::from)
 }
 
 /// A bar on a terminal, for more than one frame.

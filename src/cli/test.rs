@@ -21,6 +21,12 @@ pub struct Args {
     /// Run the I-th of N equal parts of the tests
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
+    /// Run this many tests at a time, each with a device of its own
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub jobs: u16,
+    /// End each test at its first check that does not hold
+    #[arg(long)]
+    pub fail_fast: bool,
     /// Where failed tests leave images and texts
     #[arg(long, value_name = "DIR", default_value = "out/test")]
     pub failures: PathBuf,
@@ -43,7 +49,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         Some("") => Bless::All,
         Some(name) => Bless::Named(name.into()),
     };
-    let options = Options { bless, failures: args.failures.clone() };
+    let options = Options { bless, failures: args.failures.clone(), jobs: args.jobs.into(), fail_fast: args.fail_fast };
     let summary = snapshot::run(&tests, &options, &mut |outcome| print(&outcome.to_string()));
     if let Some(adapter) = &summary.adapter {
         print(&format!("on {adapter}\n"));

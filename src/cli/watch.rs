@@ -6,19 +6,15 @@
 use super::outputs::output_names;
 use super::render;
 use super::{Failure, notices, print};
-use crate::diag::{Checked, Diagnostic, Faults};
-use crate::gpu::Gpu;
+use crate::diag::{Checked, Faults};
+use crate::gpu::{FrameReport, Gpu};
+use crate::reload::{Watcher, folder_of, folders, settled};
 use crate::scene;
 use crate::session::{Project, Session, Settings};
-use notify_debouncer_full::notify::RecursiveMode;
-use notify_debouncer_full::{DebounceEventResult, new_debouncer};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc;
-use std::time::{Duration, Instant};
-
-/// Editors save in several steps (truncate and write, or write and rename); what happens within this time is one change.
-const SETTLE: Duration = Duration::from_millis(30);
+use std::time::Instant;
 
 /// Renders again whenever a file changes.
 #[derive(Debug, Clone, clap::Args)]
@@ -38,27 +34,24 @@ pub struct Args {
 /// Wrong usage, no adapter, or file events that the system does not give. Faults of files are shown, and waited out.
 pub fn run(args: &Args) -> Result<u8, Failure> {
     let gpu = Gpu::open()?;
-    let (send, events) = mpsc::channel();
-    let watcher = new_debouncer(SETTLE, None, move |event: DebounceEventResult| {
+    let (send, changes) = mpsc::channel();
+    let mut watcher = Watcher::new(move |files| {
         // Nobody listens any more only when the program ends.
-        let _ = send.send(event);
-    });
-    let mut watcher = watcher.map_err(|e| fault("can't watch files", &e))?;
-    let mut watched: BTreeSet<PathBuf> = BTreeSet::new();
+        let _ = send.send(files);
+    })?;
+    let mut ours: BTreeSet<PathBuf> = BTreeSet::new();
     let mut session: Option<Session> = None;
     let mut code = 0;
     for reload in 0.. {
         let start = Instant::now();
         let (folders, made) = make(args, &gpu, session.as_ref());
-        for folder in folders.difference(&watched.clone()) {
-            watcher.watch(folder, RecursiveMode::Recursive).map_err(|e| fault("can't watch files", &e))?;
-            watched.insert(folder.clone());
-        }
+        watcher.watch(&folders)?;
         match made {
-            Ok((new, line)) => {
-                session = Some(new);
+            Ok(new) => {
+                session = Some(new.session);
+                ours.extend(new.files.iter().filter_map(|f| f.canonicalize().ok()));
                 code = 0;
-                print(&format!("{line}, in all {:.0} ms\n", ms(start)));
+                print(&format!("{}, in all {:.0} ms\n", new.line, ms(start)));
             }
             Err(faults) => {
                 notices(&faults.0);
@@ -66,48 +59,26 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
                 print("waiting for a change; the last good image stays\n");
             }
         }
-        if args.reloads.is_some_and(|n| reload >= n) || !wait(&events, &watched) {
+        if args.reloads.is_some_and(|n| reload >= n) || !settled(&changes, &ours) {
             break;
         }
     }
     Ok(code)
 }
 
-/// Waits for a change of a file that can matter. False when no more can come.
-fn wait(events: &mpsc::Receiver<DebounceEventResult>, watched: &BTreeSet<PathBuf>) -> bool {
-    loop {
-        match events.recv() {
-            Ok(Ok(batch)) => {
-                let matters = |p: &PathBuf| {
-                    let ending = p.extension().map(|e| e.to_string_lossy().to_lowercase());
-                    ending.is_some_and(|e| ENDINGS.contains(&e.as_str())) && watched.iter().any(|w| p.starts_with(w))
-                };
-                let written = batch.iter().filter(|e| !e.kind.is_access());
-                if written.flat_map(|e| &e.paths).any(matters) {
-                    return true;
-                }
-            }
-            // Events were lost: something may have changed.
-            Ok(Err(_)) => return true,
-            Err(_) => return false,
-        }
-    }
+/// What a reload made.
+struct Made {
+    session: Session,
+    /// What to print of it.
+    line: String,
+    /// The files that were written.
+    files: Vec<PathBuf>,
 }
 
-/// Endings of the files that graphs and scenes are made of.
-const ENDINGS: [&str; 8] = ["ron", "wgsl", "gltf", "glb", "bin", "png", "jpg", "jpeg"];
-
 /// Loads everything, renders one frame and writes the files. Also returns the folders to watch, good or bad.
-fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf>, Checked<(Session, String)>) {
+fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf>, Checked<Made>) {
     let args = &args.render;
-    let parent = |p: &Path| {
-        let folder = p.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        folder.canonicalize().ok()
-    };
-    let mut folders: BTreeSet<PathBuf> = [&args.graph, &args.scene].iter().filter_map(|p| parent(p)).collect();
-    let graph_folder = args.graph.parent().unwrap_or(Path::new(""));
-    let shaders = ["shaders", "../shaders"].map(|f| graph_folder.join(f));
-    folders.extend(shaders.iter().chain(&args.shaders.folders).filter_map(|f| f.canonicalize().ok()));
+    let mut folders = folders(&args.graph, &args.scene, &args.shaders.folders);
     let made = (|| {
         let mut clock = Instant::now();
         let mut lap = || {
@@ -119,13 +90,15 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         let files = args.outputs.files(&project).map_err(Faults::from)?;
         let graph_ms = lap();
         let loaded = scene::load(&args.scene)?;
-        folders.extend(loaded.files.iter().filter_map(|f| parent(f)));
+        folders.extend(loaded.files.iter().filter_map(|f| folder_of(f)));
         let scene_ms = lap();
         let settings = Settings {
             params: project.params(&args.set)?,
             size: args.size,
             camera: args.camera.clone(),
             outputs: Some(output_names(&files)),
+            skip: !args.no_skip,
+            verify: args.verify_skips,
             ..Settings::default()
         };
         let mut session = Session::after(gpu, &project, loaded.scene, settings, previous)?;
@@ -137,20 +110,25 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         notices(&loaded.notices);
         notices(&session.notices);
         notices(&report.warnings);
+        notices(&session.failed_checks(&report));
         let line = format!(
-            "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms, files {:.0} ms",
+            "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms ({}), files {:.0} ms",
             names.join(", "),
+            ran(&session, &report),
             lap()
         );
-        Ok((session, line))
+        Ok(Made { session, line, files: files.into_iter().map(|f| f.1).collect() })
     })();
     (folders, made)
 }
 
-fn ms(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
+/// How many steps ran, and what set them off.
+fn ran(session: &Session, report: &FrameReport) -> String {
+    let (ran, all, causes) = (report.steps.len(), session.plan.steps.len(), session.causes());
+    let because = if causes.is_empty() { String::new() } else { format!(", changed: {}", causes.join(", ")) };
+    format!("{ran} of {all} steps{because}")
 }
 
-fn fault(what: &str, e: &impl std::fmt::Display) -> Faults {
-    Diagnostic::error(format!("{what}: {e}")).into()
+fn ms(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
 }

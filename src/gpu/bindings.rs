@@ -4,6 +4,7 @@
 use super::{
     device::Gpu,
     pool::{Memory, Pool, view, view_dimension},
+    reports::Reports,
     scene_data::SceneData,
     uniforms::Uniforms,
 };
@@ -55,6 +56,7 @@ pub(super) struct Bindable<'a> {
     pub pool: &'a Pool,
     pub scene: &'a SceneData,
     pub uniforms: &'a Uniforms,
+    pub reports: &'a Reports,
 }
 
 /// Views and samplers that many bind groups share. Only looked up, never walked.
@@ -105,6 +107,7 @@ pub(super) fn bind_group(
             Binding::Uniform { .. } => things.uniforms.binding(index, at),
             Binding::Table(table) => things.scene.tables.get(*table).map(wgpu::Buffer::as_entire_binding),
             Binding::SceneTextures => Some(wgpu::BindingResource::TextureView(&things.scene.textures)),
+            Binding::Report => things.reports.buffer(index).map(wgpu::Buffer::as_entire_binding),
             Binding::Sampler(desc) => shared.samplers.get(desc).map(wgpu::BindingResource::Sampler),
         };
         match resource {
@@ -132,9 +135,11 @@ impl Shared {
                 }
             }
             Binding::Sampler(desc) => {
-                self.samplers.entry(*desc).or_insert_with(|| sampler(gpu, desc));
+                if !self.samplers.contains_key(desc) {
+                    self.samplers.insert(*desc, gpu.kept.samplers.get(desc, || Ok(sampler(gpu, desc)))?);
+                }
             }
-            Binding::Uniform { .. } | Binding::Table(_) | Binding::SceneTextures => {}
+            Binding::Uniform { .. } | Binding::Table(_) | Binding::SceneTextures | Binding::Report => {}
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Opens a device, best adapter first.
 
-use super::scope::Mailbox;
+use super::{kept::Kept, scope::Mailbox};
 use crate::diag::{Checked, Diagnostic, Faults};
 use std::sync::Arc;
 
@@ -23,7 +23,6 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
 /// An open device. Every other part of the program reaches the GPU through it.
 #[derive(Debug)]
 pub struct Gpu {
-    pub instance: wgpu::Instance,
     pub adapter: wgpu::Adapter,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
@@ -33,6 +32,7 @@ pub struct Gpu {
     /// Nanoseconds a timestamp tick.
     pub timestamp_period: f32,
     pub(super) mailbox: Arc<Mailbox>,
+    pub(super) kept: Kept,
 }
 
 /// Why there is no device.
@@ -70,13 +70,29 @@ impl Gpu {
     /// # Errors
     /// As [`Gpu::open`].
     pub fn open_named(part: Option<&str>) -> Result<Gpu, OpenError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        Gpu::open_for(&Gpu::instance(), part, None)
+    }
+
+    /// What surfaces are made of and adapters are found through.
+    pub fn instance() -> wgpu::Instance {
+        wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: wgpu::Backends::VULKAN | wgpu::Backends::METAL,
             // WGPU_DEBUG=1 hands names to a graphics debugger, WGPU_VALIDATION=1 loads the driver's checks. Neither is
             // on by itself: Mesa 22.3's software driver crashes on the second name in a command buffer.
             flags: wgpu::InstanceFlags::empty().with_env(),
             ..wgpu::InstanceDescriptor::new_without_display_handle()
-        });
+        })
+    }
+
+    /// As [`Gpu::open_named`], among the adapters of `instance` that can show images on `surface`, where one is given.
+    ///
+    /// # Errors
+    /// As [`Gpu::open`].
+    pub fn open_for(
+        instance: &wgpu::Instance,
+        part: Option<&str>,
+        surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<Gpu, OpenError> {
         let mut adapters =
             pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN | wgpu::Backends::METAL));
         adapters.sort_by_key(|a| rank(a.get_info().device_type));
@@ -85,9 +101,19 @@ impl Gpu {
             let part = part.to_lowercase();
             adapters.retain(|a| a.get_info().name.to_lowercase().contains(&part));
         }
+        if let Some(surface) = surface {
+            let found = adapters.len();
+            adapters.retain(|a| a.is_surface_supported(surface));
+            if found > 0 && adapters.is_empty() {
+                let d = Diagnostic::error(format!("none of these adapters can draw to a window: {}", names.join(", ")));
+                return Err(OpenError::NoAdapter(
+                    d.help("install a driver with window support, or render without one"),
+                ));
+            }
+        }
         let mut faults = vec![];
         for adapter in adapters {
-            match Gpu::from_adapter(instance.clone(), adapter) {
+            match Gpu::from_adapter(adapter) {
                 Ok(gpu) => return Ok(gpu),
                 Err(f) => faults.extend(f.0),
             }
@@ -103,7 +129,7 @@ impl Gpu {
     ///
     /// # Errors
     /// The adapter gives no device.
-    pub fn from_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter) -> Checked<Gpu> {
+    pub fn from_adapter(adapter: wgpu::Adapter) -> Checked<Gpu> {
         let info = adapter.get_info();
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("lightgraph"),
@@ -115,9 +141,16 @@ impl Gpu {
             Diagnostic::error(format!("the adapter `{}` gives no device: {e}", info.name))
                 .help(format!("choose another with {ADAPTER_VARIABLE}=PART_OF_ITS_NAME, or update its driver"))
         })?;
+        Ok(Gpu::from_parts(adapter, device, queue))
+    }
+
+    /// A device that another program opened. What it has of features and limits is what graphs get. Errors that no scope
+    /// catches, and the loss of the device, are told to lightgraph from now on: handlers set before are replaced.
+    pub fn from_parts(adapter: wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
         let mailbox = Mailbox::install(&device);
         let (features, limits, timestamp_period) = (device.features(), device.limits(), queue.get_timestamp_period());
-        Ok(Gpu { instance, adapter, device, queue, info, features, limits, timestamp_period, mailbox })
+        let (info, kept) = (adapter.get_info(), Kept::default());
+        Gpu { info, adapter, device, queue, features, limits, timestamp_period, mailbox, kept }
     }
 
     /// A device without hardware: it checks what is asked of it against `limits`, and computes nothing.
@@ -141,7 +174,7 @@ impl Gpu {
         let options = wgpu::RequestAdapterOptions::default();
         let adapter = pollster::block_on(instance.request_adapter(&options))
             .map_err(|e| Diagnostic::error(format!("the device without hardware can't be made: {e}")))?;
-        Gpu::from_adapter(instance, adapter)
+        Gpu::from_adapter(adapter)
     }
 
     /// True when a software driver does the work.

@@ -1,9 +1,12 @@
 //! A frame: uploads, then the plan's order, step by step.
 
-use super::{device::Gpu, encode::Source, prepare::Prepared, readback::map, scope::Scope, timing::Timer};
+use super::{
+    device::Gpu, encode::Source, prepare::Prepared, readback::map, reports::Reports, scope::Scope, timing::Timer,
+};
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
 use crate::scene::Table;
+use crate::shader::report::Failed;
 use crate::value::Values;
 use std::time::Instant;
 
@@ -31,6 +34,8 @@ pub struct FrameReport {
     pub loops: Vec<LoopReport>,
     /// What went on, but probably not as meant.
     pub warnings: Vec<Diagnostic>,
+    /// Checks in shaders that do not hold, by step: as of its last run.
+    pub failed: Vec<(StepId, Failed)>,
     /// From the call to the end of the device's work, in milliseconds.
     pub wall_ms: f64,
 }
@@ -72,11 +77,12 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    let Prepared { pool, scene, uniforms, steps, timer, probe, .. } = prepared;
+    let Prepared { pool, scene, uniforms, reports, steps, timer, probe, .. } = prepared;
     timer.start();
     let mut walk = Walk {
         source: Source { gpu, plan, pool, scene, uniforms, steps },
         timer,
+        reports,
         probe: probe.as_ref(),
         encoder: None,
         pending: vec![],
@@ -94,14 +100,16 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
             time.gpu_ms = (timed == time.runs).then_some(ms);
         }
     }
+    let failed = reports.read(gpu)?;
     let steps = first_runs.into_iter().filter_map(|s: StepId| times.get(s.0).copied().flatten()).collect();
-    Ok(FrameReport { steps, loops, warnings, wall_ms: ms_since(start) })
+    Ok(FrameReport { steps, loops, warnings, failed, wall_ms: ms_since(start) })
 }
 
 /// The state of a walk along the order.
 struct Walk<'a> {
     source: Source<'a>,
     timer: &'a mut Timer,
+    reports: &'a Reports,
     probe: Option<&'a wgpu::Buffer>,
     /// What is encoded and not yet submitted, with the scope that catches its errors.
     encoder: Option<(wgpu::CommandEncoder, Scope<'a>)>,
@@ -137,10 +145,11 @@ impl Walk<'_> {
 
     fn step(&mut self, id: StepId) -> Checked<()> {
         let gpu = self.source.gpu;
-        let start = Instant::now();
         if self.pending.len() >= RUNS_A_SUBMISSION {
             self.submit()?;
         }
+        // Handing over is no encoding: a software driver works meanwhile.
+        let start = Instant::now();
         let in_pass = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
             Some(Action::Draw(_) | Action::Compute { .. }) => true,
             Some(Action::Copy { .. } | Action::Clear { .. }) | None => false,
@@ -149,6 +158,9 @@ impl Walk<'_> {
             let scope = Scope::begin(gpu);
             (gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }), scope)
         });
+        if self.times.get(id.0).is_some_and(Option::is_none) {
+            self.reports.clear(encoder, id);
+        }
         let pair = self.timer.pair(gpu, id, in_pass);
         self.source.encode(encoder, id, &self.iterations, pair.as_ref())?;
         self.pending.push((id, self.iterations.clone()));

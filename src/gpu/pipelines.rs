@@ -1,4 +1,4 @@
-//! Pipelines of a plan's steps: each different one is built once, all at the same time.
+//! Pipelines of a plan's steps: each different one is built once on a device, all new ones at the same time.
 
 use super::{bindings::layout_entries, device::Gpu, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
@@ -24,10 +24,11 @@ pub(super) struct StepPipelines {
     pub built: Built,
 }
 
-/// A pipeline that the next plan takes over when it asks for the same of the same shader.
+/// A pipeline, and all that tells it from others.
 #[derive(Debug, Clone)]
-pub(super) struct Kept {
-    shader: Arc<Shader>,
+pub(super) struct Pipeline {
+    /// [`Shader::content`]
+    content: u128,
     key: Key,
     layout: wgpu::BindGroupLayout,
     built: Built,
@@ -47,16 +48,11 @@ pub(super) enum Built {
 }
 
 /// Builds the pipelines of the steps that `runs` picks, by their index; `None` for the others and for steps without a
-/// shader. What `before` has for the very same shader (by its `Arc`) is taken over. With them, all that was built, to keep.
+/// shader. What the device keeps of earlier plans is used again.
 ///
 /// # Errors
 /// Entry points or attributes that do not exist, and all that the device finds wrong; each names its step.
-pub(super) fn build(
-    gpu: &Gpu,
-    plan: &Plan,
-    runs: impl Fn(usize) -> bool,
-    before: &[Kept],
-) -> Checked<(Vec<Option<StepPipelines>>, Vec<Kept>)> {
+pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Checked<Vec<Option<StepPipelines>>> {
     let mut faults = vec![];
     let mut jobs: Vec<Job<'_>> = vec![];
     let mut of_step: Vec<Option<usize>> = vec![];
@@ -79,30 +75,33 @@ pub(super) fn build(
     }
     Faults::check(faults, ())?;
 
-    let kept: Vec<Option<&Kept>> =
-        jobs.iter().map(|j| before.iter().find(|k| Arc::ptr_eq(&k.shader, j.shader) && k.key == j.key)).collect();
+    let kept = |job: &Job| gpu.kept.pipelines.find(|k| k.content == job.shader.content && k.key == job.key);
+    let kept: Vec<Option<Pipeline>> = jobs.iter().map(kept).collect();
     // Only those that a new pipeline needs: a module that nobody runs need not suit the device.
     let wanted = |i: usize| jobs.iter().zip(&kept).any(|(j, k)| j.index == i && k.is_none());
     let modules = in_parallel(plan.shaders.len(), |i| match plan.shaders.get(i) {
         Some(shader) if wanted(i) => module(gpu, shader).map(Some),
         _ => Ok(None),
     })?;
-    let screen = screen(gpu)?;
-    let built = in_parallel(jobs.len(), |i| match kept[i] {
+    let screen = if kept.iter().all(Option::is_some) { None } else { Some(screen(gpu)?) };
+    let built = in_parallel(jobs.len(), |i| match &kept[i] {
         Some(kept) => Ok(kept.clone()),
-        None => jobs[i].build(gpu, modules[jobs[i].index].as_ref(), &screen),
+        None => jobs[i].build(gpu, modules[jobs[i].index].as_ref().zip(screen.as_ref())),
     })?;
+    for (new, _) in built.iter().zip(&kept).filter(|(_, kept)| kept.is_none()) {
+        gpu.kept.pipelines.keep(new);
+    }
     let of_step = of_step.into_iter().map(|job| {
-        job.and_then(|j| built.get(j)).map(|k| StepPipelines {
-            entries: k.key.entries.clone(),
-            layout: k.layout.clone(),
-            built: k.built.clone(),
+        job.and_then(|j| built.get(j)).map(|p| StepPipelines {
+            entries: p.key.entries.clone(),
+            layout: p.layout.clone(),
+            built: p.built.clone(),
         })
     });
-    Ok((of_step.collect(), built))
+    Ok(of_step.collect())
 }
 
-/// Everything that tells one pipeline from another.
+/// Everything but the shader that tells one pipeline from another.
 #[derive(Debug, Clone, PartialEq)]
 struct Key {
     entries: Vec<wgpu::BindGroupLayoutEntry>,
@@ -168,9 +167,10 @@ impl<'a> Job<'a> {
         Ok(Some(Job { index, shader, key: Key { entries, kind }, step }))
     }
 
-    fn build(&self, gpu: &Gpu, module: Option<&wgpu::ShaderModule>, screen: &wgpu::ShaderModule) -> Checked<Kept> {
+    /// Builds from the shader's module and that of [`SCREEN`].
+    fn build(&self, gpu: &Gpu, modules: Option<(&wgpu::ShaderModule, &wgpu::ShaderModule)>) -> Checked<Pipeline> {
         let name = &self.step.name;
-        let module = module.ok_or_else(|| Diagnostic::error(format!("`{name}` has no shader module")))?;
+        let (module, screen) = modules.ok_or_else(|| Diagnostic::error(format!("`{name}` has no shader module")))?;
         let what = format!("build the pipeline of `{name}` ({})", self.shader.path);
         scoped(gpu, &what, || {
             let label = Some(self.step.name.as_str());
@@ -204,7 +204,7 @@ impl<'a> Job<'a> {
                     Built::Render { first, rest, attributes: !r.attributes.is_empty() }
                 }
             };
-            Kept { shader: self.shader.clone(), key: self.key.clone(), layout, built }
+            Pipeline { content: self.shader.content, key: self.key.clone(), layout, built }
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{device::Gpu, encode::clear_texture, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::{Desc, Plan, ResourceId, TextureDesc, TextureKind};
+use crate::plan::{Desc, Plan, ResourceId, TextureKind};
 use crate::shader::TextureDim;
 use std::ops::Range;
 
@@ -24,19 +24,19 @@ pub struct Pool {
 
 impl Pool {
     /// Allocates the plan's slots. Slots of resources with an initial content are cleared to it; all others are zero.
-    /// History of the same name and shape comes over from `previous`, content included.
+    /// What `kept` has for a slot serves as it is, content included.
     ///
     /// # Errors
     /// Sizes beyond the device's limits or [`MOST_BYTES`], formats or usages that the device lacks, no memory left;
     /// each names the resources that live there.
-    pub fn allocate(gpu: &Gpu, plan: &Plan, previous: Option<(&Plan, &Pool)>) -> Checked<Pool> {
+    pub fn allocate(gpu: &Gpu, plan: &Plan, kept: &[Option<Memory>]) -> Checked<Pool> {
         check_limits(plan, &gpu.limits)?;
         let mut slots = vec![];
         let mut fresh = vec![];
         let mut faults = vec![];
         for (index, slot) in plan.slots.iter().enumerate() {
-            if let Some(kept) = previous.and_then(|p| kept(plan, index, p)) {
-                slots.push(kept);
+            if let Some(Some(kept)) = kept.get(index) {
+                slots.push(kept.clone());
                 fresh.push(false);
                 continue;
             }
@@ -52,6 +52,11 @@ impl Pool {
         let pool = Faults::check(faults, Pool { slots })?;
         pool.clear_initial(gpu, plan, &fresh)?;
         Ok(pool)
+    }
+
+    /// The memory of some slots, for another plan to take over.
+    pub fn taken(&self, slots: &[Option<usize>]) -> Vec<Option<Memory>> {
+        slots.iter().map(|slot| self.slots.get((*slot)?).cloned()).collect()
     }
 
     /// The memory of a resource.
@@ -193,23 +198,6 @@ fn allocate(gpu: &Gpu, desc: &Desc, label: &str) -> Memory {
             view_formats: &[],
         })),
     }
-}
-
-/// The memory that a slot takes over: that of a history resource with the same name and shape.
-fn kept(plan: &Plan, slot: usize, (old_plan, old): (&Plan, &Pool)) -> Option<Memory> {
-    let resource = plan.resources.iter().find(|r| r.slot == slot && r.history)?;
-    let before = old_plan.resources.iter().find(|r| r.history && r.name == resource.name)?;
-    let memory = old.slots.get(before.slot)?;
-    let fits = match (&plan.slots.get(slot)?.desc, &old_plan.slots.get(before.slot)?.desc, memory) {
-        (Desc::Texture(new), Desc::Texture(was), Memory::Texture(t)) => {
-            TextureDesc { usage: was.usage, ..new.clone() } == *was && t.usage().contains(new.usage)
-        }
-        (Desc::Buffer { size, usage }, Desc::Buffer { .. }, Memory::Buffer(b)) => {
-            b.size() == *size && b.usage().contains(*usage)
-        }
-        _ => false,
-    };
-    fits.then(|| memory.clone())
 }
 
 /// The names of the resources that live in a slot.

@@ -3,9 +3,10 @@
 use super::{
     bindings::{Bindable, Shared, bind_group},
     device::Gpu,
-    pipelines::{self, Kept, StepPipelines, by_location},
-    pool::{Pool, target_view},
+    pipelines::{self, StepPipelines, by_location},
+    pool::{Memory, Pool, target_view},
     readback::staging,
+    reports::Reports,
     scene_data::SceneData,
     scope::Scope,
     timing::Timer,
@@ -13,7 +14,7 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::{Action, Desc, Draw, Member, Node, Place, Plan, ResourceId, StepId};
-use crate::scene::{Geometry, Table, TextureArray};
+use crate::scene::{Assets, Table};
 
 /// A plan made ready for one device and one scene. Frames run on it through [`super::execute`].
 #[derive(Debug)]
@@ -22,8 +23,8 @@ pub struct Prepared {
     pub pool: Pool,
     pub(super) scene: SceneData,
     pub(super) uniforms: Uniforms,
+    pub(super) reports: Reports,
     pub(super) steps: Vec<Ready>,
-    kept: Vec<Kept>,
     pub(super) timer: Timer,
     /// Where loops with a test read their number; `None` without such loops.
     pub(super) probe: Option<wgpu::Buffer>,
@@ -69,39 +70,31 @@ pub(super) struct Targets {
 ///
 /// # Errors
 /// Whatever the device lacks or finds wrong, all at once for each stage: memory, scene, pipelines, bindings.
-pub fn prepare(
-    gpu: &Gpu,
-    plan: &Plan,
-    geometry: &Geometry,
-    textures: Option<&TextureArray>,
-    tables: &[Table],
-) -> Checked<Prepared> {
-    prepare_after(gpu, plan, geometry, textures, tables, None)
+pub fn prepare(gpu: &Gpu, plan: &Plan, assets: &Assets<'_>, tables: &[Table]) -> Checked<Prepared> {
+    prepare_after(gpu, plan, assets, tables, &[])
 }
 
-/// As [`prepare`], for a plan that takes the place of `previous` on the same device. Resources with history keep what they
-/// hold there, when name and shape are the same; the two then share that memory, so run frames on one of them only.
-/// Pipelines of the same [`crate::shader::Shader`] (by its `Arc`) are not built again.
+/// As [`prepare`], for a plan that takes over memory of an earlier one on the same device, by slot. A piece of memory that
+/// two plans share holds what either wrote last.
 ///
 /// # Errors
 /// As [`prepare`].
 pub fn prepare_after(
     gpu: &Gpu,
     plan: &Plan,
-    geometry: &Geometry,
-    textures: Option<&TextureArray>,
+    assets: &Assets<'_>,
     tables: &[Table],
-    previous: Option<(&Plan, &Prepared)>,
+    kept: &[Option<Memory>],
 ) -> Checked<Prepared> {
     let probe = probe(gpu, plan)?;
-    let pool = Pool::allocate(gpu, plan, previous.map(|(plan, prepared)| (plan, &prepared.pool)))?;
-    let scene = SceneData::upload(gpu, plan, geometry, textures, tables)?;
+    let pool = Pool::allocate(gpu, plan, kept)?;
+    let scene = SceneData::upload(gpu, plan, assets, tables)?;
     let uniforms = Uniforms::allocate(gpu, plan)?;
+    let reports = Reports::allocate(gpu, plan)?;
     let loops = enclosing_loops(plan);
-    let before = previous.map_or([].as_slice(), |(_, prepared)| &prepared.kept);
-    let (pipelines, kept) = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step), before)?;
+    let pipelines = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step))?;
     let mut shared = Shared::default();
-    let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms };
+    let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms, reports: &reports };
     let mut steps = vec![];
     let mut faults = vec![];
     for (index, built) in pipelines.into_iter().enumerate() {
@@ -117,7 +110,7 @@ pub fn prepare_after(
     }
     Faults::check(faults, ())?;
     gpu.check()?;
-    Ok(Prepared { pool, scene, uniforms, steps, kept, timer: Timer::new(gpu), probe })
+    Ok(Prepared { pool, scene, uniforms, reports, steps, timer: Timer::new(gpu), probe })
 }
 
 impl Prepared {
@@ -129,7 +122,8 @@ impl Prepared {
         if !self.scene.update(gpu, plan, changed)? {
             return Ok(());
         }
-        let things = Bindable { pool: &self.pool, scene: &self.scene, uniforms: &self.uniforms };
+        let things =
+            Bindable { pool: &self.pool, scene: &self.scene, uniforms: &self.uniforms, reports: &self.reports };
         let mut shared = Shared::default();
         for (index, ready) in self.steps.iter_mut().enumerate() {
             if let Ready::Shaded(shaded) = ready {

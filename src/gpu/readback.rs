@@ -16,6 +16,23 @@ const ANSWER: std::time::Duration = std::time::Duration::from_secs(10);
 pub fn read_image(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -> Checked<Image> {
     let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
     let texture = prepared.pool.texture(plan, id)?;
+    let size = texture.size();
+    let mut image = Image { width: size.width, height: size.height, layers: 0, channels: 0, data: vec![] };
+    for layer in 0..size.depth_or_array_layers {
+        let plane = read_plane(gpu, texture, name, 0, layer)?;
+        image.channels = plane.channels;
+        image.layers += 1;
+        image.data.extend(plane.data);
+    }
+    Ok(image)
+}
+
+/// One layer (a face of a cube, a slice of a 3D texture) of one mip level, as [`read_image`] gives all layers.
+/// `name` is the texture's in faults.
+///
+/// # Errors
+/// As [`read_image`], or the texture has no such level or layer.
+pub fn read_plane(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, layer: u32) -> Checked<Image> {
     let format = texture.format();
     let (Some(channels), Some(texel_bytes)) =
         (texel::channels(format), format.block_copy_size(Some(wgpu::TextureAspect::All)))
@@ -29,41 +46,47 @@ pub fn read_image(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -
             .help(format!("add `\"{name}\": \"{name}\"` to the outputs"))
             .into());
     }
-    let size = texture.size();
+    if mip >= texture.mip_level_count() {
+        let levels = texture.mip_level_count();
+        return Err(Diagnostic::error(format!("`{name}` has {levels} mip level(s), and none of index {mip}")).into());
+    }
+    let size = texture.size().mip_level_size(mip, texture.dimension());
+    if layer >= size.depth_or_array_layers {
+        let layers = size.depth_or_array_layers;
+        return Err(Diagnostic::error(format!("`{name}` has {layers} layer(s), and none of index {layer}")).into());
+    }
     let row = u64::from(size.width) * u64::from(texel_bytes);
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into());
-    let layer_bytes = padded * u64::from(size.height);
+    let bytes = padded * u64::from(size.height);
     let too_large = || Diagnostic::error(format!("a row of `{name}` is too long to be read back"));
     let bytes_per_row = u32::try_from(padded).map_err(|_| too_large())?;
-    let (row, padded) = (row as usize, padded as usize);
 
-    let staging = staging(gpu, name, layer_bytes)?;
+    let staging = staging(gpu, name, bytes)?;
+    scoped(gpu, &format!("read back `{name}`"), || {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let from = wgpu::TexelCopyTextureInfo {
+            mip_level: mip,
+            origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
+            ..texture.as_image_copy()
+        };
+        let to = wgpu::TexelCopyBufferInfo {
+            buffer: &staging,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(bytes_per_row),
+                rows_per_image: Some(size.height),
+            },
+        };
+        encoder.copy_texture_to_buffer(from, to, wgpu::Extent3d { depth_or_array_layers: 1, ..size });
+        gpu.queue.submit([encoder.finish()]);
+    })?;
     let mut data = vec![];
-    for layer in 0..size.depth_or_array_layers {
-        scoped(gpu, &format!("read back `{name}`"), || {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            let from = wgpu::TexelCopyTextureInfo {
-                origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
-                ..texture.as_image_copy()
-            };
-            let to = wgpu::TexelCopyBufferInfo {
-                buffer: &staging,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(bytes_per_row),
-                    rows_per_image: Some(size.height),
-                },
-            };
-            encoder.copy_texture_to_buffer(from, to, wgpu::Extent3d { depth_or_array_layers: 1, ..size });
-            gpu.queue.submit([encoder.finish()]);
-        })?;
-        for line in map(gpu, &staging, layer_bytes)?.chunks_exact(padded) {
-            for texel in line[..row].chunks_exact(texel_bytes as usize) {
-                texel::decode(format, texel, &mut data);
-            }
+    for line in map(gpu, &staging, bytes)?.chunks_exact(padded as usize) {
+        for texel in line[..row as usize].chunks_exact(texel_bytes as usize) {
+            texel::decode(format, texel, &mut data);
         }
     }
-    Ok(Image { width: size.width, height: size.height, layers: size.depth_or_array_layers, channels, data })
+    Ok(Image { width: size.width, height: size.height, layers: 1, channels, data })
 }
 
 /// All bytes of a buffer.
@@ -72,7 +95,14 @@ pub fn read_image(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -
 /// It is a texture, its memory can't be copied from, or the device fails.
 pub fn read_buffer(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -> Checked<Vec<u8>> {
     let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
-    let buffer = prepared.pool.buffer(plan, id)?;
+    read_bytes(gpu, prepared.pool.buffer(plan, id)?, name)
+}
+
+/// As [`read_buffer`], of a buffer by itself; `name` is its name in faults.
+///
+/// # Errors
+/// Its memory can't be copied from, or the device fails.
+pub fn read_bytes(gpu: &Gpu, buffer: &wgpu::Buffer, name: &str) -> Checked<Vec<u8>> {
     if !buffer.usage().contains(wgpu::BufferUsages::COPY_SRC) {
         return Err(Diagnostic::error(format!("`{name}` can't be read back: it is no output of the graph"))
             .help(format!("add `\"{name}\": \"{name}\"` to the outputs"))

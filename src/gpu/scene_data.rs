@@ -4,7 +4,7 @@ use super::{device::Gpu, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::tables::pack;
 use crate::plan::{Plan, TableUse};
-use crate::scene::{Geometry, Table, TextureArray};
+use crate::scene::{Assets, Geometry, Table, TextureArray};
 
 /// The uploaded scene.
 #[derive(Debug)]
@@ -18,7 +18,7 @@ pub(super) struct SceneData {
 }
 
 /// Triangles.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Mesh {
     pub vertices: wgpu::Buffer,
     /// 32 bits each.
@@ -29,22 +29,19 @@ pub(super) struct Mesh {
 }
 
 impl SceneData {
-    /// Uploads everything that the plan's shaders may ask for.
+    /// Uploads everything that the plan's shaders may ask for. Triangles and textures that the device keeps of an
+    /// earlier plan are used again.
     ///
     /// # Errors
     /// A table that the scene lacks or that lacks a column; sizes beyond the device's limits; texture data that do not
     /// fit their size.
-    pub(super) fn upload(
-        gpu: &Gpu,
-        plan: &Plan,
-        geometry: &Geometry,
-        textures: Option<&TextureArray>,
-        tables: &[Table],
-    ) -> Checked<SceneData> {
+    pub(super) fn upload(gpu: &Gpu, plan: &Plan, assets: &Assets<'_>, tables: &[Table]) -> Checked<SceneData> {
         let mut faults = vec![];
         let mut keep = |f: Faults| faults.extend(f.0);
-        let mesh = Mesh::upload(gpu, geometry).map_err(&mut keep).ok();
-        let views = upload_textures(gpu, textures).map_err(&mut keep).ok();
+        let mesh = gpu.kept.meshes.get(&assets.hashes.geometry, || Mesh::upload(gpu, assets.geometry));
+        let mesh = mesh.map_err(&mut keep).ok();
+        let views = gpu.kept.textures.get(&assets.hashes.textures, || upload_textures(gpu, assets.textures));
+        let views = views.map_err(&mut keep).ok();
         let mut buffers = vec![];
         for wanted in &plan.tables {
             let buffer = find(wanted, tables)

@@ -212,7 +212,7 @@ impl Ran {
 }
 
 pub fn try_run(plan: Plan, geometry: &scene::Geometry, tables: &[Table]) -> Checked<Ran> {
-    let mut prepared = prepare(gpu(), &plan, geometry, None, tables)?;
+    let mut prepared = prepare(gpu(), &plan, &scene::Assets::new(geometry, None), tables)?;
     let report = execute(gpu(), &plan, &mut prepared, &Frame::default())?;
     Ok(Ran { plan, prepared, report })
 }

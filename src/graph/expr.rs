@@ -53,15 +53,18 @@ pub enum Function {
     CeilDiv,
     Log2,
     Pow,
+    Vector,
 }
 
-const FUNCTIONS: [(&str, Function, usize); 6] = [
+const FUNCTIONS: [(&str, Function, usize); 8] = [
     ("min", Function::Min, 2),
     ("max", Function::Max, 2),
     ("abs", Function::Abs, 1),
     ("ceil_div", Function::CeilDiv, 2),
     ("log2", Function::Log2, 1),
     ("pow", Function::Pow, 2),
+    ("vec2", Function::Vector, 2),
+    ("vec3", Function::Vector, 3),
 ];
 
 /// What an expression gives.
@@ -283,6 +286,12 @@ impl Expr {
             }
             (Function::Pow, [Val::Int(a), Val::Int(b)]) => {
                 u32::try_from(*b).ok().and_then(|b| a.checked_pow(b)).map(Val::Int).ok_or_else(|| self.overflow())
+            }
+            (Function::Vector, _) if args.iter().all(|a| matches!(a, Val::Int(_))) => {
+                Ok(Val::Ints(args.iter().flat_map(ints).collect()))
+            }
+            (Function::Vector, _) if args.iter().all(|a| matches!(a, Val::Int(_) | Val::Float(_))) => {
+                Ok(Val::Floats(args.iter().map(float).collect()))
             }
             _ => Err(wrong()),
         }
@@ -545,6 +554,8 @@ mod tests {
         assert_eq!(eval("n > 4 && !(eps >= 1) ? 7 : 8"), Ok(Val::Int(7)));
         assert_eq!(eval("-2 - -3"), Ok(Val::Int(1)));
         assert_eq!(eval("1e-3 * 2"), Ok(Val::Float(0.002)));
+        assert_eq!(eval("vec3(n, 1, grid.z)"), Ok(Val::Ints(vec![5, 1, 4])));
+        assert_eq!(eval("vec2(n, eps)"), Ok(Val::Floats(vec![5.0, 0.5])));
     }
 
     #[test]
@@ -556,6 +567,7 @@ mod tests {
         assert!(eval("mim(1, 2)").unwrap_err().help[0].contains("`min`"));
         assert!(eval(&"(".repeat(100_000)).unwrap_err().message.contains("deep"));
         assert!(eval(&"-".repeat(100_000)).unwrap_err().message.contains("deep"));
+        assert!(eval("vec2(grid, 1)").unwrap_err().message.contains("types"));
         assert!(eval("").is_err());
     }
 }

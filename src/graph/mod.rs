@@ -14,6 +14,7 @@ pub mod variant;
 
 pub use ast::Graph;
 
+use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use read::Reader;
 use std::path::{Component, Path, PathBuf};
@@ -36,7 +37,7 @@ pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
 }
 
 fn load_unchecked(path: &Path, read: ReadFile, chain: &mut Vec<PathBuf>) -> Checked<Graph> {
-    let source = read(path)?;
+    let source = builtin::read(path).unwrap_or_else(|| read(path))?;
     let node = tree::parse(&source)?;
     let mut reader = Reader::default();
     chain.push(path.to_path_buf());
@@ -65,10 +66,10 @@ fn load_unchecked(path: &Path, read: ReadFile, chain: &mut Vec<PathBuf>) -> Chec
     let edits = reader.list(edits);
     reader.finish(&fields);
     let Some(base) = base else { return Err(Faults(reader.faults)) };
-    let base_path = path.parent().unwrap_or(Path::new("")).join(&base.value);
-    if !is_inside(&base.value) {
+    let base_path = builtin::join(path.parent().unwrap_or(Path::new("")), &base.value);
+    if !builtin::is_builtin(&base_path) && !is_inside(&base.value) {
         let d = Diagnostic::error("a base must lie in the folder of its variant or below it").at(&base.span, "");
-        return Err(d.into());
+        return Err(d.help(format!("one that comes with lightgraph is named `{}graphs/…`", builtin::PREFIX)).into());
     }
     if chain.contains(&base_path) || chain.len() >= CHAIN {
         let d = Diagnostic::error("a variant can't be based on itself").at(&base.span, "leads back here");

@@ -1,12 +1,10 @@
 //! RON text to a tree in which every value keeps its place.
 //!
-//! The `ron` crate parses; this reads it in layers (each value as raw text that points into the source), so that
-//! every fault of a file can be reported, not the first one only.
+//! The `ron` crate says whether the text is RON. What it accepts is then read once, from its first byte to its last.
 
 use crate::diag::{Checked, Diagnostic, Source, Span};
 use ron::value::RawValue;
-use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
-use std::{fmt, sync::Arc};
+use std::sync::Arc;
 
 /// A value and where it stands.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +44,8 @@ pub struct Field {
 /// The first fault of syntax (the rest of the file can't be trusted after it), or strings with escapes.
 pub fn parse(source: &Arc<Source>) -> Checked<Node> {
     let raw: &RawValue = ron::from_str(&source.text).map_err(|e| syntax_fault(source, 0, &e))?;
-    Tree { source }.node(raw.get_ron())
+    let start = (raw.get_ron().as_ptr() as usize).wrapping_sub(source.text.as_ptr() as usize);
+    Tree { source, at: start.min(source.text.len()) }.node().map_err(Into::into)
 }
 
 fn syntax_fault(source: &Arc<Source>, base: usize, e: &ron::error::SpannedError) -> Diagnostic {
@@ -67,150 +66,168 @@ fn offset(text: &str, line: usize, column: usize) -> usize {
     text.len()
 }
 
+/// A place in a text that is RON.
 struct Tree<'s> {
     source: &'s Arc<Source>,
+    at: usize,
 }
 
-impl Tree<'_> {
-    /// Where a part of the source's text lies in it.
-    fn start(&self, text: &str) -> usize {
-        (text.as_ptr() as usize).wrapping_sub(self.source.text.as_ptr() as usize).min(self.source.text.len())
+impl<'s> Tree<'s> {
+    fn rest(&self) -> &'s str {
+        self.source.text.get(self.at..).unwrap_or("")
     }
 
-    fn node(&self, text: &str) -> Checked<Node> {
-        let text = trim(text);
-        let start = self.start(text);
-        let span = Span::new(self.source, start..start + text.len());
-        let fail = |e: ron::error::SpannedError| syntax_fault(self.source, start, &e);
-        let kind = match text.chars().next() {
-            Some('"' | 'r') if text.ends_with(['"', '#']) => {
-                if text.contains('\\') || text.starts_with('r') {
-                    return Err(Diagnostic::error("strings can't hold escapes here")
-                        .at(&span, "")
-                        .help("write the characters as they are")
-                        .into());
-                }
-                Kind::Text(text[1..text.len() - 1].to_string())
+    /// Goes over white space and comments; the byte that follows.
+    fn next(&mut self) -> Option<u8> {
+        loop {
+            let rest = self.rest();
+            let text = rest.trim_start();
+            self.at += rest.len() - text.len();
+            if text.starts_with("//") {
+                self.at += text.find('\n').unwrap_or(text.len());
+            } else if text.starts_with("/*") {
+                self.at += comment(text);
+            } else {
+                return text.bytes().next();
             }
-            Some('[') => {
-                let items: Vec<&RawValue> = ron::from_str(text).map_err(fail)?;
-                Kind::List(items.into_iter().map(|r| self.node(r.get_ron())).collect::<Checked<_>>()?)
-            }
-            Some('{') => {
-                let Pairs(pairs) = ron::from_str(text).map_err(fail)?;
-                let pairs = pairs.into_iter().map(|(k, v)| Ok((self.node(k.get_ron())?, self.node(v.get_ron())?)));
-                Kind::Map(pairs.collect::<Checked<_>>()?)
-            }
-            Some('(') => self.group(None, text)?,
+        }
+    }
+
+    fn accept(&mut self, mark: u8) -> bool {
+        let found = self.next() == Some(mark);
+        self.at += usize::from(found);
+        found
+    }
+
+    fn span(&self, start: usize) -> Span {
+        Span::new(self.source, start..self.at)
+    }
+
+    fn fault(&self, start: usize, message: &str) -> Diagnostic {
+        Diagnostic::error(message).at(&self.span(start), "")
+    }
+
+    fn node(&mut self) -> Result<Node, Diagnostic> {
+        let next = self.next();
+        let start = self.at;
+        let kind = match next {
+            Some(b'"') => Kind::Text(self.string()?),
+            Some(b'[') => Kind::List(self.items(b']', Tree::node)?),
+            Some(b'{') => Kind::Map(self.items(b'}', |t| {
+                let key = t.node()?;
+                t.accept(b':');
+                Ok((key, t.node()?))
+            })?),
+            Some(b'(') => self.group(None)?,
             _ => {
-                let name = text.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(text.len());
-                let rest = trim(&text[name..]);
-                if name > 0 && rest.starts_with('(') {
-                    self.group(Some(text[..name].to_string()), rest)?
+                let word = self.word()?;
+                let end = self.at;
+                if is_name(&word) && self.next() == Some(b'(') {
+                    self.group(Some(word))?
                 } else {
-                    Kind::Word(text.to_string())
+                    self.at = end;
+                    Kind::Word(word)
                 }
             }
         };
-        Ok(Node { span, kind })
+        Ok(Node { span: self.span(start), kind })
     }
 
-    /// `(…)`: a struct when its first item is `name:`, otherwise a tuple.
-    fn group(&self, name: Option<String>, text: &str) -> Checked<Kind> {
-        if let Ok(Fields(fields)) = ron::from_str(text) {
-            let fields = fields.into_iter().map(|(key, v)| {
-                let start = self.start(key);
-                let span = Span::new(self.source, start..start + key.len());
-                Ok(Field { name: key.to_string(), span, value: self.node(v.get_ron())? })
-            });
-            return Ok(Kind::Struct(name, fields.collect::<Checked<_>>()?));
-        }
-        let Items(items) = ron::from_str(text).map_err(|e| syntax_fault(self.source, self.start(text), &e))?;
-        Ok(Kind::Tuple(name, items.into_iter().map(|r| self.node(r.get_ron())).collect::<Checked<_>>()?))
-    }
-}
-
-/// Without white space and comments around it.
-fn trim(mut text: &str) -> &str {
-    loop {
-        text = text.trim();
-        if let Some(rest) = text.strip_prefix("//") {
-            text = rest.split_once('\n').map_or("", |(_, after)| after);
-        } else if let Some(rest) = text.strip_prefix("/*") {
-            text = rest.split_once("*/").map_or("", |(_, after)| after);
-        } else {
-            break;
-        }
-    }
-    // A raw value ends where the value ends, but may be followed by a comment.
-    match ron::from_str::<&RawValue>(text) {
-        Ok(raw) => raw.trim().get_ron(),
-        Err(_) => text,
-    }
-}
-
-struct Pairs<'a>(Vec<(&'a RawValue, &'a RawValue)>);
-struct Fields<'a>(Vec<(&'a str, &'a RawValue)>);
-struct Items<'a>(Vec<&'a RawValue>);
-
-macro_rules! layered {
-    ($name:ident, $visitor:ident, $ask:expr, $expecting:literal, $visit:item) => {
-        impl<'de: 'a, 'a> Deserialize<'de> for $name<'a> {
-            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                let ask: fn(D, $visitor) -> Result<$name<'de>, D::Error> = $ask;
-                ask(deserializer, $visitor)
-            }
-        }
-        struct $visitor;
-        impl<'de> Visitor<'de> for $visitor {
-            type Value = $name<'de>;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str($expecting)
-            }
-            $visit
-        }
-    };
-}
-
-layered!(
-    Pairs,
-    PairsVisitor,
-    |d, v| d.deserialize_map(v),
-    "a map",
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Pairs<'de>, A::Error> {
-        let mut pairs = vec![];
-        while let Some(pair) = map.next_entry()? {
-            pairs.push(pair);
-        }
-        Ok(Pairs(pairs))
-    }
-);
-layered!(
-    Fields,
-    FieldsVisitor,
-    |d, v| d.deserialize_struct("", &[], v),
-    "named fields",
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Fields<'de>, A::Error> {
-        let mut fields = vec![];
-        while let Some(field) = map.next_entry()? {
-            fields.push(field);
-        }
-        Ok(Fields(fields))
-    }
-);
-layered!(
-    Items,
-    ItemsVisitor,
-    |d, v| d.deserialize_tuple(0, v),
-    "a tuple",
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Items<'de>, A::Error> {
+    /// What stands between a bracket and the `end` that closes it, apart by commas.
+    fn items<T>(
+        &mut self,
+        end: u8,
+        mut item: impl FnMut(&mut Tree<'s>) -> Result<T, Diagnostic>,
+    ) -> Result<Vec<T>, Diagnostic> {
+        self.at += 1;
         let mut items = vec![];
-        while let Some(item) = seq.next_element()? {
-            items.push(item);
+        while !self.accept(end) {
+            let before = self.at;
+            items.push(item(self)?);
+            self.accept(b',');
+            if self.at == before {
+                return Err(self.fault(before, "RON syntax: expected a value"));
+            }
         }
-        Ok(Items(items))
+        Ok(items)
     }
-);
+
+    /// `(…)`: a struct when its items are `name: value`, otherwise a tuple.
+    fn group(&mut self, name: Option<String>) -> Result<Kind, Diagnostic> {
+        let start = self.at;
+        let items = self.items(b')', |t| {
+            let value = t.node()?;
+            match &value.kind {
+                Kind::Word(name) if is_name(name) && t.accept(b':') => {
+                    Ok(Ok(Field { name: name.clone(), span: value.span.clone(), value: t.node()? }))
+                }
+                _ => Ok(Err(value)),
+            }
+        })?;
+        if items.iter().all(Result::is_ok) {
+            return Ok(Kind::Struct(name, items.into_iter().flatten().collect()));
+        }
+        if items.iter().any(Result::is_ok) {
+            return Err(self.fault(start, "RON syntax: either all of these values have names, or none has"));
+        }
+        Ok(Kind::Tuple(name, items.into_iter().filter_map(Result::err).collect()))
+    }
+
+    /// A string in quotes.
+    fn string(&mut self) -> Result<String, Diagnostic> {
+        let start = self.at;
+        let mut escaped = false;
+        let end = self.rest().bytes().skip(1).position(|b| {
+            let ends = b == b'"' && !escaped;
+            escaped = b == b'\\' && !escaped;
+            ends
+        });
+        self.at = end.map_or(self.source.text.len(), |i| start + i + 2);
+        let text = self.source.text.get(start + 1..(self.at - 1).max(start + 1)).unwrap_or("");
+        if text.contains('\\') { Err(self.escapes(start)) } else { Ok(text.to_string()) }
+    }
+
+    fn escapes(&self, start: usize) -> Diagnostic {
+        self.fault(start, "strings can't hold escapes here").help("write the characters as they are")
+    }
+
+    /// Up to a mark or a space; a character in quotes.
+    fn word(&mut self) -> Result<String, Diagnostic> {
+        let (start, rest) = (self.at, self.rest());
+        let ends = |c: char| c.is_whitespace() || ",:()[]{}\"/#".contains(c);
+        let length = match rest.strip_prefix('\'') {
+            Some(quoted) => quoted.char_indices().skip(1).find(|c| c.1 == '\'').map_or(rest.len(), |c| c.0 + 2),
+            None => rest.find(ends).unwrap_or(rest.len()),
+        };
+        self.at += length;
+        if self.rest().starts_with(['"', '#']) {
+            // A string with a letter before it.
+            self.at += self.rest().find('"').unwrap_or(0);
+            self.string()?;
+            return Err(self.escapes(start));
+        }
+        Ok(rest.get(..length).unwrap_or("").to_string())
+    }
+}
+
+fn is_name(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_alphabetic() || c == '_') && word.chars().all(|c| c.is_alphanumeric() || c == '_')
+}
+
+/// The length of a block comment, those in it included.
+fn comment(text: &str) -> usize {
+    let mut depth = 0usize;
+    let bytes = text.as_bytes();
+    for (i, pair) in bytes.windows(2).enumerate() {
+        match pair {
+            b"/*" => depth += 1,
+            b"*/" if depth == 1 => return i + 2,
+            b"*/" => depth -= 1,
+            _ => {}
+        }
+    }
+    text.len()
+}
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,7 @@ use super::{Binding, Desc, TableUse, TextureKind};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Pass, PassKind, ResourceKind};
 use crate::scene::{FRAME_VALUES, TABLES};
-use crate::shader::{Access, BindingKind, Layout, Shader, Stage, TextureDim, TextureSample, Variable};
+use crate::shader::{Access, BindingKind, Layout, Shader, Stage, TextureDim, TextureSample, Variable, report};
 use crate::value::{Type, Value, Values};
 use std::collections::BTreeMap;
 
@@ -59,6 +59,9 @@ impl<'g> Wirer<'g, '_> {
         }
         if v.name == "scene_textures" && matches!(v.kind, BindingKind::Texture { dim: TextureDim::D2Array, .. }) {
             return Some(Wire::Fixed(Binding::SceneTextures));
+        }
+        if v.name == report::VARIABLE && matches!(v.kind, BindingKind::Storage { .. }) {
+            return Some(Wire::Fixed(Binding::Report));
         }
         if let Some((table, columns)) = TABLES.iter().find(|t| t.0 == target) {
             return self.table(shader, wired.pass, v, table, columns, &place);

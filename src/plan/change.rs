@@ -1,57 +1,90 @@
 //! What changed since the last frame, and which steps must run because of it. No device.
 //!
-//! Every content of a resource has a version: a hash of the step that made it and of everything that step read, the
-//! versions of its inputs among them. So the version a resource should have is known before anything runs. A
-//! step runs only when a version that someone needs is not already in memory; a loop is one unit. Nobody marks
-//! anything as changed by hand.
+//! The version that a content should have is known before anything runs: see [`super::keys`]. A step runs only when a
+//! version that someone needs is not already in memory; a loop is one unit. Nobody marks anything as changed by hand.
+//!
+//! What memory holds is known by version alone, so it outlives the plan: another plan takes over the memory that holds
+//! what it wants, and runs only what differs.
 
-use super::tables::pack;
-use super::{Action, Binding, Node, Plan, ResourceId, StepId};
-use crate::diag::Checked;
-use crate::scene::Table;
+use super::keys::{Ingredients, Keys, Outside, UNDEFINED, Version, Versions, initial};
+use super::{Desc, Plan, ResourceId, TextureDesc};
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
-use std::hash::{DefaultHasher, Hash, Hasher};
-
-/// Identifies a content. [`UNDEFINED`]: nothing has been written.
-type Version = u128;
-
-const UNDEFINED: Version = 0;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What the memory of a plan holds, and what its units read when they last ran.
 #[derive(Debug, Clone, Default)]
 pub struct Held {
-    /// By slot: whose content it is, and which.
-    slots: Vec<Option<(ResourceId, Version)>>,
-    /// By place in the plan's order.
-    ran: BTreeMap<usize, Ingredients>,
-    /// By index of [`Plan::tables`].
-    tables: Vec<u64>,
+    /// By slot.
+    cells: Vec<Cell>,
+    /// By the unit's name.
+    ran: BTreeMap<String, Arc<Ran>>,
+    /// Frames so far, those of earlier plans among them.
+    frames: u32,
 }
 
-/// What a unit's result depends on, by the name to show.
-type Ingredients = BTreeMap<Ingredient, u64>;
-
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum Ingredient {
-    Value(String),
-    Table(String),
-    Input(ResourceId),
+/// A piece of memory.
+#[derive(Debug, Clone)]
+struct Cell {
+    /// As it was allocated.
+    desc: Desc,
+    content: Content,
+    /// The resource whose content it keeps from frame to frame.
+    history: Option<String>,
 }
+
+/// Which content is in a piece of memory. Plans that share the memory share this too: each knows when the other has
+/// written there.
+#[derive(Debug, Clone, Default)]
+struct Content(Arc<Mutex<Version>>);
+
+impl Content {
+    /// [`UNDEFINED`] when nothing is known of it.
+    fn get(&self) -> Version {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn set(&self, version: Version) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = version;
+    }
+}
+
+/// The last run of a unit.
+#[derive(Debug)]
+struct Ran {
+    key: Version,
+    ingredients: Ingredients,
+    frame: u32,
+}
+
+/// Frames for which the last run of a unit is remembered that the plan no longer has.
+const REMEMBERED: u32 = 1000;
 
 /// Why a unit runs or does not.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Why {
     /// Runs: nothing is known of an earlier run.
     First,
-    /// Runs: these values, tables or inputs differ from those of its last run.
+    /// Runs: these things differ from those of its last run.
     Changed(Vec<String>),
     /// Runs: what it made has been overwritten since, in memory it shares.
     Overwritten,
-    /// Does not run: it would make what it made before.
-    Unchanged,
+    /// Runs: so does every step.
+    Asked,
+    /// Does not run: it would make what it made before, in the frame of this number (from 0, reloads do not begin anew).
+    Unchanged { since: u32 },
     /// Does not run: nothing that runs reads its result.
     NotNeeded,
+}
+
+impl Why {
+    /// Whether the unit runs.
+    pub fn runs(&self) -> bool {
+        match self {
+            Why::First | Why::Changed(_) | Why::Overwritten | Why::Asked => true,
+            Why::Unchanged { .. } | Why::NotNeeded => false,
+        }
+    }
 }
 
 impl std::fmt::Display for Why {
@@ -60,7 +93,8 @@ impl std::fmt::Display for Why {
             Why::First => f.write_str("first run"),
             Why::Changed(names) => write!(f, "changed: {}", names.join(", ")),
             Why::Overwritten => f.write_str("its result was overwritten in shared memory"),
-            Why::Unchanged => f.write_str("nothing it reads has changed"),
+            Why::Asked => f.write_str("every step runs"),
+            Why::Unchanged { since } => write!(f, "unchanged since frame {since}"),
             Why::NotNeeded => f.write_str("nothing that runs reads it"),
         }
     }
@@ -73,20 +107,12 @@ pub struct Selection {
     pub run: Vec<bool>,
     /// By step.
     pub why: Vec<Why>,
-    next: Held,
+    /// What the units that run write, in their order: slot, content.
+    writes: Vec<(usize, Version)>,
+    ran: Vec<(String, Arc<Ran>)>,
 }
 
 impl Selection {
-    /// What is held once the selected steps have run.
-    pub fn done(self) -> Held {
-        self.next
-    }
-
-    /// As [`Selection::done`], while the selection is still needed.
-    pub fn held(&self) -> &Held {
-        &self.next
-    }
-
     /// How many steps run.
     pub fn count(&self) -> usize {
         self.run.iter().filter(|r| **r).count()
@@ -94,246 +120,223 @@ impl Selection {
 }
 
 impl Held {
-    /// The version of a resource, when its memory holds it.
-    pub fn version(&self, plan: &Plan, id: ResourceId) -> Option<u128> {
-        let slot = plan.resources.get(id.0)?.slot;
-        self.slots.get(slot).copied().flatten().filter(|(holder, _)| *holder == id).map(|(_, v)| v)
+    /// The memory of a plan that has run nothing yet: what `kept` takes over of an earlier plan's memory (by slot, its slot
+    /// there), and new memory.
+    pub fn new(plan: &Plan, keys: &Keys, kept: &[Option<usize>], earlier: Option<&Held>) -> Held {
+        let cell = |slot: usize| {
+            let tenant = plan.resources.iter().find(|r| r.slot == slot && r.history);
+            let history = tenant.map(|r| r.name.clone());
+            let old = kept.get(slot).copied().flatten().and_then(|j| earlier?.cells.get(j));
+            if let Some(old) = old {
+                return Cell { history, ..old.clone() };
+            }
+            let content = Content::default();
+            if let Some(value) = tenant.and_then(|r| r.initial) {
+                content.set(initial(&plan.slots[slot].desc, value));
+            }
+            Cell { desc: plan.slots[slot].desc.clone(), content, history }
+        };
+        let frames = earlier.map_or(0, |e| e.frames);
+        let mut ran = earlier.map(|e| e.ran.clone()).unwrap_or_default();
+        // Other plans' units are remembered for a while: one may come back.
+        let units: BTreeSet<&str> = keys.units.iter().map(|u| u.name.as_str()).collect();
+        ran.retain(|name, ran| units.contains(name.as_str()) || frames - ran.frame < REMEMBERED);
+        Held { cells: (0..plan.slots.len()).map(cell).collect(), ran, frames }
+    }
+
+    /// How many frames ran, those of earlier plans among them.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// What a slot holds; [`UNDEFINED`] when nothing is known of it.
+    pub fn version(&self, slot: usize) -> Version {
+        self.cells.get(slot).map_or(UNDEFINED, |c| c.content.get())
+    }
+
+    /// Before the selected steps run: nothing is known of what they are about to write.
+    pub fn start(&self, selection: &Selection) {
+        for (slot, _) in &selection.writes {
+            self.cells[*slot].content.set(UNDEFINED);
+        }
+    }
+
+    /// The selected steps have run.
+    pub fn finish(&mut self, selection: Selection) {
+        for (slot, version) in selection.writes {
+            self.cells[slot].content.set(version);
+        }
+        self.ran.extend(selection.ran);
+        self.frames += 1;
+    }
+
+    /// After a fault nothing is known of any memory.
+    pub fn forget(&mut self) {
+        self.cells.iter().for_each(|c| c.content.set(UNDEFINED));
+        self.ran.clear();
+    }
+
+    /// The contents of history.
+    fn history<'a>(&'a self, plan: &'a Plan) -> impl Fn(ResourceId) -> Version + 'a {
+        |id| self.version(plan.resources[id.0].slot)
     }
 }
 
-/// A step, or a loop as a whole.
-struct Unit {
-    steps: Vec<StepId>,
-    /// Read before the unit itself wrote them, or written in part only.
-    needs: BTreeSet<ResourceId>,
-    writes: BTreeSet<ResourceId>,
-}
-
-/// Chooses the steps of a frame. `tables` are the scene's tables when they may differ from the last frame's.
-///
-/// # Errors
-/// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
-pub fn select(plan: &Plan, held: &Held, values: &Values, tables: Option<&[Table]>) -> Checked<Selection> {
-    let units = units(plan);
-    let next = begin(plan, held, tables)?;
-    let (ingredients, versions) = versions(plan, &units, &next, values);
-    let run = required(plan, &units, &next, &versions);
-    Ok(selection(plan, &units, next, ingredients, &versions, &run))
-}
-
-/// Chooses all steps, for memory that is to be compared with that of [`select`].
-///
-/// # Errors
-/// As [`select`].
-pub fn everything(plan: &Plan, held: &Held, values: &Values, tables: Option<&[Table]>) -> Checked<Selection> {
-    let units = units(plan);
-    let next = begin(plan, held, tables)?;
-    let (ingredients, versions) = versions(plan, &units, &next, values);
-    let run = (0..units.len()).collect();
-    Ok(selection(plan, &units, next, ingredients, &versions, &run))
-}
-
-/// What is held before the frame, with the tables that it brings.
-fn begin(plan: &Plan, held: &Held, tables: Option<&[Table]>) -> Checked<Held> {
-    let mut next = held.clone();
-    next.slots.resize(plan.slots.len(), None);
-    if let Some(tables) = tables {
-        next.tables = hash_tables(plan, tables)?;
+/// By slot of a plan the slot of earlier memory to take over: history by name, and whatever holds a content that the
+/// plan wants, if the next frame is given these values. Each piece of memory is taken once.
+pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values: &Values) -> Vec<Option<usize>> {
+    let mut kept = carry_history(plan, earlier);
+    let mut free: BTreeMap<Version, Vec<usize>> = BTreeMap::new();
+    for (j, cell) in earlier.cells.iter().enumerate().filter(|(j, _)| !kept.contains(&Some(*j))) {
+        free.entry(cell.content.get()).or_default().push(j);
     }
-    Ok(next)
+    free.remove(&UNDEFINED);
+    let soon = Held::new(plan, keys, &kept, Some(earlier));
+    let versions = keys.versions(plan, soon.history(plan), outside, values);
+    // Of those that share memory the last to write is there at the end.
+    for (unit, after) in keys.units.iter().zip(&versions.after).rev() {
+        for (r, version) in unit.writes.iter().zip(after) {
+            let slot = plan.resources[r.0].slot;
+            let Some(cells) = free.get_mut(version) else { continue };
+            let fits = |j: &usize| fits(&plan.slots[slot].desc, &earlier.cells[*j].desc);
+            if let (None, Some(at)) = (kept[slot], cells.iter().position(fits)) {
+                kept[slot] = Some(cells.swap_remove(at));
+            }
+        }
+    }
+    kept
 }
 
+/// As [`carry`], history only.
+pub fn carry_history(plan: &Plan, earlier: &Held) -> Vec<Option<usize>> {
+    let mut kept = vec![None; plan.slots.len()];
+    for r in plan.resources.iter().filter(|r| r.history) {
+        let mut cells = earlier.cells.iter();
+        let same = |c: &Cell| c.history.as_ref() == Some(&r.name) && fits(&plan.slots[r.slot].desc, &c.desc);
+        kept[r.slot] = cells.position(same);
+    }
+    kept
+}
+
+/// Whether memory that was allocated as `there` can serve as `wanted`.
+fn fits(wanted: &Desc, there: &Desc) -> bool {
+    wanted.shape() == there.shape()
+        && match (wanted, there) {
+            (Desc::Texture(TextureDesc { usage: a, .. }), Desc::Texture(TextureDesc { usage: b, .. })) => {
+                b.contains(*a)
+            }
+            (Desc::Buffer { usage: a, .. }, Desc::Buffer { usage: b, .. }) => b.contains(*a),
+            _ => false,
+        }
+}
+
+/// Chooses the steps of a frame.
+pub fn select(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
+    let versions = keys.versions(plan, held.history(plan), outside, values);
+    let run = required(plan, keys, held, &versions);
+    let why = |i: usize| {
+        let unit = &keys.units[i];
+        let before = held.ran.get(&unit.name);
+        let same = before.filter(|ran| ran.key == versions.keys[i]);
+        match (run.contains(&i), before) {
+            (true, None) => Why::First,
+            (true, Some(_)) if same.is_some() => Why::Overwritten,
+            (true, Some(ran)) => {
+                let now = unit.ingredients(plan, &versions.before[i], outside, values);
+                Why::Changed(differences(&ran.ingredients, &now))
+            }
+            (false, _) => {
+                // Under another name it may have run too.
+                let any = || held.ran.values().find(|ran| ran.key == versions.keys[i]);
+                same.or_else(any).map_or(Why::NotNeeded, |ran| Why::Unchanged { since: ran.frame })
+            }
+        }
+    };
+    let why = (0..keys.units.len()).map(why).collect();
+    selection(plan, keys, held, (outside, values), &versions, why)
+}
+
+/// Chooses all steps.
+pub fn everything(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
+    let versions = keys.versions(plan, held.history(plan), outside, values);
+    let why = vec![Why::Asked; keys.units.len()];
+    selection(plan, keys, held, (outside, values), &versions, why)
+}
+
+/// The selection that runs the units whose reason says so.
 fn selection(
     plan: &Plan,
-    units: &[Unit],
-    next: Held,
-    ingredients: Vec<Ingredients>,
+    keys: &Keys,
+    held: &Held,
+    (outside, values): (&Outside, &Values),
     versions: &Versions,
-    run: &BTreeSet<usize>,
+    why: Vec<Why>,
 ) -> Selection {
-    let mut selection = Selection { run: vec![false; plan.steps.len()], why: vec![Why::First; plan.steps.len()], next };
-    let mut ingredients = ingredients.into_iter();
-    for (i, unit) in units.iter().enumerate() {
-        let Some(now) = ingredients.next() else { break };
-        let before = selection.next.ran.get(&i);
-        let same = before == Some(&now);
-        let why = match (run.contains(&i), before) {
-            (true, None) => Why::First,
-            (true, Some(_)) if same => Why::Overwritten,
-            (true, Some(before)) => Why::Changed(differences(plan, before, &now)),
-            (false, _) if same => Why::Unchanged,
-            (false, _) => Why::NotNeeded,
-        };
+    let steps = plan.steps.len();
+    let mut all = Selection { run: vec![false; steps], why: vec![Why::NotNeeded; steps], writes: vec![], ran: vec![] };
+    for (i, (unit, why)) in keys.units.iter().zip(why).enumerate() {
         for s in &unit.steps {
-            selection.run[s.0] = run.contains(&i);
-            selection.why[s.0] = why.clone();
+            all.run[s.0] = why.runs();
+            all.why[s.0] = why.clone();
         }
-        if run.contains(&i) {
-            for r in &unit.writes {
-                selection.next.slots[plan.resources[r.0].slot] = Some((*r, versions.after[i][r]));
-            }
-            selection.next.ran.insert(i, now);
-        }
-    }
-    selection
-}
-
-/// The versions that resources should have, if every unit ran.
-struct Versions {
-    /// By unit: of what it needs.
-    before: Vec<BTreeMap<ResourceId, Version>>,
-    /// By unit: of what it writes.
-    after: Vec<BTreeMap<ResourceId, Version>>,
-    /// At the end of the frame.
-    end: BTreeMap<ResourceId, Version>,
-}
-
-fn versions(plan: &Plan, units: &[Unit], held: &Held, values: &Values) -> (Vec<Ingredients>, Versions) {
-    let mut now: BTreeMap<ResourceId, Version> = BTreeMap::new();
-    for (i, r) in plan.resources.iter().enumerate().filter(|(_, r)| r.history) {
-        let holds = held.slots.get(r.slot).copied().flatten();
-        now.insert(ResourceId(i), holds.map_or(UNDEFINED, |(_, v)| v));
-    }
-    let mut all = Versions { before: vec![], after: vec![], end: BTreeMap::new() };
-    let mut ingredients = vec![];
-    for (i, unit) in units.iter().enumerate() {
-        let before: BTreeMap<_, _> =
-            unit.needs.iter().map(|r| (*r, now.get(r).copied().unwrap_or(UNDEFINED))).collect();
-        let mut parts = Ingredients::new();
-        for s in &unit.steps {
-            outside(plan, *s, held, values, &mut parts);
-        }
-        for (r, v) in &before {
-            parts.insert(Ingredient::Input(*r), hash(v));
-        }
-        let after: BTreeMap<_, _> = unit.writes.iter().map(|r| (*r, version(i, *r, &parts, &before))).collect();
-        now.extend(after.iter().map(|(r, v)| (*r, *v)));
-        all.before.push(before);
-        all.after.push(after);
-        ingredients.push(parts);
-    }
-    all.end = now;
-    (ingredients, all)
-}
-
-/// What a step reads besides resources and besides what can't change within a plan: values of the frame, tables.
-fn outside(plan: &Plan, step: StepId, held: &Held, values: &Values, parts: &mut Ingredients) {
-    for binding in &plan.steps[step.0].bindings {
-        match binding {
-            Binding::Uniform { layout, extra } => {
-                for m in layout.members.iter().filter(|m| !extra.contains_key(&m.name)) {
-                    if let Some(v) = values.get(&m.name) {
-                        parts.insert(Ingredient::Value(m.name.clone()), hash(&v.bytes()));
-                    }
-                }
-            }
-            Binding::Table(i) => {
-                let name = plan.tables.get(*i).map_or(String::new(), |t| t.table.clone());
-                // Two rows of one table differ in what they read: both count.
-                let there = parts.get(&Ingredient::Table(name.clone())).copied().unwrap_or(0);
-                let new = hash(&(there, held.tables.get(*i)));
-                parts.insert(Ingredient::Table(name), new);
-            }
-            Binding::Resource(_) | Binding::SceneTextures | Binding::Sampler(_) => {}
+        if why.runs() {
+            let slots = unit.writes.iter().map(|r| plan.resources[r.0].slot);
+            all.writes.extend(slots.zip(versions.after[i].iter().copied()));
+            let ingredients = unit.ingredients(plan, &versions.before[i], outside, values);
+            let ran = Ran { key: versions.keys[i], ingredients, frame: held.frames };
+            all.ran.push((unit.name.clone(), Arc::new(ran)));
         }
     }
+    all
 }
 
 /// The units that must run so that the outputs, and what the next frame begins with, are in memory.
-fn required(plan: &Plan, units: &[Unit], held: &Held, versions: &Versions) -> BTreeSet<usize> {
-    let mut run = BTreeSet::new();
+fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions) -> BTreeSet<usize> {
+    let slot = |r: &ResourceId| plan.resources[r.0].slot;
+    let there: Vec<Version> = (0..held.cells.len()).map(|s| held.version(s)).collect();
     let kept = plan.resources.iter().enumerate().filter(|(_, r)| r.history).map(|(i, _)| ResourceId(i));
     let end: BTreeSet<ResourceId> = plan.outputs.iter().map(|o| o.1).chain(kept).collect();
+    let mut run: BTreeSet<usize> = BTreeSet::new();
     loop {
-        let mut slots = held.slots.clone();
-        let mut more = BTreeSet::new();
-        for (i, unit) in units.iter().enumerate().filter(|(i, _)| run.contains(i)) {
-            for (r, v) in &versions.before[i] {
-                if *v != UNDEFINED && slots[plan.resources[r.0].slot] != Some((*r, *v)) {
-                    more.extend(producer(units, *r, i));
+        // With all that is known to run, what is missing when it is wanted? Memory is shared: what was there may be gone.
+        let mut slots = there.clone();
+        let mut more: Vec<usize> = vec![];
+        for i in &run {
+            let unit = &keys.units[*i];
+            for ((r, v), maker) in unit.needs.iter().zip(&versions.before[*i]).zip(&unit.makers) {
+                if *v != UNDEFINED && slots[slot(r)] != *v {
+                    more.extend(maker);
                 }
             }
-            for r in &unit.writes {
-                slots[plan.resources[r.0].slot] = Some((*r, versions.after[i][r]));
+            for (r, v) in unit.writes.iter().zip(&versions.after[*i]) {
+                slots[slot(r)] = *v;
             }
         }
         for r in &end {
-            let wanted = versions.end.get(r).copied().unwrap_or(UNDEFINED);
-            if wanted != UNDEFINED && slots[plan.resources[r.0].slot] != Some((*r, wanted)) {
-                more.extend(producer(units, *r, units.len()));
+            let wanted = versions.end[r.0];
+            if wanted != UNDEFINED && slots[slot(r)] != wanted {
+                more.extend(keys.last[r.0]);
             }
         }
         let before = run.len();
-        run.append(&mut more);
+        // What even the memory of the last frame lacks must be made in any case.
+        while let Some(i) = more.pop() {
+            if run.insert(i) {
+                let unit = &keys.units[i];
+                let needs = unit.needs.iter().zip(&versions.before[i]).zip(&unit.makers);
+                let lacking = needs.filter(|((r, v), _)| **v != UNDEFINED && there[slot(r)] != **v);
+                more.extend(lacking.filter_map(|(_, maker)| *maker));
+            }
+        }
         if run.len() == before {
             return run;
         }
     }
 }
 
-/// The last unit before a place that writes a resource.
-fn producer(units: &[Unit], resource: ResourceId, before: usize) -> Option<usize> {
-    (0..before).rev().find(|i| units[*i].writes.contains(&resource))
-}
-
-fn units(plan: &Plan) -> Vec<Unit> {
-    plan.order
-        .iter()
-        .map(|node| {
-            let mut unit = Unit { steps: vec![], needs: BTreeSet::new(), writes: BTreeSet::new() };
-            gather(plan, node, &mut unit);
-            unit
-        })
-        .collect()
-}
-
-fn gather(plan: &Plan, node: &Node, unit: &mut Unit) {
-    match node {
-        Node::Step(s) => {
-            let step = &plan.steps[s.0];
-            unit.steps.push(*s);
-            unit.needs.extend(step.reads.iter().filter(|r| !unit.writes.contains(r)));
-            if !overwrites(&step.action) {
-                unit.needs.extend(step.writes.iter().filter(|r| !unit.writes.contains(r)));
-            }
-            unit.writes.extend(&step.writes);
-        }
-        Node::Loop(l) => l.body.iter().for_each(|n| gather(plan, n, unit)),
-    }
-}
-
-/// Whether nothing of the old content is left for certain.
-fn overwrites(action: &Action) -> bool {
-    matches!(action, Action::Copy { .. } | Action::Clear { .. })
-}
-
-fn differences(plan: &Plan, before: &Ingredients, now: &Ingredients) -> Vec<String> {
-    let changed = now.iter().filter(|(k, v)| before.get(k) != Some(v));
-    let name = |k: &Ingredient| match k {
-        Ingredient::Value(n) => n.clone(),
-        Ingredient::Table(n) => format!("table {n}"),
-        Ingredient::Input(r) => plan.resources[r.0].name.clone(),
-    };
-    changed.map(|(k, _)| name(k)).collect()
-}
-
-fn hash_tables(plan: &Plan, tables: &[Table]) -> Checked<Vec<u64>> {
-    let one = |wanted: &super::TableUse| match tables.iter().find(|t| t.name == wanted.table) {
-        Some(table) => Ok(hash(&pack(wanted, table)?)),
-        None => Ok(0),
-    };
-    plan.tables.iter().map(one).collect()
-}
-
-/// The same for equal values in every run of the program.
-fn hash(value: &impl Hash) -> u64 {
-    let mut h = DefaultHasher::new();
-    value.hash(&mut h);
-    h.finish()
-}
-
-/// 128 bits, so that two contents never share a version by chance. Never [`UNDEFINED`].
-fn version(unit: usize, resource: ResourceId, parts: &Ingredients, before: &BTreeMap<ResourceId, Version>) -> Version {
-    let half = |salt: u8| u128::from(hash(&(salt, unit, resource, parts.values().collect::<Vec<_>>(), before)));
-    (half(0) << 64 | half(1)).max(1)
+/// What is new or different, and what is gone.
+fn differences(before: &Ingredients, now: &Ingredients) -> Vec<String> {
+    let changed = now.iter().filter(|(k, v)| before.get(k) != Some(v)).map(|(k, _)| k.to_string());
+    let gone = before.keys().filter(|k| !now.contains_key(k)).map(|k| format!("no {k} any more"));
+    changed.chain(gone).collect()
 }

@@ -72,6 +72,20 @@ pub fn allocate(plan: &mut Plan, share: bool) {
         };
         plan.resources[i].slot = slot;
     }
+    plan.slots.iter_mut().for_each(|s| widen(&mut s.desc));
+}
+
+/// Usages that cost nothing where they are not made use of, so that the memory can serve the next plan too.
+fn widen(desc: &mut Desc) {
+    match desc {
+        Desc::Texture(t) => {
+            let able = t.format.guaranteed_format_features(wgpu::Features::empty()).allowed_usages;
+            t.usage |= able & (wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC);
+        }
+        Desc::Buffer { usage, .. } => {
+            *usage |= wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        }
+    }
 }
 
 fn unite(a: &mut Desc, b: &Desc) {

@@ -8,6 +8,7 @@ pub mod build;
 pub mod change;
 mod draw;
 pub mod expand;
+pub mod keys;
 pub mod lint;
 pub mod live;
 pub mod memory;
@@ -238,7 +239,7 @@ pub enum Geometry {
     Screen,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Cull {
     None,
     Front,
@@ -268,14 +269,14 @@ pub struct DepthTarget {
 }
 
 /// One draw of a render pass, and where it goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Member {
     /// The instance index.
     pub index: u32,
     pub place: Place,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Place {
     /// The whole of a target without layers.
     Whole,
@@ -301,6 +302,8 @@ pub enum Binding {
     Table(usize),
     /// The base-colour textures of the scene: a 2D array, sRGB, with mips.
     SceneTextures,
+    /// What the step's shader reports of itself: memory of the step's own.
+    Report,
     Sampler(SamplerDesc),
 }
 

@@ -39,18 +39,21 @@ impl Sized {
 pub struct Sizes<'a> {
     request: &'a Request<'a>,
     values: &'a Values,
+    declared: BTreeMap<&'a str, &'a Resource>,
     known: RefCell<BTreeMap<String, Option<Result<Sized, Diagnostic>>>>,
 }
 
 impl<'a> Sizes<'a> {
     /// Nothing is computed yet.
     pub fn new(request: &'a Request<'a>, values: &'a Values) -> Sizes<'a> {
-        Sizes { request, values, known: RefCell::default() }
+        // Of two with the same name the first counts; the other is a fault of the graph.
+        let declared = request.graph.resources.iter().rev().map(|(n, r)| (n.value.as_str(), r)).collect();
+        Sizes { request, values, declared, known: RefCell::default() }
     }
 
     /// The declaration of a resource.
     pub fn declared(&self, name: &str) -> Option<&'a Resource> {
-        self.request.graph.resources.iter().find(|(n, _)| n.value == name).map(|(_, r)| r)
+        self.declared.get(name).copied()
     }
 
     /// The description of a texture or buffer; `None` for samplers and unknown names.

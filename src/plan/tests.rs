@@ -3,6 +3,7 @@
 //! `machine` runs a plan with words for texels: a step makes a word of the words it reads. Plans of one graph must make
 //! the same words, however they are ordered and whatever memory they share.
 
+mod keys;
 mod machine;
 mod memory;
 mod order;
@@ -65,7 +66,7 @@ pub(super) fn sample(resources: &str, passes: &str, outputs: &str) -> Sample {
         let path = format!("{name}.wgsl");
         (path.clone(), Source::new(path, text))
     };
-    Sample { graph, texts: Library { files: shaders.into_iter().map(file).collect() } }
+    Sample { graph, texts: Library { files: shaders.into_iter().map(file).collect(), ..Library::default() } }
 }
 
 impl Sample {

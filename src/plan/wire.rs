@@ -8,8 +8,9 @@ use super::{Binding, Comparison, Desc, TableUse};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Graph, Name, Pass, PassKind};
 use crate::graph::expr::{Binary, ExprKind, Val};
-use crate::shader::{Def, Defs, Shader, Stage, compose, mentioned_defs};
+use crate::shader::{Def, Defs, Shader, Stage, mentioned_defs};
 use crate::value::Values;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// A pass that runs, or a loop over such.
@@ -105,6 +106,7 @@ pub fn wire<'g>(
         sizes,
         faults,
         out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![] },
+        mentioned: BTreeMap::new(),
     };
     let items = w.passes(&request.graph.passes, &[]);
     w.out.items = items;
@@ -118,6 +120,8 @@ pub(super) struct Wirer<'g, 'f> {
     pub(super) sizes: &'g Sizes<'g>,
     pub(super) faults: &'f mut Vec<Diagnostic>,
     pub(super) out: Wiring<'g>,
+    /// By shader: the definitions that it asks for.
+    mentioned: BTreeMap<&'g str, Arc<BTreeSet<String>>>,
 }
 
 impl<'g> Wirer<'g, '_> {
@@ -278,8 +282,10 @@ impl<'g> Wirer<'g, '_> {
         Some(wired)
     }
 
-    fn shader(&mut self, pass: &Pass, name: &Name) -> Option<(usize, Arc<Shader>)> {
-        let mentioned = mentioned_defs(self.request.texts, &name.value);
+    fn shader(&mut self, pass: &'g Pass, name: &'g Name) -> Option<(usize, Arc<Shader>)> {
+        let texts = self.request.texts;
+        let mentioned =
+            self.mentioned.entry(&name.value).or_insert_with(|| Arc::new(mentioned_defs(texts, &name.value))).clone();
         let mut defs = Defs::new();
         for (key, e) in self.graph().defines.iter().chain(&pass.defines) {
             let val = e.eval(&|n| self.value(n));
@@ -300,9 +306,9 @@ impl<'g> Wirer<'g, '_> {
         if let Some(i) = self.out.shaders.iter().position(|s| s.path == name.value && s.defs == defs) {
             return Some((i, self.out.shaders[i].clone()));
         }
-        match compose(self.request.texts, &name.value, &defs) {
+        match self.request.texts.shader(&name.value, &defs) {
             Ok(shader) => {
-                self.out.shaders.push(Arc::new(shader));
+                self.out.shaders.push(shader);
                 let i = self.out.shaders.len() - 1;
                 Some((i, self.out.shaders[i].clone()))
             }

@@ -1,10 +1,12 @@
 //! A hierarchy of boxes over triangles, for rays.
 //!
 //! Built from the top by the surface area heuristic over bins of the centres (Wald, "On fast Construction of
-//! SAH-based Bounding Volume Hierarchies", 2007). The same triangles give the same hierarchy.
+//! SAH-based Bounding Volume Hierarchies", 2007). The same triangles give the same hierarchy, on however many cores: the
+//! top is split by one thread with the help of the others, the parts below it by all of them at once.
 
 use super::model::Bounds;
 use glam::Vec3;
+use std::sync::{Mutex, PoisonError};
 
 /// Boxes within boxes; row 0 holds everything.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,16 +40,28 @@ const MAX_LEAF: usize = 8;
 /// Cost of a step down, in intersections of a triangle.
 const STEP_COST: f32 = 1.0;
 
+/// Parts that the items are split into before threads take one each: enough that none waits long for the last.
+const PARTS: usize = 64;
+
+/// Items that are not worth a thread.
+const FEW: usize = 1 << 14;
+
 /// A triangle as the builder sees it.
 #[derive(Clone, Copy)]
 struct Item {
     bounds: Bounds,
-    /// Twice the centre of `bounds`.
-    centre: Vec3,
     triangle: u32,
 }
 
+impl Item {
+    /// Twice the centre of the bounds.
+    fn centre(&self) -> Vec3 {
+        self.bounds.min + self.bounds.max
+    }
+}
+
 /// A range of items still to be split.
+#[derive(Clone, Copy)]
 struct Task {
     node: usize,
     start: usize,
@@ -62,29 +76,31 @@ impl Bvh {
             let bounds = Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
             return Bvh { nodes: vec![BvhNode { bounds, first: 0, count: 1 }], order: vec![] };
         }
-        let mut items: Vec<Item> = (0..)
-            .zip(triangles)
-            .map(|(triangle, corners)| {
-                let bounds = Bounds::of(*corners);
-                Item { bounds, centre: bounds.min + bounds.max, triangle }
-            })
-            .collect();
-        let root = BvhNode { bounds: Bounds::EMPTY, first: 0, count: 0 };
-        let mut nodes = vec![root];
-        let mut tasks = vec![Task { node: 0, start: 0, end: items.len(), depth: 0 }];
-        while let Some(task) = tasks.pop() {
-            let range = &mut items[task.start..task.end];
-            let bounds = range.iter().fold(Bounds::EMPTY, |b, i| b.union(i.bounds));
-            let Some(left) = split(range, bounds, task.depth) else {
-                nodes[task.node] = BvhNode { bounds, first: task.start as u32, count: range.len() as u32 };
-                continue;
-            };
-            let first = nodes.len();
-            nodes[task.node] = BvhNode { bounds, first: first as u32, count: 0 };
-            nodes.extend([root, root]);
-            let (middle, depth) = (task.start + left, task.depth + 1);
-            tasks.push(Task { node: first + 1, start: middle, end: task.end, depth });
-            tasks.push(Task { node: first, start: task.start, end: middle, depth });
+        let item = |(triangle, corners): (u32, &[Vec3; 3])| Item { bounds: Bounds::of(*corners), triangle };
+        let mut items: Vec<Item> = (0..).zip(triangles).map(item).collect();
+        let whole = Task { node: 0, start: 0, end: items.len(), depth: 0 };
+        let part = (items.len() / PARTS).max(FEW);
+        let mut nodes = vec![];
+        let mut parts = vec![];
+        grow(&mut items, whole, &mut nodes, |task| {
+            let small = task.end - task.start <= part;
+            if small {
+                parts.push(*task);
+            }
+            small
+        });
+        parts.sort_by_key(|p| p.start);
+        for (part, below) in parts.iter().zip(subtrees(&mut items, &parts)) {
+            // All but the root of a part go to the end; what they call row i is then row `base + i`.
+            let base = nodes.len() as u32 - 1;
+            let mut below = below.into_iter().map(|n| match n.count {
+                0 => BvhNode { first: n.first + base, ..n },
+                _ => BvhNode { first: n.first + part.start as u32, ..n },
+            });
+            if let (Some(root), Some(place)) = (below.next(), nodes.get_mut(part.node)) {
+                *place = root;
+            }
+            nodes.extend(below);
         }
         // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
         let largest = nodes[0].bounds.min.abs().max(nodes[0].bounds.max.abs()).max_element();
@@ -96,6 +112,87 @@ impl Bvh {
     }
 }
 
+/// Splits a task and what comes of it into `nodes`, whose first free row is the task's, but for those that `skip` takes:
+/// their rows stay empty.
+fn grow(items: &mut [Item], whole: Task, nodes: &mut Vec<BvhNode>, mut skip: impl FnMut(&Task) -> bool) {
+    let empty = BvhNode { bounds: Bounds::EMPTY, first: 0, count: 0 };
+    nodes.push(empty);
+    let mut tasks = vec![whole];
+    while let Some(task) = tasks.pop() {
+        if skip(&task) {
+            continue;
+        }
+        let range = &mut items[task.start..task.end];
+        let bounds = joined(range, |b, i| *b = b.union(i.bounds), Bounds::EMPTY, Bounds::union);
+        let Some(left) = split(range, bounds, task.depth) else {
+            nodes[task.node] = BvhNode { bounds, first: task.start as u32, count: range.len() as u32 };
+            continue;
+        };
+        let first = nodes.len();
+        nodes[task.node] = BvhNode { bounds, first: first as u32, count: 0 };
+        nodes.extend([empty, empty]);
+        let (middle, depth) = (task.start + left, task.depth + 1);
+        tasks.push(Task { node: first + 1, start: middle, end: task.end, depth });
+        tasks.push(Task { node: first, start: task.start, end: middle, depth });
+    }
+}
+
+/// The hierarchies over parts in the order of their items, each with its root in row 0 and its items from 0 on.
+fn subtrees(items: &mut [Item], parts: &[Task]) -> Vec<Vec<BvhNode>> {
+    let mut done: Vec<Vec<BvhNode>> = parts.iter().map(|_| vec![]).collect();
+    let mut open = vec![];
+    let (mut rest, mut at) = (items, 0);
+    for (part, out) in parts.iter().zip(&mut done) {
+        let (own, after) = rest.split_at_mut(part.end - at);
+        (rest, at) = (after, part.end);
+        open.push((own, part.depth, out));
+    }
+    let open = Mutex::new(open);
+    let work = || {
+        loop {
+            let next = open.lock().unwrap_or_else(PoisonError::into_inner).pop();
+            let Some((own, depth, out)) = next else { return };
+            let whole = Task { node: 0, start: 0, end: own.len(), depth };
+            grow(own, whole, out, |_| false);
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads().min(parts.len()) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    done
+}
+
+fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Folds items on all cores when they are many. `join` must not care how they were parted.
+fn joined<T: Clone + Send + Sync>(
+    items: &[Item],
+    add: impl Fn(&mut T, &Item) + Sync,
+    none: T,
+    join: impl Fn(T, T) -> T,
+) -> T {
+    let run = |chunk: &[Item]| {
+        let mut sum = none.clone();
+        chunk.iter().for_each(|item| add(&mut sum, item));
+        sum
+    };
+    let count = threads();
+    if count == 1 || items.len() < 2 * FEW {
+        return run(items);
+    }
+    std::thread::scope(|scope| {
+        let run = &run;
+        let chunks: Vec<_> = items.chunks(items.len().div_ceil(count)).map(|c| scope.spawn(move || run(c))).collect();
+        let parts = chunks.into_iter().map(|c| c.join().unwrap_or_else(|e| std::panic::resume_unwind(e)));
+        parts.fold(none.clone(), join)
+    })
+}
+
 /// Sorts the items into two halves; the size of the first, or `None` for a leaf.
 fn split(items: &mut [Item], bounds: Bounds, depth: u32) -> Option<usize> {
     let count = items.len();
@@ -103,14 +200,15 @@ fn split(items: &mut [Item], bounds: Bounds, depth: u32) -> Option<usize> {
         return None;
     }
     let levels_left = MAX_DEPTH - depth;
-    let centres = Bounds::of(items.iter().map(|i| i.centre));
+    let grown = |b: &mut Bounds, i: &Item| *b = b.union(Bounds::of([i.centre()]));
+    let centres = joined(items, grown, Bounds::EMPTY, Bounds::union);
     // Halving always ends in time; the heuristic may not.
     let balanced = usize::BITS - (count - 1).leading_zeros() >= levels_left;
     if !balanced && let Some((axis, bin, cost)) = best_plane(items, centres) {
         if count <= MAX_LEAF && count as f32 <= STEP_COST + cost / area(bounds).max(f32::MIN_POSITIVE) {
             return None;
         }
-        let left = partition(items, |i| bin_of(i.centre[axis], centres, axis) <= bin);
+        let left = partition(items, |i| bin_of(i.centre()[axis], centres, axis) <= bin);
         if left > 0 && left < count {
             return Some(left);
         }
@@ -120,7 +218,7 @@ fn split(items: &mut [Item], bounds: Bounds, depth: u32) -> Option<usize> {
     }
     let extent = centres.max - centres.min;
     let axis = if extent.x >= extent.y && extent.x >= extent.z { 0 } else { 1 + usize::from(extent.z > extent.y) };
-    let order = |a: &Item, b: &Item| a.centre[axis].total_cmp(&b.centre[axis]).then(a.triangle.cmp(&b.triangle));
+    let order = |a: &Item, b: &Item| a.centre()[axis].total_cmp(&b.centre()[axis]).then(a.triangle.cmp(&b.triangle));
     items.select_nth_unstable_by(count / 2, order);
     Some(count / 2)
 }
@@ -128,16 +226,13 @@ fn split(items: &mut [Item], bounds: Bounds, depth: u32) -> Option<usize> {
 /// The cheapest plane between two bins: its axis, the last bin before it, and the sum of areas times counts on both
 /// sides. `None` when all centres coincide.
 fn best_plane(items: &[Item], centres: Bounds) -> Option<(usize, usize, f32)> {
+    let bins = filled(items, centres);
     let mut best: Option<(usize, usize, f32)> = None;
     for axis in 0..3 {
         if centres.max[axis] <= centres.min[axis] {
             continue;
         }
-        let mut bins = [(Bounds::EMPTY, 0usize); BINS];
-        for item in items {
-            let bin = &mut bins[bin_of(item.centre[axis], centres, axis)];
-            *bin = (bin.0.union(item.bounds), bin.1 + 1);
-        }
+        let bins = bins[axis];
         let mut above = [0.0; BINS];
         let mut sum = (Bounds::EMPTY, 0usize);
         for i in (1..BINS).rev() {
@@ -155,6 +250,26 @@ fn best_plane(items: &[Item], centres: Bounds) -> Option<(usize, usize, f32)> {
         }
     }
     best
+}
+
+/// Along each axis: the box and the number of the items whose centres lie in each bin.
+type Bins = [[(Bounds, usize); BINS]; 3];
+
+fn filled(items: &[Item], centres: Bounds) -> Bins {
+    let add = |bins: &mut Bins, item: &Item| {
+        let centre = item.centre();
+        for (axis, bins) in bins.iter_mut().enumerate() {
+            let bin = &mut bins[bin_of(centre[axis], centres, axis)];
+            *bin = (bin.0.union(item.bounds), bin.1 + 1);
+        }
+    };
+    let join = |mut a: Bins, b: Bins| {
+        for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
+            *a = (a.0.union(b.0), a.1 + b.1);
+        }
+        a
+    };
+    joined(items, add, [[(Bounds::EMPTY, 0); BINS]; 3], join)
 }
 
 fn bin_of(centre: f32, centres: Bounds, axis: usize) -> usize {

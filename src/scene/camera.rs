@@ -2,7 +2,7 @@
 
 use super::{
     model::{Camera, Lens, Scene},
-    motion::{CameraPose, Pose},
+    motion::{CameraPose, Pose, View},
 };
 use crate::{
     diag::{Checked, Diagnostic},
@@ -33,26 +33,14 @@ impl Scene {
             return Err(Diagnostic::error(format!("an image of {width}×{height} has no pixels")).into());
         }
         let aspect = width as f32 / height as f32;
+        let (View { place, lens }, name) = self.view(pose, camera, aspect)?;
         let mut notices = vec![];
-        let found = match camera {
-            Some(name) => Some(self.find_camera(name)?),
-            None => self.default_camera,
-        };
-        let chosen = found.and_then(|i| Some((self.cameras.get(i)?, *pose.cameras.get(i)?)));
-        let (view, projection, position, name) = match chosen {
-            Some((camera, place)) => (
-                view(place),
-                self.projection(camera.lens, place.position, aspect),
-                place.position,
-                camera.name.as_str(),
-            ),
-            None => {
-                let d = Diagnostic::note(format!("{}: the scene has no camera; the view frames its bounds", self.name));
-                notices.push(d.help("add a camera to the glTF"));
-                let (place, lens) = self.framing(aspect);
-                (view(place), self.projection(lens, place.position, aspect), place.position, "default")
-            }
-        };
+        if name.is_none() && pose.view.is_none() {
+            let d = Diagnostic::note(format!("{}: the scene has no camera; the view frames its bounds", self.name));
+            notices.push(d.help("add a camera to the glTF"));
+        }
+        let (view, projection) = (view(place), self.projection(lens, place.position, aspect));
+        let (position, name) = (place.position, name.unwrap_or("default"));
         // In f64: with near and far four decades apart, an f32 product and inverse lose most of their digits.
         let (exact_view, exact_projection) = (view.as_dmat4(), projection.as_dmat4());
         let view_projection = (exact_projection * exact_view).as_mat4();
@@ -70,6 +58,24 @@ impl Scene {
             ("camera_inverse_view_projection", Value::Mat4(inverse)),
         ];
         Ok((values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(), notices))
+    }
+
+    /// What is seen, and the name of the camera that sees it: the pose's own view, or the camera named (as in
+    /// [`Scene::camera_values`]); without a name where neither is. `aspect` is width over height.
+    ///
+    /// # Errors
+    /// An unknown camera name, with the nearest.
+    pub fn view(&self, pose: &Pose, camera: Option<&str>, aspect: f32) -> Checked<(View, Option<&str>)> {
+        let found = match camera {
+            Some(name) => Some(self.find_camera(name)?),
+            None => self.default_camera,
+        };
+        let chosen = found.and_then(|i| Some((self.cameras.get(i)?, *pose.cameras.get(i)?)));
+        let (seen, name) = match chosen {
+            Some((camera, place)) => (View { place, lens: camera.lens }, Some(camera.name.as_str())),
+            None => (self.framing(aspect), None),
+        };
+        Ok((pose.view.unwrap_or(seen), name))
     }
 
     /// Index of the camera called so (its node's name, or its own).
@@ -106,7 +112,7 @@ impl Scene {
     }
 
     /// A camera from +Z, a little above, as near as the whole bounding sphere stays in the picture.
-    fn framing(&self, aspect: f32) -> (CameraPose, Lens) {
+    fn framing(&self, aspect: f32) -> View {
         let radius = (self.bounds.diagonal() * 0.5).max(1e-3);
         let half_height = (DEFAULT_YFOV * 0.5).tan();
         let narrower = half_height.min(half_height * aspect).atan();
@@ -116,7 +122,7 @@ impl Scene {
         let up = (Vec3::Y - forward * Vec3::Y.dot(forward)).normalize();
         let place = CameraPose { position: self.bounds.center() + back * distance, forward, up };
         let near = (distance - radius).max(distance * 1e-3) * 0.9;
-        (place, Lens::Perspective { yfov: DEFAULT_YFOV, near, far: Some((distance + radius) * 1.01) })
+        View { place, lens: Lens::Perspective { yfov: DEFAULT_YFOV, near, far: Some((distance + radius) * 1.01) } }
     }
 }
 

@@ -36,6 +36,7 @@
 //! two keyframes with the same axis the angle grows linearly, so that 0 to 360 is a whole turn. A keyframe
 //! without one of them has the node's own.
 
+mod assets;
 mod attached;
 mod bvh;
 mod camera;
@@ -52,10 +53,11 @@ mod tables;
 mod tests;
 mod textures;
 
+pub use assets::{AssetHashes, Assets};
 pub use geometry::Geometry;
 pub use load::{Loaded, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
-pub use motion::{CameraPose, LightPose, Pose, Shift};
+pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use textures::TextureArray;
 
 use crate::value::{Type, Value};

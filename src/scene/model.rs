@@ -116,7 +116,7 @@ pub struct Camera {
 }
 
 /// How a camera projects. The aspect is always the image's.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Lens {
     /// `yfov` is the whole vertical angle in radians; without `far` the scene's extent decides.
     Perspective { yfov: f32, near: f32, far: Option<f32> },

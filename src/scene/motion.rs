@@ -1,6 +1,6 @@
 //! A scene at a time: where its nodes, lights and cameras are, and the box it stays in.
 
-use super::model::{Bounds, Keyframe, Node, Scene};
+use super::model::{Bounds, Keyframe, Lens, Node, Scene};
 use glam::{Mat3, Mat4, Quat, Vec3};
 
 /// A scene at a time, in world space.
@@ -14,6 +14,8 @@ pub struct Pose {
     pub lights: Vec<LightPose>,
     /// For each of the scene's cameras.
     pub cameras: Vec<CameraPose>,
+    /// What is seen in place of any camera.
+    pub view: Option<View>,
 }
 
 impl Pose {
@@ -32,11 +34,18 @@ pub struct LightPose {
 }
 
 /// Where a camera is. The directions are units at right angles; the node's scale plays no part.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CameraPose {
     pub position: Vec3,
     pub forward: Vec3,
     pub up: Vec3,
+}
+
+/// A place and a lens.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct View {
+    pub place: CameraPose,
+    pub lens: Lens,
 }
 
 /// A pose's distance from what the scene file says, in metres, world space: for whoever flies, drags or measures.
@@ -46,8 +55,12 @@ pub struct Shift {
     pub cameras: Vec3,
     /// Of all lights.
     pub lights: Vec3,
+    /// Of single lights, by index, on top of `lights`.
+    pub single_lights: Vec<(usize, Vec3)>,
     /// Of nodes, by index, with all that hangs from them; lights and cameras excepted.
     pub nodes: Vec<(usize, Vec3)>,
+    /// Takes the place of all cameras, the one made up for a scene without any included.
+    pub view: Option<View>,
 }
 
 /// Angle from sample to sample of a turning node's sweep: between two, an arc leaves the hull of its ends by at most
@@ -85,10 +98,10 @@ impl Scene {
             let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or(forward.any_orthonormal_vector());
             CameraPose { position: m.w_axis.truncate(), forward, up }
         });
-        Pose { time, lights: lights.collect(), cameras: cameras.collect(), nodes }
+        Pose { time, lights: lights.collect(), cameras: cameras.collect(), nodes, view: None }
     }
 
-    /// The scene at a time, moved from where it says. Indices of nodes that are not there are ignored.
+    /// The scene at a time, moved from where it says. Indices of nodes and lights that are not there are ignored.
     pub fn pose_shifted(&self, time: f32, shift: &Shift) -> Pose {
         let mut pose = self.pose(time);
         for (moved, by) in &shift.nodes {
@@ -99,7 +112,13 @@ impl Scene {
             }
         }
         pose.lights.iter_mut().for_each(|l| l.position += shift.lights);
+        for (moved, by) in &shift.single_lights {
+            if let Some(light) = pose.lights.get_mut(*moved) {
+                light.position += by;
+            }
+        }
         pose.cameras.iter_mut().for_each(|c| c.position += shift.cameras);
+        pose.view = shift.view;
         pose
     }
 

@@ -1,14 +1,15 @@
 //! Imports and definitions, through naga_oil; bindings; validation; reflection.
 
 use super::{
-    bind::bind,
+    bind::{Bound, bind},
     interface::Interface,
     library::Library,
-    link::{self, gather},
+    link::{Unit, gather},
     oil::join,
     reflect::reflect,
     write::{RESERVED_MARKS, write},
 };
+use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,7 +23,8 @@ pub enum Def {
 
 /// Definitions by name.
 ///
-/// `#ifdef NAME` holds when NAME has a value other than `false`; `#if NAME == VALUE` compares it; `#{NAME}` is it.
+/// `#ifdef NAME` holds when NAME has a value other than `false`; `#if NAME == VALUE` compares it; `#{NAME}` is it. `#{HERE}` is
+/// the place where it stands, for [`super::report`].
 pub type Defs = BTreeMap<String, Def>;
 
 /// A composed, validated and reflected shader.
@@ -36,6 +38,9 @@ pub struct Shader {
     pub interface: Interface,
     /// Library paths that went into it: its own and those of all imports, sorted.
     pub sources: Vec<String>,
+    /// A hash of the module as it would be written anew. Shaders with the same content compute the same: comments,
+    /// spaces and functions that no entry point calls make no difference.
+    pub content: u128,
 }
 
 /// Composes `path` with `defs`. Each call uses a fresh composer.
@@ -61,22 +66,33 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
     }
     Faults::check(faults, ())?;
     let mut bindings = 0;
-    let written: Vec<_> = units.iter().map(|unit| write(unit, defs, &mut bindings)).collect();
+    let mut sources: Vec<String> = units.iter().map(|u| u.path.clone()).collect();
+    sources.sort();
+    let file = |unit: &Unit| sources.binary_search(&unit.path).unwrap_or(0);
+    let written: Vec<_> = units.iter().map(|unit| write(unit, defs, file(unit), &mut bindings)).collect();
     let module = join(&units, &written)?;
     let bound = bind(module, &units)?;
     let interface = reflect(&bound, &units)?;
-    let mut sources: Vec<String> = units.into_iter().map(|u| u.path).collect();
-    sources.sort();
-    Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources })
+    let content = content(&bound, &units, defs);
+    Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources, content })
+}
+
+fn content(bound: &Bound, units: &[Unit], defs: &Defs) -> u128 {
+    let flags = naga::back::wgsl::WriterFlags::empty();
+    match naga::back::wgsl::write_string(&bound.module, &bound.info, flags) {
+        Ok(text) => hash(&text),
+        // What naga can read but not write is told apart by its texts.
+        Err(_) => hash(&(defs, units.iter().map(|u| &u.scan.text).collect::<Vec<_>>())),
+    }
 }
 
 /// The definitions that `path` and all files it may import ask for (`#ifdef`, `#if`, `#{NAME}`), whatever branches
 /// are taken. Empty for an unknown path; faults in the files are left to [`compose`].
 pub fn mentioned_defs(library: &Library, path: &str) -> BTreeSet<String> {
-    link::mentioned(library, path)
+    library.memo.index(library).mentioned(path)
 }
 
 /// Library paths of `path` and of all files it may import, whatever branches are taken.
 pub fn import_closure(library: &Library, path: &str) -> BTreeSet<String> {
-    link::reachable(library, path)
+    library.memo.index(library).reachable(path)
 }

@@ -1,5 +1,9 @@
 //! The shader files that a graph may use.
 
+use super::{
+    compose::{Defs, Shader, compose},
+    memo::Memo,
+};
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -12,6 +16,8 @@ use std::{
 #[derive(Debug, Clone, Default)]
 pub struct Library {
     pub files: BTreeMap<String, Arc<Source>>,
+    /// What was made of such texts before. Clones share it.
+    pub memo: Memo,
 }
 
 impl Library {
@@ -34,6 +40,30 @@ impl Library {
             }
         }
         Faults::check(faults, library)
+    }
+
+    /// The same files, where an earlier library knows their texts already: nothing it made of them is made again.
+    #[must_use]
+    pub fn after(mut self, earlier: &Library) -> Library {
+        for (path, source) in &mut self.files {
+            if let Some(known) = earlier.files.get(path).filter(|known| *known == source) {
+                source.clone_from(known);
+            }
+        }
+        Library { memo: earlier.memo.clone(), ..self }
+    }
+
+    /// As [`compose`], once for the same texts and definitions.
+    ///
+    /// # Errors
+    /// As [`compose`].
+    pub fn shader(&self, path: &str, defs: &Defs) -> Checked<Arc<Shader>> {
+        if let Some(shader) = self.memo.shader(self, path, defs) {
+            return Ok(shader);
+        }
+        let shader = Arc::new(compose(self, path, defs)?);
+        self.memo.keep(self, &shader);
+        Ok(shader)
     }
 }
 

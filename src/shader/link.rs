@@ -5,14 +5,13 @@ use super::{
     imports::Import,
     lex::{self, Kind, Token},
     library::Library,
+    memo::Modules,
     outline::{Outline, outline},
+    report::HERE,
     scan::{Scan, scan, unknown_definition},
 };
 use crate::diag::{Checked, Diagnostic, Faults, Source, Span, nearest};
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    sync::Arc,
-};
+use std::{collections::BTreeMap, sync::Arc};
 
 /// A file that goes into a shader.
 #[derive(Debug, Clone)]
@@ -41,7 +40,7 @@ pub(super) enum Target {
 /// # Errors
 /// Every fault in directives and imports of all these files.
 pub(super) fn gather(library: &Library, path: &str, defs: &Defs) -> Checked<Vec<Unit>> {
-    let modules = modules(library);
+    let modules = library.memo.index(library).modules.clone();
     let mut gather =
         Gather { texts: library, modules, defs, units: vec![], known: BTreeMap::new(), stack: vec![], faults: vec![] };
     let Some(source) = library.files.get(path) else {
@@ -52,54 +51,14 @@ pub(super) fn gather(library: &Library, path: &str, defs: &Defs) -> Checked<Vec<
     Faults::check(gather.faults, gather.units)
 }
 
-/// Every definition that `path` or a file it may import asks for, under any definitions. Faults are ignored.
-pub(super) fn mentioned(library: &Library, path: &str) -> BTreeSet<String> {
-    let files = reachable(library, path);
-    let sources = files.iter().filter_map(|path| library.files.get(path));
-    sources.flat_map(|source| scan(source, None, &mut vec![]).mentioned).collect()
-}
-
-/// Library paths of `path` and of all files it may import, under any definitions. Faults are ignored.
-pub(super) fn reachable(library: &Library, path: &str) -> BTreeSet<String> {
-    let modules = modules(library);
-    let mut seen = BTreeSet::new();
-    let mut open = vec![path.to_owned()];
-    while let Some(path) = open.pop() {
-        let Some(source) = library.files.get(&path) else { continue };
-        if !seen.insert(path) {
-            continue;
-        }
-        let scan = scan(source, None, &mut vec![]);
-        let words = lex::tokens(&scan.text, 0..scan.text.len());
-        let inline = words.iter().filter(|w| w.kind == Kind::Name).map(|w| w.text(&scan.text));
-        for named in scan.imports.iter().map(|i| i.path.as_str()).chain(inline) {
-            open.extend(find_module(&modules, named).into_iter().flat_map(|(_, paths)| paths).cloned());
-        }
-    }
-    seen
-}
-
-/// Library paths by the name to import them by: `#define_import_path`'s, or the path in quotes.
-fn modules(library: &Library) -> BTreeMap<String, Vec<String>> {
-    let mut modules: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for (path, source) in &library.files {
-        let name = match scan(source, None, &mut vec![]).module {
-            Some((name, _)) => name,
-            None => format!("\"{path}\""),
-        };
-        modules.entry(name).or_default().push(path.clone());
-    }
-    modules
-}
-
 /// The module that `path` names, or the one before its last `::`.
-fn find_module<'a>(modules: &'a BTreeMap<String, Vec<String>>, path: &str) -> Option<(&'a String, &'a Vec<String>)> {
+pub(super) fn find_module<'a>(modules: &'a Modules, path: &str) -> Option<(&'a String, &'a Vec<String>)> {
     modules.get_key_value(path).or_else(|| modules.get_key_value(path.rsplit_once("::")?.0))
 }
 
 struct Gather<'a> {
     texts: &'a Library,
-    modules: BTreeMap<String, Vec<String>>,
+    modules: Arc<Modules>,
     defs: &'a Defs,
     units: Vec<Unit>,
     /// Units by library path; `None` for a file that is still being read.
@@ -117,7 +76,7 @@ impl Gather<'_> {
         let outline = outline(source, &scan.text, &words, &mut self.faults);
         for word in words.iter().filter(|w| w.kind == Kind::Definition) {
             let name = word.definition(&scan.text);
-            if !self.defs.contains_key(name) {
+            if name != HERE && !self.defs.contains_key(name) {
                 let place = Span::new(source, word.range.clone());
                 self.faults.push(unknown_definition(name, &place, self.defs));
             }

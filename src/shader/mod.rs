@@ -6,7 +6,8 @@
 //!
 //! Inside: `lex` finds words, `scan` settles conditions and reads imports, `outline` lists what a file declares, `link`
 //! follows imports, `write` spells the text for naga_oil and leads its places back, `oil` calls it, `bind` gives
-//! bindings, `reflect` reads the [`Interface`].
+//! bindings, `reflect` reads the [`Interface`]; `report` is the module by which shaders check themselves, `memo` keeps
+//! what was made of the same texts before.
 
 mod bind;
 pub mod compose;
@@ -16,9 +17,11 @@ pub mod layout;
 mod lex;
 pub mod library;
 mod link;
+mod memo;
 mod oil;
 mod outline;
 mod reflect;
+pub mod report;
 mod scan;
 mod write;
 
@@ -31,3 +34,4 @@ pub use interface::{
 };
 pub use layout::{Layout, Member};
 pub use library::Library;
+pub use memo::Memo;

@@ -7,6 +7,7 @@ use super::{
     compose::{Def, Defs},
     imports::{Import, parse_imports},
     lex::{self, Kind},
+    report::HERE,
 };
 use crate::diag::{Diagnostic, Source, Span};
 use std::{collections::BTreeSet, ops::Range, sync::Arc};
@@ -134,7 +135,9 @@ fn unclosed(text: &str) -> bool {
 }
 
 fn note_definitions(text: &str, words: &[lex::Token], mentioned: &mut BTreeSet<String>) {
-    mentioned.extend(words.iter().filter(|w| w.kind == Kind::Definition).map(|w| w.definition(text).to_owned()));
+    let names = words.iter().filter(|w| w.kind == Kind::Definition).map(|w| w.definition(text));
+    // A place is no definition that anybody gives.
+    mentioned.extend(names.filter(|name| *name != HERE).map(ToOwned::to_owned));
 }
 
 /// One line that begins with `#`.

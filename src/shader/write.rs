@@ -4,6 +4,7 @@ use super::{
     compose::{Def, Defs},
     lex::Kind,
     link::{Target, Unit},
+    report::{HERE, place},
 };
 use crate::diag::Span;
 use naga_oil::compose::Composer;
@@ -80,8 +81,8 @@ pub(super) fn declared_at(units: &[Unit], decorated: &str) -> Option<Span> {
 }
 
 /// Writes a unit. `bindings` counts the resource variables of all units: each gets a number of its own for as long
-/// as naga_oil validates.
-pub(super) fn write(unit: &Unit, defs: &Defs, bindings: &mut u32) -> Written {
+/// as naga_oil validates. `file` is the unit's index among the paths of all units in order.
+pub(super) fn write(unit: &Unit, defs: &Defs, file: usize, bindings: &mut u32) -> Written {
     let source = &unit.scan.text;
     let mut out = Writer { text: String::new(), parsed: 0, pieces: vec![] };
     let mut at = 0;
@@ -103,7 +104,10 @@ pub(super) fn write(unit: &Unit, defs: &Defs, bindings: &mut u32) -> Written {
         let target = unit.paths.get(&index).or_else(|| unit.imports.get(name));
         match (word.kind, target) {
             (Kind::Definition, _) => {
-                let value = defs.get(word.definition(source)).map_or(String::new(), Def::wgsl);
+                let value = match word.definition(source) {
+                    HERE => format!("{}u", place(file, 1 + newlines(source, word.range.start))),
+                    name => defs.get(name).map_or(String::new(), Def::wgsl),
+                };
                 out.replace(&value, &value, word.range.clone());
             }
             (Kind::Name, _) if (accessed || member) && name.ends_with(|c: char| c.is_numeric() || c == '_') => {
@@ -120,6 +124,10 @@ pub(super) fn write(unit: &Unit, defs: &Defs, bindings: &mut u32) -> Written {
     }
     out.copy(source, at..source.len());
     Written { text: out.text, pieces: out.pieces }
+}
+
+fn newlines(text: &str, end: usize) -> usize {
+    text.get(..end).map_or(0, |before| before.matches('\n').count())
 }
 
 struct Writer {

@@ -1,12 +1,14 @@
 //! The test file: RON to a [`Test`]. Gathers every fault.
 
 use super::check::{Axis, Check, CheckKind, Limits};
+use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source, Span};
 use crate::graph::ast::Name;
 use crate::graph::read::{Fields, Reader};
 use crate::graph::tree::{Kind, Node, parse};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// A test: what is rendered, what happens over the frames, what must hold in the end.
 #[derive(Debug, Clone)]
@@ -17,6 +19,8 @@ pub struct Test {
     pub span: Span,
     pub start: Setup,
     pub steps: Vec<Step>,
+    /// A test that takes longer hangs.
+    pub time_limit: Duration,
     /// At least one.
     pub checks: Vec<Check>,
 }
@@ -33,6 +37,19 @@ pub struct Setup {
     pub params: Vec<(Name, Node)>,
     /// What all lights and emissive materials are multiplied by.
     pub light: f32,
+    /// What stands otherwise in the shaders than in their files, in order.
+    pub edits: Vec<Edit>,
+}
+
+/// A change of a shader's text.
+#[derive(Debug, Clone)]
+pub struct Edit {
+    /// Its path below the shader folder.
+    pub shader: Name,
+    /// What stands in the shader, once.
+    pub from: Name,
+    /// What comes instead.
+    pub to: String,
 }
 
 /// A file that a test names, and where.
@@ -57,6 +74,10 @@ pub enum Step {
     Set(Vec<(Name, Node)>),
     Swap(File),
     Resize([u32; 2]),
+    /// From now on a shader's text is another; its file stays as it is.
+    Edit(Edit),
+    /// A shader's text is that of its file again.
+    Restore(Name),
 }
 
 /// Another run of the same script: what it begins with instead.
@@ -87,6 +108,9 @@ pub fn replace(params: &mut Vec<(Name, Node)>, by: &[(Name, Node)]) {
     params.retain(|(old, _)| !by.iter().any(|(new, _)| new.value == old.value));
     params.extend(by.iter().cloned());
 }
+
+/// Seconds after which a test hangs that does not say its own: ten times what the slowest should take on a software driver.
+const TIME_LIMIT: f64 = 300.0;
 
 /// An image's edge beyond which a test is a benchmark.
 const LARGEST: f64 = 4096.0;
@@ -123,11 +147,13 @@ impl Parser<'_> {
         let size = self.reader.need(&mut f, "size").and_then(|n| self.size(n));
         let params = self.params(f.get("params"));
         let light = self.positive(&mut f, "light").unwrap_or(1.0);
+        let time_limit = f.get("time_limit").map_or(Some(TIME_LIMIT), |n| self.whole(n, 1.0, 86_400.0));
         let steps = f.get("steps");
         let listed: Vec<Step> = self.reader.list(steps).iter().filter_map(|n| self.step(n)).collect();
         let checks = self.reader.need(&mut f, "checks");
         let places = self.reader.list(checks);
         let checks: Vec<Check> = places.iter().filter_map(|n| self.check(n)).collect();
+        self.restored(&listed);
         self.reader.finish(&f);
         if places.is_empty() {
             self.reader.fault(Diagnostic::error("a test without checks would always pass").at(&node.span, ""));
@@ -143,14 +169,23 @@ impl Parser<'_> {
             path: path.to_path_buf(),
             about: about?.value,
             span: node.span.clone(),
-            start: Setup { graph: graph?, scene: scene?, camera, size: size?, params, light: light as f32 },
+            start: Setup {
+                graph: graph?,
+                scene: scene?,
+                camera,
+                size: size?,
+                params,
+                light: light as f32,
+                edits: vec![],
+            },
             steps: if listed.is_empty() { once() } else { listed },
+            time_limit: Duration::from_secs_f64(time_limit?),
             checks,
         })
     }
 
     fn step(&mut self, node: &Node) -> Option<Step> {
-        let (kind, mut f) = self.reader.named(node, &["Frames", "Move", "Set", "Swap", "Resize"])?;
+        let (kind, mut f) = self.reader.named(node, &["Frames", "Move", "Set", "Swap", "Resize", "Edit", "Restore"])?;
         let step = match kind {
             "Frames" => {
                 let count = f.get("count").map_or(Some(1.0), |n| self.whole(n, 1.0, 10_000.0));
@@ -160,10 +195,37 @@ impl Parser<'_> {
             "Move" => self.moved(&mut f, node),
             "Set" => self.reader.need(&mut f, "params").map(|n| Step::Set(self.params(Some(n)))),
             "Swap" => self.reader.need(&mut f, "graph").and_then(|n| self.file(n)).map(Step::Swap),
-            _ => self.reader.need(&mut f, "size").and_then(|n| self.size(n)).map(Step::Resize),
+            "Resize" => self.reader.need(&mut f, "size").and_then(|n| self.size(n)).map(Step::Resize),
+            "Edit" => {
+                let [shader, from, to] = ["shader", "from", "to"].map(|name| self.needed_text(&mut f, name));
+                shader.zip(from).zip(to).map(|((shader, from), to)| Step::Edit(Edit { shader, from, to: to.value }))
+            }
+            _ => self.needed_text(&mut f, "shader").map(Step::Restore),
         };
         self.reader.finish(&f);
         step
+    }
+
+    fn needed_text(&mut self, f: &mut Fields, name: &'static str) -> Option<Name> {
+        self.reader.need(f, name).and_then(|n| self.reader.text(n))
+    }
+
+    /// What is restored must have been edited.
+    fn restored(&mut self, steps: &[Step]) {
+        let mut edited: Vec<&str> = vec![];
+        for step in steps {
+            match step {
+                Step::Edit(edit) => edited.push(&edit.shader.value),
+                Step::Restore(shader) => {
+                    if !edited.contains(&shader.value.as_str()) {
+                        let d = Diagnostic::error(format!("`{}` is not edited before", shader.value));
+                        self.reader.fault(d.at(&shader.span, "").nearest(&shader.value, edited.iter().copied()));
+                    }
+                    edited.retain(|name| *name != shader.value);
+                }
+                _ => {}
+            }
+        }
     }
 
     /// `Move(camera: (x, y, z))`, `Move(lights: …)` or `Move(node: "name", by: …)`.
@@ -365,6 +427,6 @@ impl Parser<'_> {
 
     fn file(&mut self, node: &Node) -> Option<File> {
         let text = self.reader.text(node)?;
-        Some(File { path: self.folder.join(text.value), span: text.span })
+        Some(File { path: builtin::join(self.folder, &text.value), span: text.span })
     }
 }

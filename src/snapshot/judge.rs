@@ -9,15 +9,19 @@ use crate::diag::Checked;
 use crate::gpu::Gpu;
 use crate::graph::ast::Name;
 use crate::image::Image;
+use std::sync::atomic::AtomicBool;
 
-/// Judges every check that can be run here.
-pub fn judge(test: &Test, gpu: Option<&Gpu>, options: &Options, outcome: &mut Outcome) {
+/// Judges every check that can be run here. Nothing is written once it is too late.
+pub fn judge(test: &Test, gpu: Option<&Gpu>, options: &Options, late: &AtomicBool, outcome: &mut Outcome) {
     let name = outcome.name.clone();
-    let files = References { test, name: &name, options };
+    let files = References { test, name: &name, options, late };
     let mut played: Option<Played> = None;
     // Files that can't be used, and devices that are lost, fail every check that renders in the same way.
     let mut hopeless = false;
     for check in &test.checks {
+        if options.fail_fast && !outcome.failures.is_empty() {
+            break;
+        }
         let title = check.kind.title();
         if check.kind.renders() && gpu.is_none() {
             outcome.not_run.push(title);

@@ -10,10 +10,12 @@
 //!     size: (48, 48),
 //!     params: {"grid": (3, 3, 3), "bounces": 2},
 //!     light: 1.0,                               // what lights and emission are multiplied by
+//!     time_limit: 60,                           // seconds until it fails as hung; without it, 300
 //!     steps: [                                  // without them, one frame at 0 s
 //!         Frames(count: 2, step: 0.5),          // the clock goes on by `step` seconds after each frame
 //!         Move(lights: (0, -0.1, 0)),           // or `camera: …`, or `node: "ball", by: …`; metres, world space
 //!         Set(params: {"bounces": 3}), Swap(graph: "other.ron"), Resize(size: (32, 24)),
+//!         Edit(shader: "composite.wgsl", from: "1.0", to: "2.0"), Restore(shader: "composite.wgsl"),
 //!         Frames(),
 //!     ],
 //!     checks: [                                 // what must hold after the last frame
@@ -37,8 +39,8 @@
 //! `params` or `light`. `Plan` and `Bytes` need no adapter. `per_adapter: true` on an `Image` keeps one reference for
 //! each adapter.
 //!
-//! `file` reads a test, `play` plays it, `check` judges, `judge` brings these together, `reference` keeps and blesses
-//! what is expected, `select` finds the tests, `report` and `junit` tell others.
+//! `file` reads a test, `play` plays it, `check` judges, `judge` brings these together, `run` gives each a device and a
+//! time limit, `reference` keeps and blesses what is expected, `select` finds the tests, `report` and `junit` tell others.
 
 pub mod check;
 pub mod file;
@@ -47,16 +49,16 @@ pub mod junit;
 pub mod play;
 mod reference;
 pub mod report;
+mod run;
 mod select;
 
 pub use reference::{Bless, Picture};
+pub use run::{Open, run, run_on};
 pub use select::{Shard, find};
 
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::gpu::{Gpu, OpenError};
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 /// How tests are run.
 #[derive(Debug, Clone)]
@@ -64,6 +66,17 @@ pub struct Options {
     pub bless: Bless,
     /// Where a failed test leaves images and texts, in a folder of its own.
     pub failures: PathBuf,
+    /// How many tests run at a time, each with a device of its own; at least 1.
+    pub jobs: usize,
+    /// A test ends at its first check that does not hold.
+    pub fail_fast: bool,
+}
+
+/// One test at a time, nothing blessed, failures in `out/test`.
+impl Default for Options {
+    fn default() -> Options {
+        Options { bless: Bless::None, failures: "out/test".into(), jobs: 1, fail_fast: false }
+    }
 }
 
 /// A test that was run.
@@ -124,52 +137,20 @@ pub fn run_dir(folder: &Path, options: &Options) -> Checked<Summary> {
     Ok(run(&find(&[folder.to_path_buf()])?, options, &mut |_| ()))
 }
 
-/// Runs tests, as [`find`] gives them; `told` hears of each when it is over. What goes wrong in one test, a lost device
-/// too, fails that test only.
-pub fn run(tests: &[(String, PathBuf)], options: &Options, told: &mut dyn FnMut(&Outcome)) -> Summary {
-    let mut summary = Summary::default();
-    let mut gpu: Option<Gpu> = None;
-    for (name, path) in tests {
-        let start = Instant::now();
-        let mut outcome = Outcome {
-            name: name.clone(),
-            path: path.clone(),
+impl Outcome {
+    fn new(name: &str, path: &Path) -> Outcome {
+        Outcome {
+            name: name.into(),
+            path: path.into(),
             about: String::new(),
             seconds: 0.0,
             held: vec![],
             failures: vec![],
             blessed: vec![],
             not_run: vec![],
-        };
-        match file::load(path) {
-            Err(faults) => outcome.fail("file", &faults),
-            Ok(test) => {
-                outcome.about.clone_from(&test.about);
-                let wanted = test.checks.iter().any(|c| c.kind.renders());
-                if wanted && gpu.is_none() && summary.no_adapter.is_none() {
-                    match Gpu::open() {
-                        Ok(opened) => {
-                            let info = &opened.info;
-                            summary.adapter = Some(format!("{}, {}", info.name, info.driver_info));
-                            gpu = Some(opened);
-                        }
-                        Err(OpenError::NoAdapter(d)) => summary.no_adapter = Some(d),
-                        Err(OpenError::Other(faults)) => outcome.fail("device", &faults),
-                    }
-                }
-                judge::judge(&test, gpu.as_ref(), options, &mut outcome);
-                // A lost device is of no use to the tests that follow.
-                gpu = gpu.filter(|gpu| gpu.check().is_ok());
-            }
         }
-        outcome.seconds = start.elapsed().as_secs_f64();
-        told(&outcome);
-        summary.outcomes.push(outcome);
     }
-    summary
-}
 
-impl Outcome {
     /// Whether it holds.
     pub fn state(&self) -> State {
         match (self.failures.is_empty(), self.not_run.is_empty()) {

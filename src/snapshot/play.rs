@@ -1,17 +1,17 @@
 //! Plays a test's script: on a device to images and counts, without one to the plan in the end.
 
-use super::file::{Setup, Step, replace};
-use crate::diag::{Checked, Diagnostic, Faults, Span};
+use super::file::{Edit, Setup, Step, replace};
+use crate::diag::{Checked, Diagnostic, Faults, Source, Span};
 use crate::gpu::{FrameReport, Gpu, LoopReport};
 use crate::graph::ast::Name;
 use crate::graph::read::Reader;
 use crate::image::Image;
 use crate::plan::Plan;
 use crate::plan::build::plan;
-use crate::plan::change::Why;
 use crate::plan::request::{Request, sample_device};
 use crate::scene::{self, Scene, Shift};
 use crate::session::{Project, Session, Settings};
+use crate::shader::Library;
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -52,6 +52,7 @@ pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: 
                 running.shift = shift.clone();
                 for _ in 0..*count {
                     let report = running.frame(gpu, frame, time)?;
+                    Faults::check(running.failed_checks(&report), ())?;
                     note(&mut played, &running, &report);
                     frame += 1;
                     time += step;
@@ -63,7 +64,7 @@ pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: 
             Step::MoveNode(name, by) => {
                 shift.nodes.push((node(&scene, name)?, *by));
             }
-            Step::Set(_) | Step::Swap(_) | Step::Resize(_) => {
+            Step::Set(_) | Step::Swap(_) | Step::Resize(_) | Step::Edit(_) | Step::Restore(_) => {
                 // Another plan, as after a reload.
                 stale = true;
                 now.change(step);
@@ -110,6 +111,8 @@ impl Setup {
             Step::Set(params) => replace(&mut self.params, params),
             Step::Swap(graph) => self.graph = graph.clone(),
             Step::Resize(size) => self.size = *size,
+            Step::Edit(edit) => self.edits.push(edit.clone()),
+            Step::Restore(shader) => self.edits.retain(|e| e.shader.value != shader.value),
             Step::Frames { .. } | Step::MoveCamera(_) | Step::MoveLights(_) | Step::MoveNode(..) => {}
         }
     }
@@ -137,21 +140,16 @@ fn open(
         outputs: (!outputs.is_empty()).then(|| outputs.iter().map(|o| o.value.clone()).collect()),
         skip: true,
         verify,
+        ..Settings::default()
     };
     let place = setup.camera.as_ref().map_or(&setup.graph.span, |c| &c.span);
-    // The memory that verifies begins empty, so what it is compared with has to as well.
-    let previous = previous.filter(|_| !verify);
     Session::after(gpu, &project, scene, settings, previous).map_err(|f| placed(f, place))
 }
 
 fn note(played: &mut Played, session: &Session, report: &FrameReport) {
     let plan = &session.plan;
-    let ran = |why: &Why| match why {
-        Why::First | Why::Changed(_) | Why::Overwritten => true,
-        Why::Unchanged | Why::NotNeeded => false,
-    };
     let why = || session.why().iter().zip(&plan.steps);
-    played.ran = why().filter(|(w, _)| ran(w)).map(|(_, s)| s.pass.clone()).collect();
+    played.ran = why().filter(|(w, _)| w.runs()).map(|(_, s)| s.pass.clone()).collect();
     let planned_out = plan.skipped.iter().map(|s| s.0.clone());
     played.left_out =
         why().map(|(_, s)| s.pass.clone()).filter(|p| !played.ran.contains(p)).chain(planned_out).collect();
@@ -160,8 +158,31 @@ fn note(played: &mut Played, session: &Session, report: &FrameReport) {
     }
 }
 
+/// The graph, and the shaders as they are edited.
 fn project_of(setup: &Setup) -> Checked<Project> {
-    Project::open(&setup.graph.path, &[]).map_err(|f| placed(f, &setup.graph.span))
+    let mut project = Project::open(&setup.graph.path, &[]).map_err(|f| placed(f, &setup.graph.span))?;
+    setup.edits.iter().try_for_each(|e| edited(&mut project.texts, e))?;
+    Ok(project)
+}
+
+fn edited(texts: &mut Library, edit: &Edit) -> Checked<()> {
+    let (name, from) = (&edit.shader.value, &edit.from.value);
+    let Some(source) = texts.files.get(name) else {
+        let d = Diagnostic::error(format!("there is no shader `{name}` to edit")).at(&edit.shader.span, "");
+        return Err(d.nearest(name, texts.files.keys().map(String::as_str)).into());
+    };
+    match source.text.matches(from.as_str()).count() {
+        1 => {
+            let text = source.text.replacen(from.as_str(), &edit.to, 1);
+            let source = Source::new(source.path.clone(), text);
+            texts.files.insert(name.clone(), source);
+            Ok(())
+        }
+        n => {
+            let d = Diagnostic::error(format!("`{name}` holds this text {n} times, not once")).at(&edit.from.span, "");
+            Err(d.help("give more of the line, as it stands there now").into())
+        }
+    }
 }
 
 /// The scene, its light multiplied.

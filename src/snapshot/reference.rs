@@ -11,6 +11,7 @@ use crate::image::file::write_atomically;
 use crate::image::png::{ToneMap, write_png};
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Which references are written anew, where they do not match.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,6 +45,8 @@ pub struct References<'a> {
     pub test: &'a Test,
     pub name: &'a str,
     pub options: &'a Options,
+    /// The test has run out of time, and failed: no file may change any more.
+    pub late: &'a AtomicBool,
 }
 
 impl References<'_> {
@@ -52,6 +55,7 @@ impl References<'_> {
     /// # Errors
     /// Files that can't be read or written.
     pub fn text(&self, ending: &str, title: &str, actual: &str) -> Checked<Compared> {
+        self.in_time()?;
         let path = self.beside(ending);
         let shown = path.display();
         let expected = match path.is_file() {
@@ -80,6 +84,7 @@ impl References<'_> {
     /// # Errors
     /// Files that can't be read or written; an image that is too large to be kept.
     pub fn image(&self, stem: &str, title: &str, actual: &Image, limits: &Limits) -> Checked<Compared> {
+        self.in_time()?;
         let path = self.beside(&format!("{stem}.exr"));
         let actual = &flat(actual)?;
         let expected = match path.is_file() {
@@ -115,6 +120,7 @@ impl References<'_> {
     /// # Errors
     /// Files that can't be written.
     pub fn pictures(&self, stem: &str, actual: &Image, expected: Option<&Image>) -> Checked<Vec<Picture>> {
+        self.in_time()?;
         let none = BTreeMap::new();
         // Images of another size have no difference to show.
         let shown = expected.and_then(|e| difference(actual, e).ok());
@@ -130,6 +136,13 @@ impl References<'_> {
             pictures.push(Picture { name, png });
         }
         Ok(pictures)
+    }
+
+    fn in_time(&self) -> Checked<()> {
+        match self.late.load(Ordering::Relaxed) {
+            true => Err(Diagnostic::error("the time limit is over").into()),
+            false => Ok(()),
+        }
     }
 
     fn blesses(&self) -> bool {

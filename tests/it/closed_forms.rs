@@ -126,8 +126,8 @@ fn sharing_and_order_leave_no_trace() {
     values.extend(Values::from([("frame".into(), Value::Uint(0)), ("time".into(), Value::Float(0.0))]));
     let run = |options: Options| {
         let plan = plan_with(&request, options).unwrap_or_else(|f| panic!("{f}")).plan;
-        let mut prepared = prepare(&device, &plan, &scene.geometry, scene.textures.as_ref(), &scene.tables(&pose))
-            .unwrap_or_else(|f| panic!("{f}"));
+        let mut prepared =
+            prepare(&device, &plan, &scene.assets(), &scene.tables(&pose)).unwrap_or_else(|f| panic!("{f}"));
         let frame = Frame { values: values.clone(), ..Frame::default() };
         execute(&device, &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));
         let read = |id| read_image(&device, &prepared, &plan, id).unwrap_or_else(|f| panic!("{f}"));

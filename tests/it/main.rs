@@ -4,18 +4,28 @@
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
+//! - `following`: probes that follow the camera capture one slab a step, and nothing pops
 //! - `graph_snapshots`: every test of `tests/graphs` holds
+//! - `snapshot_checks`: every kind of check, steps of a script, lost devices
+//! - `reloads`: random edits end in what a fresh start gives
+//! - `report_page`: the page of results in a browser
 //! - `test_command`: `lightgraph test` and `lightgraph new`
+//! - `edits`: plan after plan, what did not change is not run, and all equals full runs
+//! - `large_graph`: 1,000 passes, parsed and planned in time
+//! - `library`: public types in other programs
 //! - `lobes`: glossy lobes against their integrals and another renderer
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
+//! - `seams`: soft visibility leaves no steps on flat walls
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
+//! - `shader_checks`: what shaders find wrong by themselves
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
 //! - `twins`: shaders against the Rust of the same mathematics
+//! - `view`: the window, on a virtual display
 //! - `watch`: live reload without a window
 //! - `support`, `device`: what several of them need
 
@@ -24,17 +34,29 @@ mod bad_scenes;
 mod closed_forms;
 mod command;
 mod device;
+mod edits;
+mod following;
 mod graph_snapshots;
+mod large_graph;
+mod library;
 mod lobes;
 mod mutated;
 mod mutations;
 mod projection;
 mod references;
+mod reloads;
+mod report_page;
+mod seams;
+mod shader_checks;
 mod shipped;
 mod skips;
+mod snapshot_checks;
 mod snapshots;
 mod support;
 mod test_command;
 mod traced;
 mod twins;
+// A virtual display is a thing of X11.
+#[cfg(all(feature = "window", target_os = "linux"))]
+mod view;
 mod watch;

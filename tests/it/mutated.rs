@@ -1,6 +1,6 @@
 //! Damaged graphs, shaders and scenes: each is read, or gives faults with places. Nothing panics, nothing hangs.
 
-use crate::support::{Scratch, files, plan_without_device, repository};
+use crate::support::{Random, Scratch, files, plan_without_device, repository};
 use lightgraph::diag::{Checked, Faults, Severity, Source, render};
 use lightgraph::graph;
 use lightgraph::scene;
@@ -10,16 +10,6 @@ use lightgraph::value::Values;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
-
-/// A linear congruential generator (Knuth's MMIX constants): the same damage on every machine.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as usize % n.max(1)
-    }
-}
 
 /// Words, numbers and single marks, with the spaces between them; together they are the text.
 fn tokens(text: &str) -> Vec<&str> {

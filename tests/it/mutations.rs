@@ -2,9 +2,15 @@
 
 use crate::device;
 use crate::support::{Scratch, repository};
-use lightgraph::snapshot::{Bless, Options, find, run};
+use lightgraph::session::Project;
+use lightgraph::snapshot::check::CheckKind;
+use lightgraph::snapshot::file::{self, Setup, Step};
+use lightgraph::snapshot::play::plan_in_the_end;
+use lightgraph::snapshot::{Options, find, run};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 struct Edit {
     file: String,
@@ -39,7 +45,7 @@ fn every_edit_of_the_list_can_be_made() {
 }
 
 #[test]
-#[ignore = "takes ten minutes and more: cargo test mutations -- --ignored --nocapture"]
+#[ignore = "takes minutes on two cores: cargo test mutations -- --ignored --nocapture"]
 fn tests_notice_what_is_edited() {
     let _alone = device::gpu();
     let scratch = Scratch::new("mutations");
@@ -47,19 +53,32 @@ fn tests_notice_what_is_edited() {
         copy(&repository(folder), &scratch.path().join(folder));
     }
     let tests = find(&[scratch.path().join("tests/graphs")]).unwrap_or_else(|f| panic!("{f}"));
-    let options = Options { bless: Bless::None, failures: scratch.path().join("out") };
+    let mut tests: Vec<Reading> = tests.into_iter().map(Reading::of).collect();
+    // The one that looks at most goes first.
+    tests.sort_by_key(|t| t.test.0 != "grid_cornell");
+    let options = Options { failures: scratch.path().join("out"), fail_fast: true, ..Options::default() };
     let (mut wrong, all) = (vec![], edits());
+    let (start, mut runs) = (Instant::now(), 0);
     for e in &all {
         let path = scratch.path().join(&e.file);
         let before = fs::read_to_string(&path).unwrap();
         fs::write(&path, before.replacen(&e.from, &e.to, 1)).unwrap();
-        let noticed = tests.iter().find_map(|t| {
-            let summary = run(std::slice::from_ref(t), &options, &mut |_| ());
-            let failure = summary.outcomes.first().and_then(|o| o.failures.first())?;
+        // A test that does not read the file can't notice; the one that noticed the last edit goes first.
+        let mut noticed = None;
+        let file = fs::canonicalize(&path).unwrap();
+        for at in (0..tests.len()).filter(|i| tests[*i].files.contains(&file)) {
+            let test = &tests[at];
+            runs += 1;
+            let summary = run(std::slice::from_ref(&test.test), &options, &mut |_| ());
+            let Some(failure) = summary.outcomes.first().and_then(|o| o.failures.first()) else { continue };
             // An edit that can't even be compiled shows nothing of what the tests notice.
             let broken = failure.why.starts_with("error:");
-            Some((broken, format!("{}: {}: {}", t.0, failure.title, failure.why.lines().next().unwrap_or_default())))
-        });
+            let first_line = failure.why.lines().next().unwrap_or_default();
+            noticed = Some((broken, format!("{}: {}: {first_line}", test.test.0, failure.title)));
+            let test = tests.remove(at);
+            tests.insert(0, test);
+            break;
+        }
         fs::write(&path, before).unwrap();
         let (ok, said) = match (&noticed, &e.survives) {
             (Some((true, said)), _) => (false, format!("no sound edit: {said}")),
@@ -68,12 +87,49 @@ fn tests_notice_what_is_edited() {
             (None, Some(why)) => (true, format!("survives: {why}")),
             (None, None) => (false, "no test notices".into()),
         };
-        println!("{} | {} | {said}", e.file, e.to);
+        println!("{:5.0} s | {} | {} | {said}", start.elapsed().as_secs_f64(), e.file, e.to);
         if !ok {
             wrong.push(format!("{}: `{}`: {said}", e.file, e.to));
         }
     }
+    let survivors = all.iter().filter(|e| e.survives.is_some()).count();
+    println!(
+        "{} edits, {survivors} said to survive, {} wrong, {runs} runs of tests, {:.0} s",
+        all.len(),
+        wrong.len(),
+        start.elapsed().as_secs_f64()
+    );
     assert!(wrong.is_empty(), "{} of {} edits:\n{}", wrong.len(), all.len(), wrong.join("\n"));
+}
+
+/// A test, and the graphs and shaders that it reads.
+struct Reading {
+    test: (String, PathBuf),
+    files: BTreeSet<PathBuf>,
+}
+
+impl Reading {
+    fn of(test: (String, PathBuf)) -> Reading {
+        let read = file::load(&test.1).unwrap_or_else(|f| panic!("{f}"));
+        let start = &read.start;
+        let mut setups = vec![start.clone()];
+        setups.extend(read.steps.iter().filter_map(|s| match s {
+            Step::Swap(graph) => Some(Setup { graph: graph.clone(), ..start.clone() }),
+            _ => None,
+        }));
+        setups.extend(read.checks.iter().filter_map(|c| match &c.kind {
+            CheckKind::NotBrighter { than: run, .. } | CheckKind::Times { of: run, .. } => Some(run.of(start)),
+            _ => None,
+        }));
+        let files = setups.iter().flat_map(|setup| {
+            let project = Project::open(&setup.graph.path, &[]).unwrap_or_else(|f| panic!("{f}"));
+            let plan = plan_in_the_end(setup, &[]).unwrap_or_else(|f| panic!("{f}"));
+            let shaders = plan.shaders.iter().flat_map(|s| s.sources.clone());
+            let shaders = shaders.map(|s| PathBuf::from(&project.texts.files[&s].path));
+            shaders.chain(project.graph.files.clone()).collect::<Vec<_>>()
+        });
+        Reading { files: files.map(|f| fs::canonicalize(&f).unwrap()).collect(), test }
+    }
 }
 
 fn copy(from: &Path, to: &Path) {

@@ -58,6 +58,16 @@ pub fn faults_of_both(project: &Project, params: &Values, outputs: Option<&[Stri
     all
 }
 
+/// A linear congruential generator (Knuth's MMIX constants): the same choices on every machine.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % n.max(1)
+    }
+}
+
 /// A folder of its own for one test, removed in the end.
 pub struct Scratch(PathBuf);
 

@@ -163,3 +163,81 @@ fn a_new_project_passes_its_tests() {
     let again = lightgraph(&["new", &folder.display().to_string()], false);
     assert_eq!(again.status.code(), Some(2));
 }
+
+#[test]
+fn a_test_that_hangs_fails_by_its_limit_and_the_run_goes_on() {
+    let constant = r#"Mean(output: "color", value: 0.2917, tolerance: 0.01, reason: "a third of the colours' sum")"#;
+    let scratch = project("snapshot-hangs", constant);
+    let at = |file: &str| scratch.path().join(file);
+    // Four thousand million steps, each of which needs the one before. Mesa's software driver ends a loop after 65,535, so
+    // that it takes many pixels to keep it busy.
+    let slow = "var<uniform> red: f32;
+struct Image { @location(0) color: vec4f }
+@fragment fn fragment() -> Image {
+    var x = red;
+    for (var i = 0u; i < 4000000000u; i++) { x = fract(sin(x) * 43758.5 + f32(i)); }
+    return Image(vec4f(x));
+}
+";
+    fs::write(at("shaders/slow.wgsl"), slow).unwrap();
+    fs::write(at("slow.ron"), GRAPH.replace("fill.wgsl", "slow.wgsl")).unwrap();
+    let good = fs::read_to_string(at("tests/graphs/fill.ron")).unwrap();
+    let hangs = good.replace("fill.ron", "slow.ron").replace("size: (8, 4)", "time_limit: 1, size: (512, 512)");
+    fs::write(at("tests/graphs/a_slow.ron"), hangs).unwrap();
+    let junit = at("junit.xml").display().to_string();
+    let (code, text) = test(scratch.path(), &["--junit", &junit], true);
+    assert_eq!(code, 1, "{text}");
+    says(
+        &text,
+        &["FAILED   a_slow", "time limit: error: it is not over after 1 s", "ok       fill", "1 passed, 1 failed"],
+    );
+    let junit = fs::read_to_string(at("junit.xml")).unwrap();
+    assert!(junit.contains("name=\"a_slow\"") && junit.contains("<failure message=\"time limit\">"), "{junit}");
+}
+
+#[test]
+fn a_project_can_name_what_the_binary_carries() {
+    let scratch = Scratch::new("new-project-builtin");
+    let folder = scratch.path().join("mine");
+    let output = lightgraph(&["new", &folder.display().to_string()], false);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let graph = folder.join("graphs/my_graph.ron");
+    let text = fs::read_to_string(&graph).unwrap();
+    fs::remove_dir_all(folder.join("shaders")).unwrap();
+    fs::remove_dir_all(folder.join("graphs")).unwrap();
+    fs::create_dir(folder.join("graphs")).unwrap();
+    fs::write(&graph, text.replace("base: \"", "base: \"lightgraph:graphs/")).unwrap();
+    let (code, text) = test(&folder, &[], true);
+    assert_eq!(code, 0, "{text}");
+    let output = lightgraph(&["check", "lightgraph:graphs/phong.ron"], false);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = lightgraph(&["check", "lightgraph:graphs/fong.ron"], false);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    says(&text, &["lightgraph comes with no `graphs/fong.ron`", "did you mean `graphs/phong.ron`?"]);
+}
+
+#[test]
+fn a_new_project_has_settings_for_an_editor() {
+    let scratch = Scratch::new("new-project-editor");
+    let folder = scratch.path().join("mine");
+    let output = lightgraph(&["new", &folder.display().to_string()], false);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json = |name: &str| -> serde_json::Value {
+        let text = fs::read_to_string(folder.join(".vscode").join(name)).unwrap();
+        serde_json::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}"))
+    };
+    assert_eq!(json("settings.json")["files.associations"]["*.wgsl"], "wgsl");
+    assert!(json("extensions.json")["recommendations"].is_array());
+    let tasks = json("tasks.json");
+    for task in tasks["tasks"].as_array().unwrap() {
+        assert_eq!(task["command"], "lightgraph");
+        let args: Vec<&str> = task["args"].as_array().unwrap().iter().map(|a| a.as_str().unwrap()).collect();
+        // Paths are those of the project, and each command knows its arguments.
+        for file in args.iter().filter(|a| a.ends_with(".ron") || a.ends_with(".glb")) {
+            assert!(folder.join(file).is_file(), "{file}");
+        }
+        use clap::Parser;
+        let parsed = lightgraph::cli::Cli::try_parse_from(std::iter::once("lightgraph").chain(args.iter().copied()));
+        assert!(parsed.is_ok(), "{args:?}: {parsed:?}");
+    }
+}

@@ -1,8 +1,10 @@
 use crate::gpu::testing::{Sketch, gpu, run, run_scene};
 use crate::gpu::{Frame, execute, prepare, prepare_after, read_buffer};
+use crate::plan::change::{Held, carry};
+use crate::plan::keys::{Keys, Outside};
 use crate::plan::{Action, TextureKind};
-use crate::scene::{Column, Geometry, Table};
-use crate::value::Value;
+use crate::scene::{Assets, Column, Geometry, Table};
+use crate::value::{Value, Values};
 use glam::{Vec3, Vec4};
 use wgpu::TextureFormat as F;
 
@@ -117,7 +119,7 @@ fn uniforms_take_the_strongest_value() {
         ("scale".to_owned(), Value::Uint(2)),
     ]);
     let plan = s.order([step]);
-    let mut prepared = prepare(gpu(), &plan, &Geometry::default(), None, &[]).unwrap();
+    let mut prepared = prepare(gpu(), &plan, &Assets::new(&Geometry::default(), None), &[]).unwrap();
     let mut frame = Frame::default();
     frame.values.insert("a".into(), Value::Float(10.0));
     execute(gpu(), &plan, &mut prepared, &frame).unwrap();
@@ -178,9 +180,13 @@ fn history_outlives_a_new_plan_of_the_same_shape() {
     let mut first = run(sketch(5.0, 8));
     assert_eq!(first.floats("kept"), [6.0, 5.0]);
     execute(gpu(), &first.plan, &mut first.prepared, &Frame::default()).unwrap();
+    let empty = Geometry::default();
     let after = |plan: crate::plan::Plan| {
-        let previous = Some((&first.plan, &first.prepared));
-        let mut prepared = prepare_after(gpu(), &plan, &Geometry::default(), None, &[], previous).unwrap();
+        let (keys, none) = (Keys::of(&plan, None), vec![None; first.plan.slots.len()]);
+        let earlier = Held::new(&first.plan, &Keys::of(&first.plan, None), &none, None);
+        let kept = carry(&plan, &keys, &earlier, &Outside::default(), &Values::new());
+        let (assets, kept) = (Assets::new(&empty, None), first.prepared.pool.taken(&kept));
+        let mut prepared = prepare_after(gpu(), &plan, &assets, &[], &kept).unwrap();
         execute(gpu(), &plan, &mut prepared, &Frame::default()).unwrap();
         let bytes = read_buffer(gpu(), &prepared, &plan, crate::plan::ResourceId(0)).unwrap();
         bytemuck::pod_collect_to_vec::<u8, f32>(&bytes)
@@ -232,27 +238,25 @@ fn solid_textures_and_cubes_are_bound_whole() {
 }
 
 #[test]
-fn pipelines_of_a_shader_that_stayed_are_not_built_again() {
+fn pipelines_of_the_same_content_are_built_once_a_device() {
     use crate::gpu::prepare::Ready;
-    let mut s = Sketch::new();
-    s.buffer("kept", 8);
-    let wgsl = "var<storage, read_write> kept: array<f32>; @compute @workgroup_size(1) fn main() { kept[0] += 1.0; }";
-    let nodes = [s.compute("a", wgsl, [1, 1, 1]), s.compute("b", wgsl, [1, 1, 1])];
-    let first = run(s.order(nodes));
-    let mut plan = first.plan.clone();
-    // The same text, but composed anew.
-    plan.shaders[1] = std::sync::Arc::new((*plan.shaders[1]).clone());
-    let previous = Some((&first.plan, &first.prepared));
-    let second = prepare_after(gpu(), &plan, &Geometry::default(), None, &[], previous).unwrap();
-    let same: Vec<bool> = first
-        .prepared
-        .steps
-        .iter()
-        .zip(&second.steps)
-        .map(|pair| match pair {
-            (Ready::Shaded(a), Ready::Shaded(b)) => a.pipelines.built == b.pipelines.built,
-            _ => false,
-        })
-        .collect();
-    assert_eq!(same, [true, false]);
+    let made = |text: &str| {
+        let mut s = Sketch::new();
+        s.buffer("kept", 8);
+        let node = s.compute("a", text, [1, 1, 1]);
+        run(s.order([node]))
+    };
+    let first =
+        made("var<storage, read_write> kept: array<f32>; @compute @workgroup_size(1) fn main() { kept[0] += 1.5; }");
+    let same = |text: &str| match (&first.prepared.steps[0], &made(text).prepared.steps[0]) {
+        (Ready::Shaded(a), Ready::Shaded(b)) => a.pipelines.built == b.pipelines.built,
+        _ => false,
+    };
+    // Another text of the same meaning, and one of another.
+    assert!(same(
+        "// The same.\nvar<storage, read_write> kept: array<f32>;\n@compute @workgroup_size(1) fn main() { kept[0] += 1.5; }"
+    ));
+    assert!(!same(
+        "var<storage, read_write> kept: array<f32>; @compute @workgroup_size(1) fn main() { kept[0] += 2.5; }"
+    ));
 }

@@ -172,7 +172,8 @@ fn scene_textures_have_layers_and_mips_and_default_to_white() {
     let textures =
         TextureArray { width: 2, height: 2, layers: 2, mips: vec![level0.to_vec(), vec![0, 255, 0, 0, 0, 0, 0, 0]] };
     for (textures, want) in [(Some(&textures), [1.0, 1.0, 2.0, 1.0]), (None, [1.0, 0.0, 1.0, 1.0])] {
-        let mut prepared = prepare(gpu(), &plan, &scene::Geometry::default(), textures, &[]).unwrap();
+        let mut prepared =
+            prepare(gpu(), &plan, &scene::Assets::new(&scene::Geometry::default(), textures), &[]).unwrap();
         execute(gpu(), &plan, &mut prepared, &Frame::default()).unwrap();
         let image = read_image(gpu(), &prepared, &plan, ResourceId(0)).unwrap();
         assert_eq!((image.data[0], image.data[2]), (want[0], want[2]));

@@ -33,7 +33,7 @@ fn limits_are_those_of_the_device_at_hand() {
     let mut s = Sketch::new();
     s.image("wide", F::Rgba8Unorm, 4096, 1);
     let plan = s.order([]);
-    let text = match prepare(&gpu, &plan, &scene::Geometry::default(), None, &[]) {
+    let text = match prepare(&gpu, &plan, &scene::Assets::new(&scene::Geometry::default(), None), &[]) {
         Ok(_) => panic!("it fits"),
         Err(f) => f.to_string(),
     };
@@ -154,10 +154,10 @@ fn a_lost_device_is_a_fault_and_no_panic() {
     s.image("image", F::Rgba32Float, 4, 4);
     let step = s.screen("step", "@fragment fn main() -> @location(0) vec4f { return vec4f(1.0); }", "image");
     let plan = s.order([step]);
-    let mut prepared = prepare(&gpu, &plan, &scene::Geometry::default(), None, &[]).unwrap();
+    let mut prepared = prepare(&gpu, &plan, &scene::Assets::new(&scene::Geometry::default(), None), &[]).unwrap();
     gpu.device.destroy();
     let text = execute(&gpu, &plan, &mut prepared, &Frame::default()).unwrap_err().to_string();
     assert!(text.contains("the device is lost"), "{text}");
     assert!(read_image(&gpu, &prepared, &plan, ResourceId(0)).is_err());
-    assert!(prepare(&gpu, &plan, &scene::Geometry::default(), None, &[]).is_err());
+    assert!(prepare(&gpu, &plan, &scene::Assets::new(&scene::Geometry::default(), None), &[]).is_err());
 }

@@ -53,7 +53,7 @@ fn items(net: &Network, list: &[Item], depth: usize, clusters: &mut usize, out: 
 }
 
 fn label(pass: &Pass) -> String {
-    let times = if pass.steps > 1 { format!(" × {}", pass.steps) } else { String::new() };
+    let times = if pass.steps.len() > 1 { format!(" × {}", pass.steps.len()) } else { String::new() };
     let shader = if pass.shader.is_empty() { String::new() } else { format!(" {}", pass.shader) };
     format!("{}\n{}{shader}{times}", pass.name, pass.kind)
 }

@@ -1,6 +1,7 @@
 //! A plan for other programs. The keys are stable: they are those of the structs here, not of the plan.
 
 use super::words::{Row, comparison, description};
+use crate::plan::keys::Keys;
 use crate::plan::{Action, Desc, Node, Plan, Slot};
 use crate::shader::Def;
 use crate::value::Value;
@@ -62,6 +63,8 @@ struct StepJson<'p> {
     reads: Vec<usize>,
     writes: Vec<usize>,
     after: Vec<usize>,
+    /// What it runs again for, besides changes of what it reads; in a loop that of all its steps.
+    depends: Vec<String>,
 }
 
 /// A place in the order: an index into the steps, or a loop.
@@ -148,7 +151,11 @@ struct MemoryJson {
 pub fn to_json(plan: &Plan) -> Json {
     let (bytes, bytes_unshared) = plan.bytes();
     let ids = |ids: &[crate::plan::ResourceId]| ids.iter().map(|r| r.0).collect();
-    let steps = plan.steps.iter().enumerate().map(|(i, s)| {
+    let mut depends: Vec<Vec<String>> = vec![vec![]; plan.steps.len()];
+    for unit in Keys::of(plan, None).units {
+        unit.steps.iter().for_each(|s| depends[s.0] = unit.depends());
+    }
+    let steps = plan.steps.iter().zip(depends).enumerate().map(|(i, (s, depends))| {
         let (shader, workgroups, draws, value) = match &s.action {
             Action::Draw(d) => (Some(d.shader), None, Some(d.members.len()), None),
             Action::Compute { shader, groups, .. } => (Some(*shader), Some(*groups), None, None),
@@ -166,6 +173,7 @@ pub fn to_json(plan: &Plan) -> Json {
             reads: ids(&s.reads),
             writes: ids(&s.writes),
             after: s.after.iter().map(|a| a.0).collect(),
+            depends,
         }
     });
     let resources = plan.resources.iter().map(|r| ResourceJson {

@@ -26,8 +26,9 @@ pub(super) struct Extent {
     pub ports: Vec<(usize, f32)>,
 }
 
+/// A box, x to the right and y down.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Rect {
+pub struct Rect {
     pub x: f32,
     pub y: f32,
     pub width: f32,
@@ -35,7 +36,8 @@ pub(super) struct Rect {
 }
 
 /// A part of a port's way: through the points, down all the way.
-pub(super) struct Wire {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wire {
     pub port: usize,
     pub points: Vec<[f32; 2]>,
     /// It ends at a pass.

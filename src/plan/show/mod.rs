@@ -1,7 +1,8 @@
 //! A plan as people and other programs read it: text, JSON, DOT, SVG, and the difference of two.
 //!
 //! `words` names the parts, `fold` draws equal steps together, `text` is `Display` of [`super::Plan`]. `network` sees passes
-//! and what flows between them, `layout` gives them places, `dot` and `svg` draw them.
+//! and what flows between them, `layout` gives them places, `picture` names what stands there,
+//! `dot` and `svg` draw it.
 
 mod diff;
 mod dot;
@@ -9,6 +10,7 @@ mod fold;
 mod json;
 mod layout;
 mod network;
+mod picture;
 mod svg;
 mod text;
 mod words;
@@ -19,4 +21,5 @@ mod tests;
 pub use diff::diff;
 pub use dot::to_dot;
 pub use json::to_json;
+pub use picture::{PassBox, Picture, PortBox, Rect, Wire, picture};
 pub use svg::to_svg;

@@ -21,8 +21,8 @@ pub(super) struct Pass {
     pub kind: &'static str,
     /// Empty without one.
     pub shader: String,
-    /// How many steps it stands for.
-    pub steps: usize,
+    /// What it stands for; none for an output.
+    pub steps: Vec<StepId>,
     /// What it writes: indices of [`Network::ports`].
     pub ports: Vec<usize>,
     /// What it reads that an earlier iteration or frame wrote.
@@ -33,6 +33,8 @@ pub(super) struct Pass {
 pub(super) struct Port {
     pub pass: usize,
     pub resource: String,
+    /// One, or the members of a set that is seen as one.
+    pub ids: Vec<ResourceId>,
     /// Later passes that read it, or write into it.
     pub readers: Vec<usize>,
     /// Passes that read it in the next iteration or frame.
@@ -93,7 +95,7 @@ struct Builder<'p> {
 
 impl Builder<'_> {
     fn add(&mut self, name: String, kind: &'static str, shader: String) -> usize {
-        self.out.passes.push(Pass { name, kind, shader, steps: 0, ports: vec![], carried: vec![] });
+        self.out.passes.push(Pass { name, kind, shader, steps: vec![], ports: vec![], carried: vec![] });
         self.out.passes.len() - 1
     }
 
@@ -115,7 +117,7 @@ impl Builder<'_> {
                             pass
                         }
                     };
-                    self.out.passes[pass].steps += 1;
+                    self.out.passes[pass].steps.push(*s);
                     self.of_step.insert(s.0, pass);
                 }
             }
@@ -184,11 +186,16 @@ impl Builder<'_> {
             }
             let known = self.out.passes[pass].ports.iter().find(|p| self.out.ports[**p].resource == resource).copied();
             let port = known.unwrap_or_else(|| {
-                self.out.ports.push(Port { pass, resource: resource.clone(), readers: vec![], carried: vec![] });
+                let (readers, carried, ids) = (vec![], vec![], vec![]);
+                self.out.ports.push(Port { pass, resource: resource.clone(), ids, readers, carried });
                 let port = self.out.ports.len() - 1;
                 self.out.passes[pass].ports.push(port);
                 port
             });
+            let ids = &mut self.out.ports[port].ids;
+            if !ids.contains(id) {
+                ids.push(*id);
+            }
             self.writer.insert(resource, port);
         }
     }

@@ -1,19 +1,13 @@
 //! A plan as a picture: one SVG without anything outside it, light or dark as the viewer is.
 
-use super::layout::{Extent, Layout, Rect, Wire, layout};
-use super::network::{Network, Pass, network};
+use super::picture::{Picture, Rect, Wire, picture};
 use super::words::bytes;
 use crate::plan::Plan;
 use std::fmt::Write;
 
-/// Widths of a character of a monospaced font, in px: 0.6 of its size.
-const TITLE: f32 = 7.8;
-const SMALL: f32 = 6.6;
 const MARGIN: f32 = 24.0;
 /// Height of the picture's heading.
 const HEAD: f32 = 44.0;
-/// Height of a port.
-const PORT: f32 = 18.0;
 /// Width of a skipped pass and its reason.
 const SKIPPED: f32 = 250.0;
 
@@ -31,9 +25,7 @@ const COLORS: [(&str, &str); 7] = [
 /// Passes as boxes in rows by depth with what they write at their feet, a wire from each to its readers, loops as
 /// frames, skipped passes in grey below. `↻` marks what an earlier iteration or frame wrote.
 pub fn to_svg(plan: &Plan) -> String {
-    let net = network(plan);
-    let extents: Vec<Extent> = net.passes.iter().map(|p| extent(&net, p)).collect();
-    let laid = layout(&net, &extents);
+    let laid = picture(plan);
     let across = (laid.width.max(640.0) / (SKIPPED + 12.0)).max(1.0) as usize;
     let below = plan.skipped.len().div_ceil(across) as f32 * 48.0;
     let (width, height) = (laid.width.max(640.0) + 2.0 * MARGIN, laid.height + below + HEAD + 3.0 * MARGIN);
@@ -49,7 +41,7 @@ pub fn to_svg(plan: &Plan) -> String {
     text(&mut out, "head", MARGIN, 32.0, &plan.graph);
     text(&mut out, "small", MARGIN + plan.graph.chars().count() as f32 * 9.0 + 16.0, 32.0, &about);
     let _ = writeln!(out, "<g transform=\"translate({MARGIN} {:.0})\">", HEAD + MARGIN / 2.0);
-    draw(&net, &extents, &laid, &mut out);
+    draw(&laid, &mut out);
     for (i, (pass, why)) in plan.skipped.iter().enumerate() {
         let x = (i % across) as f32 * (SKIPPED + 12.0);
         let y = laid.height + MARGIN + (i / across) as f32 * 48.0;
@@ -85,40 +77,7 @@ fn style() -> String {
     format!("<style>{css}\n@media (prefers-color-scheme:dark){{{dark}}}</style>\n")
 }
 
-/// The room of a pass: its name, its kind and shader, what it reads from before, and its ports in a row.
-pub(super) fn extent(net: &Network, pass: &Pass) -> Extent {
-    let chars = |text: &str| text.chars().count() as f32;
-    let words = (chars(&pass.name) * TITLE).max(chars(&kind(pass)) * SMALL).max(chars(&carried(pass)) * SMALL);
-    let mut ports = vec![];
-    let mut x = 10.0;
-    for port in &pass.ports {
-        let width = chars(&net.ports[*port].resource) * SMALL + 14.0;
-        ports.push((*port, x + width / 2.0));
-        x += width + 6.0;
-    }
-    let width = (words + 20.0).max(x + 4.0);
-    // The row of ports sits in the middle.
-    let shift = if ports.is_empty() { 0.0 } else { (width - x + 6.0 - 10.0) / 2.0 };
-    ports.iter_mut().for_each(|p| p.1 += shift);
-    let lines = if pass.carried.is_empty() { 0.0 } else { 15.0 };
-    let foot = if pass.ports.is_empty() { 0.0 } else { PORT + 4.0 };
-    Extent { width, height: 42.0 + lines + foot, ports }
-}
-
-fn kind(pass: &Pass) -> String {
-    let times = if pass.steps > 1 { format!(" × {}", pass.steps) } else { String::new() };
-    if pass.shader.is_empty() {
-        format!("{}{times}", pass.kind)
-    } else {
-        format!("{} {}{times}", pass.kind, pass.shader)
-    }
-}
-
-fn carried(pass: &Pass) -> String {
-    if pass.carried.is_empty() { String::new() } else { format!("↻ {}", pass.carried.join(", ")) }
-}
-
-fn draw(net: &Network, extents: &[Extent], laid: &Layout, out: &mut String) {
+fn draw(laid: &Picture, out: &mut String) {
     for (_, rect) in &laid.loops {
         shape(out, "loop", *rect, 10.0);
     }
@@ -128,23 +87,19 @@ fn draw(net: &Network, extents: &[Extent], laid: &Layout, out: &mut String) {
     for (title, rect) in &laid.loops {
         text(out, "name halo", rect.x + 12.0, rect.y + 20.0, &format!("loop {title}"));
     }
-    for (i, rect) in &laid.passes {
-        let pass = &net.passes[*i];
+    for pass in &laid.boxes {
+        let rect = pass.rect;
         let corner = if pass.kind == "output" { rect.height / 2.0 } else { 6.0 };
-        shape(out, &format!("box {}", pass.kind), *rect, corner);
+        shape(out, &format!("box {}", pass.kind), rect, corner);
         let middle = rect.x + rect.width / 2.0;
         centred(out, "name", middle, rect.y + 18.0, &pass.name);
-        centred(out, "small", middle, rect.y + 34.0, &kind(pass));
+        centred(out, "small", middle, rect.y + 34.0, &pass.about);
         if !pass.carried.is_empty() {
-            centred(out, "small", middle, rect.y + 49.0, &carried(pass));
+            centred(out, "small", middle, rect.y + 49.0, &pass.carried);
         }
-        for (port, x) in &extents[*i].ports {
-            let label = &net.ports[*port].resource;
-            let width = label.chars().count() as f32 * SMALL + 14.0;
-            let left = rect.x + x - width / 2.0;
-            let place = Rect { x: left, y: rect.y + rect.height - PORT, width, height: PORT };
-            shape(out, &format!("port w{}", port % COLORS.len()), place, 4.0);
-            centred(out, "", rect.x + x, place.y + 13.0, label);
+        for p in &pass.ports {
+            shape(out, &format!("port w{}", p.port % COLORS.len()), p.rect, 4.0);
+            centred(out, "", p.rect.x + p.rect.width / 2.0, p.rect.y + 13.0, &p.resource);
         }
     }
 }

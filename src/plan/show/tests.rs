@@ -142,7 +142,7 @@ fn svg_is_well_formed_whatever_the_names() {
 /// The layout of a plan whose passes have some extent.
 fn laid(plan: &Plan) -> Layout {
     let net = network(plan);
-    let extents: Vec<_> = net.passes.iter().map(|p| svg::extent(&net, p)).collect();
+    let extents: Vec<_> = net.passes.iter().map(|p| picture::extent(&net, p)).collect();
     layout(&net, &extents)
 }
 

@@ -161,3 +161,15 @@ fn a_million_triangles() {
     let bvh = Bvh::new(&triangles);
     println!("{} boxes in {:.2} s", bvh.nodes.len(), start.elapsed().as_secs_f64());
 }
+
+#[test]
+fn many_triangles_are_sorted_in_parts_and_none_is_lost() {
+    let mut random = Random(11);
+    let triangles: Vec<[Vec3; 3]> = (0..60_000)
+        .map(|_| {
+            let centre = random.point();
+            [0; 3].map(|_| centre + 0.02 * (random.point() - 0.5))
+        })
+        .collect();
+    check_rays(&triangles, 20);
+}

@@ -12,7 +12,7 @@ use crate::{
 
 fn library(files: &[(&str, &str)]) -> Library {
     let files = files.iter().map(|(path, text)| ((*path).to_owned(), Source::new(*path, *text)));
-    Library { files: files.collect() }
+    Library { files: files.collect(), ..Library::default() }
 }
 
 fn defs(list: &[(&str, Def)]) -> Defs {
@@ -63,3 +63,29 @@ var<storage, read> materials: array<Material>;
 var<uniform> spare: Unused;
 fn shine(i: u32) -> f32 { return materials[i].shininess * materials[i].c1.x; }
 ";
+
+#[test]
+fn a_shader_is_composed_once_for_the_same_texts() {
+    let text = |factor: &str, comment: &str| {
+        let part = format!("#define_import_path part\n{comment}\nfn twice(x: f32) -> f32 {{ return x * {factor}; }}");
+        let main = "#import part::twice\nvar<storage, read_write> out: array<f32>;
+            @compute @workgroup_size(1) fn main() { out[0] = twice(out[1]); }";
+        library(&[("main.wgsl", main), ("part.wgsl", &part), ("other.wgsl", "fn f() {}")])
+    };
+    let shader = |library: &Library| library.shader("main.wgsl", &Defs::new()).unwrap_or_else(|f| panic!("{f}"));
+    let first = text("2.0", "");
+    let made = shader(&first);
+    assert!(std::sync::Arc::ptr_eq(&made, &shader(&first.clone())));
+    // Read again, the texts are other allocations.
+    let again = text("2.0", "").after(&first);
+    assert!(std::sync::Arc::ptr_eq(&made, &shader(&again)));
+    let commented = shader(&text("2.0", "// Doubles.").after(&first));
+    assert!(!std::sync::Arc::ptr_eq(&made, &commented), "its places have moved");
+    assert_eq!(made.content, commented.content, "but it computes the same");
+    let changed = shader(&text("3.0", "").after(&again));
+    assert_ne!(made.content, changed.content);
+    // A second file of the same name is a fault, though neither text of the first two has changed.
+    let mut twins = again.clone();
+    twins.files.insert("twin.wgsl".into(), Source::new("twin.wgsl", "#define_import_path part\n"));
+    twins.shader("main.wgsl", &Defs::new()).expect_err("two files called `part`");
+}

@@ -1,0 +1,38 @@
+//! A graph without a window, as a library: `cargo run --example headless -- out/headless.png`.
+
+use lightgraph::diag::Checked;
+use lightgraph::gpu::Gpu;
+use lightgraph::image::png::{ToneMap, write_png};
+use lightgraph::scene;
+use lightgraph::session::{Project, Session, Settings};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+fn main() -> Checked<()> {
+    let out = std::env::args().nth(1).unwrap_or_else(|| "out/headless.png".into());
+    draw(Path::new(&out))
+}
+
+/// The Cornell box by one bounce of light.
+fn draw(out: &Path) -> Checked<()> {
+    let gpu = Gpu::open()?;
+    let project = Project::open(Path::new("lightgraph:graphs/uniform_grid.ron"), &[])?;
+    let scene = scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.glb"))?.scene;
+    let params = project.params(&["bounces=1".into(), "grid=3".into(), "face=8".into()])?;
+    let settings = Settings { params, size: [96, 96], ..Settings::default() };
+    let mut session = Session::new(&gpu, &project, scene, settings)?;
+    session.frame(&gpu, 0, 0.0)?;
+    write_png(out, &session.image(&gpu, "color")?, ToneMap::default(), 0.0, &BTreeMap::new())
+}
+
+#[test]
+fn the_image_is_written() {
+    let out = std::env::temp_dir().join(format!("lightgraph-headless-{}.png", std::process::id()));
+    draw(&out).unwrap_or_else(|f| panic!("{f}"));
+    let image = image::open(&out).unwrap().to_rgb8();
+    assert_eq!(image.dimensions(), (96, 96));
+    // Light everywhere in the box, and the red wall redder than green.
+    assert!(image.pixels().filter(|p| p[0].max(p[1]).max(p[2]) > 8).count() > 8000);
+    assert!(image.get_pixel(8, 48)[0] > 2 * image.get_pixel(8, 48)[1]);
+    std::fs::remove_file(out).unwrap();
+}

@@ -1,0 +1,14 @@
+//! The number of probes in one texel: placed, and room for them.
+
+/// For each probe its point; one more at the end: the number of probes.
+var<storage, read> probe_points: array<u32>;
+var<uniform> room: u32;
+
+struct Count {
+    @location(0) placed: vec4f,
+}
+
+@fragment
+fn fragment() -> Count {
+    return Count(vec4f(f32(probe_points[room]), f32(room), 0.0, 0.0));
+}

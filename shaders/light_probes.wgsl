@@ -1,0 +1,187 @@
+//! A bounce in one dispatch, a workgroup a probe: the surfaces that the probe sees are lit, and what they send it is
+//! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept; else by the probes round
+//! them as well, as of the bounce before.
+#import lightgraph::cube
+#import lightgraph::cube_sums
+#import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
+#import lightgraph::packed_surface::surface_at
+#import lightgraph::probes
+#import lightgraph::projection
+#import lightgraph::sh::COUNT
+#import lightgraph::surface::{is_back, is_lit}
+#ifdef FIRST_BOUNCE
+#import lightgraph::surface::read_record
+#ifdef LIGHTS
+#import lightgraph::lights::reflected_light
+#endif
+#else
+#import lightgraph::packed_indirect::reflected_probes
+#endif
+
+struct Params {
+    grid: vec3u,
+    cube_surface_tile: u32,
+    cube_surface_columns: u32,
+#ifndef FIRST_BOUNCE
+    behind_captured: f32,
+#endif
+}
+var<uniform> params: Params;
+#ifdef FIRST_BOUNCE
+var cube_direct: texture_storage_2d<rgba32float, write>;
+#else
+var cube_direct: texture_2d<f32>;
+var packed_before: texture_3d<u32>;
+#endif
+var sh: texture_storage_3d<rgba32float, write>;
+var packed: texture_storage_3d<rgba32uint, write>;
+
+const LANES_X: u32 = 8u;
+const LANES_Y: u32 = 4u;
+const LANES: u32 = LANES_X * LANES_Y;
+
+/// The sums of each lane: coefficient k of lane i at k * LANES + i; then in the first COUNT places those of all.
+var<workgroup> sums: array<vec4f, LANES * COUNT>;
+
+@compute @workgroup_size(LANES_X, LANES_Y)
+fn light_probes(
+    @builtin(workgroup_id) probe: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let edge = params.cube_surface_tile;
+    let tile = probes::number(probe) * 6u;
+    let eye = probes::position(probe);
+    var s: cube_sums::Sums;
+    for (var face = 0u; face < 6u; face++) {
+        let corner = cube::unplace(tile + face, vec2u(0u), edge, params.cube_surface_columns);
+        for (var y = local.y; y < edge; y += LANES_Y) {
+            for (var x = local.x; x < edge; x += LANES_X) {
+                let texel = vec2u(x, y);
+                let light = light_of(eye, cube::direction(face, texel, edge), corner + texel);
+                s = cube_sums::with_texel(s, light, face, texel, edge);
+            }
+        }
+    }
+    spread(s, lane);
+    workgroupBarrier();
+    var total = vec4f(0.0);
+    if lane < COUNT {
+        for (var i = 0u; i < LANES; i++) {
+            total += sums[lane * LANES + i];
+        }
+    }
+    workgroupBarrier();
+#ifdef LEAST_SQUARES
+    if lane < COUNT {
+        sums[lane] = total;
+    }
+    workgroupBarrier();
+    if lane < COUNT {
+        total = vec4f(0.0);
+        for (var j = 0u; j < COUNT; j++) {
+            total += projection::inverse_gram[lane * COUNT + j] * sums[j];
+        }
+    }
+    workgroupBarrier();
+#endif
+    if lane < COUNT {
+        total *= projection::window(u32(sqrt(f32(lane) + 0.5)));
+        sums[lane] = total;
+        textureStore(sh, vec3u(probe.xy, probe.z + lane * params.grid.z), total);
+    }
+    workgroupBarrier();
+    if lane < TEXELS {
+        textureStore(packed, vec3u(probe.x * TEXELS + lane, probe.yz), packed_texel(lane));
+    }
+}
+
+/// Light (and alpha, 0 for backs) that a texel sends.
+fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
+    let r = surface_at(at);
+    var light = vec3f(0.0);
+    if is_lit(r.albedo) {
+#ifdef FIRST_BOUNCE
+        let s = read_record(r.albedo, r.normal, eye, ray);
+#ifdef EMISSIVE
+        light = s.emission;
+#endif
+#ifdef LIGHTS
+        light += reflected_light(s);
+#endif
+#else
+        light = textureLoad(cube_direct, at, 0).rgb + reflected_probes(packed_before, r, eye, ray, params.behind_captured);
+#endif
+    }
+#ifdef FIRST_BOUNCE
+    textureStore(cube_direct, at, vec4f(light, 1.0));
+#endif
+    return vec4f(light, select(1.0, 0.0, is_back(r.albedo, r.normal)));
+}
+
+/// Puts a lane's sums where all see them.
+fn spread(s: cube_sums::Sums, lane: u32) {
+#if SH_ORDER >= 1
+    spread_four(s.m0, 0u, lane);
+#endif
+#if SH_ORDER >= 2
+    spread_four(s.m1, 4u, lane);
+#endif
+#if SH_ORDER >= 3
+    spread_four(s.m2, 8u, lane);
+    spread_four(s.m3, 12u, lane);
+#endif
+#if SH_ORDER >= 4
+    spread_four(s.m4, 16u, lane);
+    spread_four(s.m5, 20u, lane);
+#endif
+#if SH_ORDER != 1
+#if SH_ORDER != 3
+    sums[(COUNT - 1u) * LANES + lane] = s.last;
+#endif
+#endif
+}
+
+fn spread_four(m: mat4x4f, first: u32, lane: u32) {
+    sums[first * LANES + lane] = m[0];
+    sums[(first + 1u) * LANES + lane] = m[1];
+    sums[(first + 2u) * LANES + lane] = m[2];
+    sums[(first + 3u) * LANES + lane] = m[3];
+}
+
+/// A texel of the packed probe, once `sums` holds all its coefficients.
+fn packed_texel(texel: u32) -> vec4u {
+    var largest = 0.0;
+    for (var k = 0u; k < COUNT; k++) {
+        let c = abs(sums[k].rgb);
+        largest = max(largest, max(c.r, max(c.g, c.b)));
+    }
+    let scale = STEPS / max(largest, 1e-30);
+    if texel == TEXELS - 1u {
+        let last = select(vec3f(0.0), sums[COUNT - 1u].rgb, COUNT % 2u == 1u) * scale;
+        let open = 2.0 * sums[0].a / probes::FULLY_OPEN - 1.0;
+        return vec4u(
+            two(last.r, last.g),
+            two(last.b, clamp(open, -1.0, 1.0) * STEPS),
+            bitcast<u32>(1.0 / (scale * 65536.0)),
+            0u,
+        );
+    }
+    let channel = texel % 3u;
+    let first = texel / 3u * 8u;
+    var words: vec4u;
+    for (var i = 0u; i < 4u; i++) {
+        let k = first + 2u * i;
+        words[i] = two(part(k, channel) * scale, part(k + 1u, channel) * scale);
+    }
+    return words;
+}
+
+fn part(k: u32, channel: u32) -> f32 {
+    return select(0.0, sums[min(k, COUNT - 1u)][channel], k < COUNT);
+}
+
+/// Two steps in a word, the lower half first.
+fn two(a: f32, b: f32) -> u32 {
+    return (u32(i32(round(a))) & 0xffffu) | (u32(i32(round(b))) << 16u);
+}

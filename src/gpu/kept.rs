@@ -1,0 +1,69 @@
+//! What a device has built, for whoever asks for the same again: pipelines, samplers, uploads of scenes. All that is
+//! kept is immutable, so any number of plans may use it at once.
+
+use super::{pipelines::Pipeline, scene_data::Mesh};
+use crate::diag::Checked;
+use crate::plan::SamplerDesc;
+use crate::recent::Recent;
+use std::sync::{Mutex, PoisonError};
+
+/// Pipelines kept at most: those of a dozen graphs.
+const MOST_PIPELINES: usize = 256;
+
+const MOST_SAMPLERS: usize = 32;
+
+/// Scenes whose triangles and textures are kept at most: they are large.
+const MOST_SCENES: usize = 2;
+
+#[derive(Debug)]
+pub(super) struct Kept {
+    pub pipelines: Store<Pipeline>,
+    pub samplers: Store<(SamplerDesc, wgpu::Sampler)>,
+    /// By the hash of their content.
+    pub meshes: Store<(u128, Option<Mesh>)>,
+    pub textures: Store<(u128, wgpu::TextureView)>,
+}
+
+impl Default for Kept {
+    fn default() -> Kept {
+        Kept {
+            pipelines: Store::new(MOST_PIPELINES),
+            samplers: Store::new(MOST_SAMPLERS),
+            meshes: Store::new(MOST_SCENES),
+            textures: Store::new(MOST_SCENES),
+        }
+    }
+}
+
+/// Things made lately, for several threads.
+#[derive(Debug)]
+pub(super) struct Store<T>(Mutex<Recent<T>>);
+
+impl<T: Clone> Store<T> {
+    fn new(most: usize) -> Store<T> {
+        Store(Mutex::new(Recent::new(most)))
+    }
+
+    pub(super) fn find(&self, test: impl FnMut(&T) -> bool) -> Option<T> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).find(test).cloned()
+    }
+
+    pub(super) fn keep(&self, thing: &T) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).keep(thing.clone());
+    }
+}
+
+impl<K: Clone + PartialEq, V: Clone> Store<(K, V)> {
+    /// What is kept under a key, or made now.
+    ///
+    /// # Errors
+    /// As `make`.
+    pub(super) fn get(&self, key: &K, make: impl FnOnce() -> Checked<V>) -> Checked<V> {
+        if let Some((_, found)) = self.find(|(k, _)| k == key) {
+            return Ok(found);
+        }
+        let made = make()?;
+        self.keep(&(key.clone(), made.clone()));
+        Ok(made)
+    }
+}

@@ -1,0 +1,461 @@
+//! What the result of each step is made of, and the version of every content that follows from it. No device.
+//!
+//! The version of a content is a hash of the key of the unit that made it: a step, or a loop as a whole. A key is made of
+//! all that the unit reads: its shaders, the bytes of the values it asks for, the versions of its inputs, sizes, and
+//! so on. The records that say what runs are those that the key is made from. No key names anything by its place in
+//! a plan or by a name of the graph, so equal work has equal versions in any two plans.
+
+use super::tables::pack;
+use super::{Action, Binding, Comparison, Desc, Draw, Geometry, Loop, Node, Plan, ResourceId, Step, StepId, Until};
+use crate::content::hash;
+use crate::diag::Checked;
+use crate::scene::{AssetHashes, Table};
+use crate::shader::Layout;
+use crate::value::{Value, Values};
+use std::collections::{BTreeMap, BTreeSet};
+use std::hash::Hash;
+
+/// Identifies a content. [`UNDEFINED`]: nothing has been written.
+pub type Version = u128;
+
+/// The version of a content that nobody has defined.
+pub const UNDEFINED: Version = 0;
+
+/// What a unit's result depends on, by kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    /// The code that runs.
+    Shader,
+    /// Bytes of uniforms: parameters, facts, values of the frame, a member's index.
+    Value,
+    /// Rows of a scene's table.
+    Table,
+    /// The scene's triangles.
+    Geometry,
+    /// The scene's textures.
+    Textures,
+    /// The version of a resource that is read, or written in part only.
+    Input,
+    /// Format, extent, layers and mips of a resource.
+    Size,
+    /// How drawing changes its targets: clear values, blending, depth test, culling.
+    Target,
+    /// Workgroups, draws and where they go, the value of a clear, and which variable stands for which resource.
+    Extent,
+    /// How often a loop goes round, and what ends it.
+    Loop,
+    Sampler,
+}
+
+/// Every kind.
+pub const KINDS: [Kind; 11] = [
+    Kind::Shader,
+    Kind::Value,
+    Kind::Table,
+    Kind::Geometry,
+    Kind::Textures,
+    Kind::Input,
+    Kind::Size,
+    Kind::Target,
+    Kind::Extent,
+    Kind::Loop,
+    Kind::Sampler,
+];
+
+/// One thing that a result depends on, by the name to show.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Ingredient {
+    pub kind: Kind,
+    pub name: String,
+}
+
+impl std::fmt::Display for Ingredient {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = &self.name;
+        match self.kind {
+            Kind::Shader => write!(f, "shader {name}"),
+            Kind::Value | Kind::Input => f.write_str(name),
+            Kind::Table => write!(f, "table {name}"),
+            Kind::Geometry => f.write_str("the scene's triangles"),
+            Kind::Textures => f.write_str("the scene's textures"),
+            Kind::Size => write!(f, "size of {name}"),
+            Kind::Target => f.write_str("how it draws"),
+            Kind::Extent => f.write_str("how much it does"),
+            Kind::Loop => write!(f, "loop {name}"),
+            Kind::Sampler => write!(f, "sampler {name}"),
+        }
+    }
+}
+
+/// Ingredients with hashes of their contents.
+pub type Ingredients = BTreeMap<Ingredient, u128>;
+
+/// What the scene gives to a plan, hashed.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Outside {
+    pub assets: AssetHashes,
+    /// How many frames came before the plan's first.
+    pub began: u32,
+    /// By index of [`Plan::tables`].
+    tables: Vec<u128>,
+}
+
+impl Outside {
+    /// # Errors
+    /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
+    pub fn new(plan: &Plan, assets: AssetHashes, began: u32, tables: &[Table]) -> Checked<Outside> {
+        let one = |wanted: &super::TableUse| match tables.iter().find(|t| t.name == wanted.table) {
+            Some(table) => Ok(hash(&pack(wanted, table)?)),
+            None => Ok(0),
+        };
+        Ok(Outside { assets, began, tables: plan.tables.iter().map(one).collect::<Checked<_>>()? })
+    }
+}
+
+/// A step, or a loop as a whole.
+#[derive(Debug)]
+pub struct Unit {
+    pub name: String,
+    pub steps: Vec<StepId>,
+    /// Read before the unit itself wrote them, or written in part only; in the order of their roles.
+    pub needs: Vec<ResourceId>,
+    /// For each of `needs` the last unit before that writes it.
+    pub makers: Vec<Option<usize>>,
+    /// In the order of their roles.
+    pub writes: Vec<ResourceId>,
+    /// Resources by the order in which the unit comes to them: its own names for them.
+    roles: BTreeMap<ResourceId, usize>,
+    /// What is known with the plan, to show.
+    fixed: Ingredients,
+    /// All of `fixed` in its order.
+    start: u128,
+    given: Vec<(Ingredient, Given)>,
+}
+
+/// An ingredient that a frame brings.
+#[derive(Debug)]
+enum Given {
+    /// A value of the frame; without one, that of the plan.
+    Value(Option<Value>),
+    /// Index into [`Plan::tables`].
+    Table(usize),
+    Geometry,
+    Textures,
+    /// When the plan began.
+    Began,
+}
+
+/// The units of a plan, in their order.
+#[derive(Debug)]
+pub struct Keys {
+    pub units: Vec<Unit>,
+    /// By resource: the last unit that writes it.
+    pub last: Vec<Option<usize>>,
+    without: Option<Kind>,
+}
+
+/// The versions that resources should have, if every unit ran.
+#[derive(Debug)]
+pub struct Versions {
+    /// By unit.
+    pub keys: Vec<Version>,
+    /// By unit: of what it needs, in that order.
+    pub before: Vec<Vec<Version>>,
+    /// By unit: of what it writes, in that order.
+    pub after: Vec<Vec<Version>>,
+    /// By resource: at the end of the frame.
+    pub end: Vec<Version>,
+}
+
+impl Keys {
+    /// The keys of a plan's units as far as they are known without a frame. `without` leaves a kind of ingredient out of
+    /// all keys: contents will be wrong, and a test can see that the proof notices.
+    pub fn of(plan: &Plan, without: Option<Kind>) -> Keys {
+        let unit = |node: &Node| {
+            let name = match node {
+                Node::Step(s) => plan.steps[s.0].name.clone(),
+                Node::Loop(l) => l.name.clone(),
+            };
+            let mut g = Gather {
+                plan,
+                without,
+                around: vec![],
+                order: vec![],
+                written: BTreeSet::new(),
+                needed: BTreeSet::new(),
+                unit: Unit::called(name),
+            };
+            g.node(node);
+            g.done()
+        };
+        let mut units: Vec<Unit> = plan.order.iter().map(unit).collect();
+        let mut last = vec![None; plan.resources.len()];
+        for (i, unit) in units.iter_mut().enumerate() {
+            unit.makers = unit.needs.iter().map(|r| last[r.0]).collect();
+            unit.writes.iter().for_each(|r| last[r.0] = Some(i));
+        }
+        Keys { units, last, without }
+    }
+
+    /// The versions of a frame that begins with these contents of history.
+    pub fn versions(
+        &self,
+        plan: &Plan,
+        history: impl Fn(ResourceId) -> Version,
+        outside: &Outside,
+        values: &Values,
+    ) -> Versions {
+        let mut now = vec![UNDEFINED; plan.resources.len()];
+        for (i, _) in plan.resources.iter().enumerate().filter(|(_, r)| r.history) {
+            now[i] = history(ResourceId(i));
+        }
+        let mut all = Versions { keys: vec![], before: vec![], after: vec![], end: vec![] };
+        for unit in &self.units {
+            let before: Vec<Version> = unit.needs.iter().map(|r| now[r.0]).collect();
+            let given = unit.given.iter().filter(|(i, _)| Some(i.kind) != self.without);
+            let given: Vec<u128> = given.map(|(i, g)| g.hash(&i.name, outside, values)).collect();
+            let inputs = (self.without != Some(Kind::Input)).then_some(&before);
+            let key = hash(&(unit.start, given, inputs)).max(1);
+            let after: Vec<Version> = unit.writes.iter().map(|r| hash(&(key, unit.roles.get(r))).max(1)).collect();
+            for (r, v) in unit.writes.iter().zip(&after) {
+                now[r.0] = *v;
+            }
+            all.keys.push(key);
+            all.before.push(before);
+            all.after.push(after);
+        }
+        all.end = now;
+        all
+    }
+}
+
+impl Unit {
+    fn called(name: String) -> Unit {
+        Unit {
+            name,
+            steps: vec![],
+            needs: vec![],
+            makers: vec![],
+            writes: vec![],
+            roles: BTreeMap::new(),
+            fixed: Ingredients::new(),
+            start: 0,
+            given: vec![],
+        }
+    }
+
+    /// What it runs again for, besides results of others: the code, values, tables and the like, by name.
+    pub fn depends(&self) -> Vec<String> {
+        let all: BTreeSet<&Ingredient> = self.fixed.keys().chain(self.given.iter().map(|(i, _)| i)).collect();
+        let telling = |i: &&Ingredient| !matches!(i.kind, Kind::Input | Kind::Size | Kind::Target | Kind::Extent);
+        all.into_iter().filter(telling).map(Ingredient::to_string).collect()
+    }
+
+    /// All that its result depends on in a frame; `before` are the versions of what it needs.
+    pub fn ingredients(&self, plan: &Plan, before: &[Version], outside: &Outside, values: &Values) -> Ingredients {
+        let mut all = self.fixed.clone();
+        for (ingredient, given) in &self.given {
+            add(&mut all, ingredient.clone(), given.hash(&ingredient.name, outside, values));
+        }
+        for (r, version) in self.needs.iter().zip(before) {
+            add(&mut all, Ingredient { kind: Kind::Input, name: plan.resources[r.0].name.clone() }, *version);
+        }
+        all
+    }
+}
+
+impl Given {
+    fn hash(&self, name: &str, outside: &Outside, values: &Values) -> u128 {
+        match self {
+            Given::Value(known) => hash(&values.get(name).copied().or(*known).map(|v| (v.ty(), v.bytes()))),
+            Given::Table(i) => outside.tables.get(*i).copied().unwrap_or(0),
+            Given::Geometry => outside.assets.geometry,
+            Given::Textures => outside.assets.textures,
+            Given::Began => outside.began.into(),
+        }
+    }
+}
+
+/// The version of a content that memory is given when it is allocated.
+pub fn initial(desc: &Desc, value: [f64; 4]) -> Version {
+    hash(&("initial", desc.shape(), value.map(f64::to_bits))).max(1)
+}
+
+/// Two of one name, as two rows of one table: both count.
+fn add(all: &mut Ingredients, ingredient: Ingredient, content: u128) {
+    let there = all.entry(ingredient).or_insert(0);
+    *there = hash(&(*there, content));
+}
+
+/// Walks a unit.
+struct Gather<'p> {
+    plan: &'p Plan,
+    without: Option<Kind>,
+    /// Names of the loops around, outermost first.
+    around: Vec<&'p str>,
+    /// What `start` is made of.
+    order: Vec<u128>,
+    written: BTreeSet<ResourceId>,
+    needed: BTreeSet<ResourceId>,
+    unit: Unit,
+}
+
+// Every struct is taken apart with all its fields named: what is added to a plan is forgotten in no key.
+impl<'p> Gather<'p> {
+    fn done(self) -> Unit {
+        let Gather { mut unit, order, written, needed, .. } = self;
+        let by_role = |set: BTreeSet<ResourceId>| {
+            let mut list: Vec<ResourceId> = set.into_iter().collect();
+            list.sort_by_key(|r| unit.roles.get(r));
+            list
+        };
+        (unit.needs, unit.writes) = (by_role(needed), by_role(written));
+        unit.start = hash(&order);
+        unit
+    }
+
+    fn fix(&mut self, kind: Kind, name: &str, content: &impl Hash) {
+        if self.without != Some(kind) {
+            let content = hash(content);
+            self.order.push(content);
+            add(&mut self.unit.fixed, Ingredient { kind, name: name.into() }, content);
+        }
+    }
+
+    fn give(&mut self, kind: Kind, name: &str, given: Given) {
+        self.unit.given.push((Ingredient { kind, name: name.into() }, given));
+    }
+
+    fn role(&mut self, id: ResourceId) -> usize {
+        let next = self.unit.roles.len();
+        *self.unit.roles.entry(id).or_insert(next)
+    }
+
+    /// A resource that a step touches: which it is to the unit, and its size.
+    fn touch(&mut self, id: ResourceId) {
+        let role = self.role(id);
+        let resource = &self.plan.resources[id.0];
+        self.fix(Kind::Extent, "", &role);
+        self.fix(Kind::Size, &resource.name, &resource.desc.shape());
+    }
+
+    fn node(&mut self, node: &'p Node) {
+        match node {
+            Node::Step(id) => {
+                self.unit.steps.push(*id);
+                self.step(&self.plan.steps[id.0]);
+            }
+            Node::Loop(Loop { name, count, until, body }) => {
+                self.fix(Kind::Loop, name, count);
+                if let Some(Until { buffer, comparison, value }) = until {
+                    let comparison = match comparison {
+                        Comparison::Less => 0,
+                        Comparison::LessEqual => 1,
+                        Comparison::Greater => 2,
+                        Comparison::GreaterEqual => 3,
+                    };
+                    let role = self.role(*buffer);
+                    self.fix(Kind::Loop, name, &(role, comparison, value.to_bits()));
+                }
+                self.around.push(name);
+                body.iter().for_each(|n| self.node(n));
+                self.around.pop();
+                self.fix(Kind::Loop, name, &"end");
+            }
+        }
+    }
+
+    fn step(&mut self, step: &'p Step) {
+        let Step { name: _, pass: _, group: _, action, bindings, reads, writes, after: _ } = step;
+        let mut variables = [].as_slice();
+        match action {
+            Action::Draw(draw) => {
+                self.draw(draw);
+                variables = &self.plan.shaders[draw.shader].interface.variables;
+            }
+            Action::Compute { shader, entry, groups } => {
+                self.shader(*shader, entry);
+                self.fix(Kind::Extent, "", groups);
+                variables = &self.plan.shaders[*shader].interface.variables;
+            }
+            Action::Copy { from, to } => {
+                self.touch(*from);
+                self.touch(*to);
+            }
+            Action::Clear { target, value } => {
+                self.touch(*target);
+                self.fix(Kind::Extent, "", &value.map(f64::to_bits));
+            }
+        }
+        for (at, binding) in bindings.iter().enumerate() {
+            match binding {
+                Binding::Resource(id) => self.touch(*id),
+                Binding::Uniform { layout, extra } => self.uniform(layout, extra),
+                Binding::Table(i) => {
+                    let name = self.plan.tables.get(*i).map_or("", |t| t.table.as_str());
+                    self.give(Kind::Table, name, Given::Table(*i));
+                }
+                Binding::SceneTextures => self.give(Kind::Textures, "", Given::Textures),
+                // A plan knows of no checks but those of its own runs.
+                Binding::Report => self.give(Kind::Value, "the plan, as the shader checks itself", Given::Began),
+                Binding::Sampler(desc) => {
+                    let name = variables.get(at).map_or("", |v| v.name.as_str());
+                    self.fix(Kind::Sampler, name, desc);
+                }
+            }
+        }
+        let whole = matches!(action, Action::Copy { .. } | Action::Clear { .. });
+        let partly = if whole { [].iter() } else { writes.iter() };
+        for id in reads.iter().chain(partly) {
+            self.role(*id);
+            if !self.written.contains(id) {
+                self.needed.insert(*id);
+            }
+        }
+        for id in writes {
+            self.role(*id);
+            self.written.insert(*id);
+        }
+    }
+
+    fn shader(&mut self, index: usize, entries: &impl Hash) {
+        let shader = &self.plan.shaders[index];
+        self.fix(Kind::Shader, &shader.path, &(shader.content, entries));
+    }
+
+    fn draw(&mut self, draw: &'p Draw) {
+        let Draw { shader, vertex, fragment, geometry, color, depth, members, views } = draw;
+        self.shader(*shader, &(vertex, fragment));
+        match geometry {
+            Geometry::Scene { cull } => {
+                self.fix(Kind::Target, "", cull);
+                self.give(Kind::Geometry, "", Given::Geometry);
+            }
+            Geometry::Screen => self.fix(Kind::Target, "", &"screen"),
+        }
+        for super::ColorTarget { resource, location, format, clear, blend } in color {
+            self.touch(*resource);
+            let clear = clear.map(|c| c.map(f64::to_bits));
+            self.fix(Kind::Target, "", &(location, format, clear, blend));
+        }
+        if let Some(super::DepthTarget { resource, format, clear, compare, write }) = depth {
+            self.touch(*resource);
+            self.fix(Kind::Target, "", &(format, clear.map(f32::to_bits), compare, write));
+        }
+        self.fix(Kind::Extent, "", &(members, views));
+    }
+
+    /// The values in a uniform's bytes. Their places in it are the shader's.
+    fn uniform(&mut self, layout: &'p Layout, extra: &Values) {
+        for member in layout.members.iter().filter(|m| m.read) {
+            let name = member.name.as_str();
+            if let Some(value) = extra.get(name) {
+                self.fix(Kind::Value, name, &(value.ty(), value.bytes()));
+            } else if let Some(depth) = self.around.iter().rposition(|l| *l == name) {
+                self.fix(Kind::Loop, name, &("index", depth));
+            } else {
+                self.give(Kind::Value, name, Given::Value(self.plan.values.get(name).copied()));
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! What of a scene stays as it is for as long as it is loaded.
+
+use super::{Geometry, Scene, TextureArray};
+use crate::content::hash;
+
+/// Triangles and textures, with hashes that stand for them.
+#[derive(Debug, Clone, Copy)]
+pub struct Assets<'a> {
+    pub geometry: &'a Geometry,
+    pub textures: Option<&'a TextureArray>,
+    pub hashes: AssetHashes,
+}
+
+/// Equal hashes, equal contents.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct AssetHashes {
+    pub geometry: u128,
+    pub textures: u128,
+}
+
+impl<'a> Assets<'a> {
+    /// Reads all of both to hash them.
+    pub fn new(geometry: &'a Geometry, textures: Option<&'a TextureArray>) -> Assets<'a> {
+        let vertices: &[u8] = bytemuck::cast_slice(&geometry.vertices);
+        let hashes = AssetHashes {
+            geometry: hash(&(vertices, &geometry.indices, geometry.one_sided)),
+            textures: hash(&textures.map(|t| (t.width, t.height, t.layers, &t.mips))),
+        };
+        Assets { geometry, textures, hashes }
+    }
+}
+
+impl Scene {
+    /// Its triangles and textures; reads all of both.
+    pub fn assets(&self) -> Assets<'_> {
+        Assets::new(&self.geometry, self.textures.as_ref())
+    }
+
+    /// As [`Scene::assets`], with hashes that are known.
+    pub fn assets_with(&self, hashes: AssetHashes) -> Assets<'_> {
+        Assets { geometry: &self.geometry, textures: self.textures.as_ref(), hashes }
+    }
+}

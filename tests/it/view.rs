@@ -1,0 +1,207 @@
+//! `lightgraph view`: a real window on a virtual display, played by a script. It takes longer than other tests: a minute
+//! on two busy cores, for every step waits until the window shows what came of it.
+
+use crate::device;
+use crate::support::{Scratch, repository};
+use std::io::{BufRead, BufReader, Read};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longer than it takes on a busy machine with a software driver.
+const PATIENCE: Duration = Duration::from_secs(240);
+
+const GRAPH: &str = r#"Graph(
+    about: "One colour",
+    params: {"red": Float(default: 0.0, min: 0.0, max: 1.0, about: "how red")},
+    resources: {
+        "color": Texture(format: Rgba32Float, size: "screen"),
+        "ramp": Texture(format: R32Float, size: (4, 4), layers: 2, mips: 1),
+    },
+    passes: [
+        Compute(name: "fill", shader: "fill.wgsl", over: "ramp"),
+        Screen(name: "paint", shader: "paint.wgsl", color: "color"),
+    ],
+    outputs: {"color": "color"},
+)"#;
+
+const FILL: &str = "
+var ramp: texture_storage_2d_array<r32float, write>;
+@compute @workgroup_size(4, 4, 1) fn fill(@builtin(global_invocation_id) at: vec3u) {
+    textureStore(ramp, at.xy, at.z, vec4f(f32(at.x) / 3.0));
+}";
+
+const PAINT: &str = "
+var<uniform> red: f32;
+var ramp: texture_2d_array<f32>;
+@fragment fn paint() -> @location(0) vec4f {
+    return vec4f(red, 0.25 + 0.0 * textureLoad(ramp, vec2u(0, 0), 0, 0).r, 0.0, 1.0);
+}";
+
+const VARIANT: &str = r#"Variant(base: "graph.ron", about: "redder", edits: [SetDefault("red", 1.0)])"#;
+
+const SCRIPT: &str = r#"[
+    Rest, Shot("start.png"),
+    Drag(on: "param red", from: (0.02, 0.5), to: (0.98, 0.5)), Rest, Shot("dragged.png"), Save("dragged.ron"),
+    Click("undo"), Rest, Shot("undone.png"),
+    Replace(file: "shaders/paint.wgsl", text: "0.25 +", by: "0.25 + green +"),
+    Faults("paint.wgsl:5:"), Wait(3), Shot("broken.png"),
+    Replace(file: "shaders/paint.wgsl", text: "0.25 + green +", by: "0.5 +"), Mended, Rest, Shot("mended.png"),
+    Click("variant other"), Rest, Shot("variant.png"), Click("variant graph"), Rest,
+    Click("tab Compiled graph"), Wait(3), Shot("network.png"), Click("port ramp"), Rest, Wait(3), Shot("resource.png"),
+    Drag(on: "image", from: (0.5, 0.5), to: (0.6, 0.45)), Rest, Save("orbited.ron"),
+    Size(1, 1), Rest, Shot("tiny.png"), Size(900, 600), Rest, Shot("back.png"),
+    LoseDevice, Rest, Wait(3), Shot("reopened.png"),
+    Close,
+]"#;
+
+/// A display without a screen, ended with the test.
+struct Display {
+    server: Child,
+    name: String,
+}
+
+impl Display {
+    fn start() -> Display {
+        let server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1280x1024x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let mut server = server.unwrap_or_else(|e| {
+            panic!("this test opens a window on a virtual display, and can't start Xvfb ({e}): on Debian and Ubuntu `apt install xvfb`");
+        });
+        let mut number = String::new();
+        let out = server.stdout.take().unwrap();
+        BufReader::new(out).read_line(&mut number).unwrap();
+        assert!(!number.trim().is_empty(), "Xvfb names no display");
+        Display { server, name: format!(":{}", number.trim()) }
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+struct Project(Scratch);
+
+impl Project {
+    fn new(script: &str) -> Project {
+        let project = Project(Scratch::new("view"));
+        std::fs::create_dir_all(project.path("shaders")).unwrap();
+        let files = [
+            ("graph.ron", GRAPH),
+            ("other.ron", VARIANT),
+            ("shaders/fill.wgsl", FILL),
+            ("shaders/paint.wgsl", PAINT),
+            ("script", script),
+        ];
+        for (name, text) in files {
+            std::fs::write(project.path(name), text).unwrap();
+        }
+        project
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+        command.current_dir(self.0.path()).args(["view", "graph.ron", "--size", "900x600", "--pixels", "0.25"]);
+        command.arg("--scene").arg(repository("scenes/lambert_plane")).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env_remove("DISPLAY");
+        command
+    }
+
+    /// The colour of a pixel, at shares of the width and height.
+    fn pixel(&self, shot: &str, x: f32, y: f32) -> [u8; 3] {
+        let image = image::open(self.path(shot)).unwrap_or_else(|e| panic!("{shot}: {e}")).to_rgb8();
+        let at = |share: f32, n: u32| (share * n as f32) as u32;
+        image.get_pixel(at(x, image.width()), at(y, image.height())).0
+    }
+}
+
+/// Waits for the command; its exit code and what it said.
+fn finish(mut child: Child) -> (i32, String) {
+    let start = Instant::now();
+    let status = loop {
+        match child.try_wait().unwrap() {
+            Some(status) => break status,
+            None if start.elapsed() > PATIENCE => {
+                child.kill().unwrap();
+                break child.wait().unwrap();
+            }
+            None => std::thread::sleep(Duration::from_millis(50)),
+        }
+    };
+    let mut text = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+    child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+    (status.code().unwrap_or(-1), text)
+}
+
+#[test]
+fn a_window_is_dragged_broken_mended_switched_shrunk_and_closed() {
+    let _alone = device::gpu();
+    let display = Display::start();
+    let project = Project::new(SCRIPT);
+    let child = project.command().args(["--script", "script"]).env("DISPLAY", &display.name).spawn().unwrap();
+    let (code, text) = finish(child);
+    assert_eq!(code, 0, "{text}");
+
+    // The middle of the image; green is 0.25 of the light, tone mapped.
+    let middle = |shot: &str| project.pixel(shot, 0.5, 0.3);
+    let [red, green, _] = middle("start.png");
+    assert!(red < 30 && green > 100, "{red} {green}");
+    let dragged = middle("dragged.png");
+    assert!(dragged[0] > 200, "the slider makes it red: {dragged:?}");
+    assert_eq!(middle("undone.png"), middle("start.png"));
+    assert_eq!(middle("broken.png"), middle("start.png"), "the last good frame goes on");
+    assert_ne!(std::fs::read(project.path("broken.png")).unwrap(), std::fs::read(project.path("undone.png")).unwrap());
+    let mended = middle("mended.png");
+    assert!(mended[1] > green + 30, "the mended shader is in use: {mended:?}");
+    assert!(middle("variant.png")[0] > 200, "the variant is red: {:?}", middle("variant.png"));
+    assert_eq!(middle("network.png"), mended);
+    assert_eq!(middle("back.png"), mended);
+    assert_eq!(middle("reopened.png"), mended, "another device shows the same");
+    let tiny = image::open(project.path("tiny.png")).unwrap();
+    assert_eq!((tiny.width(), tiny.height()), (1, 1));
+
+    let saved = std::fs::read_to_string(project.path("dragged.ron")).unwrap();
+    assert!(saved.contains("\"red\": Float("), "{saved}");
+    let orbited = std::fs::read_to_string(project.path("orbited.ron")).unwrap();
+    assert!(orbited.contains("view: Some("), "{orbited}");
+}
+
+#[test]
+fn without_a_display_the_remedy_is_named() {
+    let project = Project::new("[]");
+    let (code, text) = finish(project.command().spawn().unwrap());
+    assert_eq!(code, 3, "{text}");
+    for word in ["neither DISPLAY nor WAYLAND_DISPLAY is set", "help: ", "lightgraph watch"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    assert!(!text.contains("panicked"), "{text}");
+}
+
+#[test]
+fn a_display_that_is_not_there_is_a_fault_and_no_panic() {
+    let project = Project::new("[]");
+    let (code, text) = finish(project.command().env("DISPLAY", ":9999").spawn().unwrap());
+    assert_eq!(code, 3, "{text}");
+    assert!(text.contains("no window can be opened") && !text.contains("panicked"), "{text}");
+}
+
+/// Scripts are no words for users, so only their own test reads them: a wrong one is told with its place.
+#[test]
+fn a_script_that_is_none_is_refused() {
+    let project = Project::new("[Dance]");
+    let (code, text) = finish(project.command().args(["--script", "script"]).spawn().unwrap());
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("script:1:"), "{text}");
+}
