@@ -11,7 +11,7 @@ struct Params {
 var<uniform> params: Params;
 var cube_albedo: texture_2d<f32>;
 var cube_normal: texture_2d<f32>;
-var factor: texture_2d_array<f32>;
+var<storage, read> factor_table: array<f32>;
 var openness: texture_storage_3d<rgba32float, write>;
 
 @compute @workgroup_size(4, 4, 4)
@@ -26,7 +26,7 @@ fn main(@builtin(global_invocation_id) probe: vec3u) {
         let texel = vec2u(i % edge, i / edge % edge);
         let at = unplace(probes::number(probe) * 6u + face, texel, edge, params.cube_albedo_columns);
         if !is_back(textureLoad(cube_albedo, at, 0), textureLoad(cube_normal, at, 0)) {
-            sum += textureLoad(factor, texel, face, 0).r;
+            sum += factor_table[i];
         }
     }
     textureStore(openness, probe, vec4f(0.0, 0.0, 0.0, sum));

@@ -21,7 +21,7 @@ struct Params {
 var<uniform> params: Params;
 var cube_albedo: texture_2d<f32>;
 var cube_normal: texture_2d<f32>;
-var factor: texture_2d_array<f32>;
+var<storage, read> factor_table: array<f32>;
 var openness: texture_3d<f32>;
 var<storage, read_write> matrix: array<vec4f>;
 
@@ -35,8 +35,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let edge = params.cube_albedo_tile;
     let eye = probes::position(probes::coordinates(id.x));
     let giver = probes::coordinates(id.y);
+    let texels = 6u * edge * edge;
     var column: array<vec3f, COUNT>;
-    for (var i = 0u; i < 6u * edge * edge; i++) {
+    for (var i = 0u; i < texels; i++) {
         let face = i / (edge * edge);
         let texel = vec2u(i % edge, i / edge % edge);
         let at = cube::unplace(id.x * 6u + face, texel, edge, params.cube_albedo_columns);
@@ -65,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 #endif
                 reflected *= mine / all_shares;
                 for (var k = 0u; k < COUNT; k++) {
-                    column[k] += textureLoad(factor, texel, 6u * k + face, 0).r * reflected;
+                    column[k] += factor_table[k * texels + i] * reflected;
                 }
             }
         }

@@ -4,15 +4,8 @@
 #import lightgraph::geometry::{world_position, world_normal}
 #import lightgraph::cube::clip
 #import lightgraph::probes
+#import lightgraph::probe_views::depths
 #import lightgraph::surface::{Record, record}
-
-struct Box {
-    bounds_min: vec3f,
-    bounds_max: vec3f,
-    grid_min: vec3f,
-    grid_max: vec3f,
-}
-var<uniform> box: Box;
 
 struct Vertex {
     @location(0) position: vec3f,
@@ -35,10 +28,9 @@ struct Varying {
 fn seen(in: Vertex, index: u32, face: u32) -> Varying {
     let probe = probes::position(probes::coordinates(index));
     let offset = world_position(in.node, in.position) - probe;
-    // From any probe the whole scene lies within the diagonal of the box round scene and probes.
-    let far = distance(min(box.bounds_min, box.grid_min), max(box.bounds_max, box.grid_max)) * 1.01;
+    let d = depths();
     var out: Varying;
-    out.at = clip(offset, face, far * 0.001, far);
+    out.at = clip(offset, face, d.x, d.y);
     out.offset = offset;
     out.normal = world_normal(in.node, in.normal);
     out.uv = in.uv;

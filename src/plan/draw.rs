@@ -12,7 +12,7 @@ use crate::shader::Stage;
 
 impl Expander<'_, '_> {
     /// The render pass of a draw or screen pass: targets and the place of each member.
-    pub(super) fn draw(&mut self, w: &Wired, r: &Raster, member: u32, batched: bool) -> Option<Draw> {
+    pub(super) fn draw(&mut self, w: &Wired, r: &Raster, name: &str, member: u32, batched: bool) -> Option<Draw> {
         let index = w.shader?;
         let interface = &self.shaders[index].interface;
         let geometry = match w.pass.kind {
@@ -49,7 +49,11 @@ impl Expander<'_, '_> {
         }
         let views = self.views(r, &extents)?;
         let members = self.places(w, r, member, (batched, views), &extents)?;
-        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, views })
+        let indirect = match w.culling {
+            Some(_) => Some(self.culled(w, r, name, &members)?),
+            None => None,
+        };
+        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, indirect, views })
     }
 
     /// Layers that each member draws to at once: what the adapter can do, and the targets hold.

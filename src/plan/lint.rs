@@ -39,7 +39,7 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 r.layer.iter().chain(&r.views).for_each(&mut note);
-                touched.extend(r.color.iter().chain(&r.depth).map(|n| n.value.clone()));
+                touched.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.clone()));
             }
             PassKind::Compute { over, .. } => {
                 over.exprs().iter().for_each(&mut note);

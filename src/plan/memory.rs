@@ -51,7 +51,9 @@ pub fn allocate(plan: &mut Plan, share: bool) {
     let mut free: Vec<Option<usize>> = vec![];
     for i in order {
         let r = &plan.resources[i];
-        let until = (!r.history).then_some(r.alive.1);
+        // What the device made up to draw can be counted after the frame.
+        let counted = matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu::BufferUsages::INDIRECT));
+        let until = (!r.history && !counted).then_some(r.alive.1);
         let found = (0..plan.slots.len()).find(|s| {
             share
                 && until.is_some()

@@ -100,7 +100,8 @@ pub fn absurd(span: &Span, what: &str, value: i64) -> Diagnostic {
 /// What checks without a device hold a graph to: the limits and features of any recent Vulkan adapter.
 pub fn sample_device() -> (wgpu::Limits, wgpu::Features) {
     let limits = wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() };
-    (limits, wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::MULTIVIEW)
+    use wgpu::Features as F;
+    (limits, F::FLOAT32_FILTERABLE | F::MULTIVIEW | F::INDIRECT_FIRST_INSTANCE)
 }
 
 /// Typical facts for checks without a scene: everything a scene can have, or nothing of it.

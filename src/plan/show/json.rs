@@ -2,7 +2,7 @@
 
 use super::words::{Row, comparison, description};
 use crate::plan::keys::Keys;
-use crate::plan::{Action, Desc, Node, Plan, Slot};
+use crate::plan::{Action, Desc, Ending, Node, Plan, Slot};
 use crate::shader::Def;
 use crate::value::Value;
 use serde::Serialize;
@@ -77,17 +77,20 @@ enum NodeJson<'p> {
         name: &'p str,
         count: u32,
         #[serde(skip_serializing_if = "Option::is_none")]
-        until: Option<UntilJson>,
+        until: Option<UntilJson<'p>>,
         body: Vec<NodeJson<'p>>,
     },
 }
 
 /// `buffer` is an index into the resources.
 #[derive(Serialize)]
-struct UntilJson {
+struct UntilJson<'p> {
     buffer: usize,
     comparison: &'static str,
     value: f32,
+    /// Why the host ends it; without, the device does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    by_host: Option<&'p str>,
 }
 
 #[derive(Serialize)]
@@ -227,6 +230,10 @@ fn nodes(order: &[Node]) -> Vec<NodeJson<'_>> {
                 buffer: u.buffer.0,
                 comparison: comparison(u.comparison),
                 value: u.value,
+                by_host: match &u.ending {
+                    Ending::Device => None,
+                    Ending::Host { why } => Some(why),
+                },
             }),
             body: nodes(&l.body),
         },
