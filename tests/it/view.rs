@@ -90,8 +90,8 @@ impl Drop for Display {
 struct Project(Scratch);
 
 impl Project {
-    fn new(script: &str) -> Project {
-        let project = Project(Scratch::new("view"));
+    fn new(name: &str, script: &str) -> Project {
+        let project = Project(Scratch::new(&format!("view-{name}")));
         std::fs::create_dir_all(project.path("shaders")).unwrap();
         let files = [
             ("graph.ron", GRAPH),
@@ -149,7 +149,7 @@ fn finish(mut child: Child) -> (i32, String) {
 fn a_window_is_dragged_broken_mended_switched_shrunk_and_closed() {
     let _alone = device::gpu();
     let display = Display::start();
-    let project = Project::new(SCRIPT);
+    let project = Project::new("played", SCRIPT);
     let child = project.command().args(["--script", "script"]).env("DISPLAY", &display.name).spawn().unwrap();
     let (code, text) = finish(child);
     assert_eq!(code, 0, "{text}");
@@ -180,7 +180,7 @@ fn a_window_is_dragged_broken_mended_switched_shrunk_and_closed() {
 
 #[test]
 fn without_a_display_the_remedy_is_named() {
-    let project = Project::new("[]");
+    let project = Project::new("unset", "[]");
     let (code, text) = finish(project.command().spawn().unwrap());
     assert_eq!(code, 3, "{text}");
     for word in ["neither DISPLAY nor WAYLAND_DISPLAY is set", "help: ", "lightgraph watch"] {
@@ -191,7 +191,7 @@ fn without_a_display_the_remedy_is_named() {
 
 #[test]
 fn a_display_that_is_not_there_is_a_fault_and_no_panic() {
-    let project = Project::new("[]");
+    let project = Project::new("absent", "[]");
     let (code, text) = finish(project.command().env("DISPLAY", ":9999").spawn().unwrap());
     assert_eq!(code, 3, "{text}");
     assert!(text.contains("no window can be opened") && !text.contains("panicked"), "{text}");
@@ -200,7 +200,7 @@ fn a_display_that_is_not_there_is_a_fault_and_no_panic() {
 /// Scripts are no words for users, so only their own test reads them: a wrong one is told with its place.
 #[test]
 fn a_script_that_is_none_is_refused() {
-    let project = Project::new("[Dance]");
+    let project = Project::new("dance", "[Dance]");
     let (code, text) = finish(project.command().args(["--script", "script"]).spawn().unwrap());
     assert_eq!(code, 1, "{text}");
     assert!(text.contains("script:1:"), "{text}");

@@ -12,7 +12,7 @@ fn watched(mut plan: Plan) -> (Plan, Numerics) {
         let id = plan.resources.iter().position(|r| r.name == plan.steps[i].name).unwrap();
         plan.steps[i].writes = vec![crate::plan::ResourceId(id)];
     }
-    let mut prepared = prepare(gpu(), &plan, &scene::Geometry::default(), None, &[]).unwrap();
+    let mut prepared = prepare(gpu(), &plan, &scene::Assets::new(&scene::Geometry::default(), None), &[]).unwrap();
     prepared.watch(gpu()).unwrap();
     let report = execute(gpu(), &plan, &mut prepared, &Frame::default()).unwrap_or_else(|f| panic!("{f}"));
     (plan, report.numerics.unwrap())
