@@ -1,6 +1,6 @@
 //! What a frame costs after each kind of edit, as a share of a frame in full: all figures in one run on one adapter.
 //!
-//! `cargo run --release --example edit_times`
+//! `cargo run --release --example edit_times`; with the argument `edits` only what follows a save, without what moves.
 
 use lightgraph::diag::{Checked, Faults, Source};
 use lightgraph::gpu::{FrameReport, Gpu};
@@ -25,7 +25,8 @@ fn run() -> Checked<()> {
     let gpu = Gpu::open().map_err(Faults::from)?;
     let software = if gpu.is_software() { " (software)" } else { "" };
     println!("{}, {}{software}", gpu.info.name, gpu.info.driver_info);
-    for name in ["hall", "art_gallery"] {
+    let moving: &[&str] = if std::env::args().any(|a| a == "edits") { &[] } else { &["hall", "art_gallery"] };
+    for name in moving {
         let scene = Arc::new(scene::load(&Path::new("scenes").join(name))?.scene);
         for grid in [4, 8] {
             motions(&gpu, &scene, grid)?;

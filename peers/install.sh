@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Makes the environment of the other renderers in target/peers: Python packages in the versions of requirements.txt,
-# and the LLVM library that Mitsuba compiles its kernels with. Needs Python 3.11 or newer; changes nothing elsewhere.
+# the LLVM library that Mitsuba compiles its kernels with, three.js where npm is present, Blender's module where Python is
+# the version it is built for. Needs Python 3.11 or newer; changes nothing elsewhere.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 home=target/peers
@@ -23,4 +24,18 @@ if [ -z "$found" ]; then
     exit 1
 fi
 echo "$found" >"$home/libllvm.path"
+
+# The two below may be missing; a bench then names them as absent.
+if command -v npm >/dev/null; then
+    mkdir -p "$home/three"
+    cp peers/three/package.json "$home/three"
+    npm install --prefix "$home/three" --ignore-scripts --no-audit --no-fund --loglevel=error ||
+        echo "peers: three.js could not be installed" >&2
+else
+    echo "peers: no npm here; three.js is left out" >&2
+fi
+# In a home of its own: it holds its own numpy.
+python3 -m venv "$home/blender"
+"$home/blender/bin/pip" install --quiet --disable-pip-version-check -r peers/blender/requirements.txt ||
+    echo "peers: Blender's module could not be installed; it wants the Python it is built for, 3.11" >&2
 echo "peers: installed in $home"

@@ -3,15 +3,8 @@
 #import lightgraph::geometry::world_position
 #import lightgraph::cube::clip
 #import lightgraph::probes
+#import lightgraph::probe_views::depths
 #import lightgraph::surface::materials
-
-struct Box {
-    bounds_min: vec3f,
-    bounds_max: vec3f,
-    grid_min: vec3f,
-    grid_max: vec3f,
-}
-var<uniform> box: Box;
 
 struct Vertex {
     @location(0) position: vec3f,
@@ -30,9 +23,8 @@ struct Varying {
 fn vertex(in: Vertex, @builtin(instance_index) member: u32) -> Varying {
     let probe = probes::position(probes::coordinates(member / 6u));
     let offset = world_position(in.node, in.position) - probe;
-    // From any probe the whole scene lies within the diagonal of the box round scene and probes.
-    let far = distance(min(box.bounds_min, box.grid_min), max(box.bounds_max, box.grid_max)) * 1.01;
-    return Varying(clip(offset, member % 6u, far * 0.001, far), offset, in.material);
+    let d = depths();
+    return Varying(clip(offset, member % 6u, d.x, d.y), offset, in.material);
 }
 
 struct Captured {

@@ -2,17 +2,56 @@
 //! PROBES_KEPT only for probes that are stale; the others' texels stay as they are.
 #import lightgraph::cube
 #import lightgraph::hit
+#ifdef PACKED_CAPTURE
+#import lightgraph::packed_surface::pack
+#endif
 #import lightgraph::probes
+#import lightgraph::surface::Record
 #import lightgraph::trace::{Hit, NOTHING, closest, triangles}
 
 struct Params {
+#ifdef PACKED_CAPTURE
+    cube_surface_tile: u32,
+    cube_surface_columns: u32,
+    cube_surface_count: u32,
+#else
     cube_albedo_tile: u32,
     cube_albedo_columns: u32,
     cube_albedo_count: u32,
+#endif
 }
 var<uniform> params: Params;
+#ifdef PACKED_CAPTURE
+var cube_surface: texture_storage_2d<rgba32uint, write>;
+
+fn tiles() -> vec3u {
+    return vec3u(params.cube_surface_tile, params.cube_surface_columns, params.cube_surface_count);
+}
+
+fn size() -> vec2u {
+    return textureDimensions(cube_surface);
+}
+
+fn keep(at: vec2u, r: Record) {
+    textureStore(cube_surface, at, pack(r));
+}
+#else
 var cube_albedo: texture_storage_2d<rgba32float, write>;
 var cube_normal: texture_storage_2d<rgba32float, write>;
+
+fn tiles() -> vec3u {
+    return vec3u(params.cube_albedo_tile, params.cube_albedo_columns, params.cube_albedo_count);
+}
+
+fn size() -> vec2u {
+    return textureDimensions(cube_albedo);
+}
+
+fn keep(at: vec2u, r: Record) {
+    textureStore(cube_albedo, at, r.albedo);
+    textureStore(cube_normal, at, r.normal);
+}
+#endif
 #ifdef PROBES_KEPT
 var<storage, read> stale: array<u32>;
 #endif
@@ -41,9 +80,11 @@ fn covering(probe: vec3f, ray: vec3f, face: u32, texel: f32) -> Hit {
 
 @compute @workgroup_size(8, 8)
 fn capture(@builtin(global_invocation_id) id: vec3u) {
-    let edge = params.cube_albedo_tile;
-    let here = cube::place(id.xy, edge, params.cube_albedo_columns);
-    if any(id.xy >= textureDimensions(cube_albedo)) || here.tile >= params.cube_albedo_count {
+    // Edge and columns of the atlas, and how many tiles there are.
+    let tiling = tiles();
+    let edge = tiling.x;
+    let here = cube::place(id.xy, edge, tiling.y);
+    if any(id.xy >= size()) || here.tile >= tiling.z {
         return;
     }
 #ifdef PROBES_KEPT
@@ -57,6 +98,5 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
     // The texel's width seen from the probe.
     let spread = sqrt(cube::solid_angle(here.texel, edge));
     let r = hit::record(hit::describe(covering(probe, ray, face, 2.0 / f32(edge)), probe, ray, spread));
-    textureStore(cube_albedo, id.xy, r.albedo);
-    textureStore(cube_normal, id.xy, r.normal);
+    keep(id.xy, r);
 }

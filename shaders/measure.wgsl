@@ -1,4 +1,7 @@
-//! How much a bounce changed: the largest change of any coefficient over the largest coefficient (0, 0).
+//! How much a bounce changed: the largest change of any coefficient over the largest coefficient (0, 0). With TRUSTED_END it
+//! is a bound of what all further bounces would change together: a bounce's change is at most g times that of the one
+//! before it, so the rest of the series is at most change * (g + g^2 + ...) = change * g/(1 - g). For g stands the largest
+//! ratio of two changes measured so far; it grows towards the true factor as the bounces go on.
 #import lightgraph::probes
 #import lightgraph::sh::COUNT
 
@@ -9,6 +12,40 @@ var<uniform> params: Params;
 var sh: texture_3d<f32>;
 var sh_before: texture_3d<f32>;
 var<storage, read_write> change: array<f32>;
+#ifdef TRUSTED_END
+/// The loop's index.
+var<uniform> bounce: u32;
+struct Contraction {
+    /// Largest change of the bounce before.
+    change: f32,
+    /// Largest ratio of two changes in a row.
+    factor: f32,
+}
+var<storage, read_write> contraction: Contraction;
+
+/// Larger than any relative change: the loop goes on.
+const UNKNOWN: f32 = 1e30;
+
+/// Bound of all further changes after a bounce that changed so much.
+fn rest(largest_change: f32) -> f32 {
+    let before = contraction.change;
+    contraction.change = largest_change;
+    if largest_change == 0.0 {
+        return 0.0;
+    }
+    if bounce == 0u {
+        contraction.factor = 0.0;
+        return UNKNOWN;
+    }
+    let factor = max(contraction.factor, largest_change / before);
+    contraction.factor = factor;
+    return select(UNKNOWN, largest_change * factor / (1.0 - factor), factor < 1.0);
+}
+#else
+fn rest(largest_change: f32) -> f32 {
+    return largest_change;
+}
+#endif
 
 const LANES: u32 = 128u;
 /// Largest change and largest coefficient (0, 0) that each lane met.
@@ -37,6 +74,6 @@ fn measure(@builtin(local_invocation_index) lane: u32) {
         }
     }
     if lane == 0u {
-        change[0] = largest[0].x / max(largest[0].y, 1e-30);
+        change[0] = rest(largest[0].x) / max(largest[0].y, 1e-30);
     }
 }

@@ -1,11 +1,13 @@
 //! Where the planes of a non-uniform grid stand: along each axis at even steps of a distribution, a mixture of the
-//! box's length and of the surfaces that the axis runs along: their area, and along the view how much of the image they
-//! fill.
+//! box's length and of the surfaces that the axis runs along: their area, and with PROBE_TABLE_SEEN along the view how much
+//! of the image they fill.
 //!
 //! A surface counts with the sine between its normal and the axis: a wall across the axis says nothing of how light
 //! varies along it.
+#ifdef PROBE_TABLE_SEEN
 #import lightgraph::camera::pixel_ray
 #import lightgraph::surface::is_lit
+#endif
 
 struct Row {
     a: vec3f,
@@ -22,13 +24,17 @@ struct Params {
     inset: f32,
     /// Share of the surfaces in the distribution, 0 to 1.
     crowding: f32,
+#ifdef PROBE_TABLE_SEEN
     /// Share of the image in that of the surfaces along an axis that the camera looks along, 0 to 1.
     seen: f32,
     camera_view: mat4x4f,
+#endif
 }
 var<uniform> params: Params;
+#ifdef PROBE_TABLE_SEEN
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
+#endif
 var<storage, read_write> probe_axes: array<f32>;
 
 const BINS: u32 = 64u;
@@ -63,6 +69,7 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     area[lane] = sum;
     atomicStore(&pixels[lane], 0u);
     workgroupBarrier();
+#ifdef PROBE_TABLE_SEEN
     let size = textureDimensions(surface_albedo);
     let steps = (size + SIDE - 1u) / SIDE;
     let looks = size / steps;
@@ -77,6 +84,7 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             atomicAdd(&pixels[bin], u32(256.0 * along));
         }
     }
+#endif
     workgroupBarrier();
     if lane != 0u {
         return;
@@ -87,8 +95,11 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     }
     let count = params.grid[axis];
     let first = select(0u, params.grid.x, axis > 0u) + select(0u, params.grid.y, axis > 1u);
+    var seen = 0.0;
+#ifdef PROBE_TABLE_SEEN
     // The square of the cosine between the axis and the view: over the three axes it sums to 1.
-    let seen = params.seen * params.camera_view[axis].z * params.camera_view[axis].z;
+    seen = params.seen * params.camera_view[axis].z * params.camera_view[axis].z;
+#endif
     var bin = 0u;
     // The distribution below the bin.
     var below = 0.0;

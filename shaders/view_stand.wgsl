@@ -3,7 +3,7 @@
 struct View {
     camera_position: vec3f,
     camera_view: mat4x4f,
-    window: vec3u,
+    fine: vec3u,
     spacing: f32,
     fade: f32,
 }
@@ -18,7 +18,7 @@ var<storage, read_write> view_stand: Stand;
 
 @compute @workgroup_size(1)
 fn stand() {
-    let half = vec3f(view.window / 2u);
+    let half = vec3f(view.fine / 2u);
     let forward = -vec3f(view.camera_view[0].z, view.camera_view[1].z, view.camera_view[2].z);
     let ahead = max(half - 1.0 - view.fade, vec3f(0.0)) * forward;
     let middle = view.camera_position / view.spacing + ahead;

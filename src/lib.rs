@@ -13,7 +13,8 @@
 //! - [`graph`]: the graph file: tree, expressions, variants, names
 //! - [`shader`]: composition, bindings, reflection, byte layouts
 //! - [`scene`]: glTF, scene RON, poses, tables, a hierarchy of boxes over triangles
-//! - [`plan`]: wiring, liveness, sets and reductions, order, shared memory, what changed since the last frame
+//! - [`plan`]: wiring, liveness, sets and reductions, what each view of a set sees, order, shared memory, where loops end,
+//!   what each result is made of, what changed
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback
 //! - [`session`]: from files to frames; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute

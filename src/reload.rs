@@ -5,10 +5,17 @@ use notify_debouncer_full::notify::{RecommendedWatcher, RecursiveMode};
 use notify_debouncer_full::{DebounceEventResult, Debouncer, RecommendedCache, new_debouncer};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::sync::mpsc::Receiver;
+use std::time::{Duration, Instant};
 
 /// Editors save in several steps (truncate and write, or write and rename); what happens within this time is one change.
-const SETTLE: Duration = Duration::from_millis(30);
+const SETTLE: Duration = Duration::from_millis(20);
+
+/// Files that are saved together come to rest one after the other.
+pub const TOGETHER: Duration = Duration::from_millis(15);
+
+/// What never comes to rest is taken as it is after this time.
+pub const LONGEST: Duration = Duration::from_secs(1);
 
 /// Endings of the files that graphs and scenes are made of.
 const ENDINGS: [&str; 8] = ["ron", "wgsl", "gltf", "glb", "bin", "png", "jpg", "jpeg"];
@@ -55,6 +62,21 @@ impl Watcher {
     }
 }
 
+/// Waits for a change, and then for those that come with it. `ours` are files that the program itself writes: they change
+/// nothing. False when no more can come.
+pub fn settled(changes: &Receiver<BTreeSet<PathBuf>>, ours: &BTreeSet<PathBuf>) -> bool {
+    loop {
+        let Ok(files) = changes.recv() else { return false };
+        // Without names, anything may have changed.
+        if files.is_empty() || !files.is_subset(ours) {
+            break;
+        }
+    }
+    let first = Instant::now();
+    while first.elapsed() < LONGEST && changes.recv_timeout(TOGETHER).is_ok() {}
+    true
+}
+
 /// The folders that a graph, its shaders and a scene are read from, as far as they are there. `shaders` are the folders that
 /// the user names besides the usual ones.
 pub fn folders(graph: &Path, scene: &Path, shaders: &[PathBuf]) -> BTreeSet<PathBuf> {
@@ -77,4 +99,25 @@ fn matters(path: &Path) -> bool {
 
 fn fault(e: &impl std::fmt::Display) -> Faults {
     Diagnostic::error(format!("can't watch files: {e}")).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn what_comes_together_is_one_change_and_our_own_files_are_none() {
+        let (send, changes) = channel();
+        let files = |names: &[&str]| names.iter().map(PathBuf::from).collect::<BTreeSet<_>>();
+        let ours = files(&["out.png"]);
+        for names in [&["out.png"][..], &["a.ron"], &["b.wgsl", "out.png"], &[]] {
+            send.send(files(names)).unwrap();
+        }
+        assert!(settled(&changes, &ours));
+        assert!(changes.try_recv().is_err(), "all of it was one change");
+        send.send(files(&["out.png"])).unwrap();
+        drop(send);
+        assert!(!settled(&changes, &ours), "nothing but our own file changed");
+    }
 }

@@ -7,14 +7,16 @@ use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
-use crate::plan::keys::{Keys, Kind, Outside};
+use crate::plan::keys::{Keys, Kind, Outside, Version};
 use crate::plan::request::Request;
-use crate::plan::{Action, Plan, ResourceId, StepId};
+use crate::plan::{Action, Plan, ResourceId, StepId, cull, region};
 use crate::scene::{Pose, Scene, Shift, Table};
 use crate::shader::Library;
 use crate::shader::report::{self, Failed};
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
+use glam::Mat4;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -146,6 +148,10 @@ pub struct Session {
     /// What the uploaded tables and the rest of the scene are, hashed.
     outside: Outside,
     tables: Arc<Tables>,
+    /// Frusta that the device made, by the version of the buffer that holds them.
+    frusta: BTreeMap<Version, Arc<Vec<Mat4>>>,
+    /// The versions of the frusta by which the draws' members were last looked at; `None` when things have moved since.
+    looked: Option<Vec<Version>>,
     /// The tables are on the device.
     uploaded: bool,
     /// Number, time and shift of the last frame.
@@ -200,8 +206,11 @@ impl Session {
         notices.extend(more);
         let tables = tables(&scene, &plan, pose, previous);
         let began = previous.map_or(0, |p| p.held.frames());
-        let outside = Outside::new(&plan, hashes, began, &tables.list)?;
+        let mut outside = Outside::new(&plan, hashes, began, &tables.list)?;
         let keys = Keys::of(&plan, settings.without);
+        let frusta = previous.map(|p| p.frusta.clone()).unwrap_or_default();
+        let made = change::end(&plan, &keys, &Held::default(), &outside, &values);
+        outside.members = region::seen(&plan, &tables.list, |id| frusta.get(&made[id.0]).cloned());
         // The memory that verifies begins as the other does, or not at all.
         let earlier = previous.filter(|p| !settings.verify || p.scratch.is_some());
         let kept = match earlier {
@@ -235,6 +244,8 @@ impl Session {
             held,
             outside,
             tables,
+            frusta,
+            looked: None,
             uploaded: true,
             last,
             why: vec![],
@@ -254,16 +265,19 @@ impl Session {
             self.tables = tables(&self.scene, &self.plan, pose, None);
             let Outside { assets, began, .. } = self.outside;
             self.outside = Outside::new(&self.plan, assets, began, &self.tables.list)?;
+            self.looked = None;
         }
+        let earlier = self.look(gpu, &values, moved)?;
         let (plan, keys, held) = (&self.plan, &self.keys, &self.held);
         let choose = if self.settings.skip { change::select } else { change::everything };
         let selection = choose(plan, keys, held, &self.outside, &values);
         let tables = (moved || !self.uploaded).then_some(self.tables.list.as_slice());
-        let frame = Frame { values, tables, run: Some(&selection.run) };
+        let members = selection.members.clone();
+        let frame = Frame { values, tables, run: Some(&selection.run), members };
         self.why.clear();
         self.uploaded = false;
         self.held.start(&selection);
-        let report = match gpu::execute(gpu, plan, &mut self.prepared, &frame) {
+        let mut report = match gpu::execute(gpu, plan, &mut self.prepared, &frame) {
             Ok(report) => report,
             Err(faults) => {
                 // The next frame begins anew.
@@ -272,14 +286,68 @@ impl Session {
             }
         };
         self.uploaded = true;
-        let why = selection.why.clone();
+        let mut why = selection.why.clone();
         self.held.finish(selection.clone());
         if let Some(scratch) = &mut self.scratch {
             scratch.verify(gpu, (plan, keys), (&self.prepared, &self.held), &self.outside, &frame)?;
         }
+        if let Some((earlier, reasons)) = earlier {
+            report.steps.splice(0..0, earlier.steps.into_iter().filter(|s| !selection.run[s.step]));
+            report.wall_ms += earlier.wall_ms;
+            for (why, reason) in why.iter_mut().zip(reasons) {
+                if reason.runs() && !why.runs() {
+                    *why = reason;
+                }
+            }
+        }
         self.last = (index, time, self.shift.clone());
         self.why = why;
         Ok(report)
+    }
+
+    /// Learns what the members of draws see. Where the device makes their frusta and has made none like these before, it makes them
+    /// now, ahead of the frame; then with what that took, and why each step ran.
+    fn look(&mut self, gpu: &Gpu, values: &Values, moved: bool) -> Checked<Option<(FrameReport, Vec<Why>)>> {
+        let (plan, keys) = (&self.plan, &self.keys);
+        let made = change::end(plan, keys, &self.held, &self.outside, values);
+        let buffers = region::buffers(plan);
+        let versions: Vec<Version> = buffers.iter().map(|id| made[id.0]).collect();
+        if self.looked.as_ref() == Some(&versions) {
+            return Ok(None);
+        }
+        let unknown: BTreeSet<ResourceId> =
+            buffers.iter().copied().filter(|id| !self.frusta.contains_key(&made[id.0])).collect();
+        let mut ran = None;
+        if !unknown.is_empty() {
+            let selection = change::select_for(plan, keys, &self.held, &self.outside, values, &unknown);
+            let tables = (moved || !self.uploaded).then_some(self.tables.list.as_slice());
+            let (values, run) = (values.clone(), Some(selection.run.as_slice()));
+            let frame = Frame { values, tables, run, ..Frame::default() };
+            self.uploaded = false;
+            self.held.start(&selection);
+            let report = match gpu::execute(gpu, plan, &mut self.prepared, &frame) {
+                Ok(report) => report,
+                Err(faults) => {
+                    self.held.forget();
+                    return Err(faults);
+                }
+            };
+            self.uploaded = true;
+            let why = selection.why.clone();
+            self.held.finish_part(selection);
+            self.frusta.retain(|version, _| versions.contains(version));
+            for id in unknown {
+                let bytes = gpu::read_buffer(gpu, &self.prepared, plan, id)?;
+                let frusta = bytemuck::pod_collect_to_vec::<u8, [f32; 16]>(&bytes[..bytes.len() / 64 * 64]);
+                let frusta = frusta.iter().map(Mat4::from_cols_array).collect();
+                self.frusta.insert(made[id.0], Arc::new(frusta));
+            }
+            ran = Some((report, why));
+        }
+        self.looked = Some(versions);
+        let frusta = &self.frusta;
+        self.outside.members = region::seen(plan, &self.tables.list, |id| frusta.get(&made[id.0]).cloned());
+        Ok(ran)
     }
 
     /// The checks in shaders that do not hold after a frame, each at its line, and the numbers that steps left and should
@@ -307,6 +375,21 @@ impl Session {
         report.failed.iter().map(fault).chain(numbers).collect()
     }
 
+    /// What set off the steps of the last frame, each thing once: what they read besides each other's results.
+    pub fn causes(&self) -> Vec<&str> {
+        let mut causes: Vec<&str> = vec![];
+        for why in &self.why {
+            let Why::Changed(names) = why else { continue };
+            for name in names {
+                let result = self.plan.resources.iter().any(|r| r.name == *name);
+                if !result && !causes.contains(&name.as_str()) {
+                    causes.push(name);
+                }
+            }
+        }
+        causes
+    }
+
     /// By step: why it ran or did not in the last frame. Empty before the first.
     pub fn why(&self) -> &[Why] {
         &self.why
@@ -318,6 +401,23 @@ impl Session {
     /// An unknown output, or one that holds no image.
     pub fn image(&self, gpu: &Gpu, output: &str) -> Checked<Image> {
         gpu::read_image(gpu, &self.prepared, &self.plan, self.output(output)?)
+    }
+
+    /// By step that leaves out what its members don't see: the triangles of the draws of all its members, and those if each drew
+    /// the whole scene.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn triangles(&self, gpu: &Gpu) -> Checked<BTreeMap<usize, (u64, u64)>> {
+        let mut found = BTreeMap::new();
+        for (index, step) in self.plan.steps.iter().enumerate() {
+            let Action::Draw(draw) = &step.action else { continue };
+            let Some(indirect) = draw.indirect else { continue };
+            let bytes = gpu::read_buffer(gpu, &self.prepared, &self.plan, indirect.buffer)?;
+            let whole = draw.members.len() as u64 * (self.scene.geometry.indices.len() / 3) as u64;
+            found.insert(index, (cull::triangles(&bytes), whole));
+        }
+        Ok(found)
     }
 
     /// The texture or buffer that a resource of the plan lives in.

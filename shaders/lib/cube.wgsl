@@ -81,6 +81,22 @@ fn clip(offset: vec3f, face: u32, near: f32, far: f32) -> vec4f {
     return vec4f(dot(offset, a.right), -dot(offset, a.down), far * (depth - near) / (far - near), depth);
 }
 
+/// The matrix from the world to the clip position that `clip` gives, for a cube with its centre at `origin`.
+fn view_projection(origin: vec3f, face: u32, near: f32, far: f32) -> mat4x4f {
+    let a = axes(face);
+    let scale = far / (far - near);
+    let middle = vec4f(
+        -dot(origin, a.right),
+        dot(origin, a.down),
+        -scale * (dot(origin, a.forward) + near),
+        -dot(origin, a.forward),
+    );
+    let x = vec4f(a.right.x, -a.down.x, scale * a.forward.x, a.forward.x);
+    let y = vec4f(a.right.y, -a.down.y, scale * a.forward.y, a.forward.y);
+    let z = vec4f(a.right.z, -a.down.z, scale * a.forward.z, a.forward.z);
+    return mat4x4f(x, y, z, middle);
+}
+
 /// A texel of an atlas: the tile it lies in, and its place there.
 struct Place {
     tile: u32,

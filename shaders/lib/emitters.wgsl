@@ -1,7 +1,8 @@
 //! Light straight from emissive triangles, with traced shadows.
 #define_import_path lightgraph::emitters
 #import lightgraph::surface::Surface
-#import lightgraph::lobe::{reflectance, gloss}
+#import lightgraph::lobe::reflectance
+#import lightgraph::gloss::{lobes, matte, tints}
 #import lightgraph::random::even_pair
 #import lightgraph::sampling
 #import lightgraph::trace::is_free
@@ -120,7 +121,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
         // Of the points' irradiance: all, and what arrives; the gloss that arrives.
         var all = 0.0;
         var arrived = 0.0;
-        var shine = 0.0;
+        var shine = vec3f(0.0);
         for (var k = 0u; k < samples; k++) {
             let p = towards(e, start, even_pair(k, shift + i));
             let cosine = dot(s.normal, p.direction);
@@ -132,11 +133,13 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
             all += cosine * angle;
             if is_free(start, p.direction, REACH * p.distance) {
                 arrived += cosine * angle;
-                shine += gloss(s, p.direction) * angle;
+#ifdef SPECULAR
+                shine += lobes(s, p.direction) * angle;
+#endif
             }
         }
         if all > 0.0 {
-            sum += e.radiance * (s.albedo / 3.14159265359 * whole * (arrived / all) + s.specular * shine);
+            sum += e.radiance * (matte(s) / 3.14159265359 * whole * (arrived / all) + tints(s) * shine);
         }
     }
     return sum;

@@ -8,7 +8,7 @@
 
 struct View {
     /// Probes along x, y, z.
-    window: vec3u,
+    fine: vec3u,
     /// Distance between probes, metres.
     spacing: f32,
     /// Width of the zone over which the share goes from 1 to 0, in distances between probes.
@@ -28,7 +28,7 @@ fn unpack(number: u32, counts: vec3u) -> vec3u {
 
 /// In distances between probes: how far the grid reaches from its middle, whatever the step.
 fn radius() -> vec3f {
-    return max(vec3f(view.window / 2u) - 1.0, vec3f(0.0));
+    return max(vec3f(view.fine / 2u) - 1.0, vec3f(0.0));
 }
 
 /// Where the grid is in this frame, in distances between probes.
@@ -42,19 +42,19 @@ var<storage, read> view_stand: Stand;
 
 /// Place in the ring of a probe at a whole multiple of the spacing.
 fn ring_place(lattice: vec3i) -> vec3u {
-    let n = vec3i(view.window);
+    let n = vec3i(view.fine);
     return vec3u((lattice % n + n) % n);
 }
 
 /// Number of a place in the ring; places past its end begin anew.
 fn ring_number(place: vec3u) -> u32 {
-    return pack(place % view.window, view.window);
+    return pack(place % view.fine, view.fine);
 }
 
 /// Where the probe with a number in the ring stands, metres.
 fn position(number: u32) -> vec3f {
     let low = view_stand.first;
-    let ahead = ring_place(vec3i(unpack(number, view.window)) - low);
+    let ahead = ring_place(vec3i(unpack(number, view.fine)) - low);
     return view.spacing * vec3f(low + vec3i(ahead));
 }
 

@@ -242,18 +242,31 @@ fn weigh(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, probe: vec3u
     var w = weights;
     var light = vec3f(0.0);
     for (var k = 0u; k < COUNT; k++) {
-        light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
+        // Of many coefficients a matte surface reflects few.
+        if w[k] != 0.0 {
+            light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
+        }
     }
     return light;
 }
 
+/// The share of a cell's corner at a surface point in the world; the shares of the corners need not sum to 1.
+///
+/// Its trilinear share is multiplied by the cosine between the normal and the direction to the probe, and by how open
+/// the probe is (1 for no backs in sight, 0 for half of all directions or more), each at least `behind`. 1 for `behind`
+/// leaves plain trilinear interpolation; near 0, probes on the other side of the surface and inside solids hardly count
+/// (as in Majercik et al., "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields", 2019).
+fn facing_share(coefficients: texture_3d<f32>, c: Cell, corner: u32, point: vec3f, normal: vec3f, behind: f32) -> f32 {
+    let probe = probe_at(c, corner);
+    let offset = position(probe) - point;
+    let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
+    let open = 2.0 * textureLoad(coefficients, probe, 0).a / FULLY_OPEN - 1.0;
+    return share_of(c, corner) * max(cosine, behind) * max(open, behind);
+}
+
 /// Sum over the coefficients of `weights` times their interpolation at a surface point in the world.
 /// With a lobe's weights: the radiance it reflects. Outside the probes the nearest face of the grid counts.
-///
-/// A probe's trilinear share is multiplied by the cosine between the normal and the direction to it, and by how open
-/// it is (1 for no backs in sight, 0 for half of all directions or more), each at least `behind`; the shares are made
-/// to sum to 1. 1 for `behind` leaves plain trilinear interpolation; near 0, probes on the other side of the surface
-/// and inside solids hardly count (as in Majercik et al., "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields", 2019).
+/// `behind` is as `facing_share` states it.
 fn gather(
     coefficients: texture_3d<f32>,
     weights: array<f32, COUNT>,
@@ -290,12 +303,8 @@ fn gather_cell(
     var sum = vec3f(0.0);
     var shares = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
-        let probe = probe_at(here, corner);
-        let offset = position(probe) - point;
-        let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
-        let open = 2.0 * textureLoad(coefficients, probe, 0).a / FULLY_OPEN - 1.0;
-        let share = share_of(here, corner) * max(cosine, behind) * max(open, behind);
-        sum += share * weigh(coefficients, weights, probe);
+        let share = facing_share(coefficients, here, corner, point, normal, behind);
+        sum += share * weigh(coefficients, weights, probe_at(here, corner));
         shares += share;
     }
     return sum / max(shares, 1e-20);

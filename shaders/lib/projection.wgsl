@@ -4,7 +4,7 @@
 //! angles: of all light in the harmonics, that which differs least from what the texels hold. Light that is in the
 //! harmonics is found again to rounding, however coarse the cube. Without, they are YᵀA, a plain integral.
 //!
-//! WINDOW damps ringing: it takes from the higher degrees, and sharpness with it (Sloan, "Stupid Spherical Harmonics
+//! DERINGING damps ringing: it takes from the higher degrees, and sharpness with it (Sloan, "Stupid Spherical Harmonics
 //! Tricks", 2008). 0 none, 1 Hann, 2 Lanczos; of the width ORDER + 1.
 #define_import_path lightgraph::projection
 #import lightgraph::cube::{direction, solid_angle}
@@ -18,9 +18,9 @@ var<storage, read> inverse_gram: array<f32>;
 /// What the window leaves of a degree.
 fn window(degree: u32) -> f32 {
     let angle = 3.14159265359 * f32(degree) / f32(ORDER + 1u);
-#if WINDOW == 1
+#if DERINGING == 1
     return 0.5 + 0.5 * cos(angle);
-#else if WINDOW == 2
+#else if DERINGING == 2
     return select(sin(angle) / max(angle, 1e-20), 1.0, degree == 0u);
 #else
     return 1.0;

@@ -27,6 +27,41 @@ struct Triangle {
 }
 var<storage, read> triangles: array<Triangle>;
 
+#ifdef TRACE_TEXELS
+/// The rows of `bvh` and the corners in `triangles`, as trace_texels.wgsl puts them in textures of WIDTH texels a row.
+var box_texels: texture_2d<u32>;
+var corner_texels: texture_2d<u32>;
+
+const WIDTH: u32 = 8192u;
+
+fn texel_place(i: u32) -> vec2u {
+    return vec2u(i % WIDTH, i / WIDTH);
+}
+
+fn box_at(row: u32) -> Box {
+    let low = textureLoad(box_texels, texel_place(2u * row), 0);
+    let high = textureLoad(box_texels, texel_place(2u * row + 1u), 0);
+    return Box(bitcast<vec3f>(low.xyz), low.w, bitcast<vec3f>(high.xyz), high.w);
+}
+
+/// The corners of a triangle, a column each.
+fn corners(index: u32) -> mat3x3f {
+    return mat3x3f(
+        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index), 0).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index + 1u), 0).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index + 2u), 0).xyz),
+    );
+}
+#else
+fn box_at(row: u32) -> Box {
+    return bvh[row];
+}
+
+fn corners(index: u32) -> mat3x3f {
+    return mat3x3f(triangles[index].a, triangles[index].b, triangles[index].c);
+}
+#endif
+
 struct Extent {
     bounds_min: vec3f,
     bounds_max: vec3f,
@@ -78,9 +113,10 @@ fn enter(box: Box, origin: vec3f, inverse: vec3f, end: f32) -> f32 {
 /// Inside is decided by the signs of the volumes that the ray spans with each edge, alike for both triangles at
 /// an edge, so that no ray slips between them; the distance by the triangle's plane.
 fn meet(index: u32, origin: vec3f, direction: vec3f, best: Hit) -> Hit {
-    let a = triangles[index].a - origin;
-    let b = triangles[index].b - origin;
-    let c = triangles[index].c - origin;
+    let corner = corners(index);
+    let a = corner[0] - origin;
+    let b = corner[1] - origin;
+    let c = corner[2] - origin;
     let volumes = vec3f(dot(cross(c, b), direction), dot(cross(a, c), direction), dot(cross(b, a), direction));
     let inside = all(volumes >= vec3f(0.0)) || all(volumes <= vec3f(0.0));
     let normal = cross(b - a, c - a);
@@ -104,7 +140,7 @@ fn search(origin: vec3f, direction: vec3f, end: f32, any_will_do: bool) -> Hit {
     var waiting = 0u;
     var row = 0u;
     loop {
-        let box = bvh[row];
+        let box = box_at(row);
         var follow = false;
         if box.count > 0u {
             for (var i = 0u; i < box.count; i++) {
@@ -114,8 +150,8 @@ fn search(origin: vec3f, direction: vec3f, end: f32, any_will_do: bool) -> Hit {
                 break;
             }
         } else {
-            let one = enter(bvh[box.first], origin, inverse, best.distance);
-            let two = enter(bvh[box.first + 1u], origin, inverse, best.distance);
+            let one = enter(box_at(box.first), origin, inverse, best.distance);
+            let two = enter(box_at(box.first + 1u), origin, inverse, best.distance);
             if min(one, two) < FAR {
                 let swap = two < one;
                 if max(one, two) < FAR && waiting < STACK {

@@ -3,7 +3,7 @@
 use super::{Failure, ShaderFolders, notices, print};
 use crate::diag::{Diagnostic, Faults};
 use crate::plan::build::plan;
-use crate::plan::request::{Request, sample_facts};
+use crate::plan::request::{Request, sample_device, sample_facts};
 use crate::scene;
 use crate::session::Project;
 use crate::value::Values;
@@ -58,7 +58,7 @@ fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Vec<Diagnosti
         Ok(params) => params,
         Err(Faults(faults)) => return faults,
     };
-    let limits = wgpu::Limits::default();
+    let (limits, features) = sample_device();
     for facts in facts {
         let request = Request {
             graph: &project.graph,
@@ -68,7 +68,7 @@ fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Vec<Diagnosti
             screen: [640, 480],
             outputs: None,
             limits: &limits,
-            features: wgpu::Features::FLOAT32_FILTERABLE,
+            features,
         };
         if let Err(Faults(faults)) = plan(&request) {
             all.extend(faults.into_iter().filter(|d| !all.contains(d)).collect::<Vec<_>>());

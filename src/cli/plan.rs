@@ -3,7 +3,7 @@
 use super::{Failure, ShaderFolders, notices, print, size};
 use crate::diag::Checked;
 use crate::plan::build::{Planned, plan};
-use crate::plan::request::{Request, sample_facts};
+use crate::plan::request::{Request, sample_device, sample_facts};
 use crate::plan::show;
 use crate::scene;
 use crate::session::Project;
@@ -77,6 +77,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 
 fn planned(args: &Args, graph: &Path, facts: &Values) -> Checked<Planned> {
     let project = Project::open(graph, &args.shaders.folders)?;
+    let (limits, features) = sample_device();
     plan(&Request {
         graph: &project.graph,
         texts: &project.texts,
@@ -84,7 +85,7 @@ fn planned(args: &Args, graph: &Path, facts: &Values) -> Checked<Planned> {
         facts,
         screen: args.size,
         outputs: (!args.outputs.is_empty()).then_some(args.outputs.as_slice()),
-        limits: &wgpu::Limits::default(),
-        features: wgpu::Features::FLOAT32_FILTERABLE,
+        limits: &limits,
+        features,
     })
 }

@@ -90,7 +90,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let mut failed = vec![];
     for frame in 0..args.frames {
         let report = session.frame(&gpu, frame, frame as f32 * args.step)?;
-        stats.frames.push(FrameStats::new(&session.plan, &report, session.why()));
+        let triangles = if args.stats.is_some() { session.triangles(&gpu)? } else { BTreeMap::new() };
+        stats.frames.push(FrameStats::new(&session.plan, &report, session.why(), &triangles));
         if failed.is_empty() {
             failed = session.failed_checks(&report);
         }

@@ -61,6 +61,17 @@ pub struct StepStats {
     pub runs: u32,
     pub gpu_ms: Option<f64>,
     pub cpu_ms: f64,
+    /// Of a draw that leaves out what its members don't see.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub triangles: Option<Triangles>,
+}
+
+/// What a draw over several views sets up.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Triangles {
+    pub drawn: u64,
+    /// All of the scene, once for each member.
+    pub whole: u64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -99,8 +110,8 @@ impl Stats {
 impl FrameStats {
     /// The statistics of one frame.
     ///
-    /// `why` says by step why it ran or did not.
-    pub fn new(plan: &Plan, report: &FrameReport, why: &[Why]) -> FrameStats {
+    /// `why` says by step why it ran or did not, `triangles` what it drew ([`Session::triangles`]).
+    pub fn new(plan: &Plan, report: &FrameReport, why: &[Why], triangles: &BTreeMap<usize, (u64, u64)>) -> FrameStats {
         let ran = report.steps.iter().filter_map(|t| {
             let step = plan.steps.get(t.step)?;
             Some(StepStats {
@@ -111,6 +122,7 @@ impl FrameStats {
                 runs: t.runs,
                 gpu_ms: t.gpu_ms,
                 cpu_ms: t.cpu_ms,
+                triangles: triangles.get(&t.step).map(|(drawn, whole)| Triangles { drawn: *drawn, whole: *whole }),
             })
         });
         let left_out = plan.steps.iter().enumerate().filter(|(i, _)| !report.steps.iter().any(|t| t.step == *i));
@@ -122,6 +134,7 @@ impl FrameStats {
             runs: 0,
             gpu_ms: None,
             cpu_ms: 0.0,
+            triangles: None,
         });
         let skipped = plan.skipped.iter().map(|(name, why)| StepStats {
             name: name.clone(),
@@ -131,6 +144,7 @@ impl FrameStats {
             runs: 0,
             gpu_ms: None,
             cpu_ms: 0.0,
+            triangles: None,
         });
         FrameStats {
             wall_ms: report.wall_ms,

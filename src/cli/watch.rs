@@ -7,8 +7,8 @@ use super::outputs::output_names;
 use super::render;
 use super::{Failure, notices, print};
 use crate::diag::{Checked, Faults};
-use crate::gpu::Gpu;
-use crate::reload::{Watcher, folder_of, folders};
+use crate::gpu::{FrameReport, Gpu};
+use crate::reload::{Watcher, folder_of, folders, settled};
 use crate::scene;
 use crate::session::{Project, Session, Settings};
 use std::collections::BTreeSet;
@@ -35,10 +35,11 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<u8, Failure> {
     let gpu = Gpu::open()?;
     let (send, changes) = mpsc::channel();
-    let mut watcher = Watcher::new(move |_| {
+    let mut watcher = Watcher::new(move |files| {
         // Nobody listens any more only when the program ends.
-        let _ = send.send(());
+        let _ = send.send(files);
     })?;
+    let mut ours: BTreeSet<PathBuf> = BTreeSet::new();
     let mut session: Option<Session> = None;
     let mut code = 0;
     for reload in 0.. {
@@ -46,10 +47,11 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         let (folders, made) = make(args, &gpu, session.as_ref());
         watcher.watch(&folders)?;
         match made {
-            Ok((new, line)) => {
-                session = Some(new);
+            Ok(new) => {
+                session = Some(new.session);
+                ours.extend(new.files.iter().filter_map(|f| f.canonicalize().ok()));
                 code = 0;
-                print(&format!("{line}, in all {:.0} ms\n", ms(start)));
+                print(&format!("{}, in all {:.0} ms\n", new.line, ms(start)));
             }
             Err(faults) => {
                 notices(&faults.0);
@@ -57,15 +59,24 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
                 print("waiting for a change; the last good image stays\n");
             }
         }
-        if args.reloads.is_some_and(|n| reload >= n) || changes.recv().is_err() {
+        if args.reloads.is_some_and(|n| reload >= n) || !settled(&changes, &ours) {
             break;
         }
     }
     Ok(code)
 }
 
+/// What a reload made.
+struct Made {
+    session: Session,
+    /// What to print of it.
+    line: String,
+    /// The files that were written.
+    files: Vec<PathBuf>,
+}
+
 /// Loads everything, renders one frame and writes the files. Also returns the folders to watch, good or bad.
-fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf>, Checked<(Session, String)>) {
+fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf>, Checked<Made>) {
     let args = &args.render;
     let mut folders = folders(&args.graph, &args.scene, &args.shaders.folders);
     let made = (|| {
@@ -86,6 +97,8 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
             size: args.size,
             camera: args.camera.clone(),
             outputs: Some(output_names(&files)),
+            skip: !args.no_skip,
+            verify: args.verify_skips,
             watch: args.watch_numerics,
             ..Settings::default()
         };
@@ -100,13 +113,21 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         notices(&report.warnings);
         notices(&session.failed_checks(&report));
         let line = format!(
-            "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms, files {:.0} ms",
+            "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms ({}), files {:.0} ms",
             names.join(", "),
+            ran(&session, &report),
             lap()
         );
-        Ok((session, line))
+        Ok(Made { session, line, files: files.into_iter().map(|f| f.1).collect() })
     })();
     (folders, made)
+}
+
+/// How many steps ran, and what set them off.
+fn ran(session: &Session, report: &FrameReport) -> String {
+    let (ran, all, causes) = (report.steps.len(), session.plan.steps.len(), session.causes());
+    let because = if causes.is_empty() { String::new() } else { format!(", changed: {}", causes.join(", ")) };
+    format!("{ran} of {all} steps{because}")
 }
 
 fn ms(since: Instant) -> f64 {

@@ -16,6 +16,7 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::RG11B10UFLOAT_RENDERABLE)
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
     .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES)
+    .union(wgpu::Features::MULTIVIEW)
     .union(wgpu::Features::SUBGROUP)
     .union(wgpu::Features::INDIRECT_FIRST_INSTANCE);
 
@@ -194,7 +195,12 @@ impl Gpu {
     /// # Errors
     /// The device is lost, or can't be waited for.
     pub fn wait(&self) -> Checked<()> {
-        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.wait_for(None)
+    }
+
+    /// As [`Gpu::wait`], for one submission and those before it.
+    pub(super) fn wait_for(&self, submission: Option<wgpu::SubmissionIndex>) -> Checked<()> {
+        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: submission, timeout: None });
         self.mailbox.lost()?;
         match polled {
             Ok(_) => Ok(()),

@@ -2,7 +2,8 @@
 
 use super::{
     device::Gpu,
-    pipelines::{Built, by_location},
+    gate::Gate,
+    pipelines::{Built, by_location, view_mask},
     pool::{Memory, Pool, floats, target_view},
     prepare::{Pass, Ready, Shaded},
     scene_data::SceneData,
@@ -10,8 +11,9 @@ use super::{
     timing::Pair,
     uniforms::Uniforms,
 };
-use crate::diag::{Checked, Diagnostic};
-use crate::plan::{Action, Draw, Geometry, Place, Plan, ResourceId, StepId};
+use crate::diag::{Checked, Diagnostic, Faults};
+use crate::plan::cull::DRAW_BYTES;
+use crate::plan::{Action, Draw, Geometry, Member, Place, Plan, ResourceId, StepId};
 
 /// What encoding reads.
 pub(super) struct Source<'a> {
@@ -24,7 +26,8 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Encodes a step at these iterations of the loops around it, outermost first. With a pair it writes its times.
+    /// Encodes a step at these iterations of the loops around it, outermost first. With a pair it writes its times; with a gate
+    /// the device says whether it does anything; `only` says by member of a draw whether it is drawn again.
     ///
     /// # Errors
     /// The step does not belong to what was prepared, or clears what can't be cleared. Errors of the device come when the
@@ -35,19 +38,21 @@ impl Source<'_> {
         id: StepId,
         iterations: &[u32],
         pair: Option<&Pair>,
+        gate: Option<&Gate>,
+        only: Option<&[bool]>,
     ) -> Checked<()> {
+        let sizes = gate.map(|g| Sizes { buffer: &g.sizes, at: g.place(id) });
         let (Some(step), Some(ready)) = (self.plan.steps.get(id.0), self.steps.get(id.0)) else {
             return Err(Diagnostic::error(format!("step {} is not in the plan", id.0)).into());
         };
         encoder.push_debug_group(&step.name);
         let done = match (&step.action, ready) {
             (Action::Compute { groups, .. }, Ready::Shaded(shaded)) => {
-                self.compute(encoder, &step.name, *groups, shaded, iterations, pair);
+                self.compute(encoder, &step.name, *groups, shaded, iterations, pair, sizes);
                 Ok(())
             }
             (Action::Draw(draw), Ready::Shaded(shaded)) => {
-                self.draw(encoder, &step.name, draw, shaded, iterations, pair);
-                Ok(())
+                self.draw(encoder, &step.name, draw, shaded, iterations, pair, sizes, only)
             }
             (Action::Copy { from, to }, _) => self.timed(encoder, pair, |e| self.copy(e, *from, *to)),
             (Action::Clear { target, value }, _) => self.timed(encoder, pair, |e| self.clear(e, *target, *value)),
@@ -87,6 +92,7 @@ impl Source<'_> {
         shaded: &Shaded,
         iterations: &[u32],
         pair: Option<&Pair>,
+        sizes: Option<Sizes<'_>>,
     ) {
         let Built::Compute(pipeline) = &shaded.pipelines.built else { return };
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -99,7 +105,10 @@ impl Source<'_> {
         });
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &shaded.group, &self.offsets(shaded, iterations));
-        pass.dispatch_workgroups(x, y, z);
+        match sizes {
+            Some(sizes) => pass.dispatch_workgroups_indirect(sizes.buffer, sizes.at),
+            None => pass.dispatch_workgroups(x, y, z),
+        }
     }
 
     fn draw(
@@ -110,30 +119,62 @@ impl Source<'_> {
         shaded: &Shaded,
         iterations: &[u32],
         pair: Option<&Pair>,
-    ) {
+        sizes: Option<Sizes<'_>>,
+        only: Option<&[bool]>,
+    ) -> Checked<()> {
         let offsets = self.offsets(shaded, iterations);
-        let last = shaded.passes.len().saturating_sub(1);
-        for (i, pass) in shaded.passes.iter().enumerate() {
+        let drawn = |m: &Member| only.is_none_or(|o| o.get(row(draw, m) as usize).copied().unwrap_or(true));
+        let chosen: Vec<(&Pass, Vec<&Member>)> = shaded
+            .passes
+            .iter()
+            .map(|pass| (pass, pass.members.iter().filter(|m| drawn(m)).collect::<Vec<_>>()))
+            .filter(|(_, members)| only.is_none() || !members.is_empty())
+            .collect();
+        let last = chosen.len().saturating_sub(1);
+        for (i, (pass, members)) in chosen.iter().enumerate() {
             let times = pair.filter(|_| i == 0 || i == last).map(|p| wgpu::RenderPassTimestampWrites {
                 query_set: &p.set,
                 beginning_of_pass_write_index: (i == 0).then_some(p.begin),
                 end_of_pass_write_index: (i == last).then_some(p.end),
             });
             let turn = if pass.targets.len() > 1 { iterations.last().copied().unwrap_or(0) as usize } else { 0 };
-            if let Some(mut render) = begin(encoder, name, draw, pass, turn, times) {
-                render.set_bind_group(0, &shaded.group, &offsets);
-                self.members(&mut render, draw, &shaded.pipelines.built, pass);
+            let whole = members.len() == pass.members.len();
+            let clears = pass.clears && sizes.is_none() && whole;
+            let Some(mut render) = begin(encoder, name, draw, pass, turn, clears, times) else { continue };
+            if let Some(wipe) = shaded.wipe.as_ref().filter(|_| pass.clears && !clears) {
+                render.set_pipeline(wipe);
+                match (sizes, members.first()) {
+                    (Some(sizes), Some(first)) => {
+                        render.draw_indirect(sizes.buffer, sizes.at + row(draw, first) * PLAIN_DRAW_BYTES);
+                    }
+                    _ => {
+                        for member in members {
+                            place(&mut render, member);
+                            render.draw(0..3, 0..1);
+                        }
+                    }
+                }
             }
+            render.set_bind_group(0, &shaded.group, &offsets);
+            self.members(&mut render, draw, &shaded.pipelines.built, members, sizes)?;
         }
+        Ok(())
     }
 
-    fn members(&self, render: &mut wgpu::RenderPass<'_>, draw: &Draw, built: &Built, pass: &Pass) {
-        let Built::Render { first, rest, attributes } = built else { return };
+    fn members(
+        &self,
+        render: &mut wgpu::RenderPass<'_>,
+        draw: &Draw,
+        built: &Built,
+        members: &[&Member],
+        sizes: Option<Sizes<'_>>,
+    ) -> Checked<()> {
+        let Built::Render { first, rest, attributes } = built else { return Ok(()) };
         let mesh = match draw.geometry {
             Geometry::Screen => None,
             Geometry::Scene { .. } => match &self.scene.mesh {
                 Some(mesh) => Some(mesh),
-                None => return,
+                None => return Ok(()),
             },
         };
         if let Some(mesh) = mesh {
@@ -142,30 +183,43 @@ impl Source<'_> {
                 render.set_vertex_buffer(0, mesh.vertices.slice(..));
             }
         }
+        let seen = draw.indirect.map(|i| Ok::<_, Faults>((self.pool.buffer(self.plan, i.buffer)?, i))).transpose()?;
+        let draws = seen.map_or([0..0, 0..0], |(_, i)| [0..i.first, i.first..i.first + i.second]);
         let all = mesh.map_or(0, |m| m.index_count);
         let split = mesh.map_or(0, |m| m.one_sided);
+        let [one_sided, others] = draws;
         let parts = match rest {
-            None => vec![(first, 0..all)],
-            Some(rest) => vec![(first, 0..split), (rest, split..all)],
+            None => vec![(first, 0..all, one_sided)],
+            Some(rest) => vec![(first, 0..split, one_sided), (rest, split..all, others)],
         };
-        for (pipeline, indices) in parts {
+        for (part, (pipeline, indices, draws)) in parts.into_iter().enumerate() {
             if mesh.is_some() && indices.is_empty() {
                 continue;
             }
             render.set_pipeline(pipeline);
-            for member in &pass.members {
-                if let Place::Rect([x, y, width, height]) = member.place {
-                    render.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
-                    render.set_scissor_rect(x, y, width, height);
-                }
+            for member in members {
+                place(render, member);
                 // The largest index has no end that fits; nothing asks for four billion members.
                 let instance = member.index..member.index.saturating_add(1);
-                match mesh {
-                    Some(_) => render.draw_indexed(indices.clone(), 0, instance),
-                    None => render.draw(0..3, instance),
+                let row = row(draw, member);
+                // The first of a gated draw's sizes are those that clear.
+                let all = draw.members.len() as u64;
+                let gated = sizes.map(|s| (s.buffer, s.at + all * PLAIN_DRAW_BYTES));
+                match (mesh, gated, seen) {
+                    (Some(_), Some((buffer, at)), _) => {
+                        render.draw_indexed_indirect(buffer, at + (part as u64 * all + row) * DRAW_BYTES);
+                    }
+                    (None, Some((buffer, at)), _) => render.draw_indirect(buffer, at + row * PLAIN_DRAW_BYTES),
+                    (Some(_), None, Some((buffer, each))) => {
+                        let at = row * u64::from(each.first + each.second) + u64::from(draws.start);
+                        render.multi_draw_indexed_indirect(buffer, at * DRAW_BYTES, draws.len() as u32);
+                    }
+                    (Some(_), None, None) => render.draw_indexed(indices.clone(), 0, instance),
+                    (None, None, _) => render.draw(0..3, instance),
                 }
             }
         }
+        Ok(())
     }
 
     fn copy(&self, encoder: &mut wgpu::CommandEncoder, from: ResourceId, to: ResourceId) -> Checked<()> {
@@ -201,6 +255,29 @@ impl Source<'_> {
         }
         Ok(())
     }
+}
+
+/// The arguments of an indirect draw without indices.
+const PLAIN_DRAW_BYTES: u64 = 16;
+
+/// Where the sizes of a step are that the device may set to zero.
+#[derive(Clone, Copy)]
+struct Sizes<'a> {
+    buffer: &'a wgpu::Buffer,
+    at: u64,
+}
+
+/// Restricts what is drawn to a member's tile.
+fn place(render: &mut wgpu::RenderPass<'_>, member: &Member) {
+    if let Place::Rect([x, y, width, height]) = member.place {
+        render.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+        render.set_scissor_rect(x, y, width, height);
+    }
+}
+
+/// The place of a member among those of its draw.
+fn row(draw: &Draw, member: &Member) -> u64 {
+    draw.members.first().map_or(0, |first| member.index.saturating_sub(first.index)).into()
 }
 
 /// Sets every texel of every mip level and layer: by a render pass where the texture can be a target, else by copying.
@@ -252,7 +329,7 @@ fn clear_by_pass(
     (layer, mip): (u32, u32),
     value: [f64; 4],
 ) {
-    let view = target_view(texture, layer, mip);
+    let view = target_view(texture, layer..layer.saturating_add(1), mip);
     let format = texture.format();
     let solid = texture.dimension() == wgpu::TextureDimension::D3;
     let color = [Some(wgpu::RenderPassColorAttachment {
@@ -283,10 +360,10 @@ fn begin<'e>(
     draw: &Draw,
     pass: &Pass,
     turn: usize,
+    clears: bool,
     timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
 ) -> Option<wgpu::RenderPass<'e>> {
     let targets = pass.targets.get(turn)?;
-    let clears = pass.clears;
     let attachments: Vec<_> = targets
         .color
         .iter()
@@ -323,7 +400,7 @@ fn begin<'e>(
         depth_stencil_attachment: depth,
         timestamp_writes,
         occlusion_query_set: None,
-        multiview_mask: None,
+        multiview_mask: view_mask(draw.views),
     }))
 }
 

@@ -2,18 +2,30 @@
 
 use super::numerics::{Numerics, Watch};
 use super::{
-    device::Gpu, encode::Source, prepare::Prepared, readback::map, reports::Reports, scope::Scope, timing::Timer,
+    device::Gpu,
+    encode::Source,
+    gate::{Gate, Gates, State, on_device},
+    prepare::Prepared,
+    readback::map,
+    reports::Reports,
+    scope::Scope,
+    timing::Timer,
 };
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
 use crate::scene::Table;
 use crate::shader::report::Failed;
 use crate::value::Values;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Runs of steps that go to the device in one piece: enough to hide the cost of handing over, few enough that the device
 /// starts early and no watchdog wakes.
 const RUNS_A_SUBMISSION: usize = 256;
+
+/// Iterations of a loop that ends on the device that are handed over before the host looks how the last so many went: the
+/// device is never idle, and few are handed over in vain.
+const ITERATIONS_A_LOOK: u32 = 8;
 
 /// What a frame adds to what was prepared.
 #[derive(Debug, Clone, Default)]
@@ -24,6 +36,9 @@ pub struct Frame<'a> {
     pub tables: Option<&'a [Table]>,
     /// By step: whether it runs; `None`: all run. A loop runs when any step of its body does.
     pub run: Option<&'a [bool]>,
+    /// By index of a draw that runs for some of its members only: whether each does, in the order of its members. What the
+    /// others drew must be in its targets still.
+    pub members: BTreeMap<usize, Vec<bool>>,
 }
 
 /// What a frame took.
@@ -80,13 +95,17 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    let Prepared { pool, scene, uniforms, reports, steps, timer, probe, watch, .. } = prepared;
+    let Prepared { pool, scene, uniforms, reports, steps, timer, probe, gates, watch, .. } = prepared;
     timer.start();
     let mut walk = Walk {
         source: Source { gpu, plan, pool, scene, uniforms, steps },
         timer,
         reports,
         probe: probe.as_ref(),
+        gates,
+        members: &frame.members,
+        gate: None,
+        gated: vec![],
         watch: watch.as_mut(),
         encoder: None,
         pending: vec![],
@@ -98,7 +117,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     };
     walk.top(&plan.order, frame.run)?;
     walk.submit()?;
-    let Walk { mut times, first_runs, loops, warnings, timer, watch, .. } = walk;
+    let Walk { mut times, first_runs, mut loops, mut warnings, timer, gated, watch, .. } = walk;
     let numerics = match watch {
         Some(watch) => {
             watch.collect(gpu, plan)?;
@@ -111,6 +130,10 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
             time.gpu_ms = (timed == time.runs).then_some(ms);
         }
     }
+    let states = gates.reports(gpu, gated.len())?;
+    for (run, state) in gated.iter().zip(states) {
+        run.settle(&state, &mut times, &mut loops, &mut warnings);
+    }
     let failed = reports.read(gpu)?;
     let steps = first_runs.into_iter().filter_map(|s: StepId| times.get(s.0).copied().flatten()).collect();
     Ok(FrameReport { steps, loops, warnings, numerics, failed, wall_ms: ms_since(start) })
@@ -122,6 +145,11 @@ struct Walk<'a> {
     timer: &'a mut Timer,
     reports: &'a Reports,
     probe: Option<&'a wgpu::Buffer>,
+    gates: &'a Gates,
+    members: &'a BTreeMap<usize, Vec<bool>>,
+    /// Of the loop around, after its first iteration, when it ends on the device.
+    gate: Option<&'a Gate>,
+    gated: Vec<Gated>,
     watch: Option<&'a mut Watch>,
     /// What is encoded and not yet submitted, with the scope that catches its errors.
     encoder: Option<(wgpu::CommandEncoder, Scope<'a>)>,
@@ -133,6 +161,45 @@ struct Walk<'a> {
     first_runs: Vec<StepId>,
     loops: Vec<LoopReport>,
     warnings: Vec<Diagnostic>,
+}
+
+/// A run of a loop that ended on the device, to be settled when the frame is done.
+struct Gated {
+    /// Its place among the reports.
+    report: usize,
+    /// Iterations handed over.
+    handed: u32,
+    steps: Vec<StepId>,
+}
+
+impl Gated {
+    /// Says what happened in place of what was handed over.
+    fn settle(
+        &self,
+        state: &State,
+        times: &mut [Option<StepTime>],
+        loops: &mut [LoopReport],
+        warnings: &mut Vec<Diagnostic>,
+    ) {
+        for id in &self.steps {
+            if let Some(Some(time)) = times.get_mut(id.0) {
+                time.runs -= self.handed - state.iterations.min(self.handed);
+            }
+        }
+        if let Some(report) = loops.get_mut(self.report) {
+            report.iterations = state.iterations;
+            report.last = Some(state.last);
+            warnings.extend(no_number(report));
+        }
+    }
+}
+
+/// The warning of a loop that met no number.
+fn no_number(report: &LoopReport) -> Option<Diagnostic> {
+    let LoopReport { name, iterations, last } = report;
+    last.filter(|n| n.is_nan())?;
+    let text = format!("the loop `{name}` stopped after {iterations} iterations: its number is not a number");
+    Some(Diagnostic::warning(text).help("look for a division by zero in its passes"))
 }
 
 impl Walk<'_> {
@@ -157,6 +224,10 @@ impl Walk<'_> {
 
     fn step(&mut self, id: StepId) -> Checked<()> {
         let gpu = self.source.gpu;
+        let only = self.members.get(&id.0).map(Vec::as_slice);
+        if only.is_some_and(|o| !o.contains(&true)) {
+            return Ok(());
+        }
         if self.pending.len() >= RUNS_A_SUBMISSION {
             self.submit()?;
         }
@@ -173,15 +244,12 @@ impl Walk<'_> {
             Some(Action::Draw(_) | Action::Compute { .. }) => true,
             Some(Action::Copy { .. } | Action::Clear { .. }) | None => false,
         };
-        let (encoder, _) = self.encoder.get_or_insert_with(|| {
-            let scope = Scope::begin(gpu);
-            (gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }), scope)
-        });
         if self.times.get(id.0).is_some_and(Option::is_none) {
-            self.reports.clear(encoder, id);
+            self.reports.clear(open(gpu, &mut self.encoder), id);
         }
         let pair = self.timer.pair(gpu, id, in_pass);
-        self.source.encode(encoder, id, &self.iterations, pair.as_ref())?;
+        let encoder = open(gpu, &mut self.encoder);
+        self.source.encode(encoder, id, &self.iterations, pair.as_ref(), self.gate, only)?;
         if let Some(watch) = &mut self.watch {
             watch.encode(gpu, self.source.plan, self.source.pool, encoder, id, &self.iterations)?;
         }
@@ -198,6 +266,9 @@ impl Walk<'_> {
     }
 
     fn repeat(&mut self, l: &Loop) -> Checked<()> {
+        if on_device(l) {
+            return self.hand_over(l);
+        }
         let mut report = LoopReport { name: l.name.clone(), iterations: 0, last: None };
         for i in 0..l.count {
             self.iterations.push(i);
@@ -208,19 +279,49 @@ impl Walk<'_> {
             if let Some(until) = &l.until {
                 let tested = self.tested(until)?;
                 report.last = Some(tested);
-                if tested.is_nan() {
-                    let name = &l.name;
-                    let text =
-                        format!("the loop `{name}` stopped after {} iterations: its number is not a number", i + 1);
-                    self.warnings.push(Diagnostic::warning(text).help("look for a division by zero in its passes"));
-                    break;
-                }
-                if until.comparison.holds(tested, until.value) {
+                self.warnings.extend(no_number(&report));
+                if tested.is_nan() || until.comparison.holds(tested, until.value) {
                     break;
                 }
             }
         }
         self.loops.push(report);
+        Ok(())
+    }
+
+    /// Hands over the iterations of a loop that ends on the device.
+    fn hand_over(&mut self, l: &Loop) -> Checked<()> {
+        let gpu = self.source.gpu;
+        let gate = self.gates.get(&l.name)?;
+        gate.open(open(gpu, &mut self.encoder));
+        let mut handed = 0;
+        let mut question = None;
+        for i in 0..l.count {
+            self.iterations.push(i);
+            // The first is never left out.
+            self.gate = (i > 0).then_some(gate);
+            let done = self.nodes(&l.body);
+            self.gate = None;
+            self.iterations.pop();
+            done?;
+            gate.test(open(gpu, &mut self.encoder));
+            handed += 1;
+            if handed % ITERATIONS_A_LOOK == 0 && handed < l.count {
+                let turn = (handed / ITERATIONS_A_LOOK) as usize;
+                gate.ask(open(gpu, &mut self.encoder), turn);
+                let asked = self.submit()?;
+                // The answer to the question before: the device works on while the host waits for it.
+                if let Some(submission) = std::mem::replace(&mut question, asked)
+                    && gate.answer(gpu, turn - 1, submission)?.ended
+                {
+                    break;
+                }
+            }
+        }
+        self.gates.report(open(gpu, &mut self.encoder), gate, self.gated.len());
+        let steps = l.body.iter().filter_map(|n| if let Node::Step(id) = n { Some(*id) } else { None });
+        self.gated.push(Gated { report: self.loops.len(), handed, steps: steps.collect() });
+        self.loops.push(LoopReport { name: l.name.clone(), iterations: 0, last: None });
         Ok(())
     }
 
@@ -243,14 +344,15 @@ impl Walk<'_> {
         Ok(f32::from_le_bytes(raw))
     }
 
-    /// Hands what is encoded to the device.
-    fn submit(&mut self) -> Checked<()> {
-        let Some((encoder, scope)) = self.encoder.take() else { return Ok(()) };
+    /// Hands what is encoded to the device; `None` when that is nothing.
+    fn submit(&mut self) -> Checked<Option<wgpu::SubmissionIndex>> {
+        let Some((encoder, scope)) = self.encoder.take() else { return Ok(None) };
         let gpu = self.source.gpu;
-        gpu.queue.submit([encoder.finish()]);
+        let submission = gpu.queue.submit([encoder.finish()]);
         let ended = scope.end("run the frame");
         let pending = std::mem::take(&mut self.pending);
-        ended.map_err(|faults| self.blame(&pending).unwrap_or(faults))
+        ended.map_err(|faults| self.blame(&pending).unwrap_or(faults))?;
+        Ok(Some(submission))
     }
 
     /// The faults of the first run that fails when each is encoded by itself. wgpu finds faults when an encoder is
@@ -261,11 +363,23 @@ impl Walk<'_> {
             let name = self.source.plan.steps.get(id.0).map_or("?", |s| &s.name);
             let scope = Scope::begin(gpu);
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            let encoded = self.source.encode(&mut encoder, *id, iterations, None);
+            let encoded = self.source.encode(&mut encoder, *id, iterations, None, None, None);
             drop(encoder.finish());
             scope.end(&format!("run `{name}`")).and(encoded).err()
         })
     }
+}
+
+/// The encoder in use, or a new one with the scope that catches its errors.
+fn open<'e, 'a>(
+    gpu: &'a Gpu,
+    encoder: &'e mut Option<(wgpu::CommandEncoder, Scope<'a>)>,
+) -> &'e mut wgpu::CommandEncoder {
+    let (encoder, _) = encoder.get_or_insert_with(|| {
+        let scope = Scope::begin(gpu);
+        (gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }), scope)
+    });
+    encoder
 }
 
 fn selected(node: &Node, run: &[bool]) -> bool {

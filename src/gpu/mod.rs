@@ -8,6 +8,7 @@ mod bindings;
 mod device;
 mod encode;
 mod execute;
+mod gate;
 mod kept;
 mod numerics;
 mod pipelines;
@@ -24,6 +25,7 @@ mod tests;
 mod texel;
 mod timing;
 mod uniforms;
+mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError};
 pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};

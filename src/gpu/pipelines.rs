@@ -5,6 +5,7 @@ use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, Geometry, Plan, Step};
 use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
 use crate::shader::{Entry, Shader, Stage};
+use std::num::NonZeroU32;
 use std::sync::{
     Arc,
     atomic::{AtomicUsize, Ordering},
@@ -121,6 +122,12 @@ struct Render {
     attributes: Vec<wgpu::VertexAttribute>,
     targets: Vec<Option<wgpu::ColorTargetState>>,
     depth: Option<wgpu::DepthStencilState>,
+    views: u32,
+}
+
+/// Every one of so many views; `None` for a pass without.
+pub(super) fn view_mask(views: u32) -> Option<NonZeroU32> {
+    if views > 1 { NonZeroU32::new(u32::MAX >> 32u32.saturating_sub(views)) } else { None }
 }
 
 struct Job<'a> {
@@ -238,7 +245,7 @@ impl Render {
                 compilation_options: Default::default(),
                 targets: &self.targets,
             }),
-            multiview_mask: None,
+            multiview_mask: view_mask(self.views),
             cache: None,
         })
     }
@@ -273,6 +280,7 @@ fn render(plan: &Plan, step: &Step, draw: &Draw) -> Checked<Render> {
         attributes,
         targets: targets.collect(),
         depth: draw.depth.as_ref().map(depth_state),
+        views: draw.views,
     })
 }
 

@@ -4,6 +4,7 @@ use super::{device::Gpu, encode::clear_texture, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::{Desc, Plan, ResourceId, TextureKind};
 use crate::shader::TextureDim;
+use std::ops::Range;
 
 /// What a plan may allocate overall, in bytes. Beyond it a size in the graph is far more likely a slip than a wish.
 pub const MOST_BYTES: u64 = 8 << 30;
@@ -144,14 +145,18 @@ pub(super) fn view(texture: &wgpu::Texture, dim: TextureDim, storage: bool) -> w
 
 /// A view of one layer at the first mip level, as a render target. Of a 3D texture it is the whole: there a slice
 /// is chosen by the attachment.
-pub(super) fn target_view(texture: &wgpu::Texture, layer: u32, mip: u32) -> wgpu::TextureView {
+pub(super) fn target_view(texture: &wgpu::Texture, layers: Range<u32>, mip: u32) -> wgpu::TextureView {
     let solid = texture.dimension() == wgpu::TextureDimension::D3;
     texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(if solid { wgpu::TextureViewDimension::D3 } else { wgpu::TextureViewDimension::D2 }),
+        dimension: Some(match layers.len() {
+            _ if solid => wgpu::TextureViewDimension::D3,
+            0 | 1 => wgpu::TextureViewDimension::D2,
+            _ => wgpu::TextureViewDimension::D2Array,
+        }),
         base_mip_level: mip,
         mip_level_count: Some(1),
-        base_array_layer: if solid { 0 } else { layer },
-        array_layer_count: Some(1),
+        base_array_layer: if solid { 0 } else { layers.start },
+        array_layer_count: Some(if solid { 1 } else { layers.len() as u32 }),
         ..Default::default()
     })
 }

@@ -3,6 +3,7 @@
 use super::{
     bindings::{Bindable, Shared, bind_group},
     device::Gpu,
+    gate::{Gates, on_device},
     numerics::Watch,
     pipelines::{self, StepPipelines, by_location},
     pool::{Memory, Pool, target_view},
@@ -12,8 +13,10 @@ use super::{
     scope::Scope,
     timing::Timer,
     uniforms::{Uniforms, enclosing_loops},
+    wipe,
 };
 use crate::diag::{Checked, Diagnostic, Faults};
+use crate::plan::region::splits;
 use crate::plan::{Action, Desc, Draw, Member, Node, Place, Plan, ResourceId, StepId};
 use crate::scene::{Assets, Table};
 
@@ -27,8 +30,9 @@ pub struct Prepared {
     pub(super) reports: Reports,
     pub(super) steps: Vec<Ready>,
     pub(super) timer: Timer,
-    /// Where loops with a test read their number; `None` without such loops.
+    /// Where loops that the host ends read their number; `None` without such loops.
     pub(super) probe: Option<wgpu::Buffer>,
+    pub(super) gates: Gates,
     /// Checks the numbers that every step leaves; `None`: nobody asked.
     pub(super) watch: Option<Watch>,
 }
@@ -49,6 +53,8 @@ pub(super) struct Shaded {
     pub uniforms: Vec<usize>,
     /// The render passes of a draw; none for a compute step.
     pub passes: Vec<Pass>,
+    /// Clears the targets of a draw by drawing, where it may have to keep what is around or not happen at all.
+    pub wipe: Option<wgpu::RenderPipeline>,
 }
 
 /// One render pass of a draw: the members that go to the same layer.
@@ -96,6 +102,7 @@ pub fn prepare_after(
     let reports = Reports::allocate(gpu, plan)?;
     let loops = enclosing_loops(plan);
     let pipelines = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step))?;
+    let gates = Gates::prepare(gpu, plan, &pool, &scene)?;
     let mut shared = Shared::default();
     let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms, reports: &reports };
     let mut steps = vec![];
@@ -106,14 +113,15 @@ pub fn prepare_after(
             continue;
         };
         let around = loops.iter().find(|(id, _)| id.0 == index).and_then(|(_, l)| l.last());
-        match shaded(gpu, plan, index, built, around.map(|(_, count)| *count), &things, &mut shared) {
+        let gated = around.is_some_and(|(name, _)| gates.get(name).is_ok());
+        match shaded(gpu, plan, index, built, (around.map(|(_, count)| *count), gated), &things, &mut shared) {
             Ok(ready) => steps.push(Ready::Shaded(Box::new(ready))),
             Err(f) => faults.extend(f.0),
         }
     }
     Faults::check(faults, ())?;
     gpu.check()?;
-    Ok(Prepared { pool, scene, uniforms, reports, steps, timer: Timer::new(gpu), probe, watch: None })
+    Ok(Prepared { pool, scene, uniforms, reports, steps, timer: Timer::new(gpu), probe, gates, watch: None })
 }
 
 impl Prepared {
@@ -152,22 +160,23 @@ fn shaded(
     plan: &Plan,
     index: usize,
     pipelines: StepPipelines,
-    innermost: Option<u32>,
+    (innermost, gated): (Option<u32>, bool),
     things: &Bindable<'_>,
     shared: &mut Shared,
 ) -> Checked<Shaded> {
     let group = bound(gpu, plan, index, &pipelines, things, shared)?;
     let uniforms = things.uniforms.of_step(index, |v| pipelines.entries.iter().any(|e| e.binding as usize == v));
-    let passes = match plan.steps.get(index).map(|s| (&s.action, s)) {
+    let (passes, wipe) = match plan.steps.get(index).map(|s| (&s.action, s)) {
         Some((Action::Draw(draw), step)) => {
             let scope = Scope::begin(gpu);
             let passes = passes(plan, &step.name, draw, innermost, things.pool);
             scope.end(&format!("make the targets of `{}`", step.name))?;
-            passes?
+            let wipe = if gated || splits(plan, draw) { Some(wipe::pipeline(gpu, &step.name, draw)?) } else { None };
+            (passes?, wipe)
         }
-        _ => vec![],
+        _ => (vec![], None),
     };
-    Ok(Shaded { pipelines, group, uniforms, passes })
+    Ok(Shaded { pipelines, group, uniforms, passes, wipe })
 }
 
 fn bound(
@@ -234,7 +243,7 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
     let attach = |id: ResourceId, layer: u32| -> Checked<(wgpu::TextureView, Option<u32>)> {
         let texture = pool.texture(plan, id)?;
         let layers = texture.depth_or_array_layers();
-        if layer >= layers {
+        if layer.saturating_add(draw.views) > layers {
             let target = plan.resources.get(id.0).map_or("?", |r| &r.name);
             return Err(Diagnostic::error(format!(
                 "`{name}` draws to layer {layer} of `{target}`, which has {layers}"
@@ -243,12 +252,12 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
             .into());
         }
         let slice = (texture.dimension() == wgpu::TextureDimension::D3).then_some(layer);
-        Ok((target_view(texture, layer, 0), slice))
+        Ok((target_view(texture, layer..layer.saturating_add(draw.views), 0), slice))
     };
     let color = by_location(&draw.color).into_iter().map(|t| t.map(|t| attach(t.resource, layer)).transpose());
     let depth = draw.depth.as_ref().map(|d| {
-        // A depth buffer of one layer serves all layers in turn.
-        let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == 1;
+        // A depth buffer with the layers of one member serves all in turn.
+        let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == draw.views;
         attach(d.resource, if single { 0 } else { layer }).map(|(view, _)| view)
     });
     Ok(Targets { color: color.collect::<Checked<_>>()?, depth: depth.transpose()? })
@@ -256,12 +265,12 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
 
 /// The buffer to read loops' numbers from, after a check that they can be read.
 fn probe(gpu: &Gpu, plan: &Plan) -> Checked<Option<wgpu::Buffer>> {
-    fn tested<'a>(nodes: &'a [Node], out: &mut Vec<(&'a str, ResourceId)>) {
+    fn tested<'a>(nodes: &'a [Node], out: &mut Vec<(bool, &'a str, ResourceId)>) {
         for node in nodes {
             match node {
                 Node::Step(StepId(_)) => {}
                 Node::Loop(l) => {
-                    out.extend(l.until.iter().map(|u| (l.name.as_str(), u.buffer)));
+                    out.extend(l.until.iter().map(|u| (!on_device(l), l.name.as_str(), u.buffer)));
                     tested(&l.body, out);
                 }
             }
@@ -270,7 +279,7 @@ fn probe(gpu: &Gpu, plan: &Plan) -> Checked<Option<wgpu::Buffer>> {
     let mut found = vec![];
     tested(&plan.order, &mut found);
     let mut faults = vec![];
-    for (name, id) in &found {
+    for (_, name, id) in &found {
         let resource = plan.resources.get(id.0);
         let slot = resource.and_then(|r| plan.slots.get(r.slot));
         let shown = resource.map_or("?", |r| &r.name);
@@ -285,5 +294,5 @@ fn probe(gpu: &Gpu, plan: &Plan) -> Checked<Option<wgpu::Buffer>> {
         }
     }
     Faults::check(faults, ())?;
-    if found.is_empty() { Ok(None) } else { staging(gpu, "the number of a loop", 4).map(Some) }
+    if !found.iter().any(|(host, ..)| *host) { Ok(None) } else { staging(gpu, "the number of a loop", 4).map(Some) }
 }

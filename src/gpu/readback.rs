@@ -137,6 +137,19 @@ pub(super) fn staging(gpu: &Gpu, name: &str, size: u64) -> Checked<wgpu::Buffer>
 /// # Errors
 /// The device fails.
 pub(super) fn map(gpu: &Gpu, buffer: &wgpu::Buffer, size: u64) -> Checked<Vec<u8>> {
+    map_after(gpu, buffer, size, None)
+}
+
+/// As [`map`], waiting for one submission only.
+///
+/// # Errors
+/// The device fails.
+pub(super) fn map_after(
+    gpu: &Gpu,
+    buffer: &wgpu::Buffer,
+    size: u64,
+    submission: Option<wgpu::SubmissionIndex>,
+) -> Checked<Vec<u8>> {
     let slice = buffer.slice(..size);
     let (send, receive) = std::sync::mpsc::channel();
     scoped(gpu, "map a buffer", || {
@@ -145,7 +158,7 @@ pub(super) fn map(gpu: &Gpu, buffer: &wgpu::Buffer, size: u64) -> Checked<Vec<u8
             let _ = send.send(mapped);
         });
     })?;
-    gpu.wait()?;
+    gpu.wait_for(submission)?;
     let failed = |e: &dyn std::fmt::Display| Diagnostic::error(format!("can't read from the device: {e}"));
     // The work is done; the answer may still be on its way, when another thread polls the same device.
     match receive.recv_timeout(ANSWER) {

@@ -168,7 +168,9 @@ impl Sketch {
                 compare: wgpu::CompareFunction::Less,
                 write: true,
             }),
+            indirect: None,
             members: places.iter().enumerate().map(|(i, p)| Member { index: i as u32, place: *p }).collect(),
+            views: 1,
         };
         self.step(name, Action::Draw(draw), bindings)
     }
@@ -256,5 +258,6 @@ pub fn quads() -> scene::Geometry {
         vertices: [quad(0.0, 0.5, 0), quad(1.0, 0.75, 1)].concat(),
         indices: vec![0, 1, 2, 0, 2, 3, 4, 6, 5, 4, 7, 6],
         one_sided: 6,
+        clusters: vec![],
     }
 }

@@ -111,12 +111,16 @@ pub struct Raster {
     pub depth: Option<Name>,
     pub depth_compare: wgpu::CompareFunction,
     pub depth_write: bool,
+    /// What each member sees: a buffer of matrices, or a table of the scene that has them.
+    pub frusta: Option<Name>,
     pub cull: Cull,
     /// Targets whose content is kept.
     pub load: Vec<Name>,
     pub clear: Vec<(Name, [f64; 4])>,
     pub blend: Option<wgpu::BlendState>,
     pub layer: Option<Expr>,
+    /// Layers that each member draws to at once, through a view each.
+    pub views: Option<Expr>,
 }
 
 impl PassKind {
@@ -149,6 +153,16 @@ pub fn walk<'a>(passes: &'a [Pass], f: &mut impl FnMut(&'a Pass)) {
         f(pass);
         if let PassKind::Loop { passes, .. } = &pass.kind {
             walk(passes, f);
+        }
+    }
+}
+
+/// As [`walk`], for edits.
+pub fn walk_mut(passes: &mut [Pass], f: &mut impl FnMut(&mut Pass)) {
+    for pass in passes {
+        f(pass);
+        if let PassKind::Loop { passes, .. } = &mut pass.kind {
+            walk_mut(passes, f);
         }
     }
 }

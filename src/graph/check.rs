@@ -4,6 +4,7 @@ use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, Size, walk};
 use super::expr::{Binary, Expr, ExprKind};
 use super::is_inside;
 use crate::diag::{Diagnostic, Span};
+use crate::plan::cull::frustum_tables;
 use crate::scene::{FACTS, FRAME_VALUES, TABLES};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -282,6 +283,32 @@ impl<'g> Check<'g> {
         if let Some(layer) = &r.layer {
             self.names(layer, Scope::Loops(loops));
         }
+        if let Some(frusta) = &r.frusta {
+            self.frusta(frusta);
+        }
+        if let Some(views) = &r.views {
+            self.names(views, Scope::Values);
+            if let Some(layer) = &r.layer {
+                let d = Diagnostic::error("a pass with `views` draws each member to as many layers in turn");
+                self.faults.push(d.at(&layer.span, "`layer` says another place").at(&views.span, ""));
+            }
+        }
+    }
+
+    /// A buffer, or a table that has frusta.
+    fn frusta(&mut self, name: &Name) {
+        let tables: Vec<&str> = frustum_tables().collect();
+        let buffer = |(_, kind): &(&&'g str, &&'g ResourceKind)| matches!(kind, ResourceKind::Buffer { .. });
+        if tables.contains(&name.value.as_str())
+            || matches!(self.resources.get(name.value.as_str()), Some(ResourceKind::Buffer { .. }))
+        {
+            return;
+        }
+        let near: Vec<&str> = self.resources.iter().filter(buffer).map(|(n, _)| *n).chain(tables.clone()).collect();
+        let d = Diagnostic::error(format!("`{}` holds no frusta", name.value))
+            .at(&name.span, "")
+            .nearest(&name.value, near);
+        self.faults.push(d.help(format!("name a buffer of one `mat4x4f` a member, or a table: {}", tables.join(", "))));
     }
 
     fn resource_name(&mut self, name: &Name, noun: &str) {

@@ -101,7 +101,9 @@ pub fn is_inside(path: &str) -> bool {
 pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
     use ast::PassKind;
     let named = match &pass.kind {
-        PassKind::Draw(r) | PassKind::Screen(r) => r.color.iter().chain(&r.depth).any(|n| n.value == resource),
+        PassKind::Draw(r) | PassKind::Screen(r) => {
+            r.color.iter().chain(&r.depth).chain(&r.frusta).any(|n| n.value == resource)
+        }
         PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => {
             from.value == resource || to.value == resource
         }

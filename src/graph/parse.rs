@@ -244,6 +244,7 @@ impl Reader {
         let depth_write = self.bool(f.get("depth_write"), true);
         let culls = [("None", Cull::None), ("Front", Cull::Front), ("Back", Cull::Back), ("Material", Cull::Material)];
         let cull = if geometry { self.word(f.get("cull"), &culls, Cull::Material) } else { Cull::None };
+        let frusta = if geometry { f.get("frusta").and_then(|n| self.name(n)) } else { None };
         let load = self.list(f.get("load")).iter().filter_map(|n| self.name(n)).collect();
         let clear = self.pairs(f.get("clear"), Reader::color);
         let component = |operation| wgpu::BlendComponent {
@@ -261,7 +262,21 @@ impl Reader {
         ];
         let blend = self.word(f.get("blend"), &blends, None);
         let layer = f.get("layer").and_then(|n| self.expr(n));
-        Some(Raster { shader: shader?, color, depth, depth_compare, depth_write, cull, load, clear, blend, layer })
+        let views = f.get("views").and_then(|n| self.expr(n));
+        Some(Raster {
+            shader: shader?,
+            color,
+            depth,
+            depth_compare,
+            depth_write,
+            frusta,
+            cull,
+            load,
+            clear,
+            blend,
+            layer,
+            views,
+        })
     }
 }
 

@@ -220,7 +220,7 @@ impl<'g> Wirer<'g, '_> {
         }
     }
 
-    fn table(
+    pub(super) fn table(
         &mut self,
         shader: &Shader,
         pass: &Pass,

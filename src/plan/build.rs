@@ -6,7 +6,7 @@ use super::order::{Block, Entry, Rank, order};
 use super::request::{Request, values};
 use super::sizes::Sizes;
 use super::wire::{Item, any_use, wire};
-use super::{Action, Desc, Plan, Step, StepId, clear_usage, lint, memory};
+use super::{Action, Desc, Plan, Step, StepId, clear_usage, ending, lint, memory};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::graph::Graph;
 
@@ -76,7 +76,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     note_unneeded(&wiring.items, &needed, &mut skipped);
     let items = retain(wiring.items, &needed);
 
-    let expanded = expand(&items, &sizes, &values, &wiring.shaders, request.limits, &mut faults);
+    let expanded = expand(&items, &sizes, &values, &wiring.shaders, (request.limits, request.features), &mut faults);
     let Expanded { mut resources, mut steps, mut block, mut ids } = expanded;
     let cleared = initial_clears(graph, &items, &wanted, &mut ids, &mut resources, &sizes, &mut steps);
     block = prepend(cleared, block);
@@ -112,6 +112,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     until_usage(&mut plan);
     history_usage(&mut plan);
     memory::allocate(&mut plan, options.share);
+    ending::decide(&mut plan, request.features);
     let notices = lint::notices(&plan);
     Ok(Planned { plan, notices })
 }
@@ -237,7 +238,7 @@ fn prepend(cleared: Vec<StepId>, block: Block) -> Block {
     all
 }
 
-/// The host reads a loop's test.
+/// The host or a kernel reads a loop's test.
 fn until_usage(plan: &mut Plan) {
     fn buffers(nodes: &[super::Node], out: &mut Vec<usize>) {
         for n in nodes {
@@ -251,7 +252,7 @@ fn until_usage(plan: &mut Plan) {
     buffers(&plan.order, &mut ids);
     for id in ids {
         if let Desc::Buffer { usage, .. } = &mut plan.resources[id].desc {
-            *usage |= wgpu::BufferUsages::COPY_SRC;
+            *usage |= wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::STORAGE;
         }
     }
 }

@@ -6,7 +6,7 @@
 //! What memory holds is known by version alone, so it outlives the plan: another plan takes over the memory that holds
 //! what it wants, and runs only what differs.
 
-use super::keys::{Ingredients, Keys, Outside, UNDEFINED, Version, Versions, initial};
+use super::keys::{Ingredient, Ingredients, Keys, Kind, Outside, UNDEFINED, Unit, Version, Versions, initial};
 use super::{Desc, Plan, ResourceId, TextureDesc};
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,6 +54,8 @@ impl Content {
 struct Ran {
     key: Version,
     ingredients: Ingredients,
+    /// What each member of a draw saw.
+    members: Option<Vec<u64>>,
     frame: u32,
 }
 
@@ -107,6 +109,8 @@ pub struct Selection {
     pub run: Vec<bool>,
     /// By step.
     pub why: Vec<Why>,
+    /// By index of a draw that runs for some of its members only: whether each does.
+    pub members: BTreeMap<usize, Vec<bool>>,
     /// What the units that run write, in their order: slot, content.
     writes: Vec<(usize, Version)>,
     ran: Vec<(String, Arc<Ran>)>,
@@ -170,6 +174,12 @@ impl Held {
         self.frames += 1;
     }
 
+    /// As [`Held::finish`], for a part of a frame.
+    pub fn finish_part(&mut self, selection: Selection) {
+        self.finish(selection);
+        self.frames -= 1;
+    }
+
     /// After a fault nothing is known of any memory.
     pub fn forget(&mut self) {
         self.cells.iter().for_each(|c| c.content.set(UNDEFINED));
@@ -186,9 +196,9 @@ impl Held {
 /// plan wants, if the next frame is given these values. Each piece of memory is taken once.
 pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values: &Values) -> Vec<Option<usize>> {
     let mut kept = carry_history(plan, earlier);
-    let mut free: BTreeMap<Version, usize> = BTreeMap::new();
+    let mut free: BTreeMap<Version, Vec<usize>> = BTreeMap::new();
     for (j, cell) in earlier.cells.iter().enumerate().filter(|(j, _)| !kept.contains(&Some(*j))) {
-        free.insert(cell.content.get(), j);
+        free.entry(cell.content.get()).or_default().push(j);
     }
     free.remove(&UNDEFINED);
     let soon = Held::new(plan, keys, &kept, Some(earlier));
@@ -197,9 +207,10 @@ pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values
     for (unit, after) in keys.units.iter().zip(&versions.after).rev() {
         for (r, version) in unit.writes.iter().zip(after) {
             let slot = plan.resources[r.0].slot;
-            let Some(j) = free.get(version) else { continue };
-            if kept[slot].is_none() && fits(&plan.slots[slot].desc, &earlier.cells[*j].desc) {
-                kept[slot] = free.remove(version);
+            let Some(cells) = free.get_mut(version) else { continue };
+            let fits = |j: &usize| fits(&plan.slots[slot].desc, &earlier.cells[*j].desc);
+            if let (None, Some(at)) = (kept[slot], cells.iter().position(fits)) {
+                kept[slot] = Some(cells.swap_remove(at));
             }
         }
     }
@@ -232,7 +243,7 @@ fn fits(wanted: &Desc, there: &Desc) -> bool {
 /// Chooses the steps of a frame.
 pub fn select(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
     let versions = keys.versions(plan, held.history(plan), outside, values);
-    let run = required(plan, keys, held, &versions);
+    let run = required(plan, keys, held, &versions, &lasting(plan));
     let why = |i: usize| {
         let unit = &keys.units[i];
         let before = held.ran.get(&unit.name);
@@ -272,8 +283,23 @@ fn selection(
     why: Vec<Why>,
 ) -> Selection {
     let steps = plan.steps.len();
-    let mut all = Selection { run: vec![false; steps], why: vec![Why::NotNeeded; steps], writes: vec![], ran: vec![] };
-    for (i, (unit, why)) in keys.units.iter().zip(why).enumerate() {
+    let mut all = Selection {
+        run: vec![false; steps],
+        why: vec![Why::NotNeeded; steps],
+        members: BTreeMap::new(),
+        writes: vec![],
+        ran: vec![],
+    };
+    for (i, (unit, mut why)) in keys.units.iter().zip(why).enumerate() {
+        let step = if let [step] = unit.steps[..] { Some(step.0) } else { None };
+        let seen = step.and_then(|s| outside.members.get(&s));
+        let ingredients = || unit.ingredients(plan, &versions.before[i], outside, values);
+        if let (Why::Changed(names), Some(step), Some(seen)) = (&mut why, step, seen)
+            && let Some(some) = outdated(plan, unit, held, &all, &ingredients(), seen)
+        {
+            *names = vec![format!("what {} of {} members see", some.iter().filter(|m| **m).count(), some.len())];
+            all.members.insert(step, some);
+        }
         for s in &unit.steps {
             all.run[s.0] = why.runs();
             all.why[s.0] = why.clone();
@@ -281,20 +307,67 @@ fn selection(
         if why.runs() {
             let slots = unit.writes.iter().map(|r| plan.resources[r.0].slot);
             all.writes.extend(slots.zip(versions.after[i].iter().copied()));
-            let ingredients = unit.ingredients(plan, &versions.before[i], outside, values);
-            let ran = Ran { key: versions.keys[i], ingredients, frame: held.frames };
+            let members = seen.cloned();
+            let ran = Ran { key: versions.keys[i], ingredients: ingredients(), members, frame: held.frames };
             all.ran.push((unit.name.clone(), Arc::new(ran)));
         }
     }
     all
 }
 
-/// The units that must run so that the outputs, and what the next frame begins with, are in memory.
-fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions) -> BTreeSet<usize> {
+/// Which members of a draw must run, when the others' part of its last run is in memory still and nothing but what they see is
+/// new since. `before` is what the frame has chosen so far.
+fn outdated(
+    plan: &Plan,
+    unit: &Unit,
+    held: &Held,
+    before: &Selection,
+    now: &Ingredients,
+    seen: &[u64],
+) -> Option<Vec<bool>> {
+    let ran = held.ran.get(&unit.name)?;
+    let saw = ran.members.as_ref().filter(|m| m.len() == seen.len())?;
+    let whole = |i: &&Ingredient| i.kind != Kind::Member;
+    let same = ran.ingredients.keys().filter(whole).eq(now.keys().filter(whole))
+        && now.iter().filter(|(i, _)| whole(i)).all(|(i, content)| ran.ingredients.get(i) == Some(content));
+    let there = unit.writes.iter().all(|r| {
+        let slot = plan.resources[r.0].slot;
+        let untouched = before.writes.iter().all(|(written, _)| *written != slot);
+        untouched && held.version(slot) == unit.content(ran.key, *r)
+    });
+    (same && there).then(|| seen.iter().zip(saw).map(|(now, then)| now != then).collect())
+}
+
+/// The steps that make some resources, where memory lacks them.
+pub fn select_for(
+    plan: &Plan,
+    keys: &Keys,
+    held: &Held,
+    outside: &Outside,
+    values: &Values,
+    wanted: &BTreeSet<ResourceId>,
+) -> Selection {
+    let versions = keys.versions(plan, held.history(plan), outside, values);
+    let run = required(plan, keys, held, &versions, wanted);
+    let why = |i| if run.contains(&i) { Why::First } else { Why::NotNeeded };
+    selection(plan, keys, held, (outside, values), &versions, (0..keys.units.len()).map(why).collect())
+}
+
+/// The version that each resource has at the end of a frame.
+pub fn end(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Vec<Version> {
+    keys.versions(plan, held.history(plan), outside, values).end
+}
+
+/// What the outputs, and what the next frame begins with, are.
+fn lasting(plan: &Plan) -> BTreeSet<ResourceId> {
+    let kept = plan.resources.iter().enumerate().filter(|(_, r)| r.history).map(|(i, _)| ResourceId(i));
+    plan.outputs.iter().map(|o| o.1).chain(kept).collect()
+}
+
+/// The units that must run so that these resources are in memory at the end.
+fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, end: &BTreeSet<ResourceId>) -> BTreeSet<usize> {
     let slot = |r: &ResourceId| plan.resources[r.0].slot;
     let there: Vec<Version> = (0..held.cells.len()).map(|s| held.version(s)).collect();
-    let kept = plan.resources.iter().enumerate().filter(|(_, r)| r.history).map(|(i, _)| ResourceId(i));
-    let end: BTreeSet<ResourceId> = plan.outputs.iter().map(|o| o.1).chain(kept).collect();
     let mut run: BTreeSet<usize> = BTreeSet::new();
     loop {
         // With all that is known to run, what is missing when it is wanted? Memory is shared: what was there may be gone.
@@ -311,7 +384,7 @@ fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions) -> BTree
                 slots[slot(r)] = *v;
             }
         }
-        for r in &end {
+        for r in end {
             let wanted = versions.end[r.0];
             if wanted != UNDEFINED && slots[slot(r)] != wanted {
                 more.extend(keys.last[r.0]);

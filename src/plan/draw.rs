@@ -2,7 +2,9 @@
 
 use super::expand::Expander;
 use super::wire::Wired;
-use super::{ColorTarget, DepthTarget, Desc, Draw, Geometry, Member, Place, ResourceId, TextureDesc, TextureKind};
+use super::{
+    ColorTarget, DepthTarget, Desc, Draw, Geometry, Member, Place, ResourceId, TextureDesc, TextureKind, request,
+};
 use crate::diag::Diagnostic;
 use crate::graph::ast::{PassKind, Raster};
 use crate::graph::expr::{Expr, Val};
@@ -10,7 +12,7 @@ use crate::shader::Stage;
 
 impl Expander<'_, '_> {
     /// The render pass of a draw or screen pass: targets and the place of each member.
-    pub(super) fn draw(&mut self, w: &Wired, r: &Raster, member: u32, batched: bool) -> Option<Draw> {
+    pub(super) fn draw(&mut self, w: &Wired, r: &Raster, name: &str, member: u32, batched: bool) -> Option<Draw> {
         let index = w.shader?;
         let interface = &self.shaders[index].interface;
         let geometry = match w.pass.kind {
@@ -45,8 +47,45 @@ impl Expander<'_, '_> {
             });
             extents.push((id, name.value.clone()));
         }
-        let members = self.places(w, r, member, batched, &extents)?;
-        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members })
+        let views = self.views(r, &extents)?;
+        let members = self.places(w, r, member, (batched, views), &extents)?;
+        let indirect = match w.culling {
+            Some(_) => Some(self.culled(w, r, name, &members)?),
+            None => None,
+        };
+        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, indirect, views })
+    }
+
+    /// Layers that each member draws to at once: what the adapter can do, and the targets hold.
+    fn views(&mut self, r: &Raster, targets: &[(ResourceId, String)]) -> Option<u32> {
+        let Some(expr) = &r.views else { return Some(1) };
+        let views = request::count(expr, self.values, "a number of views");
+        let views = self.keep(views)?;
+        if !(2..=32).contains(&views) {
+            let d = Diagnostic::error(format!("a pass has 2 to 32 views, this one {views}")).at(&expr.span, "");
+            self.faults.push(d.help("leave `views` out to draw to one layer at a time"));
+            return None;
+        }
+        let able = self.features.contains(wgpu::Features::MULTIVIEW);
+        let most = if able { self.limits.max_multiview_view_count } else { 1 };
+        if views > most {
+            let d =
+                Diagnostic::error(format!("the adapter draws to at most {most} views at once, the pass to {views}"));
+            let d = d.at(&expr.span, "");
+            self.faults.push(d.help("draw to one layer at a time: without `views`, and with `each` times as many"));
+            return None;
+        }
+        for (id, name) in targets {
+            let layered = matches!(&self.out.resources[id.0].desc, Desc::Texture(t) if t.tiles.is_none()
+                && t.kind == (TextureKind::D2 { array: true }) && t.layers >= views);
+            if !layered {
+                let d = Diagnostic::error(format!("`{name}` does not have the layers that {views} views draw to"));
+                let d = d.at(&expr.span, "");
+                self.faults.push(d.help(format!("make it a `Texture` with `layers` of {views} for each member")));
+                return None;
+            }
+        }
+        Some(views)
     }
 
     fn places(
@@ -54,7 +93,7 @@ impl Expander<'_, '_> {
         w: &Wired,
         r: &Raster,
         member: u32,
-        batched: bool,
+        (batched, views): (bool, u32),
         targets: &[(ResourceId, String)],
     ) -> Option<Vec<Member>> {
         let texture = |id: ResourceId| match &self.out.resources[id.0].desc {
@@ -85,9 +124,9 @@ impl Expander<'_, '_> {
         if let Some(room) = room
             && batched
         {
-            let n = w.each.unwrap_or(1);
+            let n = w.each.unwrap_or(1).saturating_mul(views);
             let what = if first.tiles.is_some() { "tiles" } else { "layers" };
-            if n > room || w.each.is_none() && room > 1 {
+            if n > room || w.each.is_none() && room > views {
                 let d = Diagnostic::error(format!("`{}` has {room} {what}, the pass draws {n}", targets[0].1));
                 self.faults
                     .push(d.at(&w.pass.name.span, "").help(format!("give the pass `each` of {room}, or `layer`")));
@@ -99,7 +138,7 @@ impl Expander<'_, '_> {
                 Place::Rect([index % t.columns * t.edge, index / t.columns * t.edge, t.edge, t.edge])
             }
             (None, TextureKind::D2 { array: true } | TextureKind::Cube { .. } | TextureKind::D3) => {
-                Place::Layer(if batched { index } else { 0 })
+                Place::Layer(if batched { index * views } else { 0 })
             }
             _ => Place::Whole,
         };

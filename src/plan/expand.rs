@@ -5,7 +5,7 @@
 use super::order::{Block, Entry};
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
-use super::{Action, Binding, Desc, Resource, ResourceId, Step, StepId, TextureKind, Until};
+use super::{Action, Binding, Desc, Ending, Resource, ResourceId, Step, StepId, TextureKind, Until};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
@@ -29,11 +29,11 @@ pub fn expand(
     sizes: &Sizes,
     values: &Values,
     shaders: &[Arc<Shader>],
-    limits: &wgpu::Limits,
+    (limits, features): (&wgpu::Limits, wgpu::Features),
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
     let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: BTreeMap::new() };
-    let mut e = Expander { sizes, values, shaders, limits, faults, out, counts: vec![] };
+    let mut e = Expander { sizes, values, shaders, limits, features, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
     e.out
@@ -45,6 +45,7 @@ pub(super) struct Expander<'a, 'f> {
     pub(super) values: &'a Values,
     pub(super) shaders: &'a [Arc<Shader>],
     pub(super) limits: &'a wgpu::Limits,
+    pub(super) features: wgpu::Features,
     pub(super) faults: &'f mut Vec<Diagnostic>,
     pub(super) out: Expanded,
     /// Iterations of the loops around, outermost first.
@@ -78,7 +79,10 @@ impl Expander<'_, '_> {
                     let body = self.block(body);
                     self.counts.pop();
                     let until = until.as_ref().and_then(|(buffer, comparison, value)| {
-                        Some(Until { buffer: self.id(buffer, 0, &pass.span)?, comparison: *comparison, value: *value })
+                        let buffer = self.id(buffer, 0, &pass.span)?;
+                        // The plan as a whole decides better.
+                        let ending = Ending::Host { why: "nothing is known of the steps around it".into() };
+                        Some(Until { buffer, comparison: *comparison, value: *value, ending })
                     });
                     block.push(Entry::Loop { name: pass.name.value.clone(), count: *count, until, body }, (i, 0, i));
                 }
@@ -180,7 +184,11 @@ impl Expander<'_, '_> {
             }
         }
         let action = match &pass.kind {
-            PassKind::Draw(r) | PassKind::Screen(r) => Action::Draw(self.draw(w, r, member, batched)?),
+            PassKind::Draw(r) | PassKind::Screen(r) => {
+                let draw = self.draw(w, r, &name, member, batched)?;
+                reads.extend(draw.indirect.map(|i| i.buffer));
+                Action::Draw(draw)
+            }
             PassKind::Compute { shader, over } => {
                 let index = w.shader?;
                 let groups = self.groups(index, over, &shader.span)?;

@@ -5,6 +5,7 @@
 //! so on. The records that say what runs are those that the key is made from. No key names anything by its place in
 //! a plan or by a name of the graph, so equal work has equal versions in any two plans.
 
+use super::region;
 use super::tables::pack;
 use super::{Action, Binding, Comparison, Desc, Draw, Geometry, Loop, Node, Plan, ResourceId, Step, StepId, Until};
 use crate::content::hash;
@@ -34,6 +35,8 @@ pub enum Kind {
     Geometry,
     /// The scene's textures.
     Textures,
+    /// What the members of a draw see of the scene, each through its frustum.
+    Member,
     /// The version of a resource that is read, or written in part only.
     Input,
     /// Format, extent, layers and mips of a resource.
@@ -48,12 +51,13 @@ pub enum Kind {
 }
 
 /// Every kind.
-pub const KINDS: [Kind; 11] = [
+pub const KINDS: [Kind; 12] = [
     Kind::Shader,
     Kind::Value,
     Kind::Table,
     Kind::Geometry,
     Kind::Textures,
+    Kind::Member,
     Kind::Input,
     Kind::Size,
     Kind::Target,
@@ -78,6 +82,7 @@ impl std::fmt::Display for Ingredient {
             Kind::Table => write!(f, "table {name}"),
             Kind::Geometry => f.write_str("the scene's triangles"),
             Kind::Textures => f.write_str("the scene's textures"),
+            Kind::Member => f.write_str("what its members see"),
             Kind::Size => write!(f, "size of {name}"),
             Kind::Target => f.write_str("how it draws"),
             Kind::Extent => f.write_str("how much it does"),
@@ -98,6 +103,8 @@ pub struct Outside {
     pub began: u32,
     /// By index of [`Plan::tables`].
     tables: Vec<u128>,
+    /// By step that runs member by member: a version of what each of its members sees.
+    pub members: BTreeMap<usize, Vec<u64>>,
 }
 
 impl Outside {
@@ -108,7 +115,8 @@ impl Outside {
             Some(table) => Ok(hash(&pack(wanted, table)?)),
             None => Ok(0),
         };
-        Ok(Outside { assets, began, tables: plan.tables.iter().map(one).collect::<Checked<_>>()? })
+        let tables = plan.tables.iter().map(one).collect::<Checked<_>>()?;
+        Ok(Outside { assets, began, tables, members: BTreeMap::new() })
     }
 }
 
@@ -127,6 +135,8 @@ pub struct Unit {
     roles: BTreeMap<ResourceId, usize>,
     /// What is known with the plan, to show.
     fixed: Ingredients,
+    /// Of `needs` those that hold nothing but what [`Kind::Member`] tells apart already.
+    told: BTreeSet<ResourceId>,
     /// All of `fixed` in its order.
     start: u128,
     given: Vec<(Ingredient, Given)>,
@@ -143,6 +153,8 @@ enum Given {
     Textures,
     /// When the plan began.
     Began,
+    /// By the step.
+    Members(usize),
 }
 
 /// The units of a plan, in their order.
@@ -214,9 +226,10 @@ impl Keys {
             let before: Vec<Version> = unit.needs.iter().map(|r| now[r.0]).collect();
             let given = unit.given.iter().filter(|(i, _)| Some(i.kind) != self.without);
             let given: Vec<u128> = given.map(|(i, g)| g.hash(&i.name, outside, values)).collect();
-            let inputs = (self.without != Some(Kind::Input)).then_some(&before);
+            let untold = unit.needs.iter().zip(&before).filter(|(r, _)| !unit.told.contains(r)).map(|(_, v)| *v);
+            let inputs = (self.without != Some(Kind::Input)).then(|| untold.collect::<Vec<_>>());
             let key = hash(&(unit.start, given, inputs)).max(1);
-            let after: Vec<Version> = unit.writes.iter().map(|r| hash(&(key, unit.roles.get(r))).max(1)).collect();
+            let after: Vec<Version> = unit.writes.iter().map(|r| unit.content(key, *r)).collect();
             for (r, v) in unit.writes.iter().zip(&after) {
                 now[r.0] = *v;
             }
@@ -238,10 +251,23 @@ impl Unit {
             makers: vec![],
             writes: vec![],
             roles: BTreeMap::new(),
+            told: BTreeSet::new(),
             fixed: Ingredients::new(),
             start: 0,
             given: vec![],
         }
+    }
+
+    /// The version of what it writes to a resource when it has this key.
+    pub fn content(&self, key: Version, resource: ResourceId) -> Version {
+        hash(&(key, self.roles.get(&resource))).max(1)
+    }
+
+    /// What it runs again for, besides results of others: the code, values, tables and the like, by name.
+    pub fn depends(&self) -> Vec<String> {
+        let all: BTreeSet<&Ingredient> = self.fixed.keys().chain(self.given.iter().map(|(i, _)| i)).collect();
+        let telling = |i: &&Ingredient| !matches!(i.kind, Kind::Input | Kind::Size | Kind::Target | Kind::Extent);
+        all.into_iter().filter(telling).map(Ingredient::to_string).collect()
     }
 
     /// All that its result depends on in a frame; `before` are the versions of what it needs.
@@ -250,7 +276,7 @@ impl Unit {
         for (ingredient, given) in &self.given {
             add(&mut all, ingredient.clone(), given.hash(&ingredient.name, outside, values));
         }
-        for (r, version) in self.needs.iter().zip(before) {
+        for (r, version) in self.needs.iter().zip(before).filter(|(r, _)| !self.told.contains(r)) {
             add(&mut all, Ingredient { kind: Kind::Input, name: plan.resources[r.0].name.clone() }, *version);
         }
         all
@@ -265,6 +291,7 @@ impl Given {
             Given::Geometry => outside.assets.geometry,
             Given::Textures => outside.assets.textures,
             Given::Began => outside.began.into(),
+            Given::Members(step) => hash(&outside.members.get(step)),
         }
     }
 }
@@ -340,7 +367,8 @@ impl<'p> Gather<'p> {
             }
             Node::Loop(Loop { name, count, until, body }) => {
                 self.fix(Kind::Loop, name, count);
-                if let Some(Until { buffer, comparison, value }) = until {
+                // Who ends it makes no difference to the result.
+                if let Some(Until { buffer, comparison, value, ending: _ }) = until {
                     let comparison = match comparison {
                         Comparison::Less => 0,
                         Comparison::LessEqual => 1,
@@ -361,6 +389,10 @@ impl<'p> Gather<'p> {
     fn step(&mut self, step: &'p Step) {
         let Step { name: _, pass: _, group: _, action, bindings, reads, writes, after: _ } = step;
         let mut variables = [].as_slice();
+        let seen = match action {
+            Action::Draw(draw) if self.around.is_empty() => region::parts(self.plan, step, draw),
+            _ => None,
+        };
         match action {
             Action::Draw(draw) => {
                 self.draw(draw);
@@ -384,6 +416,7 @@ impl<'p> Gather<'p> {
             match binding {
                 Binding::Resource(id) => self.touch(*id),
                 Binding::Uniform { layout, extra } => self.uniform(layout, extra),
+                Binding::Table(i) if seen.as_ref().is_some_and(|s| s.tables.contains(i)) => {}
                 Binding::Table(i) => {
                     let name = self.plan.tables.get(*i).map_or("", |t| t.table.as_str());
                     self.give(Kind::Table, name, Given::Table(*i));
@@ -396,6 +429,10 @@ impl<'p> Gather<'p> {
                     self.fix(Kind::Sampler, name, desc);
                 }
             }
+        }
+        if let (Some(seen), Some(id)) = (seen, self.unit.steps.last().copied()) {
+            self.give(Kind::Member, "", Given::Members(id.0));
+            self.unit.told.insert(seen.draws);
         }
         let whole = matches!(action, Action::Copy { .. } | Action::Clear { .. });
         let partly = if whole { [].iter() } else { writes.iter() };
@@ -417,7 +454,7 @@ impl<'p> Gather<'p> {
     }
 
     fn draw(&mut self, draw: &'p Draw) {
-        let Draw { shader, vertex, fragment, geometry, color, depth, members } = draw;
+        let Draw { shader, vertex, fragment, geometry, color, depth, members, indirect, views } = draw;
         self.shader(*shader, &(vertex, fragment));
         match geometry {
             Geometry::Scene { cull } => {
@@ -435,12 +472,16 @@ impl<'p> Gather<'p> {
             self.touch(*resource);
             self.fix(Kind::Target, "", &(format, clear.map(f32::to_bits), compare, write));
         }
-        self.fix(Kind::Extent, "", members);
+        if let Some(super::Indirect { buffer, first, second, frusta: _ }) = indirect {
+            self.touch(*buffer);
+            self.fix(Kind::Extent, "", &(first, second));
+        }
+        self.fix(Kind::Extent, "", &(members, views));
     }
 
     /// The values in a uniform's bytes. Their places in it are the shader's.
     fn uniform(&mut self, layout: &'p Layout, extra: &Values) {
-        for member in &layout.members {
+        for member in layout.members.iter().filter(|m| m.read) {
             let name = member.name.as_str();
             if let Some(value) = extra.get(name) {
                 self.fix(Kind::Value, name, &(value.ty(), value.bytes()));

@@ -38,8 +38,8 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
         shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
-                r.layer.iter().for_each(&mut note);
-                touched.extend(r.color.iter().chain(&r.depth).map(|n| n.value.clone()));
+                r.layer.iter().chain(&r.views).for_each(&mut note);
+                touched.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.clone()));
             }
             PassKind::Compute { over, .. } => {
                 over.exprs().iter().for_each(&mut note);

@@ -51,7 +51,9 @@ pub fn allocate(plan: &mut Plan, share: bool) {
     let mut free: Vec<Option<usize>> = vec![];
     for i in order {
         let r = &plan.resources[i];
-        let until = (!r.history).then_some(r.alive.1);
+        // What the device made up to draw can be counted after the frame.
+        let counted = matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu::BufferUsages::INDIRECT));
+        let until = (!r.history && !counted).then_some(r.alive.1);
         let found = (0..plan.slots.len()).find(|s| {
             share
                 && until.is_some()
@@ -71,6 +73,20 @@ pub fn allocate(plan: &mut Plan, share: bool) {
             }
         };
         plan.resources[i].slot = slot;
+    }
+    plan.slots.iter_mut().for_each(|s| widen(&mut s.desc));
+}
+
+/// Usages that cost nothing where they are not made use of, so that the memory can serve the next plan too.
+fn widen(desc: &mut Desc) {
+    match desc {
+        Desc::Texture(t) => {
+            let able = t.format.guaranteed_format_features(wgpu::Features::empty()).allowed_usages;
+            t.usage |= able & (wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC);
+        }
+        Desc::Buffer { usage, .. } => {
+            *usage |= wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        }
     }
 }
 

@@ -6,7 +6,9 @@
 mod bind;
 pub mod build;
 pub mod change;
+pub mod cull;
 mod draw;
+mod ending;
 pub mod expand;
 pub mod keys;
 pub mod lint;
@@ -14,6 +16,7 @@ pub mod live;
 pub mod memory;
 pub mod order;
 mod reduce;
+pub mod region;
 pub mod request;
 pub mod show;
 pub mod sizes;
@@ -83,6 +86,16 @@ pub struct Until {
     pub buffer: ResourceId,
     pub comparison: Comparison,
     pub value: f32,
+    pub ending: Ending,
+}
+
+/// Who ends a loop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// The device, without a word to the host: what is handed over for later iterations does nothing.
+    Device,
+    /// The host, which waits for the number after each iteration; and why it must.
+    Host { why: String },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -232,6 +245,31 @@ pub struct Draw {
     pub depth: Option<DepthTarget>,
     /// One draw for each; the instance index of each is its `index`.
     pub members: Vec<Member>,
+    /// `None`: each member draws the whole scene.
+    pub indirect: Option<Indirect>,
+    /// Layers that each member draws to at once; a member's place is the first of them. 1 without `views`.
+    pub views: u32,
+}
+
+/// Draws that the device makes up: of each member those of one range after the other of the scene's indices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Indirect {
+    /// The arguments of indexed indirect draws: for each place in [`Draw::members`] first those of the single-sided
+    /// triangles (of all, unless culling goes by material), then those of the others.
+    pub buffer: ResourceId,
+    /// Draws of a member's first part.
+    pub first: u32,
+    /// Draws of its second part.
+    pub second: u32,
+    pub frusta: Frusta,
+}
+
+/// Where the frusta of the members of a draw are, by their index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Frusta {
+    /// Index into [`Plan::tables`].
+    Table(usize),
+    Buffer(ResourceId),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -277,7 +315,7 @@ pub struct Member {
     pub place: Place,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
     /// The whole of a target without layers.
     Whole,

@@ -97,6 +97,13 @@ pub fn absurd(span: &Span, what: &str, value: i64) -> Diagnostic {
     Diagnostic::error(format!("{what} is {value}")).at(span, "must lie between 0 and 4294967295")
 }
 
+/// What checks without a device hold a graph to: the limits and features of any recent Vulkan adapter.
+pub fn sample_device() -> (wgpu::Limits, wgpu::Features) {
+    let limits = wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() };
+    use wgpu::Features as F;
+    (limits, F::FLOAT32_FILTERABLE | F::MULTIVIEW | F::INDIRECT_FIRST_INSTANCE)
+}
+
 /// Typical facts for checks without a scene: everything a scene can have, or nothing of it.
 pub fn sample_facts(full: bool) -> Values {
     let n = u32::from(full);

@@ -1,7 +1,7 @@
 //! What a draw or screen pass takes from the scene and draws to, checked for fit.
 
-use super::Desc;
 use super::wire::{How, Mode, Use, Wired, Wirer, by_name};
+use super::{Desc, request};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Pass, Raster};
 use crate::shader::{Output, OutputKind, Shader, Stage};
@@ -107,7 +107,9 @@ impl<'g> Wirer<'g, '_> {
             },
             _ => 1,
         };
-        let drawn = if r.layer.is_some() { 1 } else { wired.each.unwrap_or(1) };
+        let views =
+            r.views.as_ref().and_then(|v| request::count(v, self.values, "a number of views").ok()).unwrap_or(1);
+        let drawn = if r.layer.is_some() { 1 } else { wired.each.unwrap_or(1).saturating_mul(views) };
         if layers > drawn { Mode::Partial } else { Mode::Write }
     }
 

@@ -3,6 +3,7 @@
 //! `machine` runs a plan with words for texels: a step makes a word of the words it reads. Plans of one graph must make
 //! the same words, however they are ordered and whatever memory they share.
 
+mod keys;
 mod machine;
 mod memory;
 mod order;

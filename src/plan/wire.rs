@@ -2,6 +2,7 @@
 //!
 //! [`super::bind`] finds a resource or value for each variable of a shader, [`super::targets`] those for its outputs.
 
+use super::cull::Culling;
 use super::request::{self, Request};
 use super::sizes::Sizes;
 use super::{Binding, Comparison, Desc, TableUse};
@@ -32,6 +33,8 @@ pub struct Wired<'g> {
     pub bindings: Vec<Wire>,
     /// Names of the loops around it, outermost first.
     pub loops: Vec<String>,
+    /// Of a draw that leaves out what its members don't see.
+    pub culling: Option<Culling>,
 }
 
 /// What a shader's variable is bound to, before resources have ids.
@@ -231,8 +234,16 @@ impl<'g> Wirer<'g, '_> {
             }
             None => None,
         };
-        let mut wired =
-            Wired { pass, shader: None, each, uses: vec![], color: vec![], bindings: vec![], loops: loops.to_vec() };
+        let mut wired = Wired {
+            pass,
+            shader: None,
+            each,
+            uses: vec![],
+            color: vec![],
+            bindings: vec![],
+            loops: loops.to_vec(),
+            culling: None,
+        };
         match &pass.kind {
             PassKind::Copy { from, to } => {
                 wired.uses.push(by_name(from, Mode::Read, How::CopySource));
@@ -270,6 +281,7 @@ impl<'g> Wirer<'g, '_> {
             PassKind::Draw(r) => {
                 self.vertex_inputs(pass, &shader);
                 self.targets(&mut wired, r, &shader);
+                wired.culling = r.frusta.as_ref().and_then(|name| self.culling(&mut wired, name));
             }
             PassKind::Screen(r) => self.targets(&mut wired, r, &shader),
             PassKind::Reduce { from, to, .. } => {

@@ -181,8 +181,9 @@ fn joined<T: Clone + Send + Sync>(
         chunk.iter().for_each(|item| add(&mut sum, item));
         sum
     };
-    let count = threads();
-    if count == 1 || items.len() < 2 * FEW {
+    // How many threads there are is a question to the system: it isn't asked for each of many small ranges.
+    let count = if items.len() < 2 * FEW { 1 } else { threads() };
+    if count == 1 {
         return run(items);
     }
     std::thread::scope(|scope| {

@@ -2,6 +2,7 @@
 
 use super::{
     Vertex,
+    clusters::{Cluster, cluster},
     document::{Document, place},
 };
 use crate::diag::Diagnostic;
@@ -15,10 +16,19 @@ use gltf::json::{
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Geometry {
     pub vertices: Vec<Vertex>,
-    /// Triangles of single-sided materials come first.
+    /// Triangles of single-sided materials come first, each part in the order of its clusters.
     pub indices: Vec<u32>,
     /// How many indices belong to single-sided materials.
     pub one_sided: u32,
+    /// All triangles, one group after the other.
+    pub clusters: Vec<Cluster>,
+}
+
+impl Geometry {
+    /// How many of the clusters belong to single-sided materials; they come first.
+    pub fn one_sided_clusters(&self) -> usize {
+        self.clusters.iter().take_while(|c| c.first < self.one_sided).count()
+    }
 }
 
 /// A mesh's primitive as a checked triangle list in the mesh's own space.
@@ -153,7 +163,9 @@ pub(super) fn assemble(document: &Document, instances: &[Instance<'_>], faults: 
     // MAX_TRIANGLES keeps the count far inside u32.
     let count = one_sided.len() as u32;
     one_sided.append(&mut two_sided);
-    Geometry { vertices, indices: one_sided, one_sided: count }
+    let mut geometry = Geometry { vertices, indices: one_sided, one_sided: count, clusters: vec![] };
+    cluster(&mut geometry);
+    geometry
 }
 
 /// Appends an instance; returns how many triangles its transform flattens away.

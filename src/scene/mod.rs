@@ -5,7 +5,7 @@
 //! [`Scene::camera_values`] at a pose.
 //!
 //! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes and materials of
-//!   them, `attached` lights and cameras, `geometry` the vertices, `textures` the base-colour array; `description`
+//!   them, `attached` lights and cameras, `geometry` the vertices, `clusters` their compact groups, `textures` the base-colour array; `description`
 //!   reads the scene RON
 //! - `model` holds the scene and its facts; `motion` poses it; `tables`, `light_views` and `bvh` fill the shaders'
 //!   tables; `camera` makes the view matrices
@@ -40,6 +40,7 @@ mod assets;
 mod attached;
 mod bvh;
 mod camera;
+mod clusters;
 mod description;
 mod document;
 mod geometry;
@@ -54,6 +55,7 @@ mod tests;
 mod textures;
 
 pub use assets::{AssetHashes, Assets};
+pub use clusters::{CLUSTER, Cluster};
 pub use geometry::Geometry;
 pub use load::{Loaded, from_bytes, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
@@ -138,6 +140,9 @@ impl Column {
 ///   leaf: its triangles; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
 ///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
 ///   one leaf with one triangle that no ray meets.
+/// - `clusters`: the triangles as the draw passes have them, in compact groups of few: `lower`, `upper` (corners of the
+///   box, world space), `first`, `count` (its indices in the order of drawing), `node` (its row in `nodes`); those of
+///   single-sided materials first
 /// - `emitters`: the emissive triangles: corners `a`, `b`, `c`, `radiance`, `area`, `cumulative` (share of the power
 ///   up to and with this row; the last is 1), `density` (per m², of picking a point on it by power)
 ///
@@ -193,6 +198,16 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
     ),
     ("bvh", &[("lower", Type::Vec3), ("upper", Type::Vec3), ("first", Type::Uint), ("count", Type::Uint)]),
     (
+        "clusters",
+        &[
+            ("lower", Type::Vec3),
+            ("upper", Type::Vec3),
+            ("first", Type::Uint),
+            ("count", Type::Uint),
+            ("node", Type::Uint),
+        ],
+    ),
+    (
         "emitters",
         &[
             ("a", Type::Vec3),
@@ -226,6 +241,8 @@ pub const FACTS: &[(&str, Type)] = &[
     ("moving_nodes", Type::Uint),
     ("triangles", Type::Uint),
     ("vertices", Type::Uint),
+    ("clusters", Type::Uint),
+    ("one_sided_clusters", Type::Uint),
     ("bounds_min", Type::Vec3),
     ("bounds_max", Type::Vec3),
     ("grid_min", Type::Vec3),

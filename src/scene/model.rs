@@ -198,6 +198,8 @@ impl Scene {
             ("moving_nodes", count(self.moving().into_iter().filter(|m| *m).count())),
             ("triangles", count(self.geometry.indices.len() / 3)),
             ("vertices", count(self.geometry.vertices.len())),
+            ("clusters", count(self.geometry.clusters.len())),
+            ("one_sided_clusters", count(self.geometry.one_sided_clusters())),
             ("bounds_min", Value::Vec3(self.bounds.min)),
             ("bounds_max", Value::Vec3(self.bounds.max)),
             ("grid_min", Value::Vec3(self.grid.min)),

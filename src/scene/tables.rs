@@ -3,6 +3,7 @@
 use super::{
     Column, TABLES, Table,
     bvh::Bvh,
+    clusters::{self, Cluster},
     light_views::{LightView, light_views},
     model::Scene,
     motion::Pose,
@@ -36,7 +37,7 @@ impl Scene {
     /// The tables whose names pass, in the order of [`TABLES`]; the others cost nothing.
     pub fn tables_named(&self, pose: &Pose, wanted: impl Fn(&str) -> bool) -> Vec<Table> {
         let traced = ["triangles", "bvh"].into_iter().any(&wanted);
-        let placed = traced || ["light_views", "emitters"].into_iter().any(&wanted);
+        let placed = traced || ["light_views", "clusters", "emitters"].into_iter().any(&wanted);
         let triangles = if placed { self.world_triangles(pose) } else { vec![] };
         let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.corners).collect();
         let bvh = if traced { Bvh::new(&corners) } else { Bvh::new(&[]) };
@@ -47,6 +48,7 @@ impl Scene {
             "light_views" => Some(light_view_table(&light_views(self, pose, &corners))),
             "triangles" => Some(triangle_table(&triangles, &bvh)),
             "bvh" => Some(bvh_table(&bvh)),
+            "clusters" => Some(cluster_table(&self.geometry.clusters, &corners)),
             "emitters" => Some(self.emitter_table(&triangles)),
             _ => None,
         };
@@ -169,6 +171,21 @@ fn light_view_table(views: &[LightView]) -> Table {
             ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
             ("near", Column::Float(views.iter().map(|v| v.near).collect())),
             ("far", Column::Float(views.iter().map(|v| v.far).collect())),
+        ],
+    }
+}
+
+fn cluster_table(clusters: &[Cluster], corners: &[[Vec3; 3]]) -> Table {
+    let bounds: Vec<_> = clusters.iter().map(|c| clusters::bounds(c, corners)).collect();
+    Table {
+        name: "clusters",
+        rows: clusters.len(),
+        columns: vec![
+            ("lower", Column::Vec3(bounds.iter().map(|b| b.min).collect())),
+            ("upper", Column::Vec3(bounds.iter().map(|b| b.max).collect())),
+            ("first", Column::Uint(clusters.iter().map(|c| c.first).collect())),
+            ("count", Column::Uint(clusters.iter().map(|c| c.count).collect())),
+            ("node", Column::Uint(clusters.iter().map(|c| c.node).collect())),
         ],
     }
 }

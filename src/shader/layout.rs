@@ -19,6 +19,8 @@ pub struct Member {
     /// From the start of the struct, in bytes.
     pub offset: u32,
     pub ty: Type,
+    /// Some entry point may ask for it. Of rows of a table all members count as read.
+    pub read: bool,
 }
 
 impl Layout {
@@ -95,14 +97,14 @@ fn size(module: &Module, inner: &TypeInner) -> u32 {
 /// The members of a struct of plain values, or the one member that a plain value called `name` is.
 fn flat(module: &Module, name: &str, inner: &TypeInner) -> Option<Vec<Member>> {
     if let Some(ty) = plain_type(inner) {
-        return Some(vec![Member { name: name.to_owned(), offset: 0, ty }]);
+        return Some(vec![Member { name: name.to_owned(), offset: 0, ty, read: true }]);
     }
     let TypeInner::Struct { members, .. } = inner else { return None };
     members
         .iter()
         .map(|m| {
             let ty = plain_type(&module.types[m.ty].inner)?;
-            Some(Member { name: m.name.as_deref().map(plain).unwrap_or_default(), offset: m.offset, ty })
+            Some(Member { name: m.name.as_deref().map(plain).unwrap_or_default(), offset: m.offset, ty, read: true })
         })
         .collect()
 }

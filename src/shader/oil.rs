@@ -16,9 +16,10 @@ use naga_oil::compose::{
 use std::{error::Error, ops::Range, panic::AssertUnwindSafe};
 
 /// What shaders may use: what every Vulkan device of the last years has, storage formats included.
+/// A plan refuses views where the adapter has none.
 pub(super) fn capabilities() -> naga::valid::Capabilities {
     use naga::valid::Capabilities as C;
-    C::default() | C::STORAGE_TEXTURE_16BIT_NORM_FORMATS
+    C::default() | C::STORAGE_TEXTURE_16BIT_NORM_FORMATS | C::MULTIVIEW
 }
 
 /// Joins the units; the last is the shader's own file. The module is valid, its bindings are placeholders.

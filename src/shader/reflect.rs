@@ -9,10 +9,11 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic, Faults};
 use naga::{
-    AddressSpace, Binding, BuiltIn, GlobalVariable, Handle, ImageClass, ImageDimension, Module, Scalar, ScalarKind,
-    StorageAccess, Type, TypeInner,
+    AddressSpace, Binding, Block, BuiltIn, Expression, GlobalVariable, Handle, ImageClass, ImageDimension, Module,
+    Scalar, ScalarKind, Statement, StorageAccess, Type, TypeInner,
     valid::{FunctionInfo, GlobalUse},
 };
+use std::collections::BTreeSet;
 
 /// Reads the interface off a module.
 ///
@@ -98,7 +99,15 @@ fn kind(bound: &Bound, name: &str, handle: Handle<GlobalVariable>) -> Result<Bin
     let module = &bound.module;
     let variable = &module.global_variables[handle];
     match (&module.types[variable.ty].inner, variable.space) {
-        (_, AddressSpace::Uniform) => Ok(BindingKind::Uniform(layout::of_uniform(module, name, variable.ty)?)),
+        (_, AddressSpace::Uniform) => {
+            let mut layout = layout::of_uniform(module, name, variable.ty)?;
+            if let Some(read) = members_read(module, handle) {
+                for (i, member) in layout.members.iter_mut().enumerate() {
+                    member.read = read.contains(&(i as u32));
+                }
+            }
+            Ok(BindingKind::Uniform(layout))
+        }
         (_, AddressSpace::Storage { access }) => {
             let (element, stride, fixed_size) = layout::of_storage(module, name, variable.ty);
             Ok(BindingKind::Storage { element, stride, fixed_size, writable: access.contains(StorageAccess::STORE) })
@@ -128,6 +137,41 @@ fn kind(bound: &Bound, name: &str, handle: Handle<GlobalVariable>) -> Result<Bin
         }
         _ => Err(unbindable("nothing can be bound to this type", "use a buffer, a texture or a sampler")),
     }
+}
+
+/// The members of a struct that its variable is only asked for one by one; `None` when all of it may be asked for.
+fn members_read(module: &Module, variable: Handle<GlobalVariable>) -> Option<BTreeSet<u32>> {
+    let TypeInner::Struct { .. } = module.types[module.global_variables[variable].ty].inner else { return None };
+    let functions = module.functions.iter().map(|(_, f)| f).chain(module.entry_points.iter().map(|e| &e.function));
+    let mut read = BTreeSet::new();
+    for function in functions {
+        let is_it = |e: Handle<Expression>| function.expressions[e] == Expression::GlobalVariable(variable);
+        for (_, expression) in function.expressions.iter() {
+            match *expression {
+                Expression::AccessIndex { base, index } if is_it(base) => drop(read.insert(index)),
+                Expression::Load { pointer: whole } | Expression::Access { base: whole, .. } if is_it(whole) => {
+                    return None;
+                }
+                _ => {}
+            }
+        }
+        if hands_on(&function.body, &is_it) {
+            return None;
+        }
+    }
+    Some(read)
+}
+
+/// Whether a call is given what passes a test.
+fn hands_on(block: &Block, test: &impl Fn(Handle<Expression>) -> bool) -> bool {
+    block.iter().any(|statement| match statement {
+        Statement::Call { arguments, .. } => arguments.iter().any(|a| test(*a)),
+        Statement::Block(inner) => hands_on(inner, test),
+        Statement::If { accept, reject, .. } => hands_on(accept, test) || hands_on(reject, test),
+        Statement::Switch { cases, .. } => cases.iter().any(|c| hands_on(&c.body, test)),
+        Statement::Loop { body, continuing, .. } => hands_on(body, test) || hands_on(continuing, test),
+        _ => false,
+    })
 }
 
 fn unbindable(reason: &str, help: &str) -> Unbindable {

@@ -8,7 +8,7 @@ use crate::graph::read::Reader;
 use crate::image::Image;
 use crate::plan::Plan;
 use crate::plan::build::plan;
-use crate::plan::request::Request;
+use crate::plan::request::{Request, sample_device};
 use crate::scene::{self, Scene, Shift};
 use crate::session::{Project, Session, Settings};
 use crate::shader::Library;
@@ -88,6 +88,7 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
     steps.iter().for_each(|s| now.change(s));
     let project = project_of(&now)?;
     let params = params_of(&now, &project)?;
+    let (limits, features) = sample_device();
     let mut planned = plan(&Request {
         graph: &project.graph,
         texts: &project.texts,
@@ -95,8 +96,8 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
         facts: &scene_of(&now)?.facts(),
         screen: now.size,
         outputs: None,
-        limits: &wgpu::Limits::default(),
-        features: wgpu::Features::FLOAT32_FILTERABLE,
+        limits: &limits,
+        features,
     })?;
     // The text must not depend on where the test was started.
     planned.plan.graph = now.graph.path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());

@@ -273,7 +273,8 @@ impl App {
         let delay = output.viewport_output.values().map(|v| v.repaint_delay).min();
         self.repaint = delay.filter(|d| *d < Duration::from_secs(3600)).map(|d| Instant::now() + d);
         let shot = if let Act::Shot(path) = &act { Some(path.as_path()) } else { None };
-        match open.screen.paint(Paint { context: &self.context, output, shot }) {
+        let before = open.canvas.recorded();
+        match open.screen.paint(Paint { context: &self.context, output, before, shot }) {
             Ok(true) => {}
             Ok(false) => self.repaint = Some(Instant::now() + Duration::from_millis(20)),
             Err(f) => self.state.message = Some((false, first(&f))),

@@ -36,6 +36,8 @@ pub struct Canvas {
     layout: wgpu::BindGroupLayout,
     main: Option<Painted>,
     previews: BTreeMap<PathBuf, Painted>,
+    /// What is recorded and not yet handed over.
+    recorded: Vec<wgpu::CommandBuffer>,
 }
 
 struct Painted {
@@ -96,7 +98,13 @@ impl Canvas {
             multiview_mask: None,
             cache: None,
         });
-        Canvas { pipeline, layout, main: None, previews: BTreeMap::new() }
+        Canvas { pipeline, layout, main: None, previews: BTreeMap::new(), recorded: vec![] }
+    }
+
+    /// What is to be submitted before the panels are drawn. Each submission waits for the frame that the engine waits for, so
+    /// the window makes one only.
+    pub fn recorded(&mut self) -> Vec<wgpu::CommandBuffer> {
+        std::mem::take(&mut self.recorded)
     }
 
     /// The image as chosen; `None` before there is one.
@@ -117,7 +125,8 @@ impl Canvas {
         let look = Look { arrangement, at, ..plain(choice) };
         let size = [first.width(), first.height()];
         let source = (first.clone(), told.other.clone(), told.images, look);
-        let painted = self.painted(gpu, renderer, self.main.as_ref(), size, source);
+        let old = self.main.take();
+        let painted = self.painted(gpu, renderer, old.as_ref(), size, source);
         let shown = painted.shown;
         self.main = Some(painted);
         Some(shown)
@@ -134,10 +143,10 @@ impl Canvas {
         let look = plain(choice);
         let old = std::mem::take(&mut self.previews);
         let mut shown = BTreeMap::new();
-        for (path, image) in &told.ready {
+        for (path, image, images) in &told.ready {
             let longest = image.width().max(image.height()).max(1);
             let size = [image.width(), image.height()].map(|n| (n * PREVIEW / longest).max(1));
-            let source = (image.clone(), None, told.images, look);
+            let source = (image.clone(), None, *images, look);
             let painted = self.painted(gpu, renderer, old.get(path), size, source);
             shown.insert(path.clone(), painted.shown);
             self.previews.insert(path.clone(), painted);
@@ -151,7 +160,7 @@ impl Canvas {
     }
 
     fn painted(
-        &self,
+        &mut self,
         gpu: &Gpu,
         renderer: &mut egui_wgpu::Renderer,
         old: Option<&Painted>,
@@ -189,7 +198,7 @@ impl Canvas {
         Painted { texture, shown, source }
     }
 
-    fn draw(&self, gpu: &Gpu, first: &wgpu::Texture, second: &wgpu::Texture, look: Look, to: &wgpu::Texture) {
+    fn draw(&mut self, gpu: &Gpu, first: &wgpu::Texture, second: &wgpu::Texture, look: Look, to: &wgpu::Texture) {
         let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("display"),
             size: size_of::<Look>() as u64,
@@ -223,7 +232,7 @@ impl Canvas {
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
         drop(pass);
-        gpu.queue.submit([encoder.finish()]);
+        self.recorded.push(encoder.finish());
     }
 }
 

@@ -4,12 +4,13 @@ use super::feed::Told;
 use super::stage::{Stage, Wish};
 use crate::diag::{Diagnostic, Faults};
 use crate::gpu::Gpu;
-use crate::reload::Watcher;
+use crate::reload::{LONGEST, TOGETHER, Watcher};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
+use std::time::Instant;
 
 /// What the thread is told.
 enum Message {
@@ -71,15 +72,26 @@ fn run(mut stage: Stage, watcher: Result<Watcher, Faults>, receive: &Receiver<Me
     let mut rest = true;
     loop {
         // The newest wish counts; those before it were overtaken.
+        let mut first_change: Option<Instant> = None;
         let mut next = if rest { receive.recv().map_err(|_| TryRecvError::Disconnected) } else { receive.try_recv() };
         loop {
             match next {
                 Ok(Message::Wish(w)) => wish = Some(w),
-                Ok(Message::Changed(files)) => stage.changed(&files),
+                Ok(Message::Changed(files)) => {
+                    stage.changed(&files);
+                    first_change.get_or_insert_with(Instant::now);
+                }
                 Ok(Message::End) | Err(TryRecvError::Disconnected) => return,
                 Err(TryRecvError::Empty) => break,
             }
-            next = receive.try_recv();
+            // Files that are saved together come to rest one after the other.
+            next = match first_change {
+                Some(first) if first.elapsed() < LONGEST => receive.recv_timeout(TOGETHER).map_err(|e| match e {
+                    RecvTimeoutError::Timeout => TryRecvError::Empty,
+                    RecvTimeoutError::Disconnected => TryRecvError::Disconnected,
+                }),
+                _ => receive.try_recv(),
+            };
         }
         let Some(wish) = &wish else { continue };
         let mut told = stage.advance(wish, &mut tell);

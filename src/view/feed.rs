@@ -43,8 +43,8 @@ pub struct Told {
     pub score: Option<Arc<Score>>,
     pub inspected: Option<Arc<Inspected>>,
     pub variants: Arc<Vec<Variant>>,
-    /// The last image of each graph that is ready to be switched to.
-    pub ready: Vec<(PathBuf, wgpu::Texture)>,
+    /// The last image of each graph that is ready to be switched to, and a count of its contents.
+    pub ready: Vec<(PathBuf, wgpu::Texture, u64)>,
     pub remade: Option<Remade>,
     /// The device is gone; nothing more will come.
     pub lost: bool,
@@ -229,6 +229,7 @@ fn passes(plan: &Plan, before: &[PassTimes]) -> Vec<PassTimes> {
     for pass in &mut all {
         if let Some(old) = before.iter().find(|p| p.name == pass.name) {
             pass.history = old.history.clone();
+            (pass.gpu_ms, pass.cpu_ms) = (old.gpu_ms, old.cpu_ms);
         }
     }
     all

@@ -65,6 +65,8 @@ enum Step {
     Size(u32, u32),
     Shot(PathBuf),
     Save(PathBuf),
+    /// Until the image that the shown one is held against has come to this frame.
+    Other(u32),
     /// Frames of the window.
     Wait(u32),
     LoseDevice,
@@ -158,6 +160,7 @@ impl Script {
             }
             Step::Faults(part) => !now.told.faults.is_empty() && render(&now.told.faults).contains(part.as_str()),
             Step::Mended => now.rest && now.told.faults.is_empty(),
+            Step::Other(frame) => now.told.frames[1] >= *frame && now.told.score.is_some(),
             Step::Wait(frames) => {
                 self.waited += 1;
                 self.waited > *frames
@@ -253,9 +256,15 @@ impl Script {
         let points: Vec<Pos2> = way.iter().map(|p| place(*p)).collect();
         let [start, rest @ ..] = &points[..] else { return true };
         let end = *points.last().unwrap_or(start);
-        let mut frames = vec![vec![Event::PointerMoved(*start)], vec![press(*start, true)]];
-        frames.extend(rest.iter().map(|p| vec![Event::PointerMoved(*p)]));
-        frames.push(vec![press(end, false)]);
+        let mut frames = vec![vec![Event::PointerMoved(*start)]];
+        if rest.is_empty() {
+            // In one frame: a slow machine must not make a long press of it.
+            frames.push(vec![press(*start, true), press(end, false)]);
+        } else {
+            frames.push(vec![press(*start, true)]);
+            frames.extend(rest.iter().map(|p| vec![Event::PointerMoved(*p)]));
+            frames.push(vec![press(end, false)]);
+        }
         // Away, so that nothing stays hovered.
         frames.push(vec![Event::PointerGone]);
         frames.reverse();

@@ -90,7 +90,9 @@ struct Kept {
     output: String,
     /// A copy of the output, in linear light.
     image: Option<wgpu::Texture>,
-    /// Frames since it was made.
+    /// Counts the contents of `image`.
+    images: u64,
+    /// Frames since what is seen changed.
     frames: u32,
     /// What the last frame was made with.
     last: Option<(Choice, f32)>,
@@ -136,9 +138,14 @@ impl Stage {
 
     /// Files have changed; with none named, any may have.
     pub fn changed(&mut self, files: &BTreeSet<PathBuf>) {
-        self.revision += 1;
-        self.variants = Arc::default();
-        self.reference = None;
+        self.vain.clear();
+        let text = |f: &Path| f.extension().is_some_and(|e| e == "ron" || e == "wgsl");
+        // Graphs and shaders are texts; a picture beside them is no change.
+        if files.is_empty() || files.iter().any(|f| text(f)) {
+            self.revision += 1;
+            self.variants = Arc::default();
+            self.reference = None;
+        }
         if let Some(scene) = &mut self.scene {
             let homes: BTreeSet<PathBuf> = scene.files.iter().filter_map(|f| folder_of(f)).collect();
             let shader = |f: &Path| f.extension().is_some_and(|e| e == "wgsl");
@@ -224,7 +231,7 @@ impl Stage {
     }
 
     fn tell(&self, told: Told) -> Told {
-        let ready = self.kept.iter().filter_map(|k| Some((k.key.graph.clone(), k.image.clone()?)));
+        let ready = self.kept.iter().filter_map(|k| Some((k.key.graph.clone(), k.image.clone()?, k.images)));
         Told {
             images: self.images,
             variants: self.variants.clone(),
@@ -301,7 +308,14 @@ impl Stage {
         let start = Instant::now();
         let project = match at {
             Some(i) if self.kept[i].key.revision == self.revision => self.kept[i].project.clone(),
-            _ => Project::open(graph, &self.shaders).map_err(|f| self.note(key.clone(), f))?,
+            _ => {
+                let project = Project::open(graph, &self.shaders).map_err(|f| self.note(key.clone(), f))?;
+                match self.kept.last() {
+                    // Variants have most of their shaders in common.
+                    Some(other) => Project { texts: project.texts.after(&other.project.texts), ..project },
+                    None => project,
+                }
+            }
         };
         key.params = accepted(&project.graph, &wish.choice.params);
         remade.graph_ms = ms(start);
@@ -327,8 +341,19 @@ impl Stage {
             scene,
         });
         let (output, image) = (String::new(), None);
-        let made =
-            Kept { key, project, session, subject, output, image, frames: 0, last: None, rest: false, fault: None };
+        let made = Kept {
+            key,
+            project,
+            session,
+            subject,
+            output,
+            image,
+            images: 0,
+            frames: 0,
+            last: None,
+            rest: false,
+            fault: None,
+        };
         if let Some(i) = at {
             self.kept.remove(i);
         }
@@ -480,8 +505,10 @@ impl Stage {
     }
 
     fn note(&mut self, key: Key, faults: Faults) -> Faults {
-        let revision = self.revision;
-        self.vain.retain(|v| v.0.revision == revision);
+        // A drag of a slider over a broken graph tries many.
+        if self.vain.len() > 64 {
+            self.vain.clear();
+        }
         self.vain.push((key, faults.clone()));
         faults
     }
@@ -500,6 +527,7 @@ impl Kept {
             return Err(d.help("look at it as a resource, or choose another output").into());
         };
         self.image = Some(image);
+        self.images += 1;
         Ok(Rendered { report, why: self.session.why().to_vec() })
     }
 }

@@ -23,6 +23,8 @@ pub struct Screen {
 pub struct Paint<'a> {
     pub context: &'a egui::Context,
     pub output: egui::FullOutput,
+    /// What comes before the panels.
+    pub before: Vec<wgpu::CommandBuffer>,
     /// Where to write what the window shows.
     pub shot: Option<&'a Path>,
 }
@@ -67,7 +69,7 @@ impl Screen {
     /// # Errors
     /// The picture of the window can't be written.
     pub fn paint(&mut self, paint: Paint) -> Checked<bool> {
-        let Paint { context, mut output, shot } = paint;
+        let Paint { context, mut output, mut before, shot } = paint;
         let gpu = self.gpu.clone();
         let (device, queue) = (&gpu.device, &gpu.queue);
         for (id, deltas) in output.textures_delta.set.drain() {
@@ -75,7 +77,10 @@ impl Screen {
                 self.renderer.update_texture(device, queue, id, &delta);
             }
         }
-        let shown = self.present(context, output.shapes, output.pixels_per_point, shot);
+        let shown = self.present(context, output.shapes, output.pixels_per_point, &mut before, shot);
+        if !before.is_empty() {
+            queue.submit(before);
+        }
         for id in output.textures_delta.free.drain() {
             self.renderer.free_texture(&id);
         }
@@ -87,6 +92,7 @@ impl Screen {
         context: &egui::Context,
         shapes: Vec<egui::epaint::ClippedShape>,
         pixels_per_point: f32,
+        before: &mut Vec<wgpu::CommandBuffer>,
         shot: Option<&Path>,
     ) -> Checked<bool> {
         if self.stale && !self.configure() {
@@ -111,7 +117,8 @@ impl Screen {
         let jobs = context.tessellate(shapes, pixels_per_point);
         let descriptor = egui_wgpu::ScreenDescriptor { size_in_pixels: self.size(), pixels_per_point };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut buffers = self.renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &descriptor);
+        let mut buffers = std::mem::take(before);
+        buffers.extend(self.renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &descriptor));
         let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("window"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

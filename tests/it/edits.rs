@@ -74,12 +74,14 @@ fn graph_text(state: State) -> String {
             \"extent\": Buffer(stride: 4, count: 1),
             \"row\": Buffer(stride: 4, count: 16),
             \"heap\": Buffer(stride: 4, count: 4),
+            \"shadow\": Texture(format: Depth32Float, size: 8, layers: \"light_views\"),
             \"soft\": Texture(format: Rgba32Float, size: \"screen\"),
             \"color\": Texture(format: Rgba32Float, size: \"screen\"),
         }},
         passes: [
             {first}
             {second}
+            Draw(name: \"shadows\", shader: \"shadows.wgsl\", each: \"light_views\", frusta: \"light_views\", depth: \"shadow\"),
             Compute(name: \"measure\", shader: \"measure.wgsl\", over: (1, 1, 1)),
             Clear(name: \"zero\", target: \"heap\", value: (0, 0, 0, 0)),
             Loop(name: \"turn\", count: \"turns\", passes: [Compute(name: \"grow\", shader: \"grow.wgsl\", over: (1, 1, 1))]),
@@ -109,6 +111,18 @@ struct Out { @location(0) drawn: vec4f }
     return Out(materials[in.material].base_color * texel + vec4f(lights[0].position, 0.0) * 0.125);
 }";
 
+/// Each member of it sees a part of the scene.
+const SHADOWS: &str = "
+struct Node { transform: mat4x4f }
+struct LightView { view_projection: mat4x4f }
+var<storage, read> nodes: array<Node>;
+var<storage, read> light_views: array<LightView>;
+@vertex fn vertex(
+    @location(0) position: vec3f, @location(3) node: u32, @builtin(instance_index) view: u32
+) -> @builtin(position) vec4f {
+    return light_views[view].view_projection * nodes[node].transform * vec4f(position, 1.0);
+}";
+
 const SPREAD: &str = "
 var<storage, read_write> row: array<u32>;
 @compute @workgroup_size(1) fn spread(@builtin(global_invocation_id) id: vec3u) { row[id.x] = 1u; }";
@@ -136,6 +150,7 @@ fn mix_text(factor: u8, comment: u8) -> String {
         "// {comment}
 #import parts::total
 var soft: texture_2d<f32>;
+var shadow: texture_depth_2d_array;
 var<storage, read> row: array<u32>;
 var<storage, read> extent: array<u32>;
 var<storage, read> heap: array<u32>;
@@ -145,7 +160,9 @@ struct Image {{ @location(0) color: vec4f }}
 @fragment fn mixed(@builtin(position) at: vec4f) -> Image {{
     var sum = 0u;
     for (var i = 0u; i < 16u; i++) {{ sum += row[i]; }}
-    let numbers = total(f32(sum), f32(heap[0]), f32(extent[0])) * {factor}.5;
+    var depths = 0.0;
+    for (var i = 0u; i < textureNumLayers(shadow); i++) {{ depths += textureLoad(shadow, vec2u(at.xy) % 8u, i, 0); }}
+    let numbers = depths + total(f32(sum), f32(heap[0]), f32(extent[0])) * {factor}.5;
     return Image(textureLoad(soft, vec2u(at.xy), 0) * params.gain + numbers);
 }}"
     )
@@ -159,7 +176,14 @@ fn library(state: State) -> Library {
     let mix = mix_text(state[Shader as usize], state[Comment as usize]);
     // A function that nobody calls is not a change either.
     let parts = PARTS.replace("1.0", &format!("{}.0", state[Comment as usize]));
-    let texts = [("draw", DRAW), ("spread", SPREAD), ("measure", MEASURE), ("grow", GROW), ("blur", BLUR)];
+    let texts = [
+        ("draw", DRAW),
+        ("shadows", SHADOWS),
+        ("spread", SPREAD),
+        ("measure", MEASURE),
+        ("grow", GROW),
+        ("blur", BLUR),
+    ];
     let texts = texts.into_iter().chain([("mix", mix.as_str()), ("parts", parts.as_str())]);
     let file = |(name, text): (&str, &str)| {
         let path = format!("{name}.wgsl");
@@ -232,6 +256,7 @@ impl<'a> Player<'a> {
             cameras: glam::Vec3::X * by(Camera),
             lights: glam::Vec3::Y * by(Light),
             nodes: vec![(0, glam::Vec3::Z * by(Object))],
+            ..Shift::default()
         };
         self.frame += 1;
         session.frame(self.gpu, self.frame - 1, 0.0).map(|_| ())
@@ -257,10 +282,10 @@ fn with(edit: Edit, choice: u8) -> State {
 fn expected(edit: Edit) -> (&'static [&'static str], &'static str) {
     match edit {
         Camera => (&["draw", "blur", "mix"], "changed: camera_view_projection"),
-        Light => (&["draw", "blur", "mix"], "changed: table lights"),
-        Object => (&["draw", "blur", "mix"], "changed: table nodes"),
+        Light => (&["draw", "shadows", "shadows.cull", "blur", "mix"], "changed: table lights"),
+        Object => (&["draw", "shadows", "shadows.cull", "blur", "mix"], "changed: table nodes"),
         Material => (&["draw", "blur", "mix"], "changed: table materials"),
-        Vertex => (&["draw", "blur", "mix"], "changed: the scene's triangles"),
+        Vertex => (&["draw", "shadows", "shadows.cull", "blur", "mix"], "changed: the scene's triangles"),
         Texture => (&["draw", "blur", "mix"], "changed: the scene's textures"),
         Gain => (&["mix"], "changed: gain"),
         Turns => (&["zero", "grow", "mix"], "its result was overwritten in shared memory"),
@@ -312,6 +337,7 @@ fn telling(kind: Kind) -> Edit {
         Kind::Table => Material,
         Kind::Geometry => Vertex,
         Kind::Textures => Texture,
+        Kind::Member => Object,
         Kind::Input => Material,
         Kind::Size => Wide,
         Kind::Target => Clear,

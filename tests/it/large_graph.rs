@@ -11,6 +11,15 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+/// The time that this thread has computed, whoever else uses the machine; without Linux's books, the time of the clock.
+fn computed() -> Duration {
+    static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+    let start = *START.get_or_init(Instant::now);
+    let books = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = books.split(' ').next().and_then(|n| n.parse().ok());
+    nanoseconds.map_or_else(|| start.elapsed(), Duration::from_nanos)
+}
+
 const PASSES: usize = 1000;
 
 /// A chain: each pass reads what the one before it made, some take one of eight shaders, some are left out.
@@ -59,12 +68,12 @@ fn shaders() -> Library {
 
 /// Parse and check; then plan. Each with its time.
 fn once(text: &str, texts: &Library) -> (Planned, [Duration; 2]) {
-    let start = Instant::now();
+    let start = computed();
     let read = |_: &Path| Ok(Source::new("long.ron", text));
     let graph = graph::load(Path::new("long.ron"), &read).unwrap_or_else(|f| panic!("{f}"));
-    let read = start.elapsed();
+    let read = computed() - start;
     let project = Project { graph, texts: texts.clone() };
-    let start = Instant::now();
+    let start = computed();
     let planned = plan(&Request {
         graph: &project.graph,
         texts: &project.texts,
@@ -75,7 +84,7 @@ fn once(text: &str, texts: &Library) -> (Planned, [Duration; 2]) {
         limits: &wgpu::Limits::default(),
         features: wgpu::Features::FLOAT32_FILTERABLE,
     });
-    (planned.unwrap_or_else(|f| panic!("{f}")), [read, start.elapsed()])
+    (planned.unwrap_or_else(|f| panic!("{f}")), [read, computed() - start])
 }
 
 #[test]
@@ -91,7 +100,7 @@ fn a_thousand_passes_are_planned_at_once() {
     }
     let [read, plan] = best.map(|d| d.as_secs_f64() * 1e3);
     println!("{PASSES} passes: parse and check {read:.1} ms, plan {plan:.1} ms (best of 5)");
-    // Without optimisation, and beside other tests, only what is out of all proportion shows.
+    // Without optimisation only what is out of all proportion shows.
     let most = if cfg!(debug_assertions) { 1000.0 } else { 10.0 };
     assert!(read + plan < most, "{:.1} ms", read + plan);
 }

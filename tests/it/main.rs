@@ -4,6 +4,8 @@
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
+//! - `culling`: draws that leave out what their members don't see change nothing
+//! - `endings`: a loop that ends on the device ends as one that the host ends
 //! - `following`: probes that follow the camera capture one slab a step, and nothing pops
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
@@ -12,9 +14,12 @@
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `large_graph`: 1,000 passes, parsed and planned in time
+//! - `library`: public types in other programs
+//! - `lobes`: glossy lobes against their integrals and another renderer
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
+//! - `regions`: what moves is drawn again only where it is seen
 //! - `seams`: soft visibility leaves no steps on flat walls
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `shader_checks`: what shaders find wrong by themselves
@@ -23,6 +28,7 @@
 //! - `snapshots`: one tiny picture of the whole
 //! - `stress`: numerical stability: the cases that matter most
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
+//! - `trusted`: the end of the bounce loop, held to what it promises
 //! - `twins`: shaders against the Rust of the same mathematics
 //! - `view`: the window, on a virtual display
 //! - `watch`: live reload without a window
@@ -32,15 +38,20 @@ mod bad;
 mod bad_scenes;
 mod closed_forms;
 mod command;
+mod culling;
 mod device;
 mod edits;
+mod endings;
 mod following;
 mod graph_snapshots;
 mod large_graph;
+mod library;
+mod lobes;
 mod mutated;
 mod mutations;
 mod projection;
 mod references;
+mod regions;
 mod reloads;
 mod report_page;
 mod seams;
@@ -53,6 +64,7 @@ mod stress;
 mod support;
 mod test_command;
 mod traced;
+mod trusted;
 mod twins;
 // A virtual display is a thing of X11.
 #[cfg(all(feature = "window", target_os = "linux"))]

@@ -78,7 +78,7 @@ fn functions_that_texels_do_not_tell_apart_are_left_out() {
 fn windows_take_their_share_of_each_degree() {
     let hann = |l: usize| 0.5 + 0.5 * (PI * l as f64 / 4.0).cos();
     let lanczos = |l: usize| if l == 0 { 1.0 } else { (PI * l as f64 / 4.0).sin() / (PI * l as f64 / 4.0) };
-    let damped = |window: u32| products(3, 8, &format!("least_squares=true window={window}"));
+    let damped = |window: u32| products(3, 8, &format!("least_squares=true deringing={window}"));
     assert!(off(&damped(0), 3, |_| 1.0) < 5e-6);
     assert!(off(&damped(1), 3, hann) < 5e-6);
     assert!(off(&damped(2), 3, lanczos) < 5e-6);

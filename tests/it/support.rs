@@ -2,7 +2,7 @@
 
 use lightgraph::diag::{Checked, Diagnostic};
 use lightgraph::plan::build::{Planned, plan};
-use lightgraph::plan::request::{Request, sample_facts};
+use lightgraph::plan::request::{Request, sample_device, sample_facts};
 use lightgraph::session::Project;
 use lightgraph::value::Values;
 use std::path::{Path, PathBuf};
@@ -30,6 +30,7 @@ pub fn plan_without_device(
     outputs: Option<&[String]>,
     full: bool,
 ) -> Checked<Planned> {
+    let (limits, features) = sample_device();
     plan(&Request {
         graph: &project.graph,
         texts: &project.texts,
@@ -37,8 +38,8 @@ pub fn plan_without_device(
         facts: &sample_facts(full),
         screen: [640, 480],
         outputs,
-        limits: &wgpu::Limits::default(),
-        features: wgpu::Features::FLOAT32_FILTERABLE,
+        limits: &limits,
+        features,
     })
 }
 

@@ -110,7 +110,12 @@ impl Bench<'_> {
 
     pub(super) fn published(&self, published: &Published) -> Checked<Vec<Row>> {
         let Published { name, origin, seconds, rmse_percent, run, output, at_least } = published;
+        let manifest = Manifest::read(self.references)?;
         let mut timed = self.session(run, &run.graph, Moves::All)?;
+        // Seen by the camera that the reference was seen by.
+        let scene = timed.session.scene.name.clone();
+        let camera = manifest.views().into_iter().find(|(s, _)| *s == scene).and_then(|(_, camera)| camera);
+        timed.session.settings.camera.clone_from(&camera);
         timed.frame(self.gpu)?;
         let mut times = vec![];
         for _ in 0..self.repeat {
@@ -121,9 +126,7 @@ impl Bench<'_> {
         let section = "against published times";
         let mut rows =
             vec![Row::new(section, name, seconds / ours, "× faster").wanted(Wanted::AtLeast(*at_least)).note(note)];
-        let manifest = Manifest::read(self.references)?;
-        let scene = &timed.session.scene.name;
-        let references = manifest.load(scene, None, timed.session.settings.size, &mut vec![])?;
+        let references = manifest.load(&scene, camera.as_deref(), timed.session.settings.size, &mut vec![])?;
         let images = BTreeMap::from([(output.clone(), timed.session.image(self.gpu, output)?)]);
         let scores = score(&images, &references, &BTreeMap::new())?;
         let found = scores.iter().find(|s| s.only_when.is_empty()).ok_or_else(|| {

@@ -71,7 +71,7 @@ impl Bench<'_> {
             let mut least = f64::INFINITY;
             for _ in 0..self.repeat.max(2) {
                 let start = Instant::now();
-                let frame = Frame { values: values.clone(), tables: None, run: Some(which) };
+                let frame = Frame { values: values.clone(), tables: None, run: Some(which), ..Frame::default() };
                 gpu::execute(self.gpu, &plan, prepared, &frame)?;
                 least = least.min(start.elapsed().as_secs_f64() * 1e3);
             }

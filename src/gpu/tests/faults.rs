@@ -1,6 +1,6 @@
 use crate::gpu::testing::{Sketch, faults, gpu, run};
 use crate::gpu::{Frame, Gpu, execute, prepare, read_image};
-use crate::plan::{Comparison, Cull, Geometry, Loop, Node, Place, ResourceId, TextureKind, Until};
+use crate::plan::{Comparison, Cull, Ending, Geometry, Loop, Node, Place, ResourceId, TextureKind, Until};
 use crate::scene;
 use wgpu::TextureFormat as F;
 
@@ -142,7 +142,7 @@ fn an_attribute_that_vertices_lack_and_a_missing_table_are_named() {
 fn a_loop_that_tests_a_texture_is_refused() {
     let mut s = Sketch::new();
     let buffer = s.image("image", F::Rgba32Float, 4, 4);
-    let until = Some(Until { buffer, comparison: Comparison::Less, value: 0.0 });
+    let until = Some(Until { buffer, comparison: Comparison::Less, value: 0.0, ending: Ending::Device });
     let text = faults(s.order([Node::Loop(Loop { name: "l".into(), count: 1, until, body: vec![] })]));
     assert!(text.contains("`l`") && text.contains("`image`"), "{text}");
 }

@@ -1,5 +1,5 @@
 use crate::gpu::testing::{Sketch, quads, run, run_scene};
-use crate::plan::{Comparison, Cull, Geometry, Loop, Node, Place, TextureKind, Until};
+use crate::plan::{Comparison, Cull, Ending, Geometry, Loop, Node, Place, TextureKind, Until};
 use wgpu::TextureFormat as F;
 
 const HALVE: &str = "
@@ -33,30 +33,86 @@ fn a_loop_without_a_test_takes_all_its_iterations_and_tells_their_index() {
     assert_eq!(loops, [("inner", 4), ("inner", 4), ("inner", 4), ("outer", 3)]);
 }
 
-#[test]
-fn a_loop_ends_after_the_iteration_that_passes_the_test() {
-    let mut s = Sketch::new();
-    let buffer = s.buffer("number", 4);
-    s.plan.resources[0].initial = Some([1.0; 4]);
-    let halve = s.compute("halve", HALVE, [1, 1, 1]);
-    let until = Until { buffer, comparison: Comparison::Less, value: 0.2 };
-    let ran = run(s.order([looped("l", 10, Some(until), vec![halve])]));
-    assert_eq!(ran.floats("number"), [0.125]);
-    assert_eq!((ran.report.loops[0].iterations, ran.report.loops[0].last), (3, Some(0.125)));
-    assert_eq!(ran.report.steps[0].runs, 3);
-    assert!(ran.report.warnings.is_empty());
+/// Both ways to end a loop.
+fn endings() -> [Ending; 2] {
+    [Ending::Device, Ending::Host { why: "for comparison".into() }]
 }
 
 #[test]
+fn a_loop_ends_after_the_iteration_that_passes_the_test() {
+    for (ending, count) in endings().into_iter().flat_map(|e| [(e.clone(), 10), (e, 100)]) {
+        let mut s = Sketch::new();
+        let buffer = s.buffer("number", 4);
+        s.plan.resources[0].initial = Some([1.0; 4]);
+        let halve = s.compute("halve", HALVE, [1, 1, 1]);
+        let until = Until { buffer, comparison: Comparison::Less, value: 0.2, ending };
+        let ran = run(s.order([looped("l", count, Some(until), vec![halve])]));
+        assert_eq!(ran.floats("number"), [0.125]);
+        assert_eq!((ran.report.loops[0].iterations, ran.report.loops[0].last), (3, Some(0.125)));
+        assert_eq!(ran.report.steps[0].runs, 3);
+        assert!(ran.report.warnings.is_empty());
+    }
+}
+
+#[test]
+fn each_comparison_is_the_same_on_the_device_as_by_the_host() {
+    use Comparison::{Greater, GreaterEqual, Less, LessEqual};
+    for (comparison, value, iterations) in
+        [(Less, 0.25, 3), (LessEqual, 0.25, 2), (Greater, 0.4, 1), (GreaterEqual, 0.5, 1), (Greater, 0.5, 5)]
+    {
+        for ending in endings() {
+            let mut s = Sketch::new();
+            let buffer = s.buffer("number", 4);
+            s.plan.resources[0].initial = Some([1.0; 4]);
+            let halve = s.compute("halve", HALVE, [1, 1, 1]);
+            let until = Until { buffer, comparison, value, ending };
+            let ran = run(s.order([looped("l", 5, Some(until), vec![halve])]));
+            assert_eq!(ran.report.loops[0].iterations, iterations, "{comparison:?} {value}");
+        }
+    }
+}
+
+/// What draws after the end would clear the target, or count once more.
+#[test]
+fn nothing_is_drawn_after_the_end_of_a_loop_on_the_device() {
+    for ending in endings() {
+        let mut s = Sketch::new();
+        let buffer = s.buffer("number", 4);
+        s.plan.resources[0].initial = Some([1.0; 4]);
+        s.texture("image", TextureKind::D2 { array: true }, F::Rgba32Float, [2, 2, 4]);
+        s.image("tiles", F::Rgba32Float, 4, 4);
+        let halve = s.compute("halve", HALVE, [1, 1, 1]);
+        let layers = "var<uniform> l: u32;
+            @vertex fn vertex(@location(0) position: vec3f) -> @builtin(position) vec4f { return vec4f(position, 1.0); }
+            @fragment fn fragment() -> @location(0) vec4f { return vec4f(f32(l) + 1.0); }";
+        let scene = Geometry::Scene { cull: Cull::Material };
+        let draw = s.draw("draw", layers, scene, (&["image"], None), &[Place::LoopLayer(0)]);
+        let screen = s.draw("screen", SCREEN_LOOP, Geometry::Screen, (&["tiles"], None), &[Place::Rect([2, 2, 2, 2])]);
+        let until = Until { buffer, comparison: Comparison::Less, value: 0.3, ending };
+        let ran = run_scene(s.order([looped("l", 4, Some(until), vec![halve, draw, screen])]), &quads(), &[]);
+        let image = ran.image("image");
+        let of_layer: Vec<f32> = image.data.chunks(16).map(|layer| layer[0]).collect();
+        assert_eq!(of_layer, [1.0, 2.0, 0.0, 0.0]);
+        let tiles = ran.image("tiles");
+        assert_eq!((tiles.data[0], tiles.data[4 * 15]), (0.0, 2.0));
+    }
+}
+
+const SCREEN_LOOP: &str = "var<uniform> l: u32;
+    @fragment fn fragment() -> @location(0) vec4f { return vec4f(f32(l) + 1.0); }";
+
+#[test]
 fn a_loop_stops_and_warns_when_its_number_is_none() {
-    let mut s = Sketch::new();
-    let buffer = s.buffer("number", 4);
-    s.plan.resources[0].initial = Some([f64::NAN; 4]);
-    let halve = s.compute("halve", HALVE, [1, 1, 1]);
-    let until = Until { buffer, comparison: Comparison::Less, value: 0.2 };
-    let ran = run(s.order([looped("l", 10, Some(until), vec![halve])]));
-    assert_eq!(ran.report.loops[0].iterations, 1);
-    assert!(ran.report.warnings[0].message.contains("`l`"), "{:?}", ran.report.warnings);
+    for ending in endings() {
+        let mut s = Sketch::new();
+        let buffer = s.buffer("number", 4);
+        s.plan.resources[0].initial = Some([f64::NAN; 4]);
+        let halve = s.compute("halve", HALVE, [1, 1, 1]);
+        let until = Until { buffer, comparison: Comparison::Less, value: 0.2, ending };
+        let ran = run(s.order([looped("l", 10, Some(until), vec![halve])]));
+        assert_eq!(ran.report.loops[0].iterations, 1);
+        assert!(ran.report.warnings[0].message.contains("`l`"), "{:?}", ran.report.warnings);
+    }
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! A plan for other programs. The keys are stable: they are those of the structs here, not of the plan.
 
 use super::words::{Row, comparison, description};
-use crate::plan::{Action, Desc, Node, Plan, Slot};
+use crate::plan::keys::Keys;
+use crate::plan::{Action, Desc, Ending, Node, Plan, Slot};
 use crate::shader::Def;
 use crate::value::Value;
 use serde::Serialize;
@@ -62,6 +63,8 @@ struct StepJson<'p> {
     reads: Vec<usize>,
     writes: Vec<usize>,
     after: Vec<usize>,
+    /// What it runs again for, besides changes of what it reads; in a loop that of all its steps.
+    depends: Vec<String>,
 }
 
 /// A place in the order: an index into the steps, or a loop.
@@ -74,17 +77,20 @@ enum NodeJson<'p> {
         name: &'p str,
         count: u32,
         #[serde(skip_serializing_if = "Option::is_none")]
-        until: Option<UntilJson>,
+        until: Option<UntilJson<'p>>,
         body: Vec<NodeJson<'p>>,
     },
 }
 
 /// `buffer` is an index into the resources.
 #[derive(Serialize)]
-struct UntilJson {
+struct UntilJson<'p> {
     buffer: usize,
     comparison: &'static str,
     value: f32,
+    /// Why the host ends it; without, the device does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    by_host: Option<&'p str>,
 }
 
 #[derive(Serialize)]
@@ -148,7 +154,11 @@ struct MemoryJson {
 pub fn to_json(plan: &Plan) -> Json {
     let (bytes, bytes_unshared) = plan.bytes();
     let ids = |ids: &[crate::plan::ResourceId]| ids.iter().map(|r| r.0).collect();
-    let steps = plan.steps.iter().enumerate().map(|(i, s)| {
+    let mut depends: Vec<Vec<String>> = vec![vec![]; plan.steps.len()];
+    for unit in Keys::of(plan, None).units {
+        unit.steps.iter().for_each(|s| depends[s.0] = unit.depends());
+    }
+    let steps = plan.steps.iter().zip(depends).enumerate().map(|(i, (s, depends))| {
         let (shader, workgroups, draws, value) = match &s.action {
             Action::Draw(d) => (Some(d.shader), None, Some(d.members.len()), None),
             Action::Compute { shader, groups, .. } => (Some(*shader), Some(*groups), None, None),
@@ -166,6 +176,7 @@ pub fn to_json(plan: &Plan) -> Json {
             reads: ids(&s.reads),
             writes: ids(&s.writes),
             after: s.after.iter().map(|a| a.0).collect(),
+            depends,
         }
     });
     let resources = plan.resources.iter().map(|r| ResourceJson {
@@ -219,6 +230,10 @@ fn nodes(order: &[Node]) -> Vec<NodeJson<'_>> {
                 buffer: u.buffer.0,
                 comparison: comparison(u.comparison),
                 value: u.value,
+                by_host: match &u.ending {
+                    Ending::Device => None,
+                    Ending::Host { why } => Some(why),
+                },
             }),
             body: nodes(&l.body),
         },

@@ -233,7 +233,7 @@ fn overwrites(plan: &Plan, step: &Step, id: ResourceId) -> bool {
             };
             let color = d.color.iter().any(|c| c.resource == id && c.clear.is_some());
             let depth = d.depth.as_ref().is_some_and(|t| t.resource == id && t.clear.is_some());
-            (color || depth) && d.members.len() >= layers
+            (color || depth) && d.members.len() * d.views as usize >= layers
         }
         Action::Compute { .. } => false,
     }

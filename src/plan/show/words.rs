@@ -1,7 +1,9 @@
 //! Names, sizes and steps in words.
 
 use crate::plan::expand::shape;
-use crate::plan::{Action, Comparison, Cull, Desc, Draw, Geometry, Loop, Member, Place, Plan, ResourceId, StepId};
+use crate::plan::{
+    Action, Comparison, Cull, Desc, Draw, Ending, Geometry, Loop, Member, Place, Plan, ResourceId, StepId,
+};
 use crate::shader::{Def, Shader};
 
 /// A step as a line of words.
@@ -85,6 +87,9 @@ fn definitions(shader: &Shader) -> String {
 
 fn drawing(plan: &Plan, d: &Draw) -> String {
     let mut words = places(&d.members);
+    if d.views > 1 {
+        words = vec![format!("{} draws of {} views", d.members.len(), d.views)];
+    }
     let name = |id: ResourceId| plan.resources[id.0].name.as_str();
     for c in &d.color {
         match c.clear {
@@ -149,7 +154,11 @@ pub(super) fn description(desc: &Desc) -> String {
 pub(super) fn loop_head(plan: &Plan, l: &Loop) -> String {
     let until = l.until.as_ref().map(|u| {
         let sign = comparison(u.comparison);
-        format!(" until {} {sign} {}", plan.resources[u.buffer.0].name, u.value)
+        let ending = match &u.ending {
+            Ending::Device => String::new(),
+            Ending::Host { why } => format!(", ended by the host: {why}"),
+        };
+        format!(" until {} {sign} {}{ending}", plan.resources[u.buffer.0].name, u.value)
     });
     format!("{} × {}{}", l.name, l.count, until.unwrap_or_default())
 }

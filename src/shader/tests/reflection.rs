@@ -40,7 +40,7 @@ fn every_kind_of_variable_is_reflected() {
         Some(v) => v.kind.clone(),
         None => panic!("no {name}"),
     };
-    let member = |name: &str, offset, ty| Member { name: name.to_owned(), offset, ty };
+    let member = |name: &str, offset, ty| Member { name: name.to_owned(), offset, ty, read: true };
     let texture = |dim, sample| BindingKind::Texture { dim, sample, multisampled: false };
     let members = vec![
         member("camera", 0, Type::Mat4),
@@ -108,4 +108,25 @@ fn entries_are_reflected() {
     assert!(fs.writes_depth && !i.entries[2].writes_depth);
     assert_eq!(i.entries[2].outputs[0].name, None);
     assert_eq!(i.entries.iter().map(|e| e.name.as_str()).collect::<Vec<_>>(), ["vs", "fs", "bare"]);
+}
+
+#[test]
+fn members_that_nobody_asks_for_are_told_apart() {
+    let interface = interface(
+        "struct Params { asked: f32, unasked: f32, handed: f32 }
+        struct Whole { a: f32, b: f32 }
+        var<uniform> params: Params;
+        var<uniform> whole: Whole;
+        var<storage, read_write> out: array<f32>;
+        fn part(w: Whole) -> f32 { return w.a; }
+        @compute @workgroup_size(1) fn main() { out[0] = params.asked + part(whole); let h = params.handed; out[1] = h; }",
+    );
+    let read = |name: &str| -> Vec<(String, bool)> {
+        let variable = interface.variables.iter().find(|v| v.name == name).unwrap();
+        let BindingKind::Uniform(layout) = &variable.kind else { panic!("{name} is no uniform") };
+        layout.members.iter().map(|m| (m.name.clone(), m.read)).collect()
+    };
+    let expected = |list: &[(&str, bool)]| -> Vec<_> { list.iter().map(|(n, r)| ((*n).to_string(), *r)).collect() };
+    assert_eq!(read("params"), expected(&[("asked", true), ("unasked", false), ("handed", true)]));
+    assert_eq!(read("whole"), expected(&[("a", true), ("b", true)]), "all of it is loaded");
 }

@@ -10,6 +10,8 @@ use egui::{Align2, Color32, FontId, Key, PointerButton, Pos2, Rect, Response, Se
 use glam::Vec3;
 
 const MARK: Color32 = Color32::from_rgb(0xff, 0xd7, 0x66);
+/// What the image leaves to the edges of the panels, in points.
+const EDGE: f32 = 4.0;
 /// How near the line between two images the pointer takes hold of it, in points.
 const GRIP: f32 = 6.0;
 
@@ -18,7 +20,9 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) -> Rect {
     let area = ui.available_rect_before_wrap();
     let ppp = ui.ctx().pixels_per_point();
     state.room = [area.width(), area.height()].map(|n| (n.max(0.0) * ppp).round() as u32);
-    let response = ui.allocate_rect(area, Sense::click_and_drag());
+    ui.allocate_rect(area, Sense::hover());
+    // The edges of the panels around are theirs to drag.
+    let response = ui.interact(area.shrink(EDGE), ui.scope_id().with("image"), Sense::click_and_drag());
     state.mark("image", area);
     let Some(shown) = seen.image else {
         let text = if seen.feed.told.faults.is_empty() { "making the first frame …" } else { "" };

@@ -37,7 +37,7 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     if state.panels.bottom {
         let panel = Panel::bottom("bottom").resizable(true).default_size(230.0).min_size(90.0);
         let rect = panel.show(ui, |ui| bottom(ui, state, seen)).response.rect;
-        state.mark("bottom edge", egui::Rect::from_x_y_ranges(rect.x_range(), rect.top() - 1.0..=rect.top() + 1.0));
+        state.mark("bottom edge", egui::Rect::from_x_y_ranges(rect.x_range(), rect.top()..=rect.top() + 2.0));
     }
     if state.panels.left {
         Panel::left("left").resizable(true).default_size(300.0).min_size(180.0).show(ui, |ui| {

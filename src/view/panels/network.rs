@@ -134,7 +134,7 @@ fn pass_box(ui: &Ui, brush: &Brush, pass: &PassBox, frame: Option<&Rendered>) {
         _ => (Color32::from_rgb(0x26, 0x2b, 0x31), 6.0),
     };
     let why: Vec<&Why> = frame.iter().flat_map(|f| pass.steps.iter().filter_map(|s| f.why.get(s.0))).collect();
-    let ran = why.iter().any(|w| !matches!(w, Why::Unchanged { .. } | Why::NotNeeded));
+    let ran = why.iter().any(|w| w.runs());
     let (width, edge) = if ran { (2.0, COLORS[0]) } else { (1.0, Color32::from_rgb(0x52, 0x60, 0x6d)) };
     brush.framed(pass.rect, corner, fill, width, edge);
     let line = |y: f32, words: &str, size: f32, color: Color32| {

@@ -17,7 +17,9 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
             let label = ui.add_sized([110.0, 18.0], egui::Label::new(name).truncate());
             label.on_hover_text(format!("{}\n{} by default", param.about, param.default));
             let rect = widget(ui, param, &mut value);
-            state.mark(format!("param {name}"), rect);
+            if ui.clip_rect().contains(rect.center()) {
+                state.mark(format!("param {name}"), rect);
+            }
             if set.is_some() {
                 let reset = ui.small_button("×").on_hover_text("back to the graph's default");
                 if reset.clicked() {

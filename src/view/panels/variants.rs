@@ -1,11 +1,14 @@
 //! The graphs to choose from, each with the last image that it gave.
 
-use super::{Seen, stem};
+use super::Seen;
 use crate::view::state::State;
-use egui::{Color32, Image, Rect, RichText, Sense, Vec2};
+use egui::{Color32, Image, Rect, RichText, ScrollArea, Sense, Vec2};
+use std::path::PathBuf;
 
 /// The room of a preview, in points.
-const PREVIEW: Vec2 = Vec2::new(52.0, 34.0);
+const PREVIEW: Vec2 = Vec2::new(44.0, 28.0);
+/// The list's height at most, in points; longer ones scroll.
+const HEIGHT: f32 = 250.0;
 
 pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     let told = &seen.feed.told;
@@ -30,7 +33,21 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     }
     ui.add_space(4.0);
     let mut chosen = None;
-    for variant in told.variants.iter() {
+    ScrollArea::vertical().id_salt("variants").max_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+        chosen = list(ui, state, seen);
+    });
+    if let Some(path) = chosen {
+        state.set_graph(path);
+    }
+    let text = "Renders each graph once in the background, so that switching to it is instant";
+    let prepare = ui.checkbox(&mut state.prepare, "prepare all").on_hover_text(text);
+    state.mark("prepare all", prepare.rect);
+}
+
+/// The graphs; the one that is clicked.
+fn list(ui: &mut egui::Ui, state: &mut State, seen: &Seen) -> Option<PathBuf> {
+    let mut chosen = None;
+    for variant in seen.feed.told.variants.iter() {
         let current = variant.path.file_name() == state.now().graph.file_name();
         let row = ui.horizontal(|ui| {
             let (room, _) = ui.allocate_exact_size(PREVIEW, Sense::hover());
@@ -46,15 +63,9 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
         if row.inner.clicked() {
             chosen = Some(variant.path.clone());
         }
-        state.mark(format!("variant {}", variant.name), row.inner.rect);
+        if ui.clip_rect().contains_rect(row.inner.rect) {
+            state.mark(format!("variant {}", variant.name), row.inner.rect);
+        }
     }
-    if let Some(path) = chosen {
-        state.set_graph(path);
-    }
-    let text = "Renders each graph once in the background, so that switching to it is instant";
-    let prepare = ui.checkbox(&mut state.prepare, "prepare all").on_hover_text(text);
-    state.mark("prepare all", prepare.rect);
-    if !told.variants.iter().any(|v| v.path.file_name() == state.now().graph.file_name()) {
-        ui.label(stem(&state.now().graph));
-    }
+    chosen
 }

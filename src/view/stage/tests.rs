@@ -113,6 +113,17 @@ fn a_fault_leaves_the_last_good_frame_until_it_is_mended() {
 }
 
 #[test]
+fn a_picture_beside_the_graph_is_no_change() {
+    let (files, mut stage) = (Files::new("beside"), stage());
+    let told = settle(&mut stage, &files.wish());
+    stage.changed(&BTreeSet::from([files.0.join("graph.png")]));
+    let again = settle(&mut stage, &files.wish());
+    assert!(Arc::ptr_eq(&told.subject.unwrap(), &again.subject.unwrap()));
+    stage.changed(&BTreeSet::from([files.0.join("graph.ron")]));
+    assert!(settle(&mut stage, &files.wish()).remade.is_some());
+}
+
+#[test]
 fn parameters_that_a_variant_lacks_or_refuses_are_left_out() {
     let (files, mut stage) = (Files::new("params"), stage());
     let mut wish = files.wish();

@@ -1,0 +1,38 @@
+"""The peer `eevee`: Blender's EEVEE with a baked volume of light probes. peer.py states arguments and results.
+
+The volume reaches half its size past the scene's box on every side: one that ends at the walls gives them no light. The
+probes are as many in the scene's box along each axis as the setting says. `seconds` is the time to bake and to render, the
+second of two runs, so that shaders are ready.
+"""
+
+from pathlib import Path
+
+import image_files
+import peer
+import stated
+from gltf import Unsupported
+
+PYTHON = Path(__file__).parent.parent / "target/peers/blender/bin/python"
+
+
+def main():
+    args, settings = peer.arguments("eevee")
+    if not any(PYTHON.parent.parent.glob("lib/python*/site-packages/bpy")):
+        peer.absent("Blender's module is not installed; `make peers` installs it where Python is 3.11")
+    try:
+        scene = peer.load(args)
+    except Unsupported as why:
+        peer.absent(str(why))
+    script = Path(__file__).parent / "blender/render_eevee.py"
+    _, results = stated.render([PYTHON, script], "eevee", scene, args, settings)
+    for result in results:
+        full, direct = (image_files.read(result[name]) for name in ("full", "direct"))
+        paths = [args.out / f"eevee_{result['index']}_{name}.exr" for name in ("full", "indirect")]
+        for path, image in zip(paths, (full, full - direct), strict=True):
+            image_files.write(path, image)
+        setting = settings[result["index"]]
+        peer.report("Blender EEVEE", result["version"], args, scene, setting, result["seconds"], *paths)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+//! Clearing by drawing: where a render pass must keep what is around, or must not happen at all when the device says so.
+
+use super::{device::Gpu, pipelines::by_location, scope::scoped};
+use crate::diag::Checked;
+use crate::plan::Draw;
+
+/// A pipeline without bindings that gives each target of a draw its clear value, by one triangle of three vertices.
+/// Targets that the draw keeps stay as they are.
+///
+/// # Errors
+/// What the device finds wrong.
+pub(super) fn pipeline(gpu: &Gpu, name: &str, draw: &Draw) -> Checked<wgpu::RenderPipeline> {
+    let text = source(draw);
+    let colors = by_location(&draw.color);
+    let targets: Vec<Option<wgpu::ColorTargetState>> = colors
+        .iter()
+        .map(|t| {
+            t.map(|t| wgpu::ColorTargetState {
+                format: t.format,
+                blend: None,
+                write_mask: if t.clear.is_some() { wgpu::ColorWrites::ALL } else { wgpu::ColorWrites::empty() },
+            })
+        })
+        .collect();
+    scoped(gpu, &format!("build the pipeline that clears for `{name}`"), || {
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("wipe"),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        });
+        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("wipe"),
+            bind_group_layouts: &[],
+            immediate_size: 0,
+        });
+        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("wipe"),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("cover"),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: draw.depth.as_ref().map(|d| wgpu::DepthStencilState {
+                format: d.format,
+                depth_write_enabled: Some(d.clear.is_some()),
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: (!targets.is_empty()).then_some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("fill"),
+                compilation_options: Default::default(),
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    })
+}
+
+/// A triangle over all of the target at the depth to clear to, in the colours to clear to.
+fn source(draw: &Draw) -> String {
+    let depth = draw.depth.as_ref().and_then(|d| d.clear).unwrap_or(0.0);
+    let mut text = format!(
+        "@vertex fn cover(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {{
+            return vec4f(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, {depth:?}, 1.0);
+        }}\n"
+    );
+    let outputs: Vec<(u32, &str, String)> = draw
+        .color
+        .iter()
+        .map(|t| {
+            let value = t.clear.unwrap_or([0.0; 4]);
+            let (ty, parts) = match t.format.sample_type(None, None) {
+                Some(wgpu::TextureSampleType::Uint) => ("vec4u", value.map(|v| format!("{}u", v as u32))),
+                Some(wgpu::TextureSampleType::Sint) => ("vec4i", value.map(|v| format!("{}i", v as i32))),
+                _ => ("vec4f", value.map(|v| format!("{:?}f", v as f32))),
+            };
+            (t.location, ty, format!("{ty}({})", parts.join(", ")))
+        })
+        .collect();
+    if !outputs.is_empty() {
+        let members: Vec<String> = outputs.iter().map(|(l, ty, _)| format!("@location({l}) c{l}: {ty}")).collect();
+        let values: Vec<&str> = outputs.iter().map(|(.., value)| value.as_str()).collect();
+        text.push_str(&format!(
+            "struct Fill {{ {} }}\n@fragment fn fill() -> Fill {{ return Fill({}); }}\n",
+            members.join(", "),
+            values.join(", ")
+        ));
+    }
+    text
+}

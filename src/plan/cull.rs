@@ -1,0 +1,191 @@
+//! Draws over many views: a step before them finds what each member sees, so that they draw no more.
+
+use super::expand::Expander;
+use super::wire::{How, Mode, Use, Wire, Wired, Wirer};
+use super::{Action, Binding, Cull, Desc, Frusta, Indirect, Member, Resource, ResourceId, Step};
+use crate::diag::{Diagnostic, Source, Span};
+use crate::graph::ast::{Name, Raster};
+use crate::scene::TABLES;
+use crate::shader::{BindingKind, Defs, Library, Stage, compose};
+use crate::value::{Type, Value, Values};
+use std::sync::Arc;
+
+/// The shader that fills a buffer of draws; its path can't be that of a file of the graph.
+const SHADER: &str = "built-in: cull.wgsl";
+
+/// The column of a table, and the only thing in a buffer, that says what a member sees: world to clip space.
+pub const FRUSTUM: &str = "view_projection";
+
+/// Bytes of a `mat4x4f`.
+const FRUSTUM_BYTES: u64 = 64;
+
+/// Draws of one member and part at most. More find gaps between clusters better, and cost time where they are empty.
+const MOST_DRAWS_EACH: u32 = 64;
+
+/// Bytes of the arguments of an indexed indirect draw.
+pub const DRAW_BYTES: u64 = 20;
+
+/// The step before a draw, wired.
+pub struct Culling {
+    shader: usize,
+    bindings: Vec<Wire>,
+    /// Which of the bindings are the frusta.
+    frusta: usize,
+}
+
+/// The triangles of the draws in a buffer of them.
+pub fn triangles(draws: &[u8]) -> u64 {
+    let word = |draw: &[u8], i: usize| {
+        draw.get(4 * i..4 * i + 4).and_then(|b| b.try_into().ok()).map_or(0, |b| u64::from(u32::from_le_bytes(b)))
+    };
+    draws.chunks_exact(DRAW_BYTES as usize).map(|d| word(d, 0) / 3 * word(d, 1)).sum()
+}
+
+/// Tables whose rows hold a frustum.
+pub fn frustum_tables() -> impl Iterator<Item = &'static str> {
+    let holds = |columns: &[(&str, Type)]| columns.iter().any(|(name, _)| *name == FRUSTUM);
+    TABLES.iter().filter(move |(_, columns)| holds(columns)).map(|(name, _)| *name)
+}
+
+impl<'g> Wirer<'g, '_> {
+    /// Wires the step that finds what each member sees. `None` after a fault, and for adapters that can't begin an indirect draw at
+    /// a member's number: there everything is drawn, which gives the same image.
+    pub(super) fn culling(&mut self, wired: &mut Wired<'g>, frusta: &Name) -> Option<Culling> {
+        if !self.request.features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE) {
+            return None;
+        }
+        let mut library = Library::default();
+        library.files.insert(SHADER.into(), Source::new(SHADER, include_str!("cull.wgsl")));
+        let shader = match self.out.shaders.iter().find(|s| s.path == SHADER) {
+            Some(shader) => shader.clone(),
+            None => {
+                let shader = compose(&library, SHADER, &Defs::new()).map_err(|f| self.faults.extend(f.0)).ok()?;
+                self.out.shaders.push(Arc::new(shader));
+                self.out.shaders.last()?.clone()
+            }
+        };
+        let index = self.out.shaders.iter().position(|s| Arc::ptr_eq(s, &shader))?;
+        let mut bindings = vec![];
+        for v in &shader.interface.variables {
+            bindings.push(match (&v.kind, v.name.as_str()) {
+                (BindingKind::Uniform(layout), _) => {
+                    Wire::Fixed(Binding::Uniform { layout: layout.clone(), extra: Values::new() })
+                }
+                (_, "draws") => Wire::Result,
+                (_, "frusta") if !frustum_tables().any(|t| t == frusta.value) => self.frusta(wired, frusta)?,
+                (_, name) => {
+                    let name = if name == "frusta" { frusta.value.as_str() } else { name };
+                    let (table, columns) = TABLES.iter().find(|t| t.0 == name)?;
+                    self.table(&shader, wired.pass, v, table, columns, &frusta.span)?
+                }
+            });
+        }
+        let frusta = shader.interface.variables.iter().position(|v| v.name == "frusta")?;
+        Some(Culling { shader: index, bindings, frusta })
+    }
+
+    fn frusta(&mut self, wired: &mut Wired<'g>, name: &Name) -> Option<Wire> {
+        let sized = self.sizes.of(&name.value)?;
+        let sized = self.keep(sized)?;
+        let Desc::Buffer { size, .. } = sized.desc else { return None };
+        let members = wired.each.unwrap_or(1);
+        if size < FRUSTUM_BYTES * u64::from(members) {
+            let d = Diagnostic::error(format!("`{}` has {size} bytes for the frusta of {members} members", name.value));
+            let help = format!("declare it as `Buffer(stride: {FRUSTUM_BYTES}, count: …)` with one `mat4x4f` a member");
+            self.faults.push(d.at(&name.span, format!("each takes {FRUSTUM_BYTES}")).help(help));
+            return None;
+        }
+        wired.uses.push(Use {
+            resource: name.value.clone(),
+            mode: Mode::Read,
+            how: How::Storage,
+            span: name.span.clone(),
+        });
+        Some(Wire::Resource(name.value.clone()))
+    }
+}
+
+impl Expander<'_, '_> {
+    /// Adds the step that fills the draws of these members, and says where they are.
+    pub(super) fn culled(&mut self, w: &Wired, r: &Raster, name: &str, members: &[Member]) -> Option<Indirect> {
+        let culling = w.culling.as_ref()?;
+        let number = |name: &str| match self.values.get(name) {
+            Some(Value::Uint(n)) => *n,
+            _ => 0,
+        };
+        let all = number("clusters");
+        // Only there do both sides differ in what draws them.
+        let first = if r.cull == Cull::Material { number("one_sided_clusters").min(all) } else { all };
+        let parts = [first, all - first].map(|n| (n, n.min(MOST_DRAWS_EACH)));
+        let rows = members.len() as u32;
+        let draws = (parts[0].1 + parts[1].1).max(1);
+        let buffer = self.draws(name, u64::from(rows) * u64::from(draws) * DRAW_BYTES, &w.pass.span)?;
+        let values = [
+            ("members", rows),
+            ("first_member", members.first().map_or(0, |m| m.index)),
+            ("first_clusters", parts[0].0),
+            ("first_draws", draws - parts[1].1),
+            ("second_clusters", parts[1].0),
+            ("second_draws", parts[1].1),
+        ];
+        let extra: Values = values.into_iter().map(|(name, n)| (name.to_owned(), Value::Uint(n))).collect();
+        let mut bindings = vec![];
+        let mut reads = vec![];
+        for wire in &culling.bindings {
+            bindings.push(match wire {
+                Wire::Resource(frusta) => {
+                    let id = self.id(frusta, 0, &w.pass.span)?;
+                    // The host wants to know them too.
+                    self.usage(id, How::CopySource);
+                    reads.push(id);
+                    Binding::Resource(id)
+                }
+                Wire::Fixed(Binding::Uniform { layout, .. }) => {
+                    Binding::Uniform { layout: layout.clone(), extra: extra.clone() }
+                }
+                Wire::Fixed(other) => other.clone(),
+                Wire::Source | Wire::Result => Binding::Resource(buffer),
+            });
+        }
+        let frusta = match bindings.get(culling.frusta)? {
+            Binding::Table(i) => Frusta::Table(*i),
+            Binding::Resource(id) => Frusta::Buffer(*id),
+            Binding::Uniform { .. } | Binding::SceneTextures | Binding::Sampler(_) | Binding::Report => return None,
+        };
+        let groups = (rows.checked_mul(draws)?).div_ceil(64);
+        let across = groups.clamp(1, self.limits.max_compute_workgroups_per_dimension);
+        let entry = self.shaders[culling.shader].interface.entry(Stage::Compute)?.name.clone();
+        self.out.steps.push(Step {
+            name: format!("{name}.cull"),
+            pass: w.pass.name.value.clone(),
+            group: w.pass.group.as_ref().map(|g| g.value.clone()),
+            action: Action::Compute { shader: culling.shader, entry, groups: [across, groups.div_ceil(across), 1] },
+            bindings,
+            reads,
+            writes: vec![buffer],
+            after: vec![],
+        });
+        Some(Indirect { buffer, first: draws - parts[1].1, second: parts[1].1, frusta })
+    }
+
+    fn draws(&mut self, name: &str, size: u64, span: &Span) -> Option<ResourceId> {
+        use wgpu::BufferUsages as U;
+        // It can be read back: how much was drawn is part of a frame's statistics.
+        let usage = U::STORAGE | U::INDIRECT | U::COPY_SRC;
+        let desc = Desc::Buffer { size, usage };
+        let name = format!("{name}.draws");
+        let fits = super::sizes::limits(&name, &desc, span, self.limits);
+        self.keep(fits)?;
+        self.out.resources.push(Resource {
+            name,
+            desc,
+            slot: 0,
+            alive: (0, 0),
+            history: false,
+            initial: None,
+            min: None,
+            max: None,
+        });
+        Some(ResourceId(self.out.resources.len() - 1))
+    }
+}

@@ -1,0 +1,101 @@
+//! Built in: the draws of each member of a pass, each over the clusters of a part of the scene that its frustum meets.
+
+struct Cluster {
+    /// Corners of the box in the world, metres.
+    lower: vec3f,
+    upper: vec3f,
+    /// Indices of the mesh.
+    first: u32,
+    count: u32,
+}
+var<storage, read> clusters: array<Cluster>;
+
+struct Frustum {
+    view_projection: mat4x4f,
+}
+var<storage, read> frusta: array<Frustum>;
+
+/// As WebGPU reads the arguments of an indexed indirect draw.
+struct Draw {
+    index_count: u32,
+    instance_count: u32,
+    first_index: u32,
+    base_vertex: i32,
+    first_instance: u32,
+}
+var<storage, read_write> draws: array<Draw>;
+
+struct Culling {
+    members: u32,
+    /// The first one's number.
+    first_member: u32,
+    /// Clusters that the draws of a member's first part share, and how many draws these are.
+    first_clusters: u32,
+    first_draws: u32,
+    /// The same of its second part, whose clusters follow.
+    second_clusters: u32,
+    second_draws: u32,
+}
+var<uniform> culling: Culling;
+
+/// Whether a box lies on the outer side of a plane for certain: `dot(plane, p) < 0` for all of it, rounding included.
+fn outside(plane: vec4f, middle: vec3f, half: vec3f) -> bool {
+    let reach = dot(abs(plane.xyz), half);
+    let size = dot(abs(plane.xyz), abs(middle)) + abs(plane.w);
+    return dot(plane.xyz, middle) + plane.w + reach < -1e-5 * (size + reach);
+}
+
+/// Whether a box meets the volume that `rows`, those of a view-projection matrix, keeps (-w..w, -w..w, 0..w).
+/// What is not a number keeps everything.
+fn meets(rows: mat4x4f, lower: vec3f, upper: vec3f) -> bool {
+    let middle = 0.5 * (lower + upper);
+    let half = 0.5 * (upper - lower);
+    return !(outside(rows[3] + rows[0], middle, half)
+        || outside(rows[3] - rows[0], middle, half)
+        || outside(rows[3] + rows[1], middle, half)
+        || outside(rows[3] - rows[1], middle, half)
+        || outside(rows[2], middle, half)
+        || outside(rows[3] - rows[2], middle, half));
+}
+
+/// One invocation a draw: from the first to the last cluster that is seen of an equal share of the clusters.
+@compute @workgroup_size(64)
+fn cull(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let draw = (group.y * groups.x + group.x) * 64u + lane;
+    let draws_each = culling.first_draws + culling.second_draws;
+    let row = draw / draws_each;
+    if row >= culling.members {
+        return;
+    }
+    let member = culling.first_member + row;
+    var place = draw % draws_each;
+    var base = 0u;
+    var count = culling.first_clusters;
+    var shares = culling.first_draws;
+    if place >= culling.first_draws {
+        place -= culling.first_draws;
+        base = culling.first_clusters;
+        count = culling.second_clusters;
+        shares = culling.second_draws;
+    }
+    let share = (count + shares - 1u) / max(shares, 1u);
+    let begin = base + min(place * share, count);
+    let end = base + min((place + 1u) * share, count);
+    let known = member < arrayLength(&frusta);
+    let rows = transpose(frusta[min(member, arrayLength(&frusta) - 1u)].view_projection);
+    var first = 0xffffffffu;
+    var last = 0u;
+    for (var i = begin; i < end; i++) {
+        let c = clusters[i];
+        if !known || meets(rows, c.lower, c.upper) {
+            first = min(first, c.first);
+            last = c.first + c.count;
+        }
+    }
+    let seen = first < last;
+    draws[draw] = Draw(select(0u, last - first, seen), select(0u, 1u, seen), select(0u, first, seen), 0, member);
+}

@@ -1,0 +1,155 @@
+//! Clusters: the triangles cut into small compact groups, so that a draw can leave out what a view doesn't show.
+
+use super::{bvh::Bvh, geometry::Geometry, model::Bounds};
+use glam::Vec3;
+
+/// Triangles of a cluster at most: few enough that a cluster seldom lies half inside a view, many enough that testing it
+/// costs far less than drawing it.
+pub const CLUSTER: usize = 32;
+
+/// Neighbouring triangles of one node and one sidedness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cluster {
+    /// Its first place in [`Geometry::indices`].
+    pub first: u32,
+    /// How many indices it has, three a triangle.
+    pub count: u32,
+    /// Row of the `nodes` table: all its vertices move with it.
+    pub node: u32,
+}
+
+/// Sorts the triangles into clusters, those of single-sided materials first. The same triangles give the same clusters;
+/// triangles that fit one cluster keep their order.
+pub(super) fn cluster(geometry: &mut Geometry) {
+    let mut clusters = vec![];
+    let triangles: Vec<[u32; 3]> = geometry.indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+    let split = (geometry.one_sided as usize / 3).min(triangles.len());
+    let node = |t: &[u32; 3]| geometry.vertices[t[0] as usize].node;
+    let position = |i: u32| Vec3::from(geometry.vertices[i as usize].position);
+    let mut sorted: Vec<u32> = Vec::with_capacity(geometry.indices.len());
+    for part in [&triangles[..split], &triangles[split..]] {
+        for group in part.chunk_by(|a, b| node(a) == node(b)) {
+            for mut members in compact(group.len(), || group.iter().map(|t| t.map(position)).collect()) {
+                members.sort_unstable();
+                let first = sorted.len() as u32;
+                sorted.extend(members.iter().flat_map(|i| group[*i as usize]));
+                clusters.push(Cluster { first, count: sorted.len() as u32 - first, node: node(&group[0]) });
+            }
+        }
+    }
+    geometry.indices = sorted;
+    geometry.clusters = clusters;
+}
+
+/// Cuts `count` triangles into groups: the largest subtrees of their hierarchy that fit.
+fn compact(count: usize, corners: impl FnOnce() -> Vec<[Vec3; 3]>) -> Vec<Vec<u32>> {
+    if count <= CLUSTER {
+        return vec![(0..count as u32).collect()];
+    }
+    let bvh = Bvh::new(&corners());
+    // By row: the part of the order below it. Children stand after their parents.
+    let mut below = vec![0..0; bvh.nodes.len()];
+    for (row, n) in bvh.nodes.iter().enumerate().rev() {
+        let first = n.first as usize;
+        below[row] = match n.count {
+            0 => below[first].start..below[first + 1].end,
+            count => first..first + count as usize,
+        };
+    }
+    let mut groups = vec![];
+    let mut open = vec![0];
+    while let Some(row) = open.pop() {
+        if bvh.nodes[row].count > 0 || below[row].len() <= CLUSTER {
+            groups.push(bvh.order[below[row].clone()].to_vec());
+        } else {
+            let first = bvh.nodes[row].first as usize;
+            open.extend([first + 1, first]);
+        }
+    }
+    groups
+}
+
+/// The box round a cluster, given the corners of all triangles in the order of [`Geometry::indices`]. It is wider than the
+/// corners by what a shader may round them to.
+pub(super) fn bounds(cluster: &Cluster, corners: &[[Vec3; 3]]) -> Bounds {
+    let range = cluster.first as usize / 3..(cluster.first + cluster.count) as usize / 3;
+    let found = Bounds::of(corners[range].iter().flatten().copied());
+    let largest = found.min.abs().max(found.max.abs()).max_element();
+    let margin = Vec3::splat(largest * 16.0 * f32::EPSILON);
+    Bounds { min: found.min - margin, max: found.max + margin }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Vertex;
+
+    /// A grid of `n` × `n` quads in the plane of node `node`, as triangles.
+    fn plane(n: u32, node: u32, geometry: &mut Geometry) {
+        for (x, y) in (0..n * n).map(|i| (i % n, i / n)) {
+            let first = geometry.vertices.len() as u32;
+            for (dx, dy) in [(0, 0), (1, 0), (1, 1), (0, 1)] {
+                let position = [(x + dx) as f32, (y + dy) as f32, node as f32];
+                geometry.vertices.push(Vertex { position, normal: [0.0, 0.0, 1.0], uv: [0.0; 2], node, material: 0 });
+            }
+            geometry.indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
+        }
+    }
+
+    #[test]
+    fn clusters_hold_every_triangle_once_and_never_mix_nodes_or_sides() {
+        let mut g = Geometry::default();
+        plane(20, 0, &mut g);
+        plane(3, 1, &mut g);
+        g.one_sided = g.indices.len() as u32;
+        plane(9, 1, &mut g);
+        let before = g.clone();
+        cluster(&mut g);
+        let sorted = |g: &Geometry| {
+            let mut all: Vec<[u32; 3]> = g.indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+            all.sort_unstable();
+            all
+        };
+        assert_eq!(sorted(&g), sorted(&before));
+        assert_eq!(sorted(&Geometry { indices: g.indices[..g.one_sided as usize].to_vec(), ..g.clone() }), {
+            sorted(&Geometry { indices: before.indices[..g.one_sided as usize].to_vec(), ..before })
+        });
+        let mut next = 0;
+        for c in &g.clusters {
+            assert_eq!(c.first, next);
+            next += c.count;
+            assert!(c.count > 0 && c.count as usize <= 3 * CLUSTER);
+            let all = &g.indices[c.first as usize..next as usize];
+            assert!(all.iter().all(|i| g.vertices[*i as usize].node == c.node));
+            assert!(next <= g.one_sided || c.first >= g.one_sided, "a cluster has both sides");
+        }
+        assert_eq!(next as usize, g.indices.len());
+    }
+
+    #[test]
+    fn a_large_plane_falls_into_compact_parts() {
+        let mut g = Geometry::default();
+        plane(32, 0, &mut g);
+        g.one_sided = g.indices.len() as u32;
+        cluster(&mut g);
+        let corners: Vec<[Vec3; 3]> = g
+            .indices
+            .chunks_exact(3)
+            .map(|t| [t[0], t[1], t[2]].map(|i| Vec3::from(g.vertices[i as usize].position)))
+            .collect();
+        let area: f32 =
+            g.clusters.iter().map(|c| bounds(c, &corners)).map(|b| (b.max.x - b.min.x) * (b.max.y - b.min.y)).sum();
+        assert!(area < 1.1 * 32.0 * 32.0, "the boxes overlap: {area}");
+        assert!(g.clusters.len() <= 2 * (2 * 32 * 32) / CLUSTER, "{} clusters", g.clusters.len());
+    }
+
+    #[test]
+    fn few_triangles_keep_their_order() {
+        let mut g = Geometry::default();
+        plane(4, 0, &mut g);
+        g.one_sided = g.indices.len() as u32;
+        let before = g.indices.clone();
+        cluster(&mut g);
+        assert_eq!((g.indices.clone(), g.clusters.len()), (before, 1));
+    }
+}

@@ -1,0 +1,85 @@
+//! Draws that leave out what their members don't see make the same images as draws of everything, from fewer triangles.
+
+use crate::{device, support};
+use lightgraph::gpu::Gpu;
+use lightgraph::graph::ast::{PassKind, walk_mut};
+use lightgraph::scene;
+use lightgraph::session::{Project, Session, Settings};
+
+/// A session of one graph, culled or not.
+fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str], culled: bool, outputs: &[&str]) -> Session {
+    let mut project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    if !culled {
+        walk_mut(&mut project.graph.passes, &mut |p| {
+            if let PassKind::Draw(raster) = &mut p.kind {
+                raster.frusta = None;
+            }
+        });
+    }
+    let set: Vec<String> = set.iter().map(ToString::to_string).collect();
+    let settings = Settings {
+        params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),
+        size: [24, 16],
+        outputs: Some(outputs.iter().map(ToString::to_string).collect()),
+        skip: true,
+        ..Settings::default()
+    };
+    let loaded = scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
+    Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
+}
+
+/// The bits of some outputs after a frame at each of these times.
+fn bits(gpu: &Gpu, session: &mut Session, times: &[f32], outputs: &[&str]) -> Vec<Vec<u32>> {
+    let mut all = vec![];
+    for (index, time) in (0..).zip(times) {
+        session.frame(gpu, index, *time).unwrap_or_else(|f| panic!("{f}"));
+        for output in outputs {
+            let image = session.image(gpu, output).unwrap_or_else(|f| panic!("{f}"));
+            all.push(image.data.iter().map(|x| x.to_bits()).collect());
+        }
+    }
+    all
+}
+
+/// Triangles drawn and in the whole, by pass.
+fn triangles(gpu: &Gpu, session: &Session, pass: &str) -> (u64, u64) {
+    let counts = session.triangles(gpu).unwrap_or_else(|f| panic!("{f}"));
+    let of_pass = |i: &usize| session.plan.steps[*i].pass == pass;
+    let (_, found) = counts.into_iter().find(|(i, _)| of_pass(i)).unwrap_or_else(|| panic!("{pass} is not culled"));
+    found
+}
+
+#[test]
+fn culled_draws_make_the_same_bits() {
+    let gpu = &device::gpu();
+    let small = ["grid=2", "face=8", "bounces=1"];
+    let cases: [(&str, &str, &[&str], &[f32]); 5] = [
+        ("uniform_grid.ron", "hall_moving.ron", &small, &[0.0, 0.7, 1.3]),
+        ("uniform_grid.ron", "cornell_point.gltf", &small, &[0.0]),
+        ("indirect_shadow.ron", "two_rooms.glb", &small, &[0.0]),
+        ("nonuniform_grid.ron", "hall.ron", &small, &[0.0]),
+        ("direct.ron", "art_gallery.ron", &["shadow_size=256"], &[0.0]),
+    ];
+    for (graph, scene, set, times) in cases {
+        let outputs: &[&str] = if graph == "direct.ron" { &["direct"] } else { &["color", "sh"] };
+        let mut with = session(gpu, graph, scene, set, true, outputs);
+        let mut without = session(gpu, graph, scene, set, false, outputs);
+        let same = bits(gpu, &mut with, times, outputs) == bits(gpu, &mut without, times, outputs);
+        assert!(same, "{graph} on {scene} differs without culling");
+        assert!(without.triangles(gpu).unwrap().is_empty(), "{graph} is culled all the same");
+        let (drawn, whole) = triangles(gpu, &with, "shadow_maps");
+        assert!(drawn > 0 && drawn <= whole, "{graph} on {scene}: {drawn} of {whole}");
+    }
+}
+
+/// The figure for views in all directions from within a scene is at best 6, the faces of a cube.
+#[test]
+fn a_face_of_a_cube_draws_less_than_a_quarter_of_the_scene() {
+    let gpu = &device::gpu();
+    for (scene, grid) in [("hall.ron", "grid=4"), ("hall.ron", "grid=8"), ("art_gallery.ron", "grid=4")] {
+        let mut s = session(gpu, "uniform_grid.ron", scene, &[grid, "face=2", "bounces=1"], true, &["sh"]);
+        s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+        let (drawn, whole) = triangles(gpu, &s, "capture");
+        assert!(drawn * 4 <= whole && drawn > 0, "{scene}, {grid}: {drawn} of {whole} triangles are drawn");
+    }
+}

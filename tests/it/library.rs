@@ -1,0 +1,34 @@
+//! The public types as other programs use them.
+
+use lightgraph::diag::{Diagnostic, Faults, Source};
+use lightgraph::gpu::{FrameReport, Gpu, Prepared};
+use lightgraph::graph::Graph;
+use lightgraph::image::Image;
+use lightgraph::plan::Plan;
+use lightgraph::scene::Scene;
+use lightgraph::session::{Project, Session, Settings};
+use lightgraph::shader::{Library, Shader};
+
+fn send<T: Send>() {}
+fn shared<T: Send + Sync>() {}
+
+/// It compiles: everything can go to another thread, and what does not change can be shared, as with wgpu itself.
+#[test]
+fn types_cross_threads_as_those_of_wgpu_do() {
+    shared::<wgpu::Device>();
+    shared::<Gpu>();
+    shared::<Graph>();
+    shared::<Plan>();
+    shared::<Scene>();
+    shared::<Library>();
+    shared::<Shader>();
+    shared::<Project>();
+    shared::<Settings>();
+    shared::<Image>();
+    shared::<Source>();
+    shared::<Diagnostic>();
+    shared::<Faults>();
+    shared::<FrameReport>();
+    send::<Prepared>();
+    send::<Session>();
+}

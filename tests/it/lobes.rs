@@ -1,0 +1,127 @@
+//! Glossy lobes as the shaders tabulate them: against integrals of the lobes themselves, and against another renderer.
+
+use crate::device::{Shot, gpu};
+use crate::support::{Scratch, repository};
+use glam::DVec3;
+use lightgraph::image::Image;
+use lightgraph::image::exr::read_exr;
+use lightgraph::image::mask::both;
+use lightgraph::image::metrics::compare;
+use lightgraph::scene;
+use lightgraph::session::{Project, Session, Settings};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// As `lightgraph::lobe_table` has it.
+const ANGLES: usize = 48;
+const ORDER: usize = 10;
+
+/// The table of the balls' Phong lobes: for each row the shares of degree l round direction j.
+fn phong_table() -> (Image, Vec<(usize, f64)>) {
+    let gpu = gpu();
+    let scratch = Scratch::new("lobes");
+    let variant = scratch.path().join("variant.ron");
+    for base in ["uniform_grid.ron", "phong.ron"] {
+        std::fs::copy(repository(&format!("graphs/{base}")), scratch.path().join(base)).unwrap();
+    }
+    let text = r#"Variant(base: "phong.ron", about: "for tests", edits: [AddOutput("lobe_table", "lobe_table")])"#;
+    std::fs::write(&variant, text).unwrap();
+    let project = Project::open(&variant, &[repository("shaders")]).unwrap_or_else(|f| panic!("{f}"));
+    let settings = Settings {
+        params: project.params(&["grid=1,1,1".into(), "face=2".into()]).unwrap_or_else(|f| panic!("{f}")),
+        size: [8, 8],
+        outputs: Some(vec!["lobe_table".into()]),
+        ..Settings::default()
+    };
+    let scene = scene::load(&repository("scenes/phong_balls.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let glossy = scene.materials.iter().enumerate().filter(|(_, m)| m.specular > 0.0);
+    let glossy = glossy.map(|(row, m)| (row, f64::from(m.shininess))).collect();
+    let mut session = Session::new(&gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
+    session.frame(&gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+    (session.image(&gpu, "lobe_table").unwrap_or_else(|f| panic!("{f}")), glossy)
+}
+
+fn legendre(x: f64) -> [f64; ORDER + 1] {
+    let mut p = [1.0; ORDER + 1];
+    p[1] = x;
+    for l in 2..=ORDER {
+        let k = l as f64;
+        p[l] = ((2.0 * k - 1.0) * x * p[l - 1] - (k - 1.0) * p[l - 2]) / k;
+    }
+    p
+}
+
+/// Midpoints of cells of the sphere, and their solid angles.
+fn sphere() -> impl Iterator<Item = (DVec3, f64)> {
+    const STEPS: usize = 180;
+    (0..STEPS * 2 * STEPS).map(|i| {
+        let polar = PI * ((i / (2 * STEPS)) as f64 + 0.5) / STEPS as f64;
+        let round = PI * ((i % (2 * STEPS)) as f64 + 0.5) / STEPS as f64;
+        let d = DVec3::new(polar.sin() * round.cos(), polar.sin() * round.sin(), polar.cos());
+        (d, polar.sin() * (PI / STEPS as f64).powi(2))
+    })
+}
+
+/// For every exponent and from straight above to grazing: the energy of the lobe above the surface to 1 %, nothing of
+/// even light from behind, and from above 99 % of the lobe's square.
+#[test]
+fn phong_lobes_keep_their_energy_and_take_no_light_from_behind() {
+    let (table, glossy) = phong_table();
+    assert_eq!(table.width as usize, (ORDER + 1) * (ORDER + 1), "an exponent of 24 asks for degree {ORDER}");
+    assert_eq!(glossy.len(), 4);
+    for (material, exponent) in glossy {
+        for angle in [0, 20, 36, 46] {
+            let share = |l: usize, j: usize| {
+                let at = table.pixel(0, (l * (ORDER + 1) + j) as u32, (material * ANGLES + angle) as u32);
+                f64::from(at.unwrap()[0])
+            };
+            let tilt = FRAC_PI_2 * angle as f64 / (ANGLES - 1) as f64;
+            let mirror = DVec3::new(-tilt.sin(), 0.0, tilt.cos());
+            let turned: Vec<DVec3> = (0..=ORDER)
+                .map(|j| PI * j as f64 / (ORDER + 1) as f64)
+                .map(|turn| DVec3::new(turn.sin(), 0.0, turn.cos()))
+                .collect();
+            let (mut energy, mut kept, mut behind, mut off, mut square) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            for (d, area) in sphere() {
+                let lobe =
+                    if d.z > 0.0 { (exponent + 1.0) / (2.0 * PI) * d.dot(mirror).max(0.0).powf(exponent) } else { 0.0 };
+                let mut series = 0.0;
+                for (j, direction) in turned.iter().enumerate() {
+                    for (l, p) in legendre(d.dot(*direction)).into_iter().enumerate() {
+                        series += share(l, j) * (2 * l + 1) as f64 / (4.0 * PI) * p;
+                    }
+                }
+                energy += area * lobe;
+                kept += area * series;
+                behind += if d.z < 0.0 { area * series } else { 0.0 };
+                off += area * (series - lobe).powi(2);
+                square += area * lobe * lobe;
+            }
+            println!("n = {exponent}, {:.0}°: {kept:.4} of {energy:.4}, behind {behind:.5}", tilt.to_degrees());
+            assert!((kept / energy - 1.0).abs() < 0.01, "n = {exponent}, {tilt}: {kept}, not {energy}");
+            assert!(behind.abs() < 0.002 * energy, "n = {exponent}, {tilt}: {behind} from behind, of {energy}");
+            assert!(angle > 0 || off < 0.011 * square, "n = {exponent}: {off} of {square} is lost");
+        }
+    }
+}
+
+/// Metal balls of four roughnesses in a room, each ball's mean within 3 % of a path tracer's. Order 4 is enough for means,
+/// and quick.
+#[test]
+fn metals_reflect_as_much_as_in_the_reference() {
+    let set = "grid=2,2,2 inset=0 highest_order=4 face=8 bounces=2 epsilon=0";
+    let [color] = Shot { set, ..Shot::new("graphs/brdf_table.ron", "scenes/metal_balls.ron", 128) }.render(["color"]);
+    let reference = |what: &str| {
+        let path = repository(&format!("tests/references/metal_balls_{what}.exr"));
+        read_exr(&path).unwrap_or_else(|f| panic!("{f}"))
+    };
+    let (expected, depth) = (reference("full"), reference("depth"));
+    // The walls are farther away than the balls.
+    let near: Vec<bool> = depth.data.chunks(depth.channels as usize).map(|d| d[0] < 4.6).collect();
+    for (i, roughness) in [0.3, 0.5, 0.75, 1.0].into_iter().enumerate() {
+        let column: Vec<bool> = (0..near.len()).map(|p| p % 128 / 32 == i).collect();
+        let metrics = compare(&color, &expected, Some(&both(&near, &column))).unwrap_or_else(|f| panic!("{f}"));
+        println!("roughness {roughness}: bias {:+.2} %, rmse {:.1} %", metrics.bias_percent, metrics.rmse_percent);
+        assert!(metrics.pixels > 300, "{metrics:?}");
+        assert!(metrics.bias_percent.abs() <= 3.0, "roughness {roughness}: {metrics:?}");
+    }
+}
