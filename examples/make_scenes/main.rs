@@ -27,7 +27,7 @@ struct Output {
 
 /// Every generated file, in the order of the README's table.
 fn outputs() -> Vec<Output> {
-    let geometry: [(&str, Document); 10] = [
+    let geometry: [(&str, Document); 11] = [
         ("cornell", rooms::cornell()),
         ("hall", hall::hall()),
         ("art_gallery", gallery::gallery()),

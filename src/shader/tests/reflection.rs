@@ -42,11 +42,12 @@ fn every_kind_of_variable_is_reflected() {
     };
     let member = |name: &str, offset, ty| Member { name: name.to_owned(), offset, ty, read: true };
     let texture = |dim, sample| BindingKind::Texture { dim, sample, multisampled: false };
+    let unread = |name: &str, offset, ty| Member { read: false, ..member(name, offset, ty) };
     let members = vec![
-        member("camera", 0, Type::Mat4),
-        member("grid", 64, Type::UVec3),
-        member("bounces", 76, Type::Uint),
-        member("offset", 80, Type::Int),
+        unread("camera", 0, Type::Mat4),
+        unread("grid", 64, Type::UVec3),
+        unread("bounces", 76, Type::Uint),
+        unread("offset", 80, Type::Int),
         member("k2", 84, Type::Float),
     ];
     assert_eq!(kind("params"), BindingKind::Uniform(Layout { size: 96, members }));
