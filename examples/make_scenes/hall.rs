@@ -23,7 +23,7 @@ Scene(
     gltf: "hall.glb",
     grid: ((-4.2, 0.0, -9.0), (4.2, 4.8, 9.0)),
     materials: {
-        "ball": (specular: 0.5, shininess: 40),
+        "ball": (specular: 0.25, shininess: 40),
         "figure": (specular: 0.2, shininess: 12),
     },
     camera: "nave",

@@ -25,6 +25,15 @@ pub(super) struct Source<'a> {
     pub steps: &'a [Ready],
 }
 
+/// What one run of a step is told besides the step.
+struct Run<'a> {
+    name: &'a str,
+    /// Of the loops around, outermost first.
+    iterations: &'a [u32],
+    pair: Option<&'a Pair>,
+    sizes: Option<Sizes<'a>>,
+}
+
 impl Source<'_> {
     /// Encodes a step at these iterations of the loops around it, outermost first. With a pair it writes its times; with a gate
     /// the device says whether it does anything; `only` says by member of a draw whether it is drawn again.
@@ -46,14 +55,13 @@ impl Source<'_> {
             return Err(Diagnostic::error(format!("step {} is not in the plan", id.0)).into());
         };
         encoder.push_debug_group(&step.name);
+        let run = Run { name: &step.name, iterations, pair, sizes };
         let done = match (&step.action, ready) {
             (Action::Compute { groups, .. }, Ready::Shaded(shaded)) => {
-                self.compute(encoder, &step.name, *groups, shaded, iterations, pair, sizes);
+                self.compute(encoder, *groups, shaded, &run);
                 Ok(())
             }
-            (Action::Draw(draw), Ready::Shaded(shaded)) => {
-                self.draw(encoder, &step.name, draw, shaded, iterations, pair, sizes, only)
-            }
+            (Action::Draw(draw), Ready::Shaded(shaded)) => self.draw(encoder, draw, shaded, &run, only),
             (Action::Copy { from, to }, _) => self.timed(encoder, pair, |e| self.copy(e, *from, *to)),
             (Action::Clear { target, value }, _) => self.timed(encoder, pair, |e| self.clear(e, *target, *value)),
             (Action::Compute { .. } | Action::Draw(_), Ready::Plain) => {
@@ -84,28 +92,19 @@ impl Source<'_> {
         shaded.uniforms.iter().map(|u| self.uniforms.offset(*u, iterations)).collect()
     }
 
-    fn compute(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        name: &str,
-        [x, y, z]: [u32; 3],
-        shaded: &Shaded,
-        iterations: &[u32],
-        pair: Option<&Pair>,
-        sizes: Option<Sizes<'_>>,
-    ) {
+    fn compute(&self, encoder: &mut wgpu::CommandEncoder, [x, y, z]: [u32; 3], shaded: &Shaded, run: &Run<'_>) {
         let Built::Compute(pipeline) = &shaded.pipelines.built else { return };
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(name),
-            timestamp_writes: pair.map(|p| wgpu::ComputePassTimestampWrites {
+            label: Some(run.name),
+            timestamp_writes: run.pair.map(|p| wgpu::ComputePassTimestampWrites {
                 query_set: &p.set,
                 beginning_of_pass_write_index: Some(p.begin),
                 end_of_pass_write_index: Some(p.end),
             }),
         });
         pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &shaded.group, &self.offsets(shaded, iterations));
-        match sizes {
+        pass.set_bind_group(0, &shaded.group, &self.offsets(shaded, run.iterations));
+        match run.sizes {
             Some(sizes) => pass.dispatch_workgroups_indirect(sizes.buffer, sizes.at),
             None => pass.dispatch_workgroups(x, y, z),
         }
@@ -114,14 +113,12 @@ impl Source<'_> {
     fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        name: &str,
         draw: &Draw,
         shaded: &Shaded,
-        iterations: &[u32],
-        pair: Option<&Pair>,
-        sizes: Option<Sizes<'_>>,
+        run: &Run<'_>,
         only: Option<&[bool]>,
     ) -> Checked<()> {
+        let Run { name, iterations, pair, sizes } = *run;
         let offsets = self.offsets(shaded, iterations);
         let drawn = |m: &Member| only.is_none_or(|o| o.get(row(draw, m) as usize).copied().unwrap_or(true));
         let chosen: Vec<(&Pass, Vec<&Member>)> = shaded

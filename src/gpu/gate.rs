@@ -262,13 +262,11 @@ fn draw_sizes(draw: &Draw, scene: &SceneData) -> Vec<u32> {
         return words;
     };
     let Some(mesh) = &scene.mesh else { return words };
-    let parts = if cull == Cull::Material {
-        vec![0..mesh.one_sided, mesh.one_sided..mesh.index_count]
-    } else {
-        vec![0..mesh.index_count]
-    };
-    for part in parts {
-        words.extend(draw.members.iter().flat_map(|m| [part.end - part.start, 1, part.start, 0, m.index]));
+    // First index and number of indices.
+    let one_sided = if cull == Cull::Material { mesh.one_sided } else { 0 };
+    let parts = [(0, one_sided), (one_sided, mesh.index_count - one_sided)];
+    for (first, count) in parts.into_iter().skip(usize::from(cull != Cull::Material)) {
+        words.extend(draw.members.iter().flat_map(|m| [count, 1, first, 0, m.index]));
     }
     words
 }

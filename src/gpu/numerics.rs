@@ -12,7 +12,7 @@ use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Binding, Desc, Plan, Resource, ResourceId, StepId, TextureDesc, TextureKind};
 use crate::shader::BindingKind;
 use crate::value::Type;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, btree_map::Entry};
 
 /// What the checks of a frame found.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -272,10 +272,10 @@ impl Watch {
             return Ok(());
         }
         let what = "prepare the check of numbers";
-        if !self.pipelines.contains_key(&source) {
-            self.pipelines.insert(source, scoped(gpu, what, || pipeline(gpu, source))?);
-        }
-        let Some(pipeline) = self.pipelines.get(&source) else { return Ok(()) };
+        let pipeline = match self.pipelines.entry(source) {
+            Entry::Occupied(there) => there.into_mut(),
+            Entry::Vacant(place) => place.insert(scoped(gpu, what, || pipeline(gpu, source))?),
+        };
         let group = scoped(gpu, what, || {
             let view;
             let read = match memory {

@@ -207,7 +207,7 @@ impl<'a> Runner<'a> {
 
     fn shoot(&mut self, case: &Case, graph: &Graph, names: &Names, take: &Take<'_>, row: &mut Row) -> Checked<Shot> {
         let loaded = take.scene.load(names, &self.cases.folder)?;
-        for output in take.outputs.iter().filter(|o| !graph.has_output(o)) {
+        if let Some(output) = take.outputs.iter().find(|o| !graph.has_output(o)) {
             return Err(Diagnostic::error(format!("the graph has no output `{output}`")).into());
         }
         let settings = Settings {

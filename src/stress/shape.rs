@@ -9,6 +9,9 @@ use serde::Deserialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
+/// x, y, z in metres.
+type Point = (f64, f64, f64);
+
 /// What is in a scene.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -56,10 +59,10 @@ pub(super) struct Room {
     pub lights: Vec<Light>,
     /// Corners of a solid block in it, as white as the first wall.
     #[serde(default)]
-    pub block: Option<((f64, f64, f64), (f64, f64, f64))>,
+    pub block: Option<(Point, Point)>,
     /// Radiance of a patch of a square centimetre and its place, facing down.
     #[serde(default)]
-    pub hot: Option<(Number, (f64, f64, f64))>,
+    pub hot: Option<(Number, Point)>,
     #[serde(default)]
     pub odd: Vec<Odd>,
     #[serde(default = "usual_eye")]

@@ -8,7 +8,7 @@ use super::panels::{self, Seen};
 use super::save;
 use super::script::{Act, Moment, Script};
 use super::stage::Wish;
-use super::state::{Request, State};
+use super::state::{Save, State};
 use super::surface::{Paint, Screen};
 use super::variants;
 use crate::diag::{Checked, Diagnostic, Faults, render};
@@ -392,17 +392,17 @@ impl App {
         }
     }
 
-    fn write(&self, request: Request) -> Checked<PathBuf> {
+    fn write(&self, what: Save) -> Checked<PathBuf> {
         let (choice, folder) = (self.state.now(), &self.start.folder);
         let stem = choice.graph.file_stem().map_or("picture".into(), |s| s.to_string_lossy().into_owned());
-        let path = match request {
-            Request::SavePng => {
+        let path = match what {
+            Save::Png => {
                 let path = save::free(folder, &stem, "png");
                 let (image, tone_map, exposure) = self.seen()?;
                 write_png(&path, &image, tone_map, exposure, &self.metadata())?;
                 path
             }
-            Request::SaveExr => {
+            Save::Exr => {
                 let path = save::free(folder, &stem, "exr");
                 write_exr(
                     &path,
@@ -412,11 +412,11 @@ impl App {
                 )?;
                 path
             }
-            Request::SaveVariant => {
+            Save::Variant => {
                 let subject = self.feed.told.subject.as_ref().ok_or_else(nothing)?;
                 save::variant(&subject.path, &subject.params)?
             }
-            Request::SaveChoice => {
+            Save::Choice => {
                 let path = save::free(folder, &format!("{stem}.view"), "ron");
                 choice.save(&path)?;
                 path

@@ -59,7 +59,7 @@ mod tests {
     #[test]
     fn the_title_counts() {
         let fault = Diagnostic::error("x");
-        assert_eq!(title(&[fault.clone()], false), "1 fault");
+        assert_eq!(title(std::slice::from_ref(&fault), false), "1 fault");
         assert_eq!(title(&[fault.clone(), fault], true), "2 faults; the last good frame goes on");
     }
 }

@@ -30,8 +30,8 @@ pub struct State {
     pub prepare: bool,
     /// What the view turns round; `None`: the middle of what it looks at.
     pub pivot: Option<Vec3>,
-    /// What only the event loop can do.
-    pub requests: Vec<Request>,
+    /// What is to be written to a file: only the event loop can do it.
+    pub requests: Vec<Save>,
     /// What became of the last of them: whether it is good, and the words.
     pub message: Option<(bool, String)>,
     /// The pixels that the image takes in the window.
@@ -93,13 +93,13 @@ pub enum Gesture {
     Split,
 }
 
-/// What only the event loop can do.
+/// What is to be written to a file: only the event loop can do it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Request {
-    SavePng,
-    SaveExr,
-    SaveVariant,
-    SaveChoice,
+pub enum Save {
+    Png,
+    Exr,
+    Variant,
+    Choice,
 }
 
 impl State {

@@ -50,14 +50,14 @@ type State = [u8; EDITS.len()];
 /// Every kind of pass, and a place for each kind of ingredient to matter by itself.
 fn graph_text(state: State) -> String {
     let clear = state[Clear as usize];
-    let filter = if state[Filter as usize] % 2 == 0 { "Nearest" } else { "Linear" };
+    let filter = if state[Filter as usize].is_multiple_of(2) { "Nearest" } else { "Linear" };
     let draw = format!(
         "Draw(name: \"draw\", shader: \"draw.wgsl\", depth: \"depth\", clear: {{\"drawn\": (0.{clear}, 0, 0, 1)}}),"
     );
     let spread = "Clear(name: \"empty\", target: \"row\", value: (0, 0, 0, 0)),
         Compute(name: \"spread\", shader: \"spread.wgsl\", over: (\"reach\", 1, 1)),";
     let (first, second) =
-        if state[Order as usize] % 2 == 0 { (draw.as_str(), spread) } else { (spread, draw.as_str()) };
+        if state[Order as usize].is_multiple_of(2) { (draw.as_str(), spread) } else { (spread, draw.as_str()) };
     format!(
         "Graph(
         params: {{

@@ -6,7 +6,7 @@ use lightgraph::plan::Plan;
 use lightgraph::scene;
 use lightgraph::session::Project;
 use lightgraph::shader::Library;
-use lightgraph::value::Values;
+use lightgraph::value::{Value, Values};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -53,13 +53,28 @@ fn every_graph_says_what_it_and_its_parameters_are() {
     }
 }
 
+/// The defaults; then each switch turned, and each number at 0 that may be, by itself.
+fn settings(project: &Project) -> Vec<Values> {
+    let other = project.graph.params.iter().filter_map(|(name, param)| {
+        let value = match param.default {
+            Value::Bool(on) => Value::Bool(!on),
+            Value::Uint(_) => Value::Uint(0),
+            _ => return None,
+        };
+        param.accepts(&value).ok().map(|()| Values::from([(name.value.clone(), value)]))
+    });
+    std::iter::once(Values::new()).chain(other).collect()
+}
+
 #[test]
 fn every_shader_is_used_by_a_graph_and_composes() {
     let mut used = BTreeSet::new();
     for (path, project) in graphs() {
-        for full in [true, false] {
-            for shader in plan(&path, &project, None, full).shaders {
-                used.extend(shader.sources.iter().cloned());
+        for params in settings(&project) {
+            for full in [true, false] {
+                let planned = plan_without_device(&project, &params, None, full);
+                let planned = planned.unwrap_or_else(|f| panic!("{} with {params:?}\n{f}", path.display()));
+                used.extend(planned.plan.shaders.iter().flat_map(|s| s.sources.iter().cloned()));
             }
         }
     }

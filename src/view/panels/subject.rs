@@ -5,7 +5,7 @@ use crate::image::png::ToneMap;
 use crate::scene::Scene;
 use crate::view::choice::Resolution;
 use crate::view::pick::Thing;
-use crate::view::state::{Request, State};
+use crate::view::state::{Save, State};
 use egui::{ComboBox, DragValue, RichText, Slider, Ui};
 use glam::Vec3;
 
@@ -145,10 +145,10 @@ pub fn image(ui: &mut Ui, state: &mut State, seen: &Seen) {
 /// What can be written to files.
 pub fn save(ui: &mut Ui, state: &mut State) {
     let buttons = [
-        ("picture", Request::SavePng, "what is seen, as PNG"),
-        ("EXR", Request::SaveExr, "the image in linear light, 32-bit floats"),
-        ("parameters", Request::SaveVariant, "a variant of the graph, beside it, with the values set as defaults"),
-        ("all", Request::SaveChoice, "graph, scene, parameters, camera and what was moved: for --restore"),
+        ("picture", Save::Png, "what is seen, as PNG"),
+        ("EXR", Save::Exr, "the image in linear light, 32-bit floats"),
+        ("parameters", Save::Variant, "a variant of the graph, beside it, with the values set as defaults"),
+        ("all", Save::Choice, "graph, scene, parameters, camera and what was moved: for --restore"),
     ];
     ui.horizontal_wrapped(|ui| {
         for (label, request, about) in buttons {
