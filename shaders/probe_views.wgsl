@@ -27,9 +27,9 @@ fn is_read(probe: vec3u) -> bool {
     // Beyond rounding of a place in the grid.
     let margin = vec3f(1e-4);
     for (var i = 0u; i < arrayLength(&clusters); i++) {
-        let from = probes::grid_place(clusters[i].lower);
-        let to = probes::grid_place(clusters[i].upper);
-        if all(from < high + margin) && all(to > low - margin) {
+        let least = probes::grid_place(clusters[i].lower);
+        let most = probes::grid_place(clusters[i].upper);
+        if all(least < high + margin) && all(most > low - margin) {
             return true;
         }
     }

@@ -33,10 +33,10 @@ Scene(
     gltf: "metal_balls.glb",
     grid: ((-2.7, 2.2, -1.0), (2.7, 3.8, 1.0)),
     materials: {
-        "metal 0.3": (specular: 0.6, shininess: 24),
-        "metal 0.5": (specular: 0.6, shininess: 12),
-        "metal 0.75": (specular: 0.6, shininess: 5),
-        "metal 1": (specular: 0.6, shininess: 2),
+        "metal 0.3": (specular: 0.04, shininess: 24),
+        "metal 0.5": (specular: 0.04, shininess: 12),
+        "metal 0.75": (specular: 0.04, shininess: 5),
+        "metal 1": (specular: 0.04, shininess: 2),
     },
 )
 "#;
