@@ -46,10 +46,9 @@ fn seen_at(tile: u32, texel: vec2u) -> f32 {
 
 /// 1 for a probe that sees the front of the surface at `point`, else 0. A probe inside a solid sees nothing.
 ///
-/// All four texels round the point must see it: one alone may look past the edge of a wall that the point lies behind,
-/// and then light leaks along every wall that is thinner than a texel. Depths along the face's axis are compared. A plane
-/// stays clear of its own map when the point looked up is moved along the normal by a texel's diagonal times the sine
-/// between the normal and the axis: 1.42 texels at most. A tenth of a texel covers the rounding where the sine vanishes.
+/// Depths along the face's axis are compared. A plane stays clear of its own map when the point looked up is moved
+/// along the normal by half a texel's diagonal times the sine between the normal and the axis: 0.71 texels at most.
+/// A tenth of a texel covers the rounding where the sine vanishes.
 fn visibility(probe: vec3u, point: vec3f, normal: vec3f) -> f32 {
     let eye = probes::position(probe);
     let offset = point - eye;
@@ -63,19 +62,10 @@ fn visibility(probe: vec3u, point: vec3f, normal: vec3f) -> f32 {
     let texel = 2.0 * dot(offset, axis) / f32(edge);
     let moved = offset + test.probe_bias * texel * max(sine, 0.1) * normal;
 
-    let face = cube::locate(moved, edge).face;
-    let tile = probes::number(probe) * 6u + face;
-    let a = cube::axes(face);
-    let far = dot(moved, a.forward);
-    // In texels from the centre of the first one.
-    let place = (0.5 * vec2f(dot(moved, a.right), dot(moved, a.down)) / far + 0.5) * f32(edge) - 0.5;
-    for (var i = 0u; i < 4u; i++) {
-        let texel = vec2u(clamp(floor(place) + vec2f(vec2u(i & 1u, i >> 1u)), vec2f(0.0), vec2f(f32(edge) - 1.0)));
-        let seen = seen_at(tile, texel);
-        let depth = seen * dot(cube::direction(face, texel, edge), a.forward);
-        if seen != 0.0 && far > depth {
-            return 0.0;
-        }
-    }
-    return 1.0;
+    let at = cube::locate(moved, edge);
+    let tile = probes::number(probe) * 6u + at.face;
+    let seen = seen_at(tile, at.texel);
+    let forward = cube::axes(at.face).forward;
+    let depth = seen * dot(cube::direction(at.face, at.texel, edge), forward);
+    return select(0.0, 1.0, seen == 0.0 || dot(moved, forward) <= depth);
 }
