@@ -92,7 +92,8 @@ fn try_plan(
     options: Options,
     outputs: Option<&[String]>,
 ) -> Checked<Plan> {
-    let (limits, features) = (&wgpu::Limits::default(), wgpu::Features::FLOAT32_FILTERABLE);
+    let limits = &wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() };
+    let features = wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::MULTIVIEW;
     let request = Request { graph, texts: library, params, facts, screen: [64, 48], outputs, limits, features };
     plan_with(&request, options).map(|p| p.plan)
 }
