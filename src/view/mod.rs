@@ -22,6 +22,7 @@ mod pick;
 mod picture;
 mod save;
 mod script;
+mod shown;
 mod stage;
 mod state;
 mod surface;

@@ -3,11 +3,11 @@
 
 use super::choice::{Against, Choice};
 use super::feed::{Content, Inspected, Remade, Rendered, Score, Subject, Told};
+use super::shown::{Reference, copy, reference};
 use super::variants::{self, Variant};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::{self, Gpu, Memory};
-use crate::image::exr::read_exr;
-use crate::image::{Image, metrics};
+use crate::image::metrics;
 use crate::plan::show::picture;
 use crate::reload::{folder_of, folders};
 use crate::scene::{self, Scene};
@@ -110,11 +110,6 @@ struct Key {
     size: [u32; 2],
     scene: u64,
     revision: u64,
-}
-
-struct Reference {
-    image: Image,
-    texture: wgpu::Texture,
 }
 
 impl Stage {
@@ -545,56 +540,6 @@ fn output(session: &Session, wanted: Option<&str>) -> Checked<String> {
     let first = session.plan.outputs.first().map(|o| o.0.as_str());
     let found = wanted.filter(|w| has(w)).or(if has("color") { Some("color") } else { first });
     found.map(str::to_string).ok_or_else(|| Diagnostic::error("the graph has no output to show").into())
-}
-
-/// A copy of the first layer of a texture of colours, in `old` where it fits.
-fn copy(gpu: &Gpu, from: &wgpu::Texture, old: Option<wgpu::Texture>) -> Option<wgpu::Texture> {
-    let sampled = from.format().sample_type(None, Some(gpu.features));
-    if !matches!(sampled, Some(wgpu::TextureSampleType::Float { .. })) || from.dimension() != wgpu::TextureDimension::D2
-    {
-        return None;
-    }
-    let size = wgpu::Extent3d { depth_or_array_layers: 1, ..from.size() };
-    let fits = old.filter(|t| t.size() == size && t.format() == from.format());
-    let to = fits.unwrap_or_else(|| texture(gpu, size, from.format()));
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    encoder.copy_texture_to_texture(from.as_image_copy(), to.as_image_copy(), size);
-    gpu.queue.submit([encoder.finish()]);
-    Some(to)
-}
-
-fn texture(gpu: &Gpu, size: wgpu::Extent3d, format: wgpu::TextureFormat) -> wgpu::Texture {
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("seen"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    })
-}
-
-/// An EXR file, and its texture.
-fn reference(gpu: &Gpu, path: &Path) -> Checked<Reference> {
-    let image = read_exr(path)?;
-    let most = gpu.limits.max_texture_dimension_2d;
-    if image.width > most || image.height > most {
-        let size = format!("{} × {}", image.width, image.height);
-        return Err(Diagnostic::error(format!("{}: {size} pixels are too many for this device", path.display())).into());
-    }
-    let size = wgpu::Extent3d { width: image.width, height: image.height, depth_or_array_layers: 1 };
-    let texture = texture(gpu, size, wgpu::TextureFormat::Rgba32Float);
-    let layer = image.width as usize * image.height as usize;
-    let texels: Vec<[f32; 4]> = image.rgb().take(layer).map(|[r, g, b]| [r, g, b, 1.0]).collect();
-    let layout = wgpu::TexelCopyBufferLayout {
-        offset: 0,
-        bytes_per_row: Some(16 * image.width),
-        rows_per_image: Some(image.height),
-    };
-    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, size);
-    Ok(Reference { image, texture })
 }
 
 /// Reads a part of a resource; `None` when the plan has no such resource.
