@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::diag::render;
+use crate::image::Image;
 use crate::image::exr::{Precision, write_exr};
 use crate::value::Value;
 use std::collections::BTreeMap;
