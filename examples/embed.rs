@@ -43,7 +43,11 @@ struct Program {
 
 impl Program {
     fn start() -> Checked<Program> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        // No debug labels unless `WGPU_DEBUG=1` asks: Mesa's software driver crashes on them in version 22.
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            flags: wgpu::InstanceFlags::empty().with_env(),
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
         let wanted = wgpu::RequestAdapterOptions::default();
         let fault = |e: &dyn std::fmt::Display| Diagnostic::error(format!("no device: {e}"));
         let adapter = pollster::block_on(instance.request_adapter(&wanted)).map_err(|e| fault(&e))?;
