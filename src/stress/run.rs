@@ -225,7 +225,8 @@ impl<'a> Runner<'a> {
             watch: true,
             ..Settings::default()
         };
-        let shot = self.render(graph, loaded, settings, case.frames)?;
+        let frames = case.instead.get(&graph.name).and_then(|i| i.frames).unwrap_or(case.frames);
+        let shot = self.render(graph, loaded, settings, frames)?;
         if let Some(first) = shot.broken.first() {
             row.fail(&format!("{} ({})", first.message, first.help.join("; ")));
         }
