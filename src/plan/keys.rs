@@ -111,8 +111,7 @@ impl Outside {
     /// # Errors
     /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
     pub fn new(plan: &Plan, assets: AssetHashes, began: u32, tables: &[Table]) -> Checked<Outside> {
-        let mut outside =
-            Outside { assets, began, tables: vec![0; plan.tables.len()], members: BTreeMap::new() };
+        let mut outside = Outside { assets, began, tables: vec![0; plan.tables.len()], members: BTreeMap::new() };
         outside.follow(plan, &[], tables)?;
         Ok(outside)
     }
@@ -298,9 +297,7 @@ impl Unit {
 impl Given {
     fn hash(&self, name: &str, outside: &Outside, values: &Values) -> u128 {
         match self {
-            Given::Value(known) => {
-                hash(&values.get(name).or(known.as_ref()).map(|v| (v.ty(), v.bytes())))
-            }
+            Given::Value(known) => hash(&values.get(name).or(known.as_ref()).map(|v| (v.ty(), v.bytes()))),
             Given::Table(i) => outside.tables.get(*i).copied().unwrap_or(0),
             Given::Geometry => outside.assets.geometry,
             Given::Textures => outside.assets.textures,

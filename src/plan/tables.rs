@@ -40,7 +40,9 @@ fn write<'a>(column: &Column, ty: Type, places: impl Iterator<Item = &'a mut [u8
 /// Writes some rows of a column, each to the start of its place.
 fn write_rows<'a>(column: &Column, ty: Type, mut rows: impl Iterator<Item = (usize, &'a mut [u8])>) -> bool {
     fn plain<'a, T: bytemuck::Pod>(from: &[T], mut rows: impl Iterator<Item = (usize, &'a mut [u8])>) -> bool {
-        rows.all(|(row, to)| from.get(row).map(|v| to[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(v))).is_some())
+        rows.all(|(row, to)| {
+            from.get(row).map(|v| to[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(v))).is_some()
+        })
     }
     match (column, ty) {
         (Column::Uint(v), Type::Uint) => plain(v, rows),

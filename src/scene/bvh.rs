@@ -132,6 +132,7 @@ impl Bvh {
     }
 
     /// The box of a row below [`Bvh::rows`].
+    #[cfg(test)]
     pub fn node(&self, row: usize) -> BvhNode {
         let bounds = Bounds { min: self.lower[row], max: self.upper[row] };
         BvhNode { bounds, first: self.first[row], count: self.count[row] }
@@ -161,13 +162,7 @@ impl Bvh {
 
 /// Splits a task and what comes of it into `nodes`, whose first free row is the task's, down to `enough` items, but for those
 /// that `skip` takes: their rows stay empty.
-fn grow(
-    items: &mut [Item],
-    whole: Task,
-    enough: usize,
-    nodes: &mut Vec<BvhNode>,
-    mut skip: impl FnMut(&Task) -> bool,
-) {
+fn grow(items: &mut [Item], whole: Task, enough: usize, nodes: &mut Vec<BvhNode>, mut skip: impl FnMut(&Task) -> bool) {
     let empty = BvhNode { bounds: Bounds::EMPTY, first: 0, count: 0 };
     nodes.push(empty);
     let mut tasks = vec![whole];

@@ -113,8 +113,12 @@ mod tests {
             .chunks_exact(3)
             .map(|t| [t[0], t[1], t[2]].map(|i| Vec3::from(g.vertices[i as usize].position)))
             .collect();
-        let area: f32 =
-            g.clusters.iter().map(|c| bounds(c, |i| corners[i])).map(|b| (b.max.x - b.min.x) * (b.max.y - b.min.y)).sum();
+        let area: f32 = g
+            .clusters
+            .iter()
+            .map(|c| bounds(c, |i| corners[i]))
+            .map(|b| (b.max.x - b.min.x) * (b.max.y - b.min.y))
+            .sum();
         assert!(area < 1.1 * 32.0 * 32.0, "the boxes overlap: {area}");
         assert!(g.clusters.len() <= 2 * (2 * 32 * 32) / CLUSTER, "{} clusters", g.clusters.len());
     }

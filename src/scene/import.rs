@@ -24,7 +24,12 @@ pub(super) struct Placed {
 }
 
 /// The scene of a document, without what a scene RON adds. With errors among the faults it is not to be used.
-pub(super) fn import(document: &Document<'_>, name: &str, files: &mut Vec<PathBuf>, faults: &mut Vec<Diagnostic>) -> Scene {
+pub(super) fn import(
+    document: &Document<'_>,
+    name: &str,
+    files: &mut Vec<PathBuf>,
+    faults: &mut Vec<Diagnostic>,
+) -> Scene {
     if !document.root.animations.is_empty() {
         let d = document.warning("animations", "glTF animations are ignored");
         faults.push(d.help("state motion in a scene RON beside the file"));

@@ -117,7 +117,11 @@ pub enum Column {
     Vec4(Vec<Vec4>),
     Mat4(Vec<Mat4>),
     /// Row `i` is row `picks[i][part]` of another column, for values that many rows share.
-    Picked { from: Arc<Column>, picks: Arc<[[u32; 3]]>, part: usize },
+    Picked {
+        from: Arc<Column>,
+        picks: Arc<[[u32; 3]]>,
+        part: usize,
+    },
 }
 
 impl Column {

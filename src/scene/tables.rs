@@ -243,9 +243,8 @@ fn traced_tables(world: &World<'_>) -> (Table, Table) {
     let geometry = &world.scene.geometry;
     let vertices = &geometry.vertices;
     let matrices: Vec<Mat3> = world.pose.nodes.iter().map(normal_matrix).collect();
-    let normal = |v: &super::Vertex| {
-        (matrices[v.node as usize] * Vec3::from(v.normal)).try_normalize().unwrap_or(Vec3::Y)
-    };
+    let normal =
+        |v: &super::Vertex| (matrices[v.node as usize] * Vec3::from(v.normal)).try_normalize().unwrap_or(Vec3::Y);
     let positions = Arc::new(Column::Vec3((0..vertices.len()).map(|i| world.position(i)).collect()));
     let normals = Arc::new(Column::Vec3(vertices.iter().map(normal).collect()));
     let uvs = Arc::new(Column::Vec2(vertices.iter().map(|v| Vec2::from(v.uv)).collect()));
