@@ -153,7 +153,7 @@ impl Column {
 /// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them `na`,
 ///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, `material`; in the order of the leaves of `bvh`
 /// - `bvh`: boxes within boxes over `triangles`, the root first: `lower`, `upper` (corners of the box), `count` (of a
-///   leaf: its triangles; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
+///   leaf: its triangles, 1 to 8; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
 ///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
 ///   one leaf with one triangle that no ray meets.
 /// - `clusters`: the triangles as the draw passes have them, in compact groups of few: `lower`, `upper` (corners of the
