@@ -6,7 +6,7 @@ use crate::bench::measure::{Effort, Measured, Target, measure, planned};
 use crate::bench::peers::{self, Job};
 use crate::bench::references::{Manifest, References};
 use crate::bench::report;
-use crate::bench::results::{Entry, Machine, Results, hash};
+use crate::bench::results::{Entry, Journal, Machine, Phase, Results, hash};
 use crate::bench::sweep::Sweep;
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults};
@@ -37,6 +37,12 @@ pub struct Args {
     /// A phase in which something moves ends after the frame that exceeds this
     #[arg(long, value_name = "SECONDS", default_value_t = 0.5, value_parser = seconds)]
     pub seconds: f64,
+    /// Leaves out settings that have as much or more of everything than one whose frames took longer than this
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub patience: Option<f64>,
+    /// What is measured besides the first frame: still, camera, lights, object, everything [default: all]
+    #[arg(long, value_name = "PHASES", value_delimiter = ',', value_parser = phase)]
+    pub phases: Vec<Phase>,
     /// Size of the images in pixels; references of another size are left out
     #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
     pub size: [u32; 2],
@@ -46,7 +52,8 @@ pub struct Args {
     /// Where results.json, results.csv, report.html and pictures go
     #[arg(long, value_name = "DIR", default_value = "out/bench")]
     pub out: PathBuf,
-    /// Go on with the results in the output folder: what is there and was made from the same files is not run again
+    /// Go on with the results in the output folder: what is there and was made from the same files is not run again, and
+    /// what was not asked for this time stays
     #[arg(long)]
     pub resume: bool,
     /// List what became slower or less accurate since then; exit code 1 if anything did
@@ -91,11 +98,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let gpu = Gpu::open()?;
     let device_ms = start.elapsed().as_secs_f64() * 1e3;
     let commit = commit();
-    let path = args.out.join("results.json");
-    let kept = match args.resume && path.exists() {
-        true => Results::read(&path)?.entries,
-        false => vec![],
-    };
+    let (journal, kept) = Journal::open(&args.out, args.resume)?;
     let results = Results {
         version: env!("CARGO_PKG_VERSION").to_string(),
         commit,
@@ -109,7 +112,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     };
     let settings: usize = graphs.iter().map(|g| g.settings(&sweep).len()).sum();
     let progress = progress(views.len() * (settings + peers.len()));
-    let mut bench = Bench { args, results, kept, progress };
+    let mut bench = Bench { args, results, kept, journal, progress };
     for view in &views {
         let start = Instant::now();
         let loaded = scene::load(&view.path)?;
@@ -123,6 +126,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
             let inputs = inputs(graph, &loaded.files, bench.results.commit.as_deref())?;
             let ms = [("device", device_ms), ("graph", graph.ms), ("scene", scene_ms)];
             let start_up_ms: BTreeMap<String, f64> = ms.map(|(n, ms)| (n.to_string(), ms)).into();
+            let mut slow: Option<Slow> = None;
             for setting in graph.settings(&sweep) {
                 let target = Target {
                     graph: &graph.name,
@@ -135,7 +139,15 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
                     start_up_ms: &start_up_ms,
                     inputs: &inputs,
                 };
+                if let Some(slow) = slow.as_ref().filter(|s| sweep.is_more(&setting, &s.setting)) {
+                    bench.leave_out(&target, slow)?;
+                    continue;
+                }
                 bench.one(&gpu, &target, &place)?;
+                let seconds = bench.results.entries.last().map_or(0.0, longest);
+                if args.patience.is_some_and(|most| seconds > most) {
+                    slow = Some(Slow { setting, seconds });
+                }
             }
         }
         for peer in &peers {
@@ -143,8 +155,14 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     bench.progress.finish_and_clear();
-    let results = bench.results;
+    let mut results = bench.results;
+    for entry in bench.kept {
+        if results.entries.iter().all(|e| e.key() != entry.key()) {
+            results.entries.push(entry);
+        }
+    }
     results.write(&args.out)?;
+    bench.journal.close()?;
     let page = args.out.join("report.html");
     write_atomically(&page, report::html(&results, &args.out, args.images)?.as_bytes())?;
     print(&report::text(&results));
@@ -182,12 +200,19 @@ struct Place<'a> {
     references: &'a References,
 }
 
+/// A setting that was beyond the user's patience.
+struct Slow {
+    setting: Vec<(String, String)>,
+    seconds: f64,
+}
+
 /// The work and what came of it so far.
 struct Bench<'a> {
     args: &'a Args,
     results: Results,
     /// Of an earlier run.
     kept: Vec<Entry>,
+    journal: Journal,
     progress: indicatif::ProgressBar,
 }
 
@@ -201,7 +226,8 @@ impl Bench<'_> {
             self.progress.inc(1);
             return Ok(());
         }
-        let effort = Effort { repeat: self.args.repeat, seconds: self.args.seconds };
+        let phases = if self.args.phases.is_empty() { &Phase::ALL } else { self.args.phases.as_slice() };
+        let effort = Effort { repeat: self.args.repeat, seconds: self.args.seconds, phases };
         let measured = measure(gpu, target, effort)?;
         if let Some(fault) = &measured.entry.fault {
             let text = format!("{} on {}, {}: {fault}", target.graph, target.scene.name, measured.entry.setting);
@@ -210,15 +236,24 @@ impl Bench<'_> {
         self.add(measured, place)
     }
 
+    /// For a setting that would take even longer.
+    fn leave_out(&mut self, target: &Target<'_>, slow: &Slow) -> Checked<()> {
+        let set: Vec<String> = slow.setting.iter().map(|(n, v)| format!("{n}={v}")).collect();
+        let why = format!("left out: a frame with {} takes {:.0} s", set.join(" "), slow.seconds);
+        let entry = Entry { fault: Some(why), ..planned(target)? };
+        self.journal.add(&entry)?;
+        self.results.entries.push(entry);
+        self.progress.inc(1);
+        Ok(())
+    }
+
     fn add(&mut self, measured: Measured, place: &Place<'_>) -> Checked<()> {
         let Measured { mut entry, images } = measured;
         entry.picture = report::pictures(&self.args.out, &entry, &images, place.references)?;
+        self.journal.add(&entry)?;
         self.results.entries.push(entry);
         self.progress.inc(1);
-        // Entries of an earlier run that are still to come stay in the file, so that a second interruption loses nothing.
-        let mut all = self.results.clone();
-        all.entries.extend(self.kept.iter().cloned());
-        all.write(&self.args.out)
+        Ok(())
     }
 
     fn peer(&mut self, peer: &peers::Peer, place: &Place<'_>) -> Checked<()> {
@@ -345,6 +380,11 @@ fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
     Ok(all.into_iter().map(|(scene, camera)| View { path: path(&scene), camera }).collect())
 }
 
+/// Seconds of an entry's slowest frame.
+fn longest(entry: &Entry) -> f64 {
+    entry.phases.iter().map(|t| t.wall_ms.max / 1e3).fold(0.0, f64::max)
+}
+
 /// A hash of all that an entry is made from.
 fn inputs(graph: &Named, scene_files: &[PathBuf], commit: Option<&str>) -> Checked<String> {
     let mut parts: Vec<Vec<u8>> = vec![env!("CARGO_PKG_VERSION").into(), commit.unwrap_or("").into()];
@@ -391,6 +431,11 @@ fn progress(length: usize) -> indicatif::ProgressBar {
     }
     bar.enable_steady_tick(Duration::from_millis(500));
     bar
+}
+
+fn phase(text: &str) -> Result<Phase, String> {
+    let found = Phase::ALL.into_iter().find(|p| p.word() == text && *p != Phase::Whole);
+    found.ok_or_else(|| "it is none of first, still, camera, lights, object, everything".into())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

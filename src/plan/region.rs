@@ -5,6 +5,7 @@ use super::{
     Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Frusta, Place, Plan, ResourceId, Step, TextureDesc,
 };
 use crate::scene::{Bounds, Column, Table};
+use crate::value::Value;
 use glam::{Mat4, Vec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -154,8 +155,8 @@ impl World {
 /// The content of a row.
 pub fn row_hash(table: &Table, row: usize) -> u64 {
     let mut h = DefaultHasher::new();
-    for (_, column) in &table.columns {
-        column.get(row).map(|v| v.bytes()).hash(&mut h);
+    for (_, column) in table.columns.iter() {
+        column.get(row).as_ref().map(Value::bytes).hash(&mut h);
     }
     h.finish()
 }
