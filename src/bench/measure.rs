@@ -204,7 +204,8 @@ impl Runner<'_> {
                 break;
             }
         }
-        Ok(times(phase, &self.session.plan, &walls, &reports))
+        let causes = self.session.causes().into_iter().map(String::from).collect();
+        Ok(times(phase, &self.session.plan, &walls, &reports).map(|t| PhaseTimes { causes, ..t }))
     }
 }
 
@@ -224,6 +225,7 @@ fn times(phase: Phase, plan: &Plan, walls: &[f64], reports: &[FrameReport]) -> O
         gpu_ms: totals.and_then(|t| Spread::of(&t)),
         steps_run,
         steps_skipped: plan.steps.len() as u32 - steps_run.min(plan.steps.len() as u32),
+        causes: vec![],
         iterations,
         passes: passes(plan, reports),
         change_percent: None,
