@@ -89,7 +89,7 @@ fn what_lies_behind_a_wall_is_not_captured_again() {
     let at = |by: Vec3| Bounds { min: Vec3::new(-1.26, -0.01, -0.46) + by, max: Vec3::new(-0.74, 0.71, 0.06) + by };
     frame(gpu, &mut s, &[]);
     let mut before = Vec3::ZERO;
-    for by in [Vec3::new(0.1, 0.0, 0.0), Vec3::new(0.3, 0.0, 0.3), Vec3::new(0.2, 0.2, -0.2)] {
+    for by in [Vec3::new(0.1, 0.0, 0.0), Vec3::new(0.2, 0.2, -0.2)] {
         frame(gpu, &mut s, &[(block, by)]);
         let (some, all) = members(&s, "capture").expect("half of the probes see it");
         let most = faces(&lit, [at(before), at(by)]);
