@@ -76,9 +76,10 @@ impl Bench<'_> {
         output: &str,
         size: [u32; 2],
     ) -> Checked<(Image, f64)> {
+        let set = set.split_whitespace().collect::<Vec<_>>().join(" ");
         let key = format!("{graph} {scene} {set} {size:?}");
         if !self.runs.contains_key(&key) {
-            let run = self.run(graph, scene, set, size)?;
+            let run = self.run(graph, scene, &set, size)?;
             self.runs.insert(key.clone(), run);
         }
         let found = self.runs.get(&key).and_then(|(images, seconds)| Some((images.get(output)?.clone(), *seconds)));
