@@ -1,6 +1,6 @@
 # make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
-# make bench   run time against error: all graphs on all scenes with references, to out/bench/report.html
+# make bench   run time against error: all graphs on eight scenes in half an hour, to out/bench/report.html
 # make stress  every graph under what scenes and parameters can do, at most a quarter of an hour, to out/stress/report.html
 # make scenes  writes the generated files of scenes/ anew
 # make peers   installs other renderers, for comparisons, into target/peers
@@ -19,9 +19,15 @@ demo: driver
 	mkdir -p out
 	target/release/lightgraph render graphs/uniform_grid.ron --scene scenes/hall --size 640x480 --out out/hall.png --output color=out/hall.exr
 
+# Every graph at the settings of the usual sweep, where rooms are small enough for half an hour; then the paper's scenes,
+# its graph and the fast one, in all phases.
 bench: driver
 	cargo build --release
-	target/release/lightgraph bench --out out/bench
+	target/release/lightgraph bench --scenes $(BENCHED) --phases everything --repeat 2 --seconds 0 --images 6 --out out/bench
+	target/release/lightgraph bench --resume --graphs $(ROWS) --scenes hall,art_gallery --sweep "grid=4;face=16;bounces=2" --images 6 --out out/bench
+
+BENCHED := cornell_point,room_spot,room_area,empty_room,hall,corridor,two_rooms:lit,furnace_80
+ROWS := graphs/uniform_grid.ron,graphs/fast_grid.ron,graphs/infinite_bounce.ron
 
 stress: driver
 	cargo build --release

@@ -1,8 +1,9 @@
 //! One graph on one scene at one setting: its phases timed, its images compared.
 //!
-//! The frames: the first; then nothing moves; then, untimed, each kind of motion there and back, for the change it makes
-//! and, where a graph keeps something from frame to frame, the error it leaves; then each kind of motion timed. How many frames come before an image is compared never depends on how long they take, so that
-//! errors are the same in every repeat of a bench.
+//! The frames: the first; then nothing moves; then one of each kind of motion, for the change it makes and, where a graph
+//! keeps something from frame to frame, the error it leaves; then more of each, as many as there is time for. How many
+//! frames come before an image is compared never depends on how long they take, so that errors are the same in every
+//! repeat of a bench.
 
 use super::references::References;
 use super::results::{Entry, PassTime, Phase, PhaseTimes, Spread};
@@ -36,11 +37,13 @@ pub struct Target<'a> {
 
 /// How long to measure.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effort {
+pub struct Effort<'a> {
     /// Timed frames a phase at most, at least 1.
     pub repeat: u32,
     /// A moving phase ends after the frame that exceeds this many seconds; the phases before have no limit.
     pub seconds: f64,
+    /// What is measured besides the first frame.
+    pub phases: &'a [Phase],
 }
 
 /// An entry and the pictures it was judged by.
@@ -93,7 +96,7 @@ pub fn planned(target: &Target<'_>) -> Checked<Entry> {
 ///
 /// # Errors
 /// A setting that the graph refuses.
-pub fn measure(gpu: &Gpu, target: &Target<'_>, effort: Effort) -> Checked<Measured> {
+pub fn measure(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>) -> Checked<Measured> {
     let mut measured = Measured { entry: planned(target)?, images: BTreeMap::new() };
     if let Err(Faults(faults)) = run(gpu, target, effort, &mut measured) {
         let texts: Vec<&str> = faults.iter().map(|d| d.message.as_str()).collect();
@@ -102,7 +105,7 @@ pub fn measure(gpu: &Gpu, target: &Target<'_>, effort: Effort) -> Checked<Measur
     Ok(measured)
 }
 
-fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort, measured: &mut Measured) -> Checked<()> {
+fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>, measured: &mut Measured) -> Checked<()> {
     let declared = target.project.graph.outputs.iter().map(|o| o.0.value.clone());
     let wanted = |o: &String| o == SEEN || target.references.all.iter().any(|r| r.output == *o);
     let outputs: Vec<String> = declared.filter(wanted).collect();
@@ -121,36 +124,48 @@ fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort, measured: &mut Measured) 
     entry.start_up_ms.insert("prepare".into(), start.elapsed().as_secs_f64() * 1e3);
     (entry.bytes, entry.bytes_without_sharing) = session.plan.bytes();
 
-    let mut runner = Runner { gpu, session, frame: 0, motions: Motions::of(target.scene) };
-    entry.phases.extend(runner.phase(Phase::First, Effort { repeat: 1, ..effort })?);
+    let mut runner = Runner { gpu, session, frame: 0, motions: Motions::of(target.scene), places: Places::default() };
+    let once = Taken::of(runner.frame(Shift::default())?);
+    entry.phases.extend(once.times(Phase::First, &runner.session.plan));
     *images = runner.images(&outputs)?;
     entry.scores = score(images, target.references, &entry.params)?;
     let carries = runner.session.plan.resources.iter().any(|r| r.history);
-    let still = runner.phase(Phase::Still, Effort { seconds: f64::INFINITY, ..effort })?;
-    let mut rest = vec![];
-    if carries {
-        *images = runner.images(&outputs)?;
-        rest = score(images, target.references, &entry.params)?;
+    if effort.phases.contains(&Phase::Still) {
+        let mut still = Taken::default();
+        for _ in 0..effort.repeat.max(1) {
+            still.add(runner.frame(Shift::default())?);
+        }
+        let mut rest = vec![];
+        if carries {
+            *images = runner.images(&outputs)?;
+            rest = score(images, target.references, &entry.params)?;
+        }
+        let times = still.times(Phase::Still, &runner.session.plan);
+        entry.phases.extend(times.map(|t| PhaseTimes { scores: rest, ..t }));
     }
-    entry.phases.extend(still.map(|t| PhaseTimes { scores: rest, ..t }));
 
-    let moving = [Phase::Camera, Phase::Lights, Phase::Object, Phase::Everything];
-    let moving: Vec<Phase> = moving.into_iter().filter(|p| runner.motions.has(*p)).collect();
-    let mut effects = BTreeMap::new();
-    for phase in &moving {
-        let by = runner.motions.shift(*phase, 1.0);
-        runner.frame(by)?;
-        let after = images.get(SEEN).map(|rest| change(rest, &runner.session.image(gpu, SEEN)?));
+    let mut moving = Phase::MOVING.to_vec();
+    moving.retain(|p| effort.phases.contains(p) && runner.motions.has(*p));
+    let mut begun = vec![];
+    for phase in moving {
+        let before = runner.seen(images)?;
+        let taken = Taken::of(runner.step(phase, Places::turned)?);
+        let change_percent = before.map(|before| change(&before, &runner.session.image(gpu, SEEN)?)).transpose()?;
         let mut scores = vec![];
         if carries {
+            runner.places = Places::default();
             runner.frame(Shift::default())?;
             scores = score(&runner.images(&outputs)?, target.references, &entry.params)?;
         }
-        effects.insert(*phase, (after.transpose()?, scores));
+        begun.push((phase, taken, change_percent, scores));
     }
-    for phase in moving {
-        let times = runner.phase(phase, effort)?;
-        let (change_percent, scores) = effects.remove(&phase).unwrap_or_default();
+    for (phase, mut taken, change_percent, scores) in begun {
+        while taken.walls.len() < effort.repeat as usize && taken.seconds() <= effort.seconds {
+            // Within a step of its place, and never twice at the same in a row.
+            let share = ((runner.frame % PLACES) as f32 + 0.5) / PLACES as f32;
+            taken.add(runner.step(phase, |_| share)?);
+        }
+        let times = taken.times(phase, &runner.session.plan);
         entry.phases.extend(times.map(|t| PhaseTimes { change_percent, scores, ..t }));
     }
     if let Some(leak) = &target.references.leak
@@ -172,6 +187,7 @@ struct Runner<'a> {
     session: Session,
     frame: u32,
     motions: Motions,
+    places: Places,
 }
 
 impl Runner<'_> {
@@ -184,51 +200,74 @@ impl Runner<'_> {
         Ok((ms, report))
     }
 
+    /// A frame in which what a phase moves goes to another place. The rest stays where it is.
+    fn step(&mut self, phase: Phase, to: impl Fn(f32) -> f32) -> Checked<(f64, FrameReport)> {
+        let all = phase == Phase::Everything;
+        let Places { camera, lights, object } = &mut self.places;
+        for (place, of) in [(camera, Phase::Camera), (lights, Phase::Lights), (object, Phase::Object)] {
+            if all || phase == of {
+                *place = to(*place);
+            }
+        }
+        let shift = self.motions.shift(self.places);
+        self.frame(shift)
+    }
+
     fn images(&self, outputs: &[String]) -> Checked<BTreeMap<String, Image>> {
         outputs.iter().map(|o| Ok((o.clone(), self.session.image(self.gpu, o)?))).collect()
     }
 
-    /// The frames of a phase. What it doesn't move stays where the last frame had it.
-    fn phase(&mut self, phase: Phase, effort: Effort) -> Checked<Option<PhaseTimes>> {
-        let (mut walls, mut reports) = (vec![], vec![]);
-        let start = Instant::now();
-        for _ in 0..effort.repeat.max(1) {
-            // Within a step of its place, and never twice at the same in a row.
-            let share = (self.frame % PLACES) as f32 / PLACES as f32;
-            let mut shift = self.session.shift.clone();
-            self.motions.apply(phase, share, &mut shift);
-            let (ms, report) = self.frame(shift)?;
-            walls.push(ms);
-            reports.push(report);
-            if start.elapsed().as_secs_f64() > effort.seconds {
-                break;
-            }
-        }
-        Ok(times(phase, &self.session.plan, &walls, &reports))
+    /// What a viewer sees now, where the graph has it.
+    fn seen(&self, images: &BTreeMap<String, Image>) -> Checked<Option<Image>> {
+        images.contains_key(SEEN).then(|| self.session.image(self.gpu, SEEN)).transpose()
     }
 }
 
-/// The statistics of some frames; `None` of none.
-fn times(phase: Phase, plan: &Plan, walls: &[f64], reports: &[FrameReport]) -> Option<PhaseTimes> {
-    let last = reports.last()?;
-    let totals: Option<Vec<f64>> = reports.iter().map(|r| r.steps.iter().map(|s| s.gpu_ms).sum()).collect();
-    let steps_run = last.steps.len() as u32;
-    let mut iterations = BTreeMap::new();
-    for l in &last.loops {
-        *iterations.entry(l.name.clone()).or_insert(0) += l.iterations;
+/// The frames of a phase.
+#[derive(Default)]
+struct Taken {
+    /// Milliseconds.
+    walls: Vec<f64>,
+    reports: Vec<FrameReport>,
+}
+
+impl Taken {
+    fn of(frame: (f64, FrameReport)) -> Taken {
+        Taken { walls: vec![frame.0], reports: vec![frame.1] }
     }
-    Some(PhaseTimes {
-        phase,
-        repeats: reports.len() as u32,
-        wall_ms: Spread::of(walls)?,
-        gpu_ms: totals.and_then(|t| Spread::of(&t)),
-        steps_run,
-        steps_skipped: plan.steps.len() as u32 - steps_run.min(plan.steps.len() as u32),
-        iterations,
-        passes: passes(plan, reports),
-        change_percent: None,
-        scores: vec![],
-    })
+
+    fn add(&mut self, (ms, report): (f64, FrameReport)) {
+        self.walls.push(ms);
+        self.reports.push(report);
+    }
+
+    fn seconds(&self) -> f64 {
+        self.walls.iter().sum::<f64>() / 1e3
+    }
+
+    /// The statistics; `None` of no frames.
+    fn times(&self, phase: Phase, plan: &Plan) -> Option<PhaseTimes> {
+        let Taken { walls, reports } = self;
+        let last = reports.last()?;
+        let totals: Option<Vec<f64>> = reports.iter().map(|r| r.steps.iter().map(|s| s.gpu_ms).sum()).collect();
+        let steps_run = last.steps.len() as u32;
+        let mut iterations = BTreeMap::new();
+        for l in &last.loops {
+            *iterations.entry(l.name.clone()).or_insert(0) += l.iterations;
+        }
+        Some(PhaseTimes {
+            phase,
+            repeats: reports.len() as u32,
+            wall_ms: Spread::of(walls)?,
+            gpu_ms: totals.and_then(|t| Spread::of(&t)),
+            steps_run,
+            steps_skipped: plan.steps.len() as u32 - steps_run.min(plan.steps.len() as u32),
+            iterations,
+            passes: passes(plan, reports),
+            change_percent: None,
+            scores: vec![],
+        })
+    }
 }
 
 fn passes(plan: &Plan, reports: &[FrameReport]) -> Vec<PassTime> {
@@ -284,25 +323,29 @@ impl Motions {
         }
     }
 
-    /// What a phase moves, a share of a step from its place.
-    fn shift(&self, phase: Phase, share: f32) -> Shift {
-        let mut shift = Shift::default();
-        self.apply(phase, share, &mut shift);
-        shift
+    fn shift(&self, places: Places) -> Shift {
+        let by = |share: f32| Vec3::X * self.step * share;
+        Shift {
+            cameras: by(places.camera),
+            lights: by(places.lights),
+            nodes: self.object.map(|node| (node, by(places.object))).into_iter().collect(),
+            ..Shift::default()
+        }
     }
+}
 
-    fn apply(&self, phase: Phase, share: f32, shift: &mut Shift) {
-        let all = phase == Phase::Everything;
-        let by = |axis: Vec3| axis * self.step * share;
-        if all || phase == Phase::Camera {
-            shift.cameras = by(Vec3::X);
-        }
-        if all || phase == Phase::Lights {
-            shift.lights = by(Vec3::X);
-        }
-        if all || phase == Phase::Object {
-            shift.nodes = self.object.map(|node| (node, by(Vec3::X))).into_iter().collect();
-        }
+/// Where what moves is: shares of a step from where the scene says.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Places {
+    camera: f32,
+    lights: f32,
+    object: f32,
+}
+
+impl Places {
+    /// The other end of the step.
+    fn turned(share: f32) -> f32 {
+        1.0 - share
     }
 }
 

@@ -6,7 +6,9 @@ use crate::diag::{Checked, Diagnostic};
 use crate::image::file::write_atomically;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 /// A whole bench.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -102,6 +104,9 @@ pub enum Phase {
 impl Phase {
     pub const ALL: [Phase; 7] =
         [Phase::First, Phase::Still, Phase::Camera, Phase::Lights, Phase::Object, Phase::Everything, Phase::Whole];
+
+    /// Those in which something moves.
+    pub const MOVING: [Phase; 4] = [Phase::Camera, Phase::Lights, Phase::Object, Phase::Everything];
 
     /// As files name it.
     pub fn word(self) -> &'static str {
@@ -309,6 +314,64 @@ impl Results {
             ]);
         }
         cells
+    }
+}
+
+/// Entries as they come, a line of JSON each, so that an interruption loses none.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+}
+
+impl Journal {
+    /// Begins in a folder. To go on, with what its results and the journal of an interrupted run hold; a line that
+    /// was cut off is left out.
+    ///
+    /// # Errors
+    /// Files that can't be read or written, results that are none.
+    pub fn open(folder: &Path, go_on: bool) -> Checked<(Journal, Vec<Entry>)> {
+        let path = folder.join("entries.jsonl");
+        let fault = |e: &dyn std::fmt::Display| Diagnostic::error(format!("can't write {}: {e}", path.display()));
+        let results = folder.join("results.json");
+        let mut kept = match go_on && results.exists() {
+            true => Results::read(&results)?.entries,
+            false => vec![],
+        };
+        let text = if go_on { std::fs::read_to_string(&path).unwrap_or_default() } else { String::new() };
+        kept.extend(text.lines().filter_map(|line| serde_json::from_str(line).ok()));
+        std::fs::create_dir_all(folder).map_err(|e| fault(&e))?;
+        let file = File::options().create(true).append(go_on).write(true).truncate(!go_on).open(&path);
+        let mut journal = Journal { file: file.map_err(|e| fault(&e))?, path: path.clone() };
+        if !text.is_empty() && !text.ends_with('\n') {
+            journal.line("")?;
+        }
+        Ok((journal, kept))
+    }
+
+    /// Keeps an entry.
+    ///
+    /// # Errors
+    /// A file that can't be written.
+    pub fn add(&mut self, entry: &Entry) -> Checked<()> {
+        let json = serde_json::to_string(entry);
+        self.line(&json.map_err(|e| Diagnostic::error(format!("can't write the results: {e}")))?)
+    }
+
+    /// The results hold it all now.
+    ///
+    /// # Errors
+    /// A file that can't be removed.
+    pub fn close(self) -> Checked<()> {
+        let Journal { path, file } = self;
+        drop(file);
+        std::fs::remove_file(&path)
+            .map_err(|e| Diagnostic::error(format!("can't remove {}: {e}", path.display())).into())
+    }
+
+    fn line(&mut self, text: &str) -> Checked<()> {
+        let written = self.file.write_all(format!("{text}\n").as_bytes());
+        written.map_err(|e| Diagnostic::error(format!("can't write {}: {e}", self.path.display())).into())
     }
 }
 

@@ -240,6 +240,19 @@ fn a_small_bench_from_end_to_end_resumes_and_repeats_its_errors() {
     assert_eq!(bench(&out, &["--resume", "--against", &old]), 0);
     assert_eq!(Results::read(&out.join("results.json")).unwrap(), first, "resumed: even the times are the same");
 
+    // What a run that was cut off wrote is gone on with; a setting that isn't asked for stays.
+    let cut = folder.0.join("cut");
+    std::fs::create_dir_all(&cut).unwrap();
+    let line = serde_json::to_string(&first.entries[1]).unwrap();
+    std::fs::write(cut.join("entries.jsonl"), format!("{line}\n{}", &line[..40])).unwrap();
+    assert_eq!(bench(&cut, &["--resume", "--phases", "everything"]), 0);
+    let resumed = Results::read(&cut.join("results.json")).unwrap();
+    assert_eq!(resumed.entries.len(), 2);
+    assert_eq!(resumed.entries[1], first.entries[1]);
+    let phases = |e: &Entry| e.phases.iter().map(|t| t.phase).collect::<Vec<_>>();
+    assert_eq!(phases(&resumed.entries[0]), [Phase::First, Phase::Everything]);
+    assert!(!cut.join("entries.jsonl").exists());
+
     bench(&again, &[]);
     let second = Results::read(&again.join("results.json")).unwrap();
     for (a, b) in first.entries.iter().zip(&second.entries) {

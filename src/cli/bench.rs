@@ -6,7 +6,7 @@ use crate::bench::measure::{Effort, Measured, Target, measure, planned};
 use crate::bench::peers::{self, Job};
 use crate::bench::references::{Manifest, References};
 use crate::bench::report;
-use crate::bench::results::{Entry, Machine, Results, hash};
+use crate::bench::results::{Entry, Journal, Machine, Phase, Results, hash};
 use crate::bench::sweep::Sweep;
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults};
@@ -37,6 +37,9 @@ pub struct Args {
     /// A phase in which something moves ends after the frame that exceeds this
     #[arg(long, value_name = "SECONDS", default_value_t = 0.5, value_parser = seconds)]
     pub seconds: f64,
+    /// What is measured besides the first frame: still, camera, lights, object, everything [default: all]
+    #[arg(long, value_name = "PHASES", value_delimiter = ',', value_parser = phase)]
+    pub phases: Vec<Phase>,
     /// Size of the images in pixels; references of another size are left out
     #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
     pub size: [u32; 2],
@@ -46,7 +49,8 @@ pub struct Args {
     /// Where results.json, results.csv, report.html and pictures go
     #[arg(long, value_name = "DIR", default_value = "out/bench")]
     pub out: PathBuf,
-    /// Go on with the results in the output folder: what is there and was made from the same files is not run again
+    /// Go on with the results in the output folder: what is there and was made from the same files is not run again, and
+    /// what was not asked for this time stays
     #[arg(long)]
     pub resume: bool,
     /// List what became slower or less accurate since then; exit code 1 if anything did
@@ -91,11 +95,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let gpu = Gpu::open()?;
     let device_ms = start.elapsed().as_secs_f64() * 1e3;
     let commit = commit();
-    let path = args.out.join("results.json");
-    let kept = match args.resume && path.exists() {
-        true => Results::read(&path)?.entries,
-        false => vec![],
-    };
+    let (journal, kept) = Journal::open(&args.out, args.resume)?;
     let results = Results {
         version: env!("CARGO_PKG_VERSION").to_string(),
         commit,
@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     };
     let settings: usize = graphs.iter().map(|g| g.settings(&sweep).len()).sum();
     let progress = progress(views.len() * (settings + peers.len()));
-    let mut bench = Bench { args, results, kept, progress };
+    let mut bench = Bench { args, results, kept, journal, progress };
     for view in &views {
         let start = Instant::now();
         let loaded = scene::load(&view.path)?;
@@ -143,8 +143,14 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     bench.progress.finish_and_clear();
-    let results = bench.results;
+    let mut results = bench.results;
+    for entry in bench.kept {
+        if results.entries.iter().all(|e| e.key() != entry.key()) {
+            results.entries.push(entry);
+        }
+    }
     results.write(&args.out)?;
+    bench.journal.close()?;
     let page = args.out.join("report.html");
     write_atomically(&page, report::html(&results, &args.out, args.images)?.as_bytes())?;
     print(&report::text(&results));
@@ -188,6 +194,7 @@ struct Bench<'a> {
     results: Results,
     /// Of an earlier run.
     kept: Vec<Entry>,
+    journal: Journal,
     progress: indicatif::ProgressBar,
 }
 
@@ -201,7 +208,8 @@ impl Bench<'_> {
             self.progress.inc(1);
             return Ok(());
         }
-        let effort = Effort { repeat: self.args.repeat, seconds: self.args.seconds };
+        let phases = if self.args.phases.is_empty() { &Phase::ALL } else { self.args.phases.as_slice() };
+        let effort = Effort { repeat: self.args.repeat, seconds: self.args.seconds, phases };
         let measured = measure(gpu, target, effort)?;
         if let Some(fault) = &measured.entry.fault {
             let text = format!("{} on {}, {}: {fault}", target.graph, target.scene.name, measured.entry.setting);
@@ -213,12 +221,10 @@ impl Bench<'_> {
     fn add(&mut self, measured: Measured, place: &Place<'_>) -> Checked<()> {
         let Measured { mut entry, images } = measured;
         entry.picture = report::pictures(&self.args.out, &entry, &images, place.references)?;
+        self.journal.add(&entry)?;
         self.results.entries.push(entry);
         self.progress.inc(1);
-        // Entries of an earlier run that are still to come stay in the file, so that a second interruption loses nothing.
-        let mut all = self.results.clone();
-        all.entries.extend(self.kept.iter().cloned());
-        all.write(&self.args.out)
+        Ok(())
     }
 
     fn peer(&mut self, peer: &peers::Peer, place: &Place<'_>) -> Checked<()> {
@@ -391,6 +397,11 @@ fn progress(length: usize) -> indicatif::ProgressBar {
     }
     bar.enable_steady_tick(Duration::from_millis(500));
     bar
+}
+
+fn phase(text: &str) -> Result<Phase, String> {
+    let found = Phase::ALL.into_iter().find(|p| p.word() == text && *p != Phase::Whole);
+    found.ok_or_else(|| "it is none of first, still, camera, lights, object, everything".into())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -157,10 +157,11 @@ impl Reading {
             let project = Project::open(&setup.graph.path, &[]).unwrap_or_else(|f| panic!("{f}"));
             let plan = plan_in_the_end(setup, &[]).unwrap_or_else(|f| panic!("{f}"));
             let shaders = plan.shaders.iter().flat_map(|s| s.sources.clone());
-            let shaders = shaders.map(|s| PathBuf::from(&project.texts.files[&s].path));
+            let shaders = shaders.filter_map(|s| Some(PathBuf::from(&project.texts.files.get(&s)?.path)));
             shaders.chain(project.graph.files.clone()).collect::<Vec<_>>()
         });
-        Reading { files: files.map(|f| fs::canonicalize(&f).unwrap()).collect(), test }
+        // What the program itself brings is no file.
+        Reading { files: files.filter_map(|f| fs::canonicalize(&f).ok()).collect(), test }
     }
 }
 

@@ -110,7 +110,7 @@ function table(columns, rows, best, start) {
   const fill = () => {
     const key = r => { const v = r.cells[by]; return v === null || v === undefined ? Infinity : v; };
     const order = [...rows].sort((a, b) => { const [x, y] = [key(a), key(b)]; const c = typeof x === "string" ? String(x).localeCompare(String(y), "en", { numeric: true }) : x - y; return (up ? 1 : -1) * (c || 0); });
-    body.replaceChildren(...order.map(r => el("tr", { class: best.has(r.index) ? "best" : null }, ...r.cells.map(c => el("td", { class: typeof c === "string" ? "text" : null }, typeof c === "string" ? c : digits(c))))));
+    body.replaceChildren(...order.map(r => el("tr", { class: best.has(r.index) ? "best" : null }, ...r.cells.map((c, i) => el("td", { class: typeof c === "string" ? "text" : null }, typeof c === "string" ? c : (r.near?.has(i) ? "≈ " : "") + digits(c))))));
     [...head.children].forEach((th, i) => th.setAttribute("aria-sort", i !== by ? "none" : up ? "ascending" : "descending"));
   };
   columns.forEach((c, i) => head.append(el("th", { class: typeof rows[0]?.cells[i] === "string" ? "text" : null }, el("button", { onclick: () => { up = by === i ? !up : true; by = i; fill(); } }, c))));
@@ -157,11 +157,13 @@ function pictures(scene) {
 
 function numbers(scene, best) {
   const rows = scene.entries.map((e, index) => {
-    const t = time(e), s = errors(e) ?? {};
-    return { index, cells: [e.graph, e.setting, t ? t[0] : null, t ? t[3] : null, s.rmse ?? null, s.block ?? null, s.fine ?? null, s.bias ?? null, s.hit ?? null, s.relmse ?? null, s.p95 ?? null, s.max ?? null, s.flip ?? null, e.change[state.phase] ?? null, e.leak, e.bytes ? e.bytes / 1048576 : null] };
+    const t = time(e), s = errors(e) ?? {}, noise = scene.noise[state.output] ?? 0;
+    // Means of 8 × 8 pixels have an eighth of a pixel's noise.
+    const near = new Set([[4, s.rmse, noise], [5, s.block, noise / 8]].filter(([, value, noise]) => value < 10 * noise).map(([column]) => column));
+    return { index, near, cells: [e.graph, e.setting, t ? t[0] : null, t ? t[3] : null, s.rmse ?? null, s.block ?? null, s.fine ?? null, s.bias ?? null, s.hit ?? null, s.relmse ?? null, s.p95 ?? null, s.max ?? null, s.flip ?? null, e.change[state.phase] ?? null, e.leak, e.bytes ? e.bytes / 1048576 : null] };
   });
   const columns = ["graph", "setting", "wall ms", "device ms", "rmse %", "structural %", "fine %", "bias %", "surfaces %", "relMSE", "95th", "max", "FLIP", "change %", "leak", "MiB"];
-  return el("details", {}, el("summary", {}, `All ${rows.length} entries`), el("p", {}, `Errors of “${state.output}”; bold: on the front. “change” is how much color changed from the frame at rest to the first that moved.`), table(columns, rows, best, 4));
+  return el("details", {}, el("summary", {}, `All ${rows.length} entries`), el("p", {}, `Errors of “${state.output}”; bold: on the front; ≈: less than ten times the reference's own standard error (an eighth of it in structural error), which is part of it. “change” is how much color changed in the first frame that moved.`), table(columns, rows, best, 4));
 }
 
 function bounded(scene) {
