@@ -30,9 +30,6 @@ pub struct Table {
     /// What images are held against; without it, the references.
     #[serde(default)]
     pub truth: Option<Run>,
-    /// The folder of the pictures at the head of lines, as the files name it, where lines say what a graph is.
-    #[serde(default)]
-    pub pictures: String,
     pub rows: Vec<Row>,
 }
 
@@ -58,6 +55,7 @@ pub struct Row {
     /// Stands in place of the figures of a graph that has none here.
     #[serde(default)]
     pub instead: String,
+    /// What the graph is; lines that say so show a small picture, too.
     #[serde(default)]
     pub what: String,
     /// Those of the table's that it is measured on; none: all.

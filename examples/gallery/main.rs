@@ -30,14 +30,15 @@ fn run(chosen: &[String]) -> Checked<()> {
     let wanted = |name: &str| chosen.is_empty() || chosen.iter().any(|c| c == name);
     let gpu = Gpu::open().map_err(Faults::from)?;
     let mut bench = Bench::new(&gpu, gallery.size)?;
+    // Lines of tables show those that are there.
+    for picture in gallery.pictures.iter().filter(|p| wanted(&p.name)) {
+        sheet::draw(picture, &mut bench)?;
+    }
     for table in gallery.tables.iter().filter(|t| wanted(&t.name)) {
         let text = measured(table, &mut bench)?;
         for file in &table.files {
             place(Path::new(file), &table.name, &text)?;
         }
-    }
-    for picture in gallery.pictures.iter().filter(|p| wanted(&p.name)) {
-        sheet::draw(picture, &mut bench)?;
     }
     Ok(())
 }
@@ -54,7 +55,7 @@ fn measured(table: &Table, bench: &mut Bench<'_>) -> Checked<String> {
         let note = if row.note.is_empty() { String::new() } else { format!(", {}", row.note) };
         let name = format!("`{}`{note}", row.graph);
         text += &match described {
-            true => format!("| ![]({}/{}.png) | {name} | {} |", table.pictures, row.graph, row.what),
+            true => format!("| {} | {name} | {} |", thumbnail(&row.graph), row.what),
             false => format!("| {name} |"),
         };
         for scene in &table.scenes {
@@ -66,6 +67,12 @@ fn measured(table: &Table, bench: &mut Bench<'_>) -> Checked<String> {
         text += "\n";
     }
     Ok(format!("{text}\n*{}*\n", bench.conditions()))
+}
+
+/// A small picture of what a graph renders, for files in the project's root; empty without one.
+fn thumbnail(graph: &str) -> String {
+    let path = format!("docs/images/gallery/{graph}.png");
+    if Path::new(&path).exists() { format!("![]({path})") } else { String::new() }
 }
 
 /// Puts a text between a file's marks.
