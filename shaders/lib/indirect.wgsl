@@ -27,8 +27,8 @@ fn reflection(s: Surface) -> array<vec3f, COUNT> {
     var matte = lambert_weights(s.normal);
     var weights: array<vec3f, COUNT>;
 #ifdef LOBE_TABLE
-    let tints = gloss::tints(s);
-    if any(tints[0] != vec3f(0.0)) {
+    if gloss::shines(s) {
+        let tints = gloss::tints(s);
         var lobes = lobe_table::weights(s);
         for (var k = 0u; k < COUNT; k++) {
             weights[k] = tints * lobes[k];
