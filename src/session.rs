@@ -19,6 +19,7 @@ use glam::Mat4;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// A graph and the shaders it may use.
 #[derive(Debug, Clone)]
@@ -138,6 +139,8 @@ pub struct Session {
     pub plan: Plan,
     /// What the user should know about the plan and the view.
     pub notices: Vec<Diagnostic>,
+    /// Milliseconds that the plan took, before anything was asked of the device.
+    pub plan_ms: f64,
     /// How far cameras, lights and nodes of the next frames are from where the scene says.
     pub shift: Shift,
     /// The texts that the plan's shaders were made from.
@@ -192,7 +195,9 @@ impl Session {
             Some(previous) => previous.outside.assets,
             None => scene.assets().hashes,
         };
+        let start = Instant::now();
         let Planned { plan, mut notices } = plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
+        let plan_ms = start.elapsed().as_secs_f64() * 1e3;
         // The next frame is most likely the last one again.
         let last = previous.map(|p| p.last.clone()).unwrap_or_default();
         let pose = scene.pose_shifted(last.1, &last.2);
@@ -232,6 +237,7 @@ impl Session {
             settings,
             plan,
             notices,
+            plan_ms,
             shift,
             texts,
             prepared,

@@ -7,7 +7,7 @@ use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
 use crate::shader::{Entry, Shader, Stage};
 use std::num::NonZeroU32;
 use std::sync::{
-    Arc,
+    Arc, PoisonError,
     atomic::{AtomicUsize, Ordering},
 };
 
@@ -75,8 +75,11 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
     }
     Faults::check(faults, ())?;
 
-    let kept = |job: &Job| gpu.kept.pipelines.find(|k| k.content == job.shader.content && k.key == job.key);
-    let kept: Vec<Option<Pipeline>> = jobs.iter().map(kept).collect();
+    let kept: Vec<Option<Pipeline>> = {
+        let mut store = gpu.kept.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        store.next();
+        jobs.iter().map(|j| store.find(|k| k.content == j.shader.content && k.key == j.key).cloned()).collect()
+    };
     // Only those that a new pipeline needs: a module that nobody runs need not suit the device.
     let wanted = |i: usize| jobs.iter().zip(&kept).any(|(j, k)| j.index == i && k.is_none());
     let modules = in_parallel(0..plan.shaders.len(), |i| match plan.shaders.get(i) {
@@ -91,8 +94,10 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
         Some(kept) => Ok(kept.clone()),
         None => jobs[i].build(gpu, modules[jobs[i].index].as_ref().zip(screen.as_ref())),
     })?;
-    for (new, _) in built.iter().zip(&kept).filter(|(_, kept)| kept.is_none()) {
-        gpu.kept.pipelines.keep(new);
+    {
+        let mut store = gpu.kept.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let new = built.iter().zip(&kept).filter(|(_, kept)| kept.is_none());
+        new.for_each(|(new, _)| store.keep(new.clone()));
     }
     let of_step = of_step.into_iter().map(|job| {
         job.and_then(|j| built.get(j)).map(|p| StepPipelines {
