@@ -345,8 +345,13 @@ mod tests {
 
     #[test]
     fn a_few_pixels_on_edges_are_left_out_and_a_difference_everywhere_is_not() {
-        let image =
-            |f: &dyn Fn(usize) -> f32| Image { width: 20, height: 10, channels: 3, data: (0..600).map(f).collect() };
+        let image = |f: &dyn Fn(usize) -> f32| Image {
+            width: 20,
+            height: 10,
+            layers: 1,
+            channels: 3,
+            data: (0..600).map(f).collect(),
+        };
         let flat = image(&|_| 1.0);
         let edge = image(&|i| if i / 3 == 77 { 9.0 } else { 1.0 });
         assert!(difference(&edge, &flat, 1.0) > 0.5);
