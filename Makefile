@@ -19,14 +19,17 @@ demo: driver
 	mkdir -p out
 	target/release/lightgraph render graphs/uniform_grid.ron --scene scenes/hall --size 640x480 --out out/hall.png --output color=out/hall.exr
 
-# Every graph at the settings of the usual sweep, where rooms are small enough for half an hour; then the paper's scenes,
-# its graph and the fast one, in all phases.
+# Every graph on eight scenes at twelve settings; then finer grids of those that gain by them; then the paper's scenes, its graph
+# and the fast one, in all phases.
 bench: driver
 	cargo build --release
-	target/release/lightgraph bench --scenes $(BENCHED) --phases everything --repeat 2 --seconds 0 --images 6 --out out/bench
+	target/release/lightgraph bench --scenes $(BENCHED) --sweep "$(SWEEP)" --phases everything --seconds 0 --patience 8 --images 6 --out out/bench
+	target/release/lightgraph bench --resume --graphs $(FINE) --scenes cornell_point,room_spot --sweep "grid=8;face=16;bounces=6" --phases everything --images 6 --out out/bench
 	target/release/lightgraph bench --resume --graphs $(ROWS) --scenes hall,art_gallery --sweep "grid=4;face=16;bounces=2" --images 6 --out out/bench
 
+SWEEP := grid=2,3,4;face=8,16;bounces=1,4;samples=1,4,16,64
 BENCHED := cornell_point,room_spot,room_area,empty_room,hall,corridor,two_rooms:lit,furnace_80
+FINE := graphs/fast_grid_visible.ron,graphs/indirect_shadow.ron,graphs/moment_visibility.ron
 ROWS := graphs/uniform_grid.ron,graphs/fast_grid.ron,graphs/infinite_bounce.ron
 
 stress: driver

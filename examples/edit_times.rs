@@ -4,12 +4,13 @@
 //! `motions` of camera and light at 640×480, `updates` of the probes after a light or an object has moved, `edits` that
 //! follow a save; in these scenes, with so many probes along an axis.
 
-use lightgraph::diag::{Checked, Faults, Source};
+use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::{FrameReport, Gpu};
+use lightgraph::plan::{Action, Step};
 use lightgraph::scene::{self, Scene, Shift};
 use lightgraph::session::{Project, Session, Settings};
 use lightgraph::value::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -156,68 +157,219 @@ fn worked(gpu: &Gpu, session: &mut Session, index: u32, shift: Shift) -> Checked
     Ok((worked.unwrap_or(wall), report))
 }
 
+/// Every shader and every parameter of the graph edited in turn, in files of their own, as an editor saves them.
 fn edits(gpu: &Gpu, scene: &Arc<Scene>) -> Checked<()> {
-    let (mut project, mut session, cold) = begin(gpu, scene, 4, [256, 256], true)?;
+    let (_, session, cold) = begin(gpu, scene, 4, [256, 256], true)?;
     println!("\n{}, 4³ probes, 256×256: from files to the first image {cold:.0} ms", scene.name);
-    let mut again = |what: &str, edit: &mut dyn FnMut(u32, &mut Project, &mut Settings)| -> Checked<()> {
-        let (took, counts) = median(|i| {
-            let mut settings = session.settings.clone();
-            edit(i, &mut project, &mut settings);
-            let start = Instant::now();
-            // As after a save: the texts are read again.
-            let fresh = Project::open(Path::new("graphs/uniform_grid.ron"), &[])?;
-            let read = ms(start);
-            for (path, source) in &mut project.texts.files {
-                if !source.text.starts_with(EDITED) {
-                    source.clone_from(&fresh.texts.files[path]);
-                }
-            }
-            let start = Instant::now();
-            session = Session::after(gpu, &project, scene.clone(), settings, Some(&session))?;
-            let planned = ms(start);
-            let report = session.frame(gpu, 0, 0.0)?;
-            let stages = format!(
-                "read {read:.0}, plan and pipelines {planned:.0}, frame {:.0} ms; {} of {} steps",
-                report.wall_ms,
-                report.steps.len(),
-                session.plan.steps.len()
-            );
-            Ok((read + ms(start), stages))
-        })?;
-        println!("  {what:<34} {took:7.1} ms: {counts}");
-        Ok(())
+    println!("  {:<38}   in all = read + plan + pipelines + frame, ms; steps", "edit");
+    let files = Files::copy()?;
+    let mut live = Live { gpu, scene: scene.clone(), files: &files, settings: session.settings.clone(), session };
+    // The files are others now, if equal ones.
+    live.settings.params.clear();
+    live.again()?;
+    live.row("saved again, nothing changed", &mut |_| Ok(()))?;
+
+    let of_step = |step: &Step| match &step.action {
+        Action::Draw(draw) => Some(draw.shader),
+        Action::Compute { shader, .. } => Some(*shader),
+        Action::Copy { .. } | Action::Clear { .. } => None,
     };
-    again("planned again, nothing changed", &mut |_, _, _| {})?;
-    again("parameter `behind_captured`", &mut |i, _, s| {
-        s.params.insert("behind_captured".into(), Value::Float(0.5 + 0.01 * i as f32));
-    })?;
-    again("parameter `epsilon`", &mut |i, _, s| {
-        s.params.insert("epsilon".into(), Value::Float(0.001 + 0.0001 * i as f32));
-    })?;
-    for path in ["composite.wgsl", "relight.wgsl", "capture.wgsl", "lib/surface.wgsl"] {
-        again(&format!("shader {path}"), &mut |i, project, _| {
-            let source = project.texts.files.get_mut(path).expect("a shader of the repository");
-            let text = edited(&source.text, i);
-            *source = Source::new(source.path.clone(), text);
-        })?;
+    let plan = &live.session.plan;
+    let mut shaders: Vec<String> =
+        plan.steps.iter().filter_map(of_step).map(|i| plan.shaders[i].path.clone()).collect();
+    shaders.sort();
+    shaders.dedup();
+    // A program of the framework's own is no file.
+    shaders.retain(|path| files.shader(path).is_file());
+    let mut all = vec![];
+    for path in &shaders {
+        let text = read(&files.shader(path))?;
+        let edit = &mut |i| write(&files.shader(path), &edited(path, &text, i)?);
+        all.push(live.row(&format!("shader {path}"), edit)?);
+        write(&files.shader(path), &text)?;
+        live.again()?;
     }
+    summary("shader", all);
+
+    let text = read(&files.graph())?;
+    let params: Vec<String> = live.session.plan.params.clone();
+    let mut all = vec![];
+    for name in &params {
+        let edit = &mut |i| write(&files.graph(), &default_edited(&text, name, i)?);
+        all.push(live.row(&format!("default of `{name}`"), edit)?);
+        write(&files.graph(), &text)?;
+        live.again()?;
+    }
+    summary("parameter", all);
+    live.row("lib/surface.wgsl, which six import", &mut |i| {
+        let text = read(Path::new("shaders/lib/surface.wgsl"))?;
+        write(&files.shader("lib/surface.wgsl"), &edited("lib/surface.wgsl", &text, i)?)
+    })?;
     Ok(())
 }
 
-/// How an edited text begins.
-const EDITED: &str = "// edited";
+/// The median over all shaders or parameters, and of those times the share without the frame.
+fn summary(of: &str, mut all: Vec<Times>) {
+    let mut middle = |of: fn(&Times) -> f64| {
+        all.sort_by(|a, b| of(a).total_cmp(&of(b)));
+        of(&all[all.len() / 2])
+    };
+    let (whole, before) = (middle(Times::all), middle(|t| t.all() - t.frame));
+    println!("  median over every {of}: {whole:.1} ms; up to the frame {before:.1} ms\n");
+}
 
-/// The text with its last number changed in the sixth place.
-fn edited(text: &str, i: u32) -> String {
-    let text = text.strip_prefix(EDITED).map_or(text, |t| t.trim_start_matches(|c: char| c != '\n'));
-    let at = text.rfind("1.0").or(text.rfind("0.0")).expect("a number");
-    format!(
-        "{EDITED} {i}\n{}{}0000{}{}",
-        &text[..at],
-        &text[at..at + 3],
-        i + 1,
-        text[at + 3..].trim_start_matches(|c: char| c.is_ascii_digit())
-    )
+/// Milliseconds of one reload.
+struct Times {
+    read: f64,
+    plan: f64,
+    pipelines: f64,
+    frame: f64,
+}
+
+impl Times {
+    fn all(&self) -> f64 {
+        self.read + self.plan + self.pipelines + self.frame
+    }
+}
+
+/// A graph that is loaded again after each edit.
+struct Live<'a> {
+    gpu: &'a Gpu,
+    scene: Arc<Scene>,
+    files: &'a Files,
+    settings: Settings,
+    session: Session,
+}
+
+impl Live<'_> {
+    /// As after a save: everything is read again.
+    fn again(&mut self) -> Checked<(Times, FrameReport)> {
+        let start = Instant::now();
+        let project = Project::open(&self.files.graph(), &[])?;
+        let read = ms(start);
+        let start = Instant::now();
+        let before = Some(&self.session);
+        self.session = Session::after(self.gpu, &project, self.scene.clone(), self.settings.clone(), before)?;
+        let made = ms(start);
+        let plan = self.session.plan_ms;
+        let start = Instant::now();
+        let report = self.session.frame(self.gpu, 0, 0.0)?;
+        Ok((Times { read, plan, pipelines: made - plan, frame: ms(start) }, report))
+    }
+
+    /// The median of some reloads, each after an edit, printed.
+    fn row(&mut self, what: &str, edit: &mut dyn FnMut(u32) -> Checked<()>) -> Checked<Times> {
+        let (_, (t, ran)) = median(|i| {
+            edit(i)?;
+            let (times, report) = self.again()?;
+            Ok((times.all(), (times, report.steps.len())))
+        })?;
+        println!(
+            "  {what:<38} {:7.1} = {:.1} + {:.1} + {:.1} + {:.1}; {ran} of {}",
+            t.all(),
+            t.read,
+            t.plan,
+            t.pipelines,
+            t.frame,
+            self.session.plan.steps.len()
+        );
+        Ok(t)
+    }
+}
+
+/// A copy of the graph and the shaders; gone when dropped.
+struct Files(PathBuf);
+
+impl Files {
+    fn copy() -> Checked<Files> {
+        let files = Files(std::env::temp_dir().join(format!("lightgraph-edit-times-{}", std::process::id())));
+        for from in ["graphs", "shaders", "shaders/lib"] {
+            let to = files.0.join(from);
+            std::fs::create_dir_all(&to).map_err(|e| fault(&to, &e))?;
+            for entry in std::fs::read_dir(from).map_err(|e| fault(Path::new(from), &e))?.flatten() {
+                if entry.path().is_file() {
+                    write(&to.join(entry.file_name()), &read(&entry.path())?)?;
+                }
+            }
+        }
+        Ok(files)
+    }
+
+    fn graph(&self) -> PathBuf {
+        self.0.join("graphs/uniform_grid.ron")
+    }
+
+    fn shader(&self, path: &str) -> PathBuf {
+        self.0.join("shaders").join(path)
+    }
+}
+
+impl Drop for Files {
+    fn drop(&mut self) {
+        // What is left lies among temporary files.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn read(path: &Path) -> Checked<String> {
+    std::fs::read_to_string(path).map_err(|e| fault(path, &e))
+}
+
+fn write(path: &Path, text: &str) -> Checked<()> {
+    std::fs::write(path, text).map_err(|e| fault(path, &e))
+}
+
+fn fault(path: &Path, e: &std::io::Error) -> Faults {
+    Diagnostic::error(format!("{}: {e}", path.display())).into()
+}
+
+/// The text of a shader with one number of its code changed in the third place: what it computes changes, and no driver
+/// has seen it in an earlier run.
+fn edited(path: &str, text: &str, i: u32) -> Checked<String> {
+    // Shaders without such a number get one.
+    let numberless = [("capture.wgsl", "r.normal);"), ("multiply.wgsl", "* share);")];
+    let (at, old) = match numberless.iter().find(|(p, _)| *p == path) {
+        Some((_, word)) => (text.find(word).map(|at| at + word.len() - 2), ""),
+        None => (["1.0", "0.0"].iter().filter_map(|n| in_code(text, n)).max(), "x.x"),
+    };
+    let at = at.ok_or_else(|| Diagnostic::error(format!("{path} has no number to edit")))?;
+    let now = std::time::UNIX_EPOCH.elapsed().map_or(0, |d| d.as_nanos() % 100_000);
+    let new = if old.is_empty() { "* 1.0".to_string() } else { text[at..at + old.len()].to_string() };
+    Ok(format!("{}{new}0{i}{now:05}{}", &text[..at], &text[at + old.len()..]))
+}
+
+/// The last place of a number in code; comments are none.
+fn in_code(text: &str, number: &str) -> Option<usize> {
+    let mut start = 0;
+    let lines = text.split_inclusive('\n').map(|line| {
+        let code = line.split("//").next().unwrap_or("");
+        start += line.len();
+        (start - line.len(), code)
+    });
+    // `11.0` and `1.05` are others.
+    let whole = |code: &str, at: usize| {
+        let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+        !digit(code[..at].chars().next_back()) && !digit(code[at + number.len()..].chars().next())
+    };
+    lines.filter_map(|(start, code)| code.rmatch_indices(number).find(|m| whole(code, m.0)).map(|m| start + m.0)).last()
+}
+
+/// The text of a graph with another default for a parameter: close to the old one, and within its range.
+fn default_edited(text: &str, name: &str, i: u32) -> Checked<String> {
+    let missing = || Diagnostic::error(format!("no default of `{name}` is found"));
+    let declared = text.find(&format!("\"{name}\": ")).ok_or_else(missing)?;
+    let at = declared + text[declared..].find("default: ").ok_or_else(missing)? + "default: ".len();
+    let rest = &text[at..];
+    let end = if rest.starts_with('(') { rest.find(')').map(|i| i + 1) } else { rest.find([',', ')']) };
+    let old = &rest[..end.ok_or_else(missing)?];
+    let near = 1.0 - 0.001 * f64::from(1 + i);
+    let new = match old {
+        "true" | "false" => (i % 2 == u32::from(old == "true")).to_string(),
+        vector if vector.starts_with('(') => format!("({0}, {0}, {0})", 3 + i % 3),
+        float if float.contains('.') => (float.parse().unwrap_or(1.0) * near).to_string(),
+        whole => (whole.parse().unwrap_or(0) + (1 + i) % 2).to_string(),
+    };
+    Ok(format!("{}{new}{}", &text[..at], &rest[old.len()..]))
 }
 
 fn timed(gpu: &Gpu, session: &mut Session, index: u32, shift: Shift) -> Checked<(f64, FrameReport)> {

@@ -1,11 +1,13 @@
 //! Files that change: one call for the many events that a save makes.
 
 use crate::diag::{Checked, Diagnostic, Faults};
+use notify_debouncer_full::notify::event::{EventKind, ModifyKind};
 use notify_debouncer_full::notify::{RecommendedWatcher, RecursiveMode};
-use notify_debouncer_full::{DebounceEventResult, Debouncer, RecommendedCache, new_debouncer};
+use notify_debouncer_full::{DebounceEventResult, DebouncedEvent, Debouncer, RecommendedCache, new_debouncer};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Editors save in several steps (truncate and write, or write and rename); what happens within this time is one change.
@@ -20,46 +22,119 @@ pub const LONGEST: Duration = Duration::from_secs(1);
 /// Endings of the files that graphs and scenes are made of.
 const ENDINGS: [&str; 8] = ["ron", "wgsl", "gltf", "glb", "bin", "png", "jpg", "jpeg"];
 
-/// Watches folders and all below them.
+/// Watches folders and all below them, those too that go and come again.
 pub struct Watcher {
     debouncer: Debouncer<RecommendedWatcher, RecommendedCache>,
+    homes: Arc<Mutex<Homes>>,
     watched: BTreeSet<PathBuf>,
+    /// Where a folder that is gone will be seen to come: the nearest above it that is there.
+    above: BTreeSet<PathBuf>,
+}
+
+/// What the thread that hears of changes shares with the watcher.
+#[derive(Default)]
+struct Homes {
+    /// All folders that were ever asked for.
+    folders: BTreeSet<PathBuf>,
+    /// Those that went or came. The system watches the folder that was there, not its name.
+    moved: BTreeSet<PathBuf>,
 }
 
 impl Watcher {
     /// Calls `changed`, on a thread of its own, with the files of graphs and scenes that were written, made, renamed or
-    /// removed; with none of them when the system has lost count.
+    /// removed; with none of them when the system has lost count, or a folder went or came.
     ///
     /// # Errors
     /// The system gives no file events.
     pub fn new(mut changed: impl FnMut(BTreeSet<PathBuf>) + Send + 'static) -> Checked<Watcher> {
+        let homes = Arc::new(Mutex::new(Homes::default()));
+        let shared = homes.clone();
         let told = move |events: DebounceEventResult| match events {
             Ok(batch) => {
+                let moved = lock(&shared).note(&batch);
                 let written = batch.iter().filter(|e| !e.kind.is_access());
                 let files: BTreeSet<PathBuf> = written.flat_map(|e| &e.paths).filter(|p| matters(p)).cloned().collect();
-                if !files.is_empty() {
+                if moved {
+                    changed(BTreeSet::new());
+                } else if !files.is_empty() {
                     changed(files);
                 }
             }
             Err(_) => changed(BTreeSet::new()),
         };
         let debouncer = new_debouncer(SETTLE, None, told).map_err(|e| fault(&e))?;
-        Ok(Watcher { debouncer, watched: BTreeSet::new() })
+        Ok(Watcher { debouncer, homes, watched: BTreeSet::new(), above: BTreeSet::new() })
     }
 
-    /// Watches these folders too.
+    /// Watches these folders too. To be called after each load: true when a folder has come again, whose files may have
+    /// changed unseen since, so that all is to be loaded once more.
     ///
     /// # Errors
-    /// A folder that can't be watched.
-    pub fn watch(&mut self, folders: &BTreeSet<PathBuf>) -> Checked<()> {
-        for folder in folders {
-            if !self.watched.contains(folder) {
-                self.debouncer.watch(folder, RecursiveMode::Recursive).map_err(|e| fault(&e))?;
-                self.watched.insert(folder.clone());
+    /// A folder that is there and can't be watched.
+    pub fn watch(&mut self, folders: &BTreeSet<PathBuf>) -> Checked<bool> {
+        let (known, all, moved) = {
+            let mut homes = lock(&self.homes);
+            let known = homes.folders.clone();
+            homes.folders.extend(folders.iter().cloned());
+            (known, homes.folders.clone(), std::mem::take(&mut homes.moved))
+        };
+        let stale: Vec<PathBuf> = moved.into_iter().filter(|f| self.watched.remove(f)).collect();
+        for folder in stale.into_iter().chain(std::mem::take(&mut self.above)) {
+            // The system may have dropped the watch with the folder.
+            let _ = self.debouncer.unwatch(folder);
+        }
+        let mut came = false;
+        let mut gone = vec![];
+        let unwatched: Vec<&PathBuf> = all.iter().filter(|f| !self.watched.contains(*f)).collect();
+        for folder in unwatched {
+            match self.debouncer.watch(folder, RecursiveMode::Recursive) {
+                Ok(()) => {
+                    came |= known.contains(folder);
+                    self.watched.insert(folder.clone());
+                }
+                Err(_) if !folder.is_dir() => gone.push(folder),
+                Err(e) => return Err(fault(&e)),
             }
         }
-        Ok(())
+        for folder in gone {
+            came |= self.expect(folder)?;
+        }
+        Ok(came)
     }
+
+    /// Watches for a folder to come. True when something has come meanwhile.
+    fn expect(&mut self, folder: &Path) -> Checked<bool> {
+        let nearest = || folder.ancestors().find(|a| a.is_dir());
+        let Some(above) = nearest() else { return Ok(false) };
+        let seen = self.above.contains(above) || self.watched.iter().any(|w| above.starts_with(w));
+        if !seen {
+            match self.debouncer.watch(above, RecursiveMode::NonRecursive) {
+                Ok(()) => drop(self.above.insert(above.to_path_buf())),
+                Err(_) if !above.is_dir() => return Ok(true),
+                Err(e) => return Err(fault(&e)),
+            }
+        }
+        Ok(nearest() != Some(above))
+    }
+}
+
+impl Homes {
+    /// Notes the folders that went or came, with those above them. Whether there are any.
+    fn note(&mut self, events: &[DebouncedEvent]) -> bool {
+        let moves = |kind: &EventKind| {
+            matches!(kind, EventKind::Create(_) | EventKind::Remove(_) | EventKind::Modify(ModifyKind::Name(_)))
+        };
+        let paths: BTreeSet<&PathBuf> = events.iter().filter(|e| moves(&e.kind)).flat_map(|e| &e.paths).collect();
+        let moved: Vec<PathBuf> =
+            self.folders.iter().filter(|f| paths.iter().any(|p| f.starts_with(p))).cloned().collect();
+        self.moved.extend(moved.iter().cloned());
+        !moved.is_empty()
+    }
+}
+
+fn lock(homes: &Mutex<Homes>) -> MutexGuard<'_, Homes> {
+    // Each change of it is whole before the next may panic.
+    homes.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Waits for a change, and then for those that come with it. `ours` are files that the program itself writes: they change
@@ -119,5 +194,35 @@ mod tests {
         send.send(files(&["out.png"])).unwrap();
         drop(send);
         assert!(!settled(&changes, &ours), "nothing but our own file changed");
+    }
+
+    #[test]
+    fn a_folder_that_goes_and_comes_again_is_watched_as_before() {
+        // With all links resolved, as `folders` gives them.
+        let temp = std::env::temp_dir().canonicalize().unwrap();
+        let root = temp.join(format!("lightgraph-watched-{}", std::process::id()));
+        let folder = root.join("project/shaders");
+        std::fs::create_dir_all(&folder).unwrap();
+        let (send, changes) = channel();
+        let mut watcher = Watcher::new(move |files| send.send(files).unwrap()).unwrap_or_else(|f| panic!("{f}"));
+        let all = BTreeSet::from([folder.clone()]);
+        let mut watch = || watcher.watch(&all).unwrap_or_else(|f| panic!("{f}"));
+        assert!(!watch(), "it was there");
+        // As `watch` and the window do: after each change all is loaded, then watched, until nothing has come meanwhile.
+        let mut change = |what: &str| {
+            changes.recv_timeout(Duration::from_secs(20)).unwrap_or_else(|_| panic!("nobody says: {what}"));
+            while watch() || changes.recv_timeout(Duration::from_millis(60)).is_ok() {}
+        };
+        for again in 0..2 {
+            std::fs::write(folder.join("a.wgsl"), "1").unwrap();
+            change("a file was written");
+            std::fs::remove_dir_all(root.join("project")).unwrap();
+            change("the folder went");
+            std::fs::create_dir_all(&folder).unwrap();
+            change("the folder came");
+            std::fs::write(folder.join("b.wgsl"), again.to_string()).unwrap();
+            change("a file was written where the folder is new");
+        }
+        std::fs::remove_dir_all(&root).unwrap();
     }
 }

@@ -60,6 +60,15 @@ impl Sweep {
         }
         all
     }
+
+    /// True of settings that are as far or farther along every axis than another.
+    pub fn is_more(&self, setting: &[(String, String)], than: &[(String, String)]) -> bool {
+        let place = |(name, value): &(String, String)| {
+            let axis = self.axes.iter().find(|a| a.name == *name)?;
+            axis.values.iter().position(|v| v == value)
+        };
+        setting.iter().zip(than).all(|(a, b)| place(a) >= place(b))
+    }
 }
 
 /// Splits at the commas outside of parentheses.
@@ -92,6 +101,15 @@ mod tests {
         assert_eq!(pairs(&all[1]), [("grid", "2"), ("face", "16")]);
         assert_eq!(pairs(&all[2]), [("grid", "(4,2,4)"), ("face", "8")]);
         assert_eq!(sweep.settings(|_| false), [vec![]]);
+    }
+
+    #[test]
+    fn more_is_more_of_everything() {
+        let sweep = Sweep::parse("grid=2,(4,2,4),8;face=8,16").unwrap();
+        let all = sweep.settings(|_| true);
+        let more = |than: usize| (0..6).filter(|i| sweep.is_more(&all[*i], &all[than])).collect::<Vec<_>>();
+        assert_eq!(more(2), [2, 3, 4, 5], "(4,2,4) and 8");
+        assert_eq!(more(3), [3, 5], "(4,2,4) and 16");
     }
 
     #[test]

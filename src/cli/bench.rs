@@ -37,6 +37,9 @@ pub struct Args {
     /// A phase in which something moves ends after the frame that exceeds this
     #[arg(long, value_name = "SECONDS", default_value_t = 0.5, value_parser = seconds)]
     pub seconds: f64,
+    /// Leaves out settings that have as much or more of everything than one whose frames took longer than this
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub patience: Option<f64>,
     /// What is measured besides the first frame: still, camera, lights, object, everything [default: all]
     #[arg(long, value_name = "PHASES", value_delimiter = ',', value_parser = phase)]
     pub phases: Vec<Phase>,
@@ -123,6 +126,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
             let inputs = inputs(graph, &loaded.files, bench.results.commit.as_deref())?;
             let ms = [("device", device_ms), ("graph", graph.ms), ("scene", scene_ms)];
             let start_up_ms: BTreeMap<String, f64> = ms.map(|(n, ms)| (n.to_string(), ms)).into();
+            let mut slow: Option<Slow> = None;
             for setting in graph.settings(&sweep) {
                 let target = Target {
                     graph: &graph.name,
@@ -135,7 +139,15 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
                     start_up_ms: &start_up_ms,
                     inputs: &inputs,
                 };
+                if let Some(slow) = slow.as_ref().filter(|s| sweep.is_more(&setting, &s.setting)) {
+                    bench.leave_out(&target, slow)?;
+                    continue;
+                }
                 bench.one(&gpu, &target, &place)?;
+                let seconds = bench.results.entries.last().map_or(0.0, longest);
+                if args.patience.is_some_and(|most| seconds > most) {
+                    slow = Some(Slow { setting, seconds });
+                }
             }
         }
         for peer in &peers {
@@ -188,6 +200,12 @@ struct Place<'a> {
     references: &'a References,
 }
 
+/// A setting that was beyond the user's patience.
+struct Slow {
+    setting: Vec<(String, String)>,
+    seconds: f64,
+}
+
 /// The work and what came of it so far.
 struct Bench<'a> {
     args: &'a Args,
@@ -216,6 +234,17 @@ impl Bench<'_> {
             self.progress.suspend(|| notices(&[Diagnostic::warning(text)]));
         }
         self.add(measured, place)
+    }
+
+    /// For a setting that would take even longer.
+    fn leave_out(&mut self, target: &Target<'_>, slow: &Slow) -> Checked<()> {
+        let set: Vec<String> = slow.setting.iter().map(|(n, v)| format!("{n}={v}")).collect();
+        let why = format!("left out: a frame with {} takes {:.0} s", set.join(" "), slow.seconds);
+        let entry = Entry { fault: Some(why), ..planned(target)? };
+        self.journal.add(&entry)?;
+        self.results.entries.push(entry);
+        self.progress.inc(1);
+        Ok(())
     }
 
     fn add(&mut self, measured: Measured, place: &Place<'_>) -> Checked<()> {
@@ -349,6 +378,11 @@ fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
         false => Path::new("scenes").join(scene),
     };
     Ok(all.into_iter().map(|(scene, camera)| View { path: path(&scene), camera }).collect())
+}
+
+/// Seconds of an entry's slowest frame.
+fn longest(entry: &Entry) -> f64 {
+    entry.phases.iter().map(|t| t.wall_ms.max / 1e3).fold(0.0, f64::max)
 }
 
 /// A hash of all that an entry is made from.

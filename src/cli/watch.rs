@@ -45,7 +45,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     for reload in 0.. {
         let start = Instant::now();
         let (folders, made) = make(args, &gpu, session.as_ref());
-        watcher.watch(&folders)?;
+        let came = watcher.watch(&folders)?;
         match made {
             Ok(new) => {
                 session = Some(new.session);
@@ -59,7 +59,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
                 print("waiting for a change; the last good image stays\n");
             }
         }
-        if args.reloads.is_some_and(|n| reload >= n) || !settled(&changes, &ours) {
+        // A folder that has come again is loaded once more at once.
+        if args.reloads.is_some_and(|n| reload >= n) || !(came || settled(&changes, &ours)) {
             break;
         }
     }

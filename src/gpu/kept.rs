@@ -4,11 +4,11 @@
 use super::{pipelines::Pipeline, scene_data::Mesh};
 use crate::diag::Checked;
 use crate::plan::SamplerDesc;
-use crate::recent::Recent;
+use crate::recent::{InUse, Recent};
 use std::sync::{Mutex, PoisonError};
 
-/// Pipelines kept at most: those of a dozen graphs.
-const MOST_PIPELINES: usize = 256;
+/// Pipelines stay while one of the last so many plans asked for them. A driver may take megabytes for each.
+pub const PLANS: u64 = 16;
 
 const MOST_SAMPLERS: usize = 32;
 
@@ -17,7 +17,7 @@ const MOST_SCENES: usize = 2;
 
 #[derive(Debug)]
 pub(super) struct Kept {
-    pub pipelines: Store<Pipeline>,
+    pub pipelines: Mutex<InUse<Pipeline>>,
     pub samplers: Store<(SamplerDesc, wgpu::Sampler)>,
     /// By the hash of their content.
     pub meshes: Store<(u128, Option<Mesh>)>,
@@ -27,7 +27,7 @@ pub(super) struct Kept {
 impl Default for Kept {
     fn default() -> Kept {
         Kept {
-            pipelines: Store::new(MOST_PIPELINES),
+            pipelines: Mutex::new(InUse::new(PLANS)),
             samplers: Store::new(MOST_SAMPLERS),
             meshes: Store::new(MOST_SCENES),
             textures: Store::new(MOST_SCENES),

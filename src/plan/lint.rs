@@ -1,12 +1,11 @@
 //! Things declared and never used, and what a plan's reader should know.
 
-use super::wire::find_word;
 use super::{Desc, Plan};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
 use crate::graph::ast::{PassKind, ResourceKind, walk};
 use crate::graph::check::size_names;
-use crate::shader::{Library, import_closure, mentioned_defs};
+use crate::shader::Library;
 use std::collections::BTreeSet;
 
 /// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions.
@@ -56,14 +55,10 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
     });
     used.extend(touched);
     used.extend(graph.outputs.iter().map(|o| o.1.value.clone()));
-    let mut files: BTreeSet<String> = BTreeSet::new();
-    let mut defs: BTreeSet<String> = BTreeSet::new();
-    for s in shaders {
-        files.extend(import_closure(library, s));
-        defs.extend(mentioned_defs(library, s));
-    }
-    let in_shader =
-        |name: &str| files.iter().any(|f| library.files.get(f).is_some_and(|s| find_word(&s.text, name).is_some()));
+    let index = library.index();
+    let files = index.reachable(shaders.iter().copied());
+    let defs = index.mentioned(shaders);
+    let in_shader = |name: &str| files.iter().any(|f| index.place(f, name).is_some());
     let names = graph.params.iter().map(|(n, _)| (n, "parameter"));
     let names = names.chain(graph.lets.iter().map(|(n, _)| (n, "let")));
     let names = names.chain(graph.resources.iter().map(|(n, _)| (n, "resource")));
@@ -75,9 +70,9 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
         }
     }
     for (name, _) in &graph.defines {
-        if !defs.contains(&name.value) {
+        if !defs.contains(name.value.as_str()) {
             let d = Diagnostic::error(format!("no shader mentions the definition `{}`", name.value));
-            faults.push(d.at(&name.span, "").nearest(&name.value, defs.iter().map(String::as_str)));
+            faults.push(d.at(&name.span, "").nearest(&name.value, defs.iter().copied()));
         }
     }
     faults

@@ -8,6 +8,7 @@ use super::{
 use crate::image::Image;
 use crate::scene::{Bounds, Column, Table};
 use crate::shader::Stage;
+use crate::value::Value;
 use glam::Mat4;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -241,8 +242,8 @@ impl World {
 /// The content of a row.
 pub fn row_hash(table: &Table, row: usize) -> u64 {
     let mut h = DefaultHasher::new();
-    for (_, column) in &table.columns {
-        column.get(row).map(|v| v.bytes()).hash(&mut h);
+    for (_, column) in table.columns.iter() {
+        column.get(row).as_ref().map(Value::bytes).hash(&mut h);
     }
     h.finish()
 }

@@ -9,7 +9,7 @@ use super::{Binding, Comparison, Desc, TableUse};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Graph, Name, Pass, PassKind};
 use crate::graph::expr::{Binary, ExprKind, Val};
-use crate::shader::{Def, Defs, Shader, Stage, mentioned_defs};
+use crate::shader::{Def, Defs, Index, Shader, Stage};
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -109,6 +109,7 @@ pub fn wire<'g>(
         sizes,
         faults,
         out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![] },
+        index: request.texts.index(),
         mentioned: BTreeMap::new(),
     };
     let items = w.passes(&request.graph.passes, &[]);
@@ -123,6 +124,7 @@ pub(super) struct Wirer<'g, 'f> {
     pub(super) sizes: &'g Sizes<'g>,
     pub(super) faults: &'f mut Vec<Diagnostic>,
     pub(super) out: Wiring<'g>,
+    index: Arc<Index>,
     /// By shader: the definitions that it asks for.
     mentioned: BTreeMap<&'g str, Arc<BTreeSet<String>>>,
 }
@@ -295,9 +297,8 @@ impl<'g> Wirer<'g, '_> {
     }
 
     fn shader(&mut self, pass: &'g Pass, name: &'g Name) -> Option<(usize, Arc<Shader>)> {
-        let texts = self.request.texts;
-        let mentioned =
-            self.mentioned.entry(&name.value).or_insert_with(|| Arc::new(mentioned_defs(texts, &name.value))).clone();
+        let all = || self.index.mentioned([name.value.as_str()]).into_iter().map(str::to_owned).collect();
+        let mentioned = self.mentioned.entry(&name.value).or_insert_with(|| Arc::new(all())).clone();
         let mut defs = Defs::new();
         for (key, e) in self.graph().defines.iter().chain(&pass.defines) {
             let val = e.eval(&|n| self.value(n));
@@ -360,7 +361,7 @@ impl<'g> Wirer<'g, '_> {
         let own = std::iter::once(&shader.path).chain(&shader.sources);
         for path in own {
             if let Some(source) = self.request.texts.files.get(path)
-                && let Some(at) = find_word(&source.text, word)
+                && let Some(at) = self.index.place(path, word)
             {
                 return Span::new(source, at..at + word.len());
             }
@@ -382,24 +383,4 @@ pub fn any_use(items: &[Item], test: &mut impl FnMut(&Use) -> bool) -> bool {
         Item::Pass(w) => w.uses.iter().any(&mut *test),
         Item::Loop { body, .. } => any_use(body, test),
     })
-}
-
-/// Byte offset of a whole word in code, comments left out.
-pub fn find_word(text: &str, word: &str) -> Option<usize> {
-    let mut offset = 0;
-    for line in text.split_inclusive('\n') {
-        let code = line.split("//").next().unwrap_or("");
-        let mut from = 0;
-        while let Some(at) = code[from..].find(word).map(|i| i + from) {
-            let part = |c: char| c.is_alphanumeric() || c == '_';
-            let before = code[..at].chars().next_back().is_some_and(part);
-            let after = code[at + word.len()..].chars().next().is_some_and(part);
-            if !before && !after {
-                return Some(offset + at);
-            }
-            from = at + word.len();
-        }
-        offset += line.len();
-    }
-    None
 }

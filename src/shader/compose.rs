@@ -43,7 +43,7 @@ pub struct Shader {
     pub content: u128,
 }
 
-/// Composes `path` with `defs`. Each call uses a fresh composer.
+/// Composes `path` with `defs`.
 ///
 /// Resource variables need no `@group` or `@binding`: those that an entry point uses get group 0 and, as binding,
 /// their place among their names in order. Attributes that are written are ignored.
@@ -70,7 +70,7 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
     sources.sort();
     let file = |unit: &Unit| sources.binary_search(&unit.path).unwrap_or(0);
     let written: Vec<_> = units.iter().map(|unit| write(unit, defs, file(unit), &mut bindings)).collect();
-    let module = join(&units, &written)?;
+    let module = library.memo.with_oil(|oil| join(oil, &units, &written))?;
     let bound = bind(module, &units)?;
     let interface = reflect(&bound, &units)?;
     let content = content(&bound, &units, defs);
@@ -89,10 +89,10 @@ fn content(bound: &Bound, units: &[Unit], defs: &Defs) -> u128 {
 /// The definitions that `path` and all files it may import ask for (`#ifdef`, `#if`, `#{NAME}`), whatever branches
 /// are taken. Empty for an unknown path; faults in the files are left to [`compose`].
 pub fn mentioned_defs(library: &Library, path: &str) -> BTreeSet<String> {
-    library.memo.index(library).mentioned(path)
+    library.index().mentioned([path]).into_iter().map(str::to_owned).collect()
 }
 
 /// Library paths of `path` and of all files it may import, whatever branches are taken.
 pub fn import_closure(library: &Library, path: &str) -> BTreeSet<String> {
-    library.memo.index(library).reachable(path)
+    library.index().reachable([path]).into_iter().map(str::to_owned).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::{
     compose::{Defs, Shader, compose},
-    memo::Memo,
+    memo::{Index, Memo},
 };
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use std::{
@@ -51,6 +51,11 @@ impl Library {
             }
         }
         Library { memo: earlier.memo.clone(), ..self }
+    }
+
+    /// What its files say of each other and which words stand in them, made once for the same texts.
+    pub fn index(&self) -> Arc<Index> {
+        self.memo.index(self)
     }
 
     /// As [`compose`], once for the same texts and definitions.

@@ -1,11 +1,12 @@
 //! What was learned of shader texts, kept for the next time the same is asked: module names, what a file may
-//! reach, composed shaders. Nothing here changes a result; it only saves making it again.
+//! reach, where its words are, composed shaders. Nothing here changes a result; it only saves making it again.
 
 use super::{
     compose::{Defs, Shader},
     lex::{self, Kind},
     library::Library,
     link::find_module,
+    oil::Oil,
     scan::scan,
 };
 use crate::diag::Source;
@@ -29,11 +30,13 @@ pub struct Memo(Arc<Mutex<Store>>);
 struct Store {
     indices: Recent<Arc<Index>>,
     shaders: Recent<Kept>,
+    /// Idle ones: each takes longer to make than most shaders.
+    oils: Vec<Oil>,
 }
 
 impl Default for Store {
     fn default() -> Store {
-        Store { indices: Recent::new(MOST_INDICES), shaders: Recent::new(MOST_SHADERS) }
+        Store { indices: Recent::new(MOST_INDICES), shaders: Recent::new(MOST_SHADERS), oils: vec![] }
     }
 }
 
@@ -50,11 +53,20 @@ struct Kept {
 /// Library paths by the name to import them by: `#define_import_path`'s, or the path in quotes.
 pub(super) type Modules = BTreeMap<String, Vec<String>>;
 
-/// What a library's files say of each other, under any definitions. Faults in them are ignored.
+/// What a library's files say of each other and which words stand in them, under any definitions. Faults in them are
+/// ignored.
 #[derive(Debug)]
-pub(super) struct Index {
-    files: BTreeMap<String, (Arc<Source>, Arc<Outlook>)>,
-    pub modules: Arc<Modules>,
+pub struct Index {
+    files: BTreeMap<String, Known>,
+    pub(super) modules: Arc<Modules>,
+}
+
+#[derive(Debug)]
+struct Known {
+    source: Arc<Source>,
+    outlook: Arc<Outlook>,
+    /// Library paths of the files that it may import.
+    links: Arc<BTreeSet<String>>,
 }
 
 /// What one file may ask for.
@@ -65,6 +77,8 @@ struct Outlook {
     mentioned: BTreeSet<String>,
     /// Names that may be those of modules or of their items.
     words: BTreeSet<String>,
+    /// Where each word of its code, directives included, stands first, in bytes.
+    places: BTreeMap<String, usize>,
 }
 
 impl Memo {
@@ -82,6 +96,14 @@ impl Memo {
         let index = Arc::new(Index::new(library, &store.indices));
         store.indices.keep(index.clone());
         index
+    }
+
+    /// Runs `work` with a composer that nobody else uses.
+    pub(super) fn with_oil<T>(&self, work: impl FnOnce(&mut Oil) -> T) -> T {
+        let mut oil = self.store().oils.pop().unwrap_or_default();
+        let result = work(&mut oil);
+        self.store().oils.push(oil);
+        result
     }
 
     /// A shader composed before from the same texts, with the same definitions.
@@ -109,45 +131,58 @@ impl Memo {
 impl Index {
     fn new(library: &Library, earlier: &Recent<Arc<Index>>) -> Index {
         let known = |path: &String, source: &Arc<Source>| {
-            let found = earlier.iter().filter_map(|i| i.files.get(path)).find(|(s, _)| Arc::ptr_eq(s, source));
-            found.map_or_else(|| Arc::new(Outlook::of(source)), |(_, outlook)| outlook.clone())
+            let found = earlier.iter().filter_map(|i| i.files.get(path)).find(|k| Arc::ptr_eq(&k.source, source));
+            found.map_or_else(|| Arc::new(Outlook::of(source)), |k| k.outlook.clone())
         };
-        let one = |(path, source): (&String, &Arc<Source>)| (path.clone(), (source.clone(), known(path, source)));
-        let files: BTreeMap<_, (_, Arc<Outlook>)> = library.files.iter().map(one).collect();
+        let outlooks: Vec<Arc<Outlook>> = library.files.iter().map(|(path, source)| known(path, source)).collect();
         let mut modules = Modules::new();
-        for (path, (_, outlook)) in &files {
+        for (path, outlook) in library.files.keys().zip(&outlooks) {
             let name = outlook.module.clone().unwrap_or_else(|| format!("\"{path}\""));
             modules.entry(name).or_default().push(path.clone());
         }
         let same = earlier.iter().map(|i| &i.modules).find(|m| ***m == modules).cloned();
-        Index { files, modules: same.unwrap_or_else(|| Arc::new(modules)) }
+        let modules = same.unwrap_or_else(|| Arc::new(modules));
+        let links = |path: &String, outlook: &Arc<Outlook>| {
+            let alike = earlier.iter().filter(|i| Arc::ptr_eq(&i.modules, &modules));
+            let found = alike.filter_map(|i| i.files.get(path)).find(|k| Arc::ptr_eq(&k.outlook, outlook));
+            found.map_or_else(|| Arc::new(outlook.links(&modules)), |k| k.links.clone())
+        };
+        let one = |((path, source), outlook): ((&String, &Arc<Source>), Arc<Outlook>)| {
+            let links = links(path, &outlook);
+            (path.clone(), Known { source: source.clone(), outlook, links })
+        };
+        let files = library.files.iter().zip(outlooks).map(one).collect();
+        Index { files, modules }
     }
 
     fn is_of(&self, library: &Library) -> bool {
         self.files.len() == library.files.len()
-            && self.files.iter().zip(&library.files).all(|((a, (x, _)), (b, y))| Arc::ptr_eq(x, y) && a == b)
+            && self.files.iter().zip(&library.files).all(|((a, x), (b, y))| Arc::ptr_eq(&x.source, y) && a == b)
     }
 
-    /// Library paths of `path` and of all files it may import, whatever branches are taken.
-    pub(super) fn reachable(&self, path: &str) -> BTreeSet<String> {
+    /// Library paths of these files and of all that they may import, whatever branches are taken.
+    pub fn reachable<'a>(&'a self, paths: impl IntoIterator<Item = &'a str>) -> BTreeSet<&'a str> {
         let mut seen = BTreeSet::new();
-        let mut open = vec![path.to_owned()];
+        let mut open: Vec<&str> = paths.into_iter().collect();
         while let Some(path) = open.pop() {
-            let Some((_, outlook)) = self.files.get(&path) else { continue };
-            if !seen.insert(path) {
-                continue;
+            if let Some(known) = self.files.get(path)
+                && seen.insert(path)
+            {
+                open.extend(known.links.iter().map(String::as_str));
             }
-            let modules = outlook.words.iter().filter_map(|word| find_module(&self.modules, word));
-            open.extend(modules.flat_map(|(_, paths)| paths).cloned());
         }
         seen
     }
 
-    /// Every definition that `path` or a file it may import asks for.
-    pub(super) fn mentioned(&self, path: &str) -> BTreeSet<String> {
-        let files = self.reachable(path);
-        let outlooks = files.iter().filter_map(|path| self.files.get(path));
-        outlooks.flat_map(|(_, outlook)| outlook.mentioned.iter().cloned()).collect()
+    /// Every definition that these files or one that they may import ask for.
+    pub fn mentioned<'a>(&'a self, paths: impl IntoIterator<Item = &'a str>) -> BTreeSet<&'a str> {
+        let known = self.reachable(paths).into_iter().filter_map(|path| self.files.get(path));
+        known.flat_map(|k| k.outlook.mentioned.iter().map(String::as_str)).collect()
+    }
+
+    /// Where a word first stands in the code of a file, in bytes; in comments it does not count.
+    pub fn place(&self, path: &str, word: &str) -> Option<usize> {
+        self.files.get(path)?.outlook.places.get(word).copied()
     }
 }
 
@@ -157,6 +192,63 @@ impl Outlook {
         let words = lex::tokens(&scan.text, 0..scan.text.len());
         let inline = words.iter().filter(|w| w.kind == Kind::Name).map(|w| w.text(&scan.text).to_owned());
         let words = inline.chain(scan.imports.into_iter().map(|i| i.path)).collect();
-        Outlook { module: scan.module.map(|(name, _)| name), mentioned: scan.mentioned, words }
+        let module = scan.module.map(|(name, _)| name);
+        Outlook { module, mentioned: scan.mentioned, words, places: places(&source.text) }
+    }
+
+    fn links(&self, modules: &Modules) -> BTreeSet<String> {
+        let named = self.words.iter().filter_map(|word| find_module(modules, word));
+        named.flat_map(|(_, paths)| paths).cloned().collect()
+    }
+}
+
+/// The words of a text, each with the byte where it first stands outside of comments.
+fn places(text: &str) -> BTreeMap<String, usize> {
+    let mut places = BTreeMap::new();
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let code = line.split("//").next().unwrap_or("");
+        for word in code.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| !w.is_empty()) {
+            if !places.contains_key(word) {
+                places.insert(word.to_owned(), start + (word.as_ptr() as usize - code.as_ptr() as usize));
+            }
+        }
+        start += line.len();
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_stand_where_they_first_are_in_code() {
+        let text = "// size\nlet sizes = 1; // size\n\tlet size = sizes;\n";
+        let places = places(text);
+        assert_eq!(places.get("size").copied(), text.find("size = sizes"));
+        assert_eq!(places.get("sizes").copied(), text.find("sizes = 1"));
+        assert_eq!(places.get("ize"), None);
+    }
+
+    #[test]
+    fn what_changed_is_looked_at_again_and_nothing_else() {
+        let library = |a: &str| {
+            let mut library = Library::default();
+            for (path, text) in [("a.wgsl", a), ("b.wgsl", "#define_import_path b\nconst B = 1;")] {
+                library.files.insert(path.into(), Source::new(path, text));
+            }
+            library
+        };
+        let first = library("#import b::B\nconst A = B;");
+        let before = first.index();
+        assert_eq!(before.reachable(["a.wgsl"]), BTreeSet::from(["a.wgsl", "b.wgsl"]));
+        let second = library("#ifdef ON\nconst A = 1;\n#endif").after(&first);
+        let after = second.index();
+        assert_eq!(after.reachable(["a.wgsl"]), BTreeSet::from(["a.wgsl"]));
+        assert_eq!(after.mentioned(["a.wgsl"]), BTreeSet::from(["ON"]));
+        let of = |index: &Index, path: &str| index.files[path].outlook.clone();
+        assert!(Arc::ptr_eq(&of(&before, "b.wgsl"), &of(&after, "b.wgsl")));
+        assert!(!Arc::ptr_eq(&of(&before, "a.wgsl"), &of(&after, "a.wgsl")));
     }
 }

@@ -34,4 +34,4 @@ pub use interface::{
 };
 pub use layout::{Layout, Member};
 pub use library::Library;
-pub use memo::Memo;
+pub use memo::{Index, Memo};

@@ -1,7 +1,7 @@
 //! naga_oil: several files to one naga module, and its errors to places in the files.
 //!
 //! naga_oil sees texts without comments, directives or definitions, in which every imported name is spelt
-//! `module::item`; what is left to it is to join the modules. A fresh composer for each shader, as a composer
+//! `module::item`; what is left to it is to join the modules. A composer forgets all modules before each shader, as one
 //! that has seen another version of a file attributes errors to the wrong one.
 
 use super::{
@@ -22,11 +22,30 @@ pub(super) fn capabilities() -> naga::valid::Capabilities {
     C::default() | C::STORAGE_TEXTURE_16BIT_NORM_FORMATS | C::MULTIVIEW
 }
 
+/// naga_oil's composer. It compiles a dozen regular expressions when it is made: that takes longer than to join a shader.
+#[derive(Debug)]
+pub(super) struct Oil(Composer);
+
+impl Default for Oil {
+    fn default() -> Oil {
+        Oil(Composer::default().with_capabilities(capabilities()))
+    }
+}
+
+impl Oil {
+    /// A composer that has seen no module.
+    fn fresh(&mut self) -> &mut Composer {
+        self.0.module_sets.clear();
+        self.0.module_index.clear();
+        &mut self.0
+    }
+}
+
 /// Joins the units; the last is the shader's own file. The module is valid, its bindings are placeholders.
 ///
 /// # Errors
 /// The first parse error of a file, or the first validation error.
-pub(super) fn join(units: &[Unit], written: &[Written]) -> Checked<naga::Module> {
+pub(super) fn join(oil: &mut Oil, units: &[Unit], written: &[Written]) -> Checked<naga::Module> {
     let joiner = Joiner { units, written };
     for unit in units {
         if unit.source.text.len() > MAX_BYTES {
@@ -38,7 +57,7 @@ pub(super) fn join(units: &[Unit], written: &[Written]) -> Checked<naga::Module>
         }
     }
     // naga_oil unwraps here and there; a user's text must not end the program when it finds such a place.
-    match std::panic::catch_unwind(AssertUnwindSafe(|| joiner.join())) {
+    match std::panic::catch_unwind(AssertUnwindSafe(|| joiner.join(oil.fresh()))) {
         Ok(result) => result.map_err(Into::into),
         Err(_) => Err(joiner
             .fault("naga_oil gave up on this shader", vec![])
@@ -60,8 +79,7 @@ struct Joiner<'a> {
 }
 
 impl Joiner<'_> {
-    fn join(&self) -> Result<naga::Module, Diagnostic> {
-        let mut composer = Composer::default().with_capabilities(capabilities());
+    fn join(&self, composer: &mut Composer) -> Result<naga::Module, Diagnostic> {
         let (Some((root, modules)), Some(root_written)) = (self.units.split_last(), self.written.last()) else {
             return Ok(naga::Module::default());
         };

@@ -65,7 +65,7 @@ pub fn run(start: Start) -> Result<Vec<String>, Ended> {
         scenes: scenes_beside(&start.choice.scene),
         start,
         window: None,
-        context: egui::Context::default(),
+        context: context(),
         proxy,
         tell,
         hear,
@@ -84,6 +84,16 @@ pub fn run(start: Start) -> Result<Vec<String>, Ended> {
         (None, Err(e)) => Err(Ended::NoDisplay(no_display(&e))),
         (None, Ok(())) => Ok(app.start.script.map_or(vec![], |s| s.log)),
     }
+}
+
+/// What the panels are drawn with: the least text can be read.
+fn context() -> egui::Context {
+    let context = egui::Context::default();
+    context.all_styles_mut(|style| {
+        style.text_styles.insert(egui::TextStyle::Small, egui::FontId::proportional(11.0));
+        style.visuals.weak_text_alpha = 0.8;
+    });
+    context
 }
 
 /// The engine has something to tell.

@@ -95,15 +95,19 @@ fn run(mut stage: Stage, watcher: Result<Watcher, Faults>, receive: &Receiver<Me
         }
         let Some(wish) = &wish else { continue };
         let mut told = stage.advance(wish, &mut tell);
-        if let Some(watcher) = &mut watcher
-            && let Err(f) = watcher.watch(&stage.folders(&wish.choice))
-        {
-            blind = f.0;
+        let mut came = false;
+        match watcher.as_mut().map_or(Ok(false), |w| w.watch(&stage.folders(&wish.choice))) {
+            Ok(again) => came = again,
+            Err(f) => blind = f.0,
+        }
+        if came {
+            stage.changed(&BTreeSet::new());
         }
         if !blind.is_empty() {
             let notices = told.notices.iter().chain(&blind).cloned().collect();
             told.notices = Arc::new(notices);
         }
+        told.rest &= !came;
         rest = told.rest || told.lost;
         tell(told);
     }

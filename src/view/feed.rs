@@ -39,6 +39,8 @@ pub struct Told {
     pub frame: Option<Arc<Rendered>>,
     /// Everything that stands in the way of what was wished for.
     pub faults: Arc<Vec<Diagnostic>>,
+    /// The checks in shaders that do not hold in what is shown.
+    pub checks: Arc<Vec<Diagnostic>>,
     pub notices: Arc<Vec<Diagnostic>>,
     pub score: Option<Arc<Score>>,
     pub inspected: Option<Arc<Inspected>>,

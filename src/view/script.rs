@@ -6,9 +6,9 @@
 //!     Drag(on: "param bounces", from: (0.2, 0.5), to: (0.8, 0.5)),   // with the pointer, in shares of that part
 //!     Click("variant direct"),
 //!     Replace(file: "shaders/a.wgsl", text: "1.0", by: "oops"),      // as an editor saves
-//!     Faults("a.wgsl:3:"),                        // until a fault says so
+//!     Faults("a.wgsl:3:"),                        // until a fault, or a check in a shader, says so
 //!     Replace(file: "shaders/a.wgsl", text: "oops", by: "1.0"),
-//!     Mended,                                     // until there is no fault
+//!     Mended,                                     // until there is none
 //!     Size(1, 1), Rest, Size(900, 600), Rest,
 //!     Key(key: "Z", ctrl: true),
 //!     Shot("after.png"),                          // what the window shows
@@ -19,7 +19,7 @@
 //! ```
 //!
 //! Files are relative to the working folder. The parts of the window by name: `param NAME`, `reset NAME`, `variant NAME`,
-//! `output NAME`, `image`, `light N`, `split line`, `tab …`, `port NAME` (in the compiled graph), `channel R`, `undo` and so on.
+//! `output NAME`, `image`, `light N`, `split line`, `against NAME`, `save picture`, `tab …`, `port NAME` (in the compiled graph), `channel R`, `undo` and so on.
 
 use super::feed::Told;
 use super::state::State;
@@ -158,8 +158,11 @@ impl Script {
                 self.waited = if now.rest && !first { self.waited + 1 } else { 0 };
                 self.waited > 2
             }
-            Step::Faults(part) => !now.told.faults.is_empty() && render(&now.told.faults).contains(part.as_str()),
-            Step::Mended => now.rest && now.told.faults.is_empty(),
+            Step::Faults(part) => {
+                let told: Vec<Diagnostic> = now.told.faults.iter().chain(&*now.told.checks).cloned().collect();
+                !told.is_empty() && render(&told).contains(part.as_str())
+            }
+            Step::Mended => now.rest && now.told.faults.is_empty() && now.told.checks.is_empty(),
             Step::Other(frame) => now.told.frames[1] >= *frame && now.told.score.is_some(),
             Step::Wait(frames) => {
                 self.waited += 1;

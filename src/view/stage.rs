@@ -100,6 +100,8 @@ struct Kept {
     rest: bool,
     /// Why it can't.
     fault: Option<Faults>,
+    /// The checks in shaders that do not hold in the last frame.
+    checks: Arc<Vec<Diagnostic>>,
 }
 
 /// What a session depends on.
@@ -206,6 +208,7 @@ impl Stage {
             told.subject = Some(kept.subject.clone());
             told.image.clone_from(&kept.image);
             told.frames[0] = kept.frames;
+            told.checks = kept.checks.clone();
             let mut notices = self.scene.as_ref().map_or(vec![], |s| s.notices.clone());
             notices.extend(kept.session.notices.iter().cloned());
             told.notices = Arc::new(notices);
@@ -348,6 +351,7 @@ impl Stage {
             last: None,
             rest: false,
             fault: None,
+            checks: Arc::default(),
         };
         if let Some(i) = at {
             self.kept.remove(i);
@@ -513,6 +517,7 @@ impl Kept {
     fn render(&mut self, gpu: &Gpu, time: f32) -> Checked<Rendered> {
         let report = self.session.frame(gpu, self.frames, time)?;
         self.frames += 1;
+        self.checks = Arc::new(self.session.failed_checks(&report));
         let shown = match self.session.memory(self.session.output(&self.output)?)? {
             Memory::Texture(texture) => copy(gpu, texture, self.image.take()),
             Memory::Buffer(_) => None,

@@ -14,6 +14,7 @@
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `large_graph`: 1,000 passes, parsed and planned in time
+//! - `lesser_devices`: what a device lacks is told, and all else goes on
 //! - `library`: public types in other programs
 //! - `lobes`: glossy lobes against their integrals and another renderer
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
@@ -45,6 +46,7 @@ mod endings;
 mod following;
 mod graph_snapshots;
 mod large_graph;
+mod lesser_devices;
 mod library;
 mod lobes;
 mod mutated;

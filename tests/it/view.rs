@@ -55,6 +55,25 @@ const SCRIPT: &str = r#"[
     Close,
 ]"#;
 
+/// What is moved, compared, saved, and what shaders say of themselves.
+const MOVES: &str = r##"[
+    Rest, Size(1200, 900), Rest,
+    Drag(on: "light 0", from: (0.5, 0.5), to: (3.5, 0.5)), Rest, Save("light.ron"),
+    ClickAt(on: "image", at: (0.3, 0.7)), Wait(3),
+    Drag(on: "image", from: (0.3, 0.7), to: (0.4, 0.7)), Rest, Save("object.ron"), Shot("moved.png"),
+    Click("against"), Wait(3), Click("against other"), Rest, Wait(3), Shot("split.png"),
+    Drag(on: "split line", from: (0.5, 0.5), to: (-60.0, 0.5)), Rest, Save("split.ron"),
+    Click("layout difference"), Rest, Shot("difference.png"),
+    Drag(on: "param red", from: (0.02, 0.5), to: (0.98, 0.5)), Rest,
+    Click("save picture"), Wait(3), Click("save EXR"), Wait(3), Click("save all"), Wait(3),
+    Click("save parameters"), Rest, Wait(3), Shot("saved.png"),
+    Replace(file: "shaders/paint.wgsl", text: "var<uniform> red: f32;", by: "#import lightgraph::report::{check}\nvar<uniform> red: f32;"),
+    Replace(file: "shaders/paint.wgsl", text: "return vec4f(red", by: "check(red < 0.5, vec3u(7u, 0u, 0u), #{HERE}); return vec4f(red"),
+    Faults("a check in the shader of `paint` does not hold"), Wait(3), Shot("check.png"),
+    Replace(file: "shaders/paint.wgsl", text: "red < 0.5", by: "red < 5.0"), Mended,
+    Close,
+]"##;
+
 /// A display without a screen, ended with the test.
 struct Display {
     server: Child,
@@ -176,6 +195,35 @@ fn a_window_is_dragged_broken_mended_switched_shrunk_and_closed() {
     assert!(saved.contains("\"red\": Float("), "{saved}");
     let orbited = std::fs::read_to_string(project.path("orbited.ron")).unwrap();
     assert!(orbited.contains("view: Some("), "{orbited}");
+}
+
+#[test]
+fn what_is_dragged_compared_saved_and_checked_is_seen() {
+    let _alone = device::gpu();
+    let display = Display::start();
+    let project = Project::new("moves", MOVES);
+    let mut command = project.command();
+    let (code, text) = finish(command.args(["--script", "script"]).env("DISPLAY", &display.name).spawn().unwrap());
+    assert_eq!(code, 0, "{text}");
+
+    let read = |name: &str| std::fs::read_to_string(project.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let (light, object) = (read("light.ron"), read("object.ron"));
+    assert!(light.contains("lights: {\n") && light.contains("nodes: {},"), "{light}");
+    assert!(object.contains("lights: {\n") && object.contains("nodes: {\n"), "{object}");
+    // To the left of the line what is chosen, green; to the right the other, red as well.
+    let (left, right) = (project.pixel("split.png", 0.35, 0.2), project.pixel("split.png", 0.7, 0.2));
+    assert!(left[0] < 30 && left[1] > 100 && right[0] > 200, "{left:?} {right:?}");
+    let split = read("split.ron");
+    let at = split.split("Split(").nth(1).and_then(|s| s.split(')').next()).and_then(|s| s.parse::<f32>().ok());
+    assert!(at.is_some_and(|at| at < 0.4), "the line was dragged to the left: {split}");
+    let [red, _, blue] = project.pixel("difference.png", 0.5, 0.2);
+    assert!(blue > red, "darker than the other is blue: {red} {blue}");
+    for name in ["graph.png", "graph.exr", "graph.view.ron"] {
+        assert!(project.path(name).is_file(), "{name} was saved");
+    }
+    assert!(read("graph_set.ron").contains("SetDefault(\"red\", "), "{}", read("graph_set.ron"));
+    let shot = |name: &str| std::fs::read(project.path(name)).unwrap();
+    assert_ne!(shot("check.png"), shot("saved.png"), "the check is shown");
 }
 
 #[test]

@@ -55,6 +55,53 @@ fn a_broken_shader_keeps_the_last_image_and_a_mended_one_replaces_it() {
     assert!(child.wait().unwrap().success());
 }
 
+#[test]
+fn a_folder_that_is_deleted_and_made_anew_is_seen() {
+    let _alone = device::gpu();
+    let scratch = Scratch::new("watch-folder");
+    let file = |name: &str| scratch.path().join("project").join(name);
+    let make = |red: &str| {
+        fs::create_dir_all(file("shaders")).unwrap();
+        fs::write(file("shaders/paint.wgsl"), paint(red)).unwrap();
+    };
+    make("0.25");
+    fs::write(file("graph.ron"), GRAPH).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_lightgraph"))
+        .arg("watch")
+        .arg(file("graph.ron"))
+        .arg("--scene")
+        .arg(repository("scenes/lambert_plane"))
+        .args(["--size", "8x8", "--out"])
+        .arg(scratch.path().join("out.exr"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    // Each state is told at least once; loads in the middle of a change may come before.
+    let mut until = |part: &str| while !lines.next().expect("the command goes on").unwrap().contains(part) {};
+    let red = || {
+        let image = lightgraph::image::exr::read_exr(&scratch.path().join("out.exr")).unwrap_or_else(|f| panic!("{f}"));
+        image.pixel(0, 3, 3).unwrap()[0]
+    };
+    until("out.exr: graph");
+    fs::remove_dir_all(file("shaders")).unwrap();
+    until("the last good image stays");
+    assert_eq!(red(), 0.25);
+    make("0.5");
+    until("out.exr: graph");
+    // The folder that is new is watched, all of it.
+    fs::remove_dir_all(scratch.path().join("project")).unwrap();
+    until("the last good image stays");
+    make("0.75");
+    fs::write(file("graph.ron"), GRAPH).unwrap();
+    while red() != 0.75 {
+        until("out.exr: graph");
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
 /// Red is a number of the graph times one of the shader times one of the scene's buffer.
 const PRODUCT: &str = "struct Triangle { a: vec3f }
 var<storage, read> triangles: array<Triangle>;

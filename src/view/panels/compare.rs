@@ -21,6 +21,7 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
             if variant.path.file_name() != state.now().graph.file_name() {
                 let against = Against::Graph(variant.path.clone());
                 let row = ui.selectable_value(&mut next.against, against, &variant.name);
+                state.mark(format!("against {}", variant.name), row.rect);
                 row.on_hover_text(&variant.about);
             }
         }
