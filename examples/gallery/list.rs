@@ -27,19 +27,7 @@ pub struct Table {
     pub set: String,
     /// The output that is compared.
     pub output: String,
-    /// What images are held against; without it, the references.
-    #[serde(default)]
-    pub truth: Option<Run>,
     pub rows: Vec<Row>,
-}
-
-/// A graph with parameters of its own.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Run {
-    pub graph: String,
-    #[serde(default)]
-    pub set: String,
 }
 
 #[derive(Debug, Deserialize)]

@@ -1,6 +1,6 @@
-//! Renders a graph once, and says what it took and how far it is from the truth.
+//! Renders a graph once, and says what it took and how far it is from the reference.
 
-use crate::list::{Row, Run, Table};
+use crate::list::{Row, Table};
 use lightgraph::bench::references::{Manifest, References};
 use lightgraph::diag::{Checked, Diagnostic};
 use lightgraph::gpu::Gpu;
@@ -38,10 +38,7 @@ impl Bench<'_> {
         let size = [self.size; 2];
         let set = |more: &str| format!("{} {more}", table.set);
         let (image, seconds) = self.rendered(&row.graph, scene, &set(&row.set), &table.output, size)?;
-        let (expected, seen) = match &table.truth {
-            Some(Run { graph, set }) => (self.rendered(graph, scene, set, &table.output, size)?.0, None),
-            None => self.reference(scene, &table.output)?,
-        };
+        let (expected, seen) = self.reference(scene, &table.output)?;
         let metrics = compare(&image, &expected, seen.as_deref())?;
         let (error, bias) = (metrics.rmse_percent, metrics.bias_percent);
         Ok(format!("{error:.1} % ({bias:+.0}), {}", time(seconds)))
