@@ -8,6 +8,7 @@ use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::keys::{Keys, Kind, Outside, Version};
+use crate::plan::region::Seen;
 use crate::plan::request::Request;
 use crate::plan::{Action, Plan, ResourceId, StepId, cull, region};
 use crate::scene::{Pose, Scene, Shift, Table, Tables};
@@ -153,6 +154,10 @@ pub struct Session {
     tables: Tables,
     /// Frusta that the device made, by the version of the buffer that holds them.
     frusta: BTreeMap<Version, Arc<Vec<Mat4>>>,
+    /// Depths that the device made and the host has read, by their version.
+    depths: BTreeMap<Version, Arc<Image>>,
+    /// What the members of draws see, by their frusta alone.
+    seen: BTreeMap<usize, Seen>,
     /// The versions of the frusta by which the draws' members were last looked at; `None` when things have moved since.
     looked: Option<Vec<Version>>,
     /// The tables are on the device.
@@ -246,6 +251,8 @@ impl Session {
             outside,
             tables,
             frusta,
+            depths: BTreeMap::new(),
+            seen: BTreeMap::new(),
             looked: None,
             uploaded: true,
             last,
@@ -263,6 +270,7 @@ impl Session {
         let (values, _) = frame_values(&self.scene, &self.settings, &pose, index)?;
         let changed = self.pose(pose)?;
         let earlier = self.look(gpu, &values, changed.as_deref())?;
+        self.settle(gpu, &values)?;
         let (plan, keys, held) = (&self.plan, &self.keys, &self.held);
         let choose = if self.settings.skip { change::select } else { change::everything };
         let selection = choose(plan, keys, held, &self.outside, &values);
@@ -361,8 +369,26 @@ impl Session {
         }
         self.looked = Some(versions);
         let frusta = &self.frusta;
-        self.outside.members = region::seen(plan, &self.tables.list, |id| frusta.get(&made[id.0]).cloned());
+        self.seen = region::seen(plan, &self.tables.list, |id| frusta.get(&made[id.0]).cloned());
         Ok(ran)
+    }
+
+    /// Finds which members of draws show nothing of what moved, by the depths that the device holds of them.
+    fn settle(&mut self, gpu: &Gpu, values: &Values) -> Checked<()> {
+        let (plan, prepared, known) = (&self.plan, &self.prepared, &mut self.depths);
+        let mut used = BTreeSet::new();
+        self.outside.members = self.seen.clone();
+        change::settle(plan, &self.keys, &self.held, &mut self.outside, values, |id, version| {
+            used.insert(version);
+            if let Some(image) = known.get(&version) {
+                return Ok(image.clone());
+            }
+            let image = Arc::new(gpu::read_image(gpu, prepared, plan, id)?);
+            known.insert(version, image.clone());
+            Ok(image)
+        })?;
+        self.depths.retain(|version, _| used.contains(version));
+        Ok(())
     }
 
     /// The checks in shaders that do not hold after a frame, each at its line, and the numbers that steps left and should

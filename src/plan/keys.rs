@@ -96,15 +96,15 @@ impl std::fmt::Display for Ingredient {
 pub type Ingredients = BTreeMap<Ingredient, u128>;
 
 /// What the scene gives to a plan, hashed.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Outside {
     pub assets: AssetHashes,
     /// How many frames came before the plan's first.
     pub began: u32,
     /// By index of [`Plan::tables`].
     tables: Vec<u128>,
-    /// By step that runs member by member: a version of what each of its members sees.
-    pub members: BTreeMap<usize, Vec<u64>>,
+    /// By step that runs member by member: what each of its members sees.
+    pub members: BTreeMap<usize, region::Seen>,
 }
 
 impl Outside {
@@ -302,7 +302,7 @@ impl Given {
             Given::Geometry => outside.assets.geometry,
             Given::Textures => outside.assets.textures,
             Given::Began => outside.began.into(),
-            Given::Members(step) => hash(&outside.members.get(step)),
+            Given::Members(step) => hash(&outside.members.get(step).map(|seen| &seen.versions)),
         }
     }
 }
