@@ -1,6 +1,7 @@
 //! What a frame costs after each kind of edit, as a share of a frame in full: all figures in one run on one adapter.
 //!
-//! `cargo run --release --example edit_times`; with the argument `edits` only what follows a save, without what moves.
+//! `cargo run --release --example edit_times`; with the argument `edits` only what follows a save, with `hall` or `art_gallery`
+//! only what moves in that scene.
 
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::{FrameReport, Gpu};
@@ -26,12 +27,15 @@ fn run() -> Checked<()> {
     let gpu = Gpu::open().map_err(Faults::from)?;
     let software = if gpu.is_software() { " (software)" } else { "" };
     println!("{}, {}{software}", gpu.info.name, gpu.info.driver_info);
-    let moving: &[&str] = if std::env::args().any(|a| a == "edits") { &[] } else { &["hall", "art_gallery"] };
-    for name in moving {
+    let asked = |what: &str| std::env::args().len() == 1 || std::env::args().any(|a| a == what);
+    for name in ["hall", "art_gallery"].into_iter().filter(|n| asked(n)) {
         let scene = Arc::new(scene::load(&Path::new("scenes").join(name))?.scene);
         for grid in [4, 8] {
             motions(&gpu, &scene, grid)?;
         }
+    }
+    if !asked("edits") {
+        return Ok(());
     }
     let scene = Arc::new(scene::load(Path::new("scenes/cornell"))?.scene);
     edits(&gpu, &scene)
@@ -83,6 +87,39 @@ fn motions(gpu: &Gpu, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
     println!(
         "  light only         {light:9.2} ms, without the final image {rest:.2} ms: 1/{:.1} of the full update",
         probes / rest
+    );
+    for name in ["corbel", "urn", "ball", "post", "bench", "sculpture"] {
+        let Some(node) = scene.nodes.iter().position(|n| n.name == name) else { continue };
+        object(gpu, &mut session, name, node, &final_of, probes)?;
+    }
+    Ok(())
+}
+
+/// What it costs that one node moves a little, and which members of draws show it.
+fn object(
+    gpu: &Gpu,
+    session: &mut Session,
+    name: &str,
+    node: usize,
+    final_of: &dyn Fn(&Session, &FrameReport) -> f64,
+    probes: f64,
+) -> Checked<()> {
+    let (took, report) = median(|i| {
+        let by = glam::vec3(0.02 * (1 + i) as f32, 0.0, 0.0);
+        timed(gpu, session, i, Shift { nodes: vec![(node, by)], ..Shift::default() })
+    })?;
+    let rest = took - final_of(session, &report);
+    let draws = |i: usize| {
+        let step = &session.plan.steps[i];
+        matches!(step.action, Action::Draw(_)) && step.group.as_deref() != Some("final")
+    };
+    let drawn: f64 = report.steps.iter().filter(|s| draws(s.step)).filter_map(|s| s.gpu_ms).sum();
+    let capture = session.plan.steps.iter().position(|s| s.name == "capture").map(|i| session.why()[i].to_string());
+    println!(
+        "  object `{name}`: {rest:.2} ms without the final image, {:.1} % of the full update; its draws {:.1} %; capture: {}",
+        100.0 * rest / probes,
+        100.0 * drawn / probes,
+        capture.unwrap_or_default()
     );
     Ok(())
 }

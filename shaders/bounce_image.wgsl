@@ -1,13 +1,26 @@
-//! One bounce's own share of the image: light from the probes now, less light from the probes a bounce before.
+//! One bounce's own share of the image: light from the probes now, less light from the probes a bounce before. With
+//! PACKED_PROBES as they are packed for few fetches; then FIRST_BOUNCE says that there was no light before.
 #import lightgraph::camera::pixel_ray
-#import lightgraph::surface::{is_lit, read_record}
+#ifdef PACKED_PROBES
+#import lightgraph::packed_indirect::reflected_probes
+#import lightgraph::surface::{Record, is_lit}
+#else
 #import lightgraph::indirect::reflected_probes
+#import lightgraph::surface::{is_lit, read_record}
+#endif
 
 var<uniform> behind_seen: f32;
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
+#ifdef PACKED_PROBES
+var packed: texture_3d<u32>;
+#ifndef FIRST_BOUNCE
+var packed_before: texture_3d<u32>;
+#endif
+#else
 var sh: texture_3d<f32>;
 var sh_before: texture_3d<f32>;
+#endif
 
 struct Image {
     @location(0) bounce_images: vec4f,
@@ -21,7 +34,16 @@ fn fragment(@builtin(position) position: vec4f) -> Image {
         return Image(vec4f(0.0, 0.0, 0.0, 1.0));
     }
     let ray = pixel_ray(pixel);
-    let s = read_record(albedo, textureLoad(surface_normal, pixel, 0), ray.origin, ray.direction);
-    let now = reflected_probes(sh, s, behind_seen);
-    return Image(vec4f(now - reflected_probes(sh_before, s, behind_seen), 1.0));
+    let normal = textureLoad(surface_normal, pixel, 0);
+#ifdef PACKED_PROBES
+    let r = Record(albedo, normal);
+    var light = reflected_probes(packed, r, ray.origin, ray.direction, behind_seen);
+#ifndef FIRST_BOUNCE
+    light -= reflected_probes(packed_before, r, ray.origin, ray.direction, behind_seen);
+#endif
+#else
+    let s = read_record(albedo, normal, ray.origin, ray.direction);
+    let light = reflected_probes(sh, s, behind_seen) - reflected_probes(sh_before, s, behind_seen);
+#endif
+    return Image(vec4f(light, 1.0));
 }

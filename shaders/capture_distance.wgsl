@@ -1,10 +1,16 @@
-//! How far a probe sees through one face of its cube: metres along the ray; negative where it sees the back of a
-//! single-sided surface, as a probe inside a solid does; 0 for nothing.
+//! How far a probe sees through one face of its cube, and the plane there: metres along the ray, negative where it sees
+//! the back of a single-sided surface, as a probe inside a solid does, 0 for nothing; then the triangle's unit normal,
+//! on the side away from the probe.
 #import lightgraph::geometry::world_position
-#import lightgraph::cube::clip
+#import lightgraph::cube
 #import lightgraph::probes
 #import lightgraph::probe_views::depths
 #import lightgraph::surface::materials
+
+struct Params {
+    distance_face: u32,
+}
+var<uniform> params: Params;
 
 struct Vertex {
     @location(0) position: vec3f,
@@ -17,6 +23,7 @@ struct Varying {
     /// From the probe, metres.
     @location(0) offset: vec3f,
     @location(1) @interpolate(flat) material: u32,
+    @location(2) @interpolate(flat) face: u32,
 }
 
 @vertex
@@ -24,7 +31,8 @@ fn vertex(in: Vertex, @builtin(instance_index) member: u32) -> Varying {
     let probe = probes::position(probes::coordinates(member / 6u));
     let offset = world_position(in.node, in.position) - probe;
     let d = depths();
-    return Varying(clip(offset, member % 6u, d.x, d.y), offset, in.material);
+    let face = member % 6u;
+    return Varying(cube::clip(offset, face, d.x, d.y), offset, in.material, face);
 }
 
 struct Captured {
@@ -33,7 +41,10 @@ struct Captured {
 
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) mirrored_front: bool) -> Captured {
+    // On a plane the inverse of the depth is linear over the face, beyond its edges and its horizon too.
+    let slope = vec2f(dpdx(in.at.w), dpdy(in.at.w)) * 0.5 * f32(params.distance_face);
+    let plane = cube::plane(in.face, in.offset, slope);
     // A cube's face is a mirror image, which turns every triangle round.
     let solid = mirrored_front && materials[in.material].double_sided == 0u;
-    return Captured(vec4f(select(1.0, -1.0, solid) * length(in.offset), 0.0, 0.0, 0.0));
+    return Captured(vec4f(select(1.0, -1.0, solid) * length(in.offset), plane));
 }

@@ -1,7 +1,10 @@
 //! The view of each face of each probe's cube, for draws that leave out what it doesn't show.
 #import lightgraph::cube::view_projection
 #import lightgraph::probes
-#import lightgraph::probe_views::depths
+#import lightgraph::probe_views::{depths, high, low}
+#ifdef LEAN
+#import lightgraph::near
+#endif
 
 struct View {
     view_projection: mat4x4f,
@@ -9,12 +12,8 @@ struct View {
 var<storage, read_write> probe_views: array<View>;
 
 #ifdef LEAN
-struct Cluster {
-    /// Corners of a box round triangles, metres.
-    lower: vec3f,
-    upper: vec3f,
-}
-var<storage, read> clusters: array<Cluster>;
+/// Probes along x, y, z.
+var<uniform> grid: vec3u;
 
 /// A view that shows nothing: everything lies behind it.
 const NOTHING: mat4x4f = mat4x4f(vec4f(0.0), vec4f(0.0), vec4f(0.0), vec4f(0.0, 0.0, 0.0, -1.0));
@@ -22,18 +21,13 @@ const NOTHING: mat4x4f = mat4x4f(vec4f(0.0), vec4f(0.0), vec4f(0.0), vec4f(0.0, 
 /// Whether a surface may lie in a cell that has the probe for a corner: only there is it read.
 fn is_read(probe: vec3u) -> bool {
     // One cell to each side; what lies outside of the grid counts for its nearest face.
-    let low = vec3f(probe) - 1.0;
-    let high = vec3f(probe) + 1.0;
+    let last = grid - 1u;
+    let size = high() - low();
+    let before = select(probes::position(max(probe, vec3u(1u)) - 1u), low() - size, probe == vec3u(0u));
+    let after = select(probes::position(min(probe + 1u, last)), high() + size, probe == last);
     // Beyond rounding of a place in the grid.
-    let margin = vec3f(1e-4);
-    for (var i = 0u; i < arrayLength(&clusters); i++) {
-        let least = probes::grid_place(clusters[i].lower);
-        let most = probes::grid_place(clusters[i].upper);
-        if all(least < high + margin) && all(most > low - margin) {
-            return true;
-        }
-    }
-    return false;
+    let margin = 1e-4 * size;
+    return near::is_any_in(before - margin, after + margin);
 }
 #endif
 

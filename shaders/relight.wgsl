@@ -11,6 +11,8 @@ struct Params {
     cube_light_columns: u32,
     cube_light_count: u32,
     behind_captured: f32,
+    /// The loop's index.
+    bounce: u32,
 }
 var<uniform> params: Params;
 var cube_albedo: texture_2d<f32>;
@@ -33,7 +35,11 @@ fn relight(@builtin(global_invocation_id) id: vec3u) {
         let probe = probes::position(probes::coordinates(here.tile / 6u));
         let ray = cube::direction(here.tile % 6u, here.texel, edge);
         let s = read_record(albedo, normal, probe, ray);
-        light = textureLoad(cube_direct, id.xy, 0).rgb + reflected_probes(sh, s, params.behind_captured);
+        light = textureLoad(cube_direct, id.xy, 0).rgb;
+        // Before the first bounce the probes hold no light.
+        if params.bounce > 0u {
+            light += reflected_probes(sh, s, params.behind_captured);
+        }
     }
     textureStore(cube_light, id.xy, vec4f(light, select(1.0, 0.0, is_back(albedo, normal))));
 }

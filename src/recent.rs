@@ -33,9 +33,55 @@ impl<T> Recent<T> {
     }
 }
 
+/// Things that were asked for in the last so many turns: what a turn asks for is never dropped in it, however much it is.
+#[derive(Debug, Clone)]
+pub struct InUse<T> {
+    /// With the turn in which they were asked for last.
+    things: Vec<(u64, T)>,
+    turn: u64,
+    turns: u64,
+}
+
+impl<T> InUse<T> {
+    pub fn new(turns: u64) -> InUse<T> {
+        InUse { things: vec![], turn: 0, turns }
+    }
+
+    /// Begins a turn. What none of the last turns asked for goes.
+    pub fn next(&mut self) {
+        self.turn += 1;
+        let (turn, turns) = (self.turn, self.turns);
+        self.things.retain(|(last, _)| last + turns >= turn);
+    }
+
+    /// The thing that passes a test, which this turn has now asked for.
+    pub fn find(&mut self, mut test: impl FnMut(&T) -> bool) -> Option<&T> {
+        let (last, found) = self.things.iter_mut().find(|(_, thing)| test(thing))?;
+        *last = self.turn;
+        Some(found)
+    }
+
+    pub fn keep(&mut self, thing: T) {
+        self.things.push((self.turn, thing));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_no_late_turn_asked_for_goes() {
+        let mut used = InUse::new(2);
+        used.next();
+        used.keep('a');
+        used.keep('b');
+        used.next();
+        assert_eq!(used.find(|c| *c == 'a'), Some(&'a'));
+        used.next();
+        used.next();
+        assert_eq!((used.find(|c| *c == 'b'), used.find(|c| *c == 'a')), (None, Some(&'a')));
+    }
 
     #[test]
     fn what_was_asked_for_longest_ago_goes_first() {

@@ -8,9 +8,10 @@ use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
 use crate::plan::keys::{Keys, Kind, Outside, Version};
+use crate::plan::region::Seen;
 use crate::plan::request::Request;
 use crate::plan::{Action, Plan, ResourceId, StepId, cull, region};
-use crate::scene::{Pose, Scene, Shift, Table};
+use crate::scene::{Pose, Scene, Shift, Table, Tables};
 use crate::shader::Library;
 use crate::shader::report::{self, Failed};
 use crate::value::{Value, Values};
@@ -150,9 +151,13 @@ pub struct Session {
     held: Held,
     /// What the uploaded tables and the rest of the scene are, hashed.
     outside: Outside,
-    tables: Arc<Tables>,
+    tables: Tables,
     /// Frusta that the device made, by the version of the buffer that holds them.
     frusta: BTreeMap<Version, Arc<Vec<Mat4>>>,
+    /// Depths that the device made and the host has read, by their version.
+    depths: BTreeMap<Version, Arc<Image>>,
+    /// What the members of draws see, by their frusta alone.
+    seen: BTreeMap<usize, Seen>,
     /// The versions of the frusta by which the draws' members were last looked at; `None` when things have moved since.
     looked: Option<Vec<Version>>,
     /// The tables are on the device.
@@ -162,12 +167,6 @@ pub struct Session {
     /// By step: why it ran or did not in the last frame.
     why: Vec<Why>,
     scratch: Option<Scratch>,
-}
-
-/// Tables of a scene at a pose.
-struct Tables {
-    pose: Pose,
-    list: Vec<Table>,
 }
 
 impl Session {
@@ -209,7 +208,8 @@ impl Session {
         let pose = scene.pose_shifted(last.1, &last.2);
         let (values, more) = frame_values(&scene, &settings, &pose, last.0)?;
         notices.extend(more);
-        let tables = tables(&scene, &plan, pose, previous);
+        let earlier = previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)).map(|p| &p.tables);
+        let tables = tables(&scene, &plan, pose, earlier);
         let began = previous.map_or(0, |p| p.held.frames());
         let mut outside = Outside::new(&plan, hashes, began, &tables.list)?;
         let keys = Keys::of(&plan, settings.without);
@@ -251,6 +251,8 @@ impl Session {
             outside,
             tables,
             frusta,
+            depths: BTreeMap::new(),
+            seen: BTreeMap::new(),
             looked: None,
             uploaded: true,
             last,
@@ -266,20 +268,14 @@ impl Session {
     pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
         let pose = self.scene.pose_shifted(time, &self.shift);
         let (values, _) = frame_values(&self.scene, &self.settings, &pose, index)?;
-        let moved = !pose.same_tables(&self.tables.pose);
-        if moved {
-            self.tables = tables(&self.scene, &self.plan, pose, None);
-            let Outside { assets, began, .. } = self.outside;
-            self.outside = Outside::new(&self.plan, assets, began, &self.tables.list)?;
-            self.looked = None;
-        }
-        let earlier = self.look(gpu, &values, moved)?;
+        let changed = self.pose(pose)?;
+        let earlier = self.look(gpu, &values, changed.as_deref())?;
+        self.settle(gpu, &values)?;
         let (plan, keys, held) = (&self.plan, &self.keys, &self.held);
         let choose = if self.settings.skip { change::select } else { change::everything };
         let selection = choose(plan, keys, held, &self.outside, &values);
-        let tables = (moved || !self.uploaded).then_some(self.tables.list.as_slice());
         let members = selection.members.clone();
-        let frame = Frame { values, tables, run: Some(&selection.run), members };
+        let frame = Frame { values, tables: changed.as_deref(), run: Some(&selection.run), members };
         self.why.clear();
         self.uploaded = false;
         self.held.start(&selection);
@@ -311,9 +307,31 @@ impl Session {
         Ok(report)
     }
 
+    /// Puts nodes and lights where a pose has them; the tables that the device does not hold as they are now.
+    fn pose(&mut self, pose: Pose) -> Checked<Option<Vec<Table>>> {
+        let mut changed = vec![];
+        if !pose.same_tables(&self.tables.pose) {
+            let tables = tables(&self.scene, &self.plan, pose, Some(&self.tables));
+            self.outside.follow(&self.plan, &self.tables.list, &tables.list)?;
+            let kept = |t: &Table| self.tables.list.iter().any(|before| before.is_clone(t));
+            changed.extend(tables.list.iter().filter(|t| !kept(t)).cloned());
+            self.tables = tables;
+            self.looked = None;
+        }
+        if !self.uploaded {
+            changed.clone_from(&self.tables.list);
+        }
+        Ok(Some(changed).filter(|c| !c.is_empty()))
+    }
+
     /// Learns what the members of draws see. Where the device makes their frusta and has made none like these before, it makes them
     /// now, ahead of the frame; then with what that took, and why each step ran.
-    fn look(&mut self, gpu: &Gpu, values: &Values, moved: bool) -> Checked<Option<(FrameReport, Vec<Why>)>> {
+    fn look(
+        &mut self,
+        gpu: &Gpu,
+        values: &Values,
+        changed: Option<&[Table]>,
+    ) -> Checked<Option<(FrameReport, Vec<Why>)>> {
         let (plan, keys) = (&self.plan, &self.keys);
         let made = change::end(plan, keys, &self.held, &self.outside, values);
         let buffers = region::buffers(plan);
@@ -326,9 +344,8 @@ impl Session {
         let mut ran = None;
         if !unknown.is_empty() {
             let selection = change::select_for(plan, keys, &self.held, &self.outside, values, &unknown);
-            let tables = (moved || !self.uploaded).then_some(self.tables.list.as_slice());
             let (values, run) = (values.clone(), Some(selection.run.as_slice()));
-            let frame = Frame { values, tables, run, ..Frame::default() };
+            let frame = Frame { values, tables: changed, run, ..Frame::default() };
             self.uploaded = false;
             self.held.start(&selection);
             let report = match gpu::execute(gpu, plan, &mut self.prepared, &frame) {
@@ -352,8 +369,26 @@ impl Session {
         }
         self.looked = Some(versions);
         let frusta = &self.frusta;
-        self.outside.members = region::seen(plan, &self.tables.list, |id| frusta.get(&made[id.0]).cloned());
+        self.seen = region::seen(plan, &self.tables.list, |id| frusta.get(&made[id.0]).cloned());
         Ok(ran)
+    }
+
+    /// Finds which members of draws show nothing of what moved, by the depths that the device holds of them.
+    fn settle(&mut self, gpu: &Gpu, values: &Values) -> Checked<()> {
+        let (plan, prepared, known) = (&self.plan, &self.prepared, &mut self.depths);
+        let mut used = BTreeSet::new();
+        self.outside.members = self.seen.clone();
+        change::settle(plan, &self.keys, &self.held, &mut self.outside, values, |id, version| {
+            used.insert(version);
+            if let Some(image) = known.get(&version) {
+                return Ok(image.clone());
+            }
+            let image = Arc::new(gpu::read_image(gpu, prepared, plan, id)?);
+            known.insert(version, image.clone());
+            Ok(image)
+        })?;
+        self.depths.retain(|version, _| used.contains(version));
+        Ok(())
     }
 
     /// The checks in shaders that do not hold after a frame, each at its line, and the numbers that steps left and should
@@ -458,15 +493,11 @@ fn frame_values(scene: &Scene, settings: &Settings, pose: &Pose, index: u32) -> 
     Ok((values, notices))
 }
 
-/// The tables that the plan's shaders read; those of an earlier session where they are the same.
-fn tables(scene: &Arc<Scene>, plan: &Plan, pose: Pose, previous: Option<&Session>) -> Arc<Tables> {
+/// The tables that the plan's shaders read; of earlier ones of the same scene what is the same.
+fn tables(scene: &Scene, plan: &Plan, pose: Pose, earlier: Option<&Tables>) -> Tables {
     let wanted = |name: &str| plan.tables.iter().any(|t| t.table == name);
-    let has = |p: &&Session| plan.tables.iter().all(|t| p.tables.list.iter().any(|had| had.name == t.table));
-    let same = |p: &&Session| Arc::ptr_eq(&p.scene, scene) && p.tables.pose.same_tables(&pose);
-    match previous.filter(same).filter(has) {
-        Some(previous) => previous.tables.clone(),
-        None => Arc::new(Tables { list: scene.tables_named(&pose, wanted), pose }),
-    }
+    let list = scene.tables_after(&pose, wanted, earlier);
+    Tables { pose, list }
 }
 
 /// The scene of an earlier session, where it is the same.

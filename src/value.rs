@@ -73,19 +73,20 @@ impl Value {
     }
 
     /// The bytes as WGSL lays the value out (a `bool` as a `u32` of 0 or 1; a `vec3` in 12 bytes).
-    pub fn bytes(&self) -> Vec<u8> {
+    pub fn bytes(&self) -> &[u8] {
         match self {
-            Value::Bool(v) => bytemuck::bytes_of(&u32::from(*v)).to_vec(),
-            Value::Uint(v) => bytemuck::bytes_of(v).to_vec(),
-            Value::Int(v) => bytemuck::bytes_of(v).to_vec(),
-            Value::Float(v) => bytemuck::bytes_of(v).to_vec(),
-            Value::UVec2(v) => bytemuck::bytes_of(v).to_vec(),
-            Value::UVec3(v) => bytemuck::bytes_of(v).to_vec(),
-            Value::UVec4(v) => bytemuck::bytes_of(v).to_vec(),
-            Value::Vec2(v) => bytemuck::bytes_of(v).to_vec(),
-            Value::Vec3(v) => bytemuck::bytes_of(v).to_vec(),
-            Value::Vec4(v) => bytemuck::bytes_of(v).to_vec(),
-            Value::Mat4(v) => bytemuck::bytes_of(v).to_vec(),
+            Value::Bool(false) => bytemuck::bytes_of(&0u32),
+            Value::Bool(true) => bytemuck::bytes_of(&1u32),
+            Value::Uint(v) => bytemuck::bytes_of(v),
+            Value::Int(v) => bytemuck::bytes_of(v),
+            Value::Float(v) => bytemuck::bytes_of(v),
+            Value::UVec2(v) => bytemuck::bytes_of(v),
+            Value::UVec3(v) => bytemuck::bytes_of(v),
+            Value::UVec4(v) => bytemuck::bytes_of(v),
+            Value::Vec2(v) => bytemuck::bytes_of(v),
+            Value::Vec3(v) => bytemuck::bytes_of(v),
+            Value::Vec4(v) => bytemuck::bytes_of(v),
+            Value::Mat4(v) => bytemuck::bytes_of(v),
         }
     }
 

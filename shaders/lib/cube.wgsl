@@ -81,6 +81,15 @@ fn clip(offset: vec3f, face: u32, near: f32, far: f32) -> vec4f {
     return vec4f(dot(offset, a.right), -dot(offset, a.down), far * (depth - near) / (far - near), depth);
 }
 
+/// Unit normal, on the side away from the cube's centre, of a plane through the point `offset` from there. `slope` is
+/// the change of the inverse of the depth along a face, per unit of its (u, v).
+fn plane(face: u32, offset: vec3f, slope: vec2f) -> vec3f {
+    let a = axes(face);
+    let depth = dot(offset, a.forward);
+    let at = vec2f(dot(offset, a.right), dot(offset, a.down)) / depth;
+    return normalize((1.0 / depth - dot(at, slope)) * a.forward + slope.x * a.right + slope.y * a.down);
+}
+
 /// The matrix from the world to the clip position that `clip` gives, for a cube with its centre at `origin`.
 fn view_projection(origin: vec3f, face: u32, near: f32, far: f32) -> mat4x4f {
     let a = axes(face);

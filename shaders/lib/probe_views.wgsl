@@ -9,9 +9,19 @@ struct Box {
 }
 var<uniform> box: Box;
 
+/// The least corner of the box round scene and probes.
+fn low() -> vec3f {
+    return min(box.bounds_min, box.grid_min);
+}
+
+/// Its greatest corner.
+fn high() -> vec3f {
+    return max(box.bounds_max, box.grid_max);
+}
+
 /// Depths along a face's axis of the nearest and the farthest that is seen, metres.
 fn depths() -> vec2f {
     // From any probe the whole scene lies within the diagonal of the box round scene and probes.
-    let far = distance(min(box.bounds_min, box.grid_min), max(box.bounds_max, box.grid_max)) * 1.01;
+    let far = distance(low(), high()) * 1.01;
     return vec2f(far * 0.001, far);
 }

@@ -132,33 +132,41 @@ fn meet(index: u32, origin: vec3f, direction: vec3f, best: Hit) -> Hit {
     return best;
 }
 
+/// What a box leads to, in one word: leaves hold at most 8 triangles.
+fn below(box: Box) -> u32 {
+    return box.first << 4u | box.count;
+}
+
 /// What a ray meets first before `end`. With `any`, whatever it finds first.
 fn search(origin: vec3f, direction: vec3f, end: f32, any_will_do: bool) -> Hit {
     let inverse = reciprocal(direction);
     var best = Hit(end, NOTHING, vec2f(0.0));
     var stack: array<u32, STACK>;
     var waiting = 0u;
-    var row = 0u;
+    var here = below(box_at(0u));
     loop {
-        let box = box_at(row);
+        let first = here >> 4u;
+        let count = here & 15u;
         var follow = false;
-        if box.count > 0u {
-            for (var i = 0u; i < box.count; i++) {
-                best = meet(box.first + i, origin, direction, best);
+        if count > 0u {
+            for (var i = 0u; i < count; i++) {
+                best = meet(first + i, origin, direction, best);
             }
             if any_will_do && best.triangle != NOTHING {
                 break;
             }
         } else {
-            let one = enter(box_at(box.first), origin, inverse, best.distance);
-            let two = enter(box_at(box.first + 1u), origin, inverse, best.distance);
+            let left = box_at(first);
+            let right = box_at(first + 1u);
+            let one = enter(left, origin, inverse, best.distance);
+            let two = enter(right, origin, inverse, best.distance);
             if min(one, two) < FAR {
                 let swap = two < one;
                 if max(one, two) < FAR && waiting < STACK {
-                    stack[waiting] = box.first + select(1u, 0u, swap);
+                    stack[waiting] = select(below(right), below(left), swap);
                     waiting++;
                 }
-                row = box.first + select(0u, 1u, swap);
+                here = select(below(left), below(right), swap);
                 follow = true;
             }
         }
@@ -167,7 +175,7 @@ fn search(origin: vec3f, direction: vec3f, end: f32, any_will_do: bool) -> Hit {
                 break;
             }
             waiting--;
-            row = stack[waiting];
+            here = stack[waiting];
         }
     }
     return best;

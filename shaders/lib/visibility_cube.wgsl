@@ -1,9 +1,12 @@
 //! Whether a probe sees a surface point, by a shadow cube map at the probe (section 6 of the paper).
+//!
+//! A texel holds the plane of what its centre meets, not a depth alone: a map of few texels then tells a surface that
+//! lies before the plane from one behind it, however thin the wall and however grazing the view.
 #define_import_path lightgraph::visibility_cube
 #import lightgraph::cube
 #import lightgraph::probes
 #ifdef PACKED_SURFACE
-#import lightgraph::packed_surface::cube_surface
+#import lightgraph::packed_surface::surface_at
 #endif
 
 struct Test {
@@ -14,58 +17,67 @@ struct Test {
     probe_distance_tile: u32,
     probe_distance_columns: u32,
 #endif
-    /// Offset along the normal that keeps a surface out of its own shadow, in texels of the cube map.
-    probe_bias: f32,
 }
 var<uniform> test: Test;
+
+/// Metres behind a plane that count as on it, by the width of a texel there: rounding alone asks for a hundredth of that.
+const SLACK: f32 = 0.01;
+
 #ifdef PACKED_SURFACE
 fn edge_of_map() -> u32 {
     return test.cube_surface_tile;
 }
 
 /// As below, of what the probes see for their light.
-fn seen_at(tile: u32, texel: vec2u) -> f32 {
-    let at = cube::unplace(tile, texel, test.cube_surface_tile, test.cube_surface_columns);
-    let words = textureLoad(cube_surface, at, 0);
-    return select(-1.0, 1.0, (words.y >> 16u) != 0u) * abs(bitcast<f32>(words.w));
+fn seen_at(tile: u32, texel: vec2u) -> vec4f {
+    let seen = surface_at(cube::unplace(tile, texel, test.cube_surface_tile, test.cube_surface_columns)).normal;
+    return vec4f(seen.w, -seen.xyz);
 }
 #else
-/// Signed distances, as the entry `capture_distance` writes them; tile 6p + f is face f of probe p.
+/// As the entry `capture_distance` writes them; tile 6p + f is face f of probe p.
 var probe_distance: texture_2d<f32>;
 
 fn edge_of_map() -> u32 {
     return test.probe_distance_tile;
 }
 
-/// Metres along the ray; negative for the back of a single-sided surface, 0 for nothing.
-fn seen_at(tile: u32, texel: vec2u) -> f32 {
-    let at = cube::unplace(tile, texel, test.probe_distance_tile, test.probe_distance_columns);
-    return textureLoad(probe_distance, at, 0).r;
+/// Metres along the ray, 0 for nothing; then the unit normal that points away from the probe.
+fn seen_at(tile: u32, texel: vec2u) -> vec4f {
+    let seen = textureLoad(probe_distance, cube::unplace(tile, texel, test.probe_distance_tile, test.probe_distance_columns), 0);
+    return vec4f(abs(seen.x), seen.yzw);
 }
 #endif
 
-/// 1 for a probe that sees the front of the surface at `point`, else 0. A probe inside a solid sees nothing.
+/// Whether what a probe sees in the direction `d` hides a surface at `offset` from it: the surface lies behind the plane
+/// that is seen, and what is seen before the surface's own plane. Both by more than `slack` metres.
+fn hides(probe: u32, d: vec3f, offset: vec3f, normal: vec3f, slack: f32) -> bool {
+    let edge = edge_of_map();
+    let at = cube::locate(d, edge);
+    let seen = seen_at(probe * 6u + at.face, at.texel);
+    let behind = offset - seen.x * cube::direction(at.face, at.texel, edge);
+    return (seen.x > 0.0) & (dot(behind, seen.yzw) > slack) & (dot(behind, normal) < -slack);
+}
+
+/// 1 for a probe that sees the front of the surface at `point`, else 0.
 ///
-/// Depths along the face's axis are compared. A plane stays clear of its own map when the point looked up is moved
-/// along the normal by half a texel's diagonal times the sine between the normal and the axis: 0.71 texels at most.
-/// A tenth of a texel covers the rounding where the sine vanishes.
+/// Each of the four texels round the point may hide it: one alone would look past the edges of walls thinner than itself.
+/// In a corner of a room the point lies before the planes of all walls, and on an edge of a solid what the texels see lies
+/// behind the point's own plane, so neither hides anything. A probe inside a solid sees no surface but from within.
 fn visibility(probe: vec3u, point: vec3f, normal: vec3f) -> f32 {
-    let eye = probes::position(probe);
-    let offset = point - eye;
+    let offset = point - probes::position(probe);
     if dot(offset, normal) >= 0.0 {
         return 0.0;
     }
     let edge = edge_of_map();
-    let axis = cube::axes(cube::locate(offset, edge).face).forward;
-    let cosine = dot(normal, axis);
-    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    let texel = 2.0 * dot(offset, axis) / f32(edge);
-    let moved = offset + test.probe_bias * texel * max(sine, 0.1) * normal;
-
-    let at = cube::locate(moved, edge);
-    let tile = probes::number(probe) * 6u + at.face;
-    let seen = seen_at(tile, at.texel);
-    let forward = cube::axes(at.face).forward;
-    let depth = seen * dot(cube::direction(at.face, at.texel, edge), forward);
-    return select(0.0, 1.0, seen == 0.0 || dot(moved, forward) <= depth);
+    let a = cube::axes(cube::locate(offset, edge).face);
+    let half = dot(offset, a.forward) / f32(edge);
+    let right = half * a.right;
+    let down = half * a.down;
+    let index = probes::number(probe);
+    let slack = SLACK * 2.0 * half;
+    let hidden = hides(index, offset - right - down, offset, normal, slack)
+        | hides(index, offset + right - down, offset, normal, slack)
+        | hides(index, offset - right + down, offset, normal, slack)
+        | hides(index, offset + right + down, offset, normal, slack);
+    return select(1.0, 0.0, hidden);
 }

@@ -191,17 +191,18 @@ struct Runner<'a> {
 }
 
 impl Runner<'_> {
-    fn frame(&mut self, shift: Shift) -> Checked<(f64, FrameReport)> {
+    /// Milliseconds, the report, and what set its steps off.
+    fn frame(&mut self, shift: Shift) -> Checked<(f64, FrameReport, Vec<String>)> {
         self.session.shift = shift;
         let start = Instant::now();
         let report = self.session.frame(self.gpu, self.frame, 0.0)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         self.frame += 1;
-        Ok((ms, report))
+        Ok((ms, report, self.session.causes().into_iter().map(String::from).collect()))
     }
 
     /// A frame in which what a phase moves goes to another place. The rest stays where it is.
-    fn step(&mut self, phase: Phase, to: impl Fn(f32) -> f32) -> Checked<(f64, FrameReport)> {
+    fn step(&mut self, phase: Phase, to: impl Fn(f32) -> f32) -> Checked<(f64, FrameReport, Vec<String>)> {
         let all = phase == Phase::Everything;
         let Places { camera, lights, object } = &mut self.places;
         for (place, of) in [(camera, Phase::Camera), (lights, Phase::Lights), (object, Phase::Object)] {
@@ -229,14 +230,17 @@ struct Taken {
     /// Milliseconds.
     walls: Vec<f64>,
     reports: Vec<FrameReport>,
+    /// Of the last one.
+    causes: Vec<String>,
 }
 
 impl Taken {
-    fn of(frame: (f64, FrameReport)) -> Taken {
-        Taken { walls: vec![frame.0], reports: vec![frame.1] }
+    fn of((ms, report, causes): (f64, FrameReport, Vec<String>)) -> Taken {
+        Taken { walls: vec![ms], reports: vec![report], causes }
     }
 
-    fn add(&mut self, (ms, report): (f64, FrameReport)) {
+    fn add(&mut self, (ms, report, causes): (f64, FrameReport, Vec<String>)) {
+        self.causes = causes;
         self.walls.push(ms);
         self.reports.push(report);
     }
@@ -247,7 +251,7 @@ impl Taken {
 
     /// The statistics; `None` of no frames.
     fn times(&self, phase: Phase, plan: &Plan) -> Option<PhaseTimes> {
-        let Taken { walls, reports } = self;
+        let Taken { walls, reports, causes } = self;
         let last = reports.last()?;
         let totals: Option<Vec<f64>> = reports.iter().map(|r| r.steps.iter().map(|s| s.gpu_ms).sum()).collect();
         let steps_run = last.steps.len() as u32;
@@ -262,6 +266,7 @@ impl Taken {
             gpu_ms: totals.and_then(|t| Spread::of(&t)),
             steps_run,
             steps_skipped: plan.steps.len() as u32 - steps_run.min(plan.steps.len() as u32),
+            causes: causes.clone(),
             iterations,
             passes: passes(plan, reports),
             change_percent: None,

@@ -127,6 +127,7 @@ fn entry(line: &str, job: Job<'_>) -> Checked<(Entry, BTreeMap<String, Image>)> 
         gpu_ms: None,
         steps_run: 0,
         steps_skipped: 0,
+        causes: vec![],
         iterations: BTreeMap::new(),
         passes: vec![],
         change_percent: None,

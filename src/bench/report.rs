@@ -221,6 +221,7 @@ fn entry(e: &Entry) -> Value {
         value
     });
     json!({
+        "steps": by_phase(&|t| Some(json!([t.steps_run, t.steps_skipped, t.causes]))),
         "graph": e.graph, "peer": e.peer, "setting": e.setting, "params": e.params, "bytes": e.bytes, "times": times,
         "change": by_phase(&|t| t.change_percent.map(|c| json!(round(c)))), "passes": passes, "errors": by_output(&e.scores), "own": own,
         "bounded": bounded.collect::<Vec<_>>(), "leak": e.leak, "fault": e.fault,

@@ -135,6 +135,9 @@ pub struct PhaseTimes {
     /// Steps that ran in the last frame, and those of the plan that did not.
     pub steps_run: u32,
     pub steps_skipped: u32,
+    /// What set them off: all that differs from the frame before, besides results of other steps.
+    #[serde(default)]
+    pub causes: Vec<String>,
     /// Iterations of each loop in the last frame.
     pub iterations: BTreeMap<String, u32>,
     /// Pass by pass, in the order of their first run.

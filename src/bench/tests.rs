@@ -20,6 +20,7 @@ fn times(phase: Phase, walls: &[f64]) -> PhaseTimes {
         gpu_ms: None,
         steps_run: 3,
         steps_skipped: 1,
+        causes: vec!["table lights".into()],
         iterations: BTreeMap::from([("bounce".into(), 2)]),
         passes: vec![PassTime { name: "relight".into(), group: Some("relight".into()), runs: 2, gpu_ms: Some(0.5) }],
         change_percent: Some(1.5),

@@ -4,11 +4,11 @@
 use super::{pipelines::Pipeline, scene_data::Mesh, wipe::Fill};
 use crate::diag::Checked;
 use crate::plan::SamplerDesc;
-use crate::recent::Recent;
+use crate::recent::{InUse, Recent};
 use std::sync::{Mutex, PoisonError};
 
-/// Pipelines kept at most: those of a dozen graphs.
-const MOST_PIPELINES: usize = 256;
+/// Pipelines stay while one of the last so many plans asked for them. A driver may take megabytes for each.
+pub const PLANS: u64 = 16;
 
 /// Pipelines that clear kept at most: a plan has a few.
 const MOST_FILLS: usize = 32;
@@ -20,7 +20,7 @@ const MOST_SCENES: usize = 2;
 
 #[derive(Debug)]
 pub(super) struct Kept {
-    pub pipelines: Store<Pipeline>,
+    pub pipelines: Mutex<InUse<Pipeline>>,
     pub fills: Store<(Fill, wgpu::RenderPipeline)>,
     /// The kernel that ends loops: there is one.
     pub ends: Store<((), wgpu::ComputePipeline)>,
@@ -33,7 +33,7 @@ pub(super) struct Kept {
 impl Default for Kept {
     fn default() -> Kept {
         Kept {
-            pipelines: Store::new(MOST_PIPELINES),
+            pipelines: Mutex::new(InUse::new(PLANS)),
             fills: Store::new(MOST_FILLS),
             ends: Store::new(1),
             samplers: Store::new(MOST_SAMPLERS),

@@ -7,7 +7,7 @@ use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
 use crate::shader::{Entry, Shader, Stage};
 use std::num::NonZeroU32;
 use std::sync::{
-    Arc,
+    Arc, PoisonError,
     atomic::{AtomicUsize, Ordering},
 };
 
@@ -75,21 +75,29 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
     }
     Faults::check(faults, ())?;
 
-    let kept = |job: &Job| gpu.kept.pipelines.find(|k| k.content == job.shader.content && k.key == job.key);
-    let kept: Vec<Option<Pipeline>> = jobs.iter().map(kept).collect();
+    let kept: Vec<Option<Pipeline>> = {
+        let mut store = gpu.kept.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        store.next();
+        jobs.iter().map(|j| store.find(|k| k.content == j.shader.content && k.key == j.key).cloned()).collect()
+    };
     // Only those that a new pipeline needs: a module that nobody runs need not suit the device.
     let wanted = |i: usize| jobs.iter().zip(&kept).any(|(j, k)| j.index == i && k.is_none());
-    let modules = in_parallel(plan.shaders.len(), |i| match plan.shaders.get(i) {
+    let modules = in_parallel(0..plan.shaders.len(), |i| match plan.shaders.get(i) {
         Some(shader) if wanted(i) => module(gpu, shader).map(Some),
         _ => Ok(None),
     })?;
     let screen = if kept.iter().all(Option::is_some) { None } else { Some(screen(gpu)?) };
-    let built = in_parallel(jobs.len(), |i| match &kept[i] {
+    // The longest first, so that no core waits for one that began last.
+    let mut order: Vec<usize> = (0..jobs.len()).collect();
+    order.sort_by_key(|i| std::cmp::Reverse(length(jobs[*i].shader)));
+    let built = in_parallel(order, |i| match &kept[i] {
         Some(kept) => Ok(kept.clone()),
         None => jobs[i].build(gpu, modules[jobs[i].index].as_ref().zip(screen.as_ref())),
     })?;
-    for (new, _) in built.iter().zip(&kept).filter(|(_, kept)| kept.is_none()) {
-        gpu.kept.pipelines.keep(new);
+    {
+        let mut store = gpu.kept.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let new = built.iter().zip(&kept).filter(|(_, kept)| kept.is_none());
+        new.for_each(|(new, _)| store.keep(new.clone()));
     }
     let of_step = of_step.into_iter().map(|job| {
         job.and_then(|j| built.get(j)).map(|p| StepPipelines {
@@ -360,19 +368,27 @@ fn screen(gpu: &Gpu) -> Checked<wgpu::ShaderModule> {
     })
 }
 
-/// `work(0)` to `work(count - 1)` on all cores; results in order, or all faults in order.
-fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> Checked<T> + Sync) -> Checked<Vec<T>> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count);
+/// How much code a shader has: about what a driver takes its time for.
+fn length(shader: &Shader) -> usize {
+    let module = &shader.module;
+    let functions = module.functions.iter().map(|(_, f)| f).chain(module.entry_points.iter().map(|e| &e.function));
+    functions.map(|f| f.expressions.len()).sum()
+}
+
+/// `work` of each number on all cores, begun in the order given; results in the order of the numbers, or all faults in it.
+fn in_parallel<T: Send>(
+    numbers: impl IntoIterator<Item = usize>,
+    work: impl Fn(usize) -> Checked<T> + Sync,
+) -> Checked<Vec<T>> {
+    let numbers: Vec<usize> = numbers.into_iter().collect();
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(numbers.len());
     let next = AtomicUsize::new(0);
     let run = || {
         let mut done = vec![];
-        loop {
-            let i = next.fetch_add(1, Ordering::Relaxed);
-            if i >= count {
-                return done;
-            }
-            done.push((i, work(i)));
+        while let Some(number) = numbers.get(next.fetch_add(1, Ordering::Relaxed)) {
+            done.push((*number, work(*number)));
         }
+        done
     };
     let mut done = std::thread::scope(|scope| {
         let others: Vec<_> = (1..threads).map(|_| scope.spawn(run)).collect();
@@ -385,7 +401,7 @@ fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> Checked<T> + Sync)
         }
         done
     });
-    done.sort_by_key(|(i, _)| *i);
+    done.sort_by_key(|(number, _)| *number);
     let mut faults = vec![];
     let mut out = vec![];
     for (_, result) in done {

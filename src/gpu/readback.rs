@@ -80,11 +80,9 @@ pub fn read_plane(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, laye
         encoder.copy_texture_to_buffer(from, to, wgpu::Extent3d { depth_or_array_layers: 1, ..size });
         gpu.queue.submit([encoder.finish()]);
     })?;
-    let mut data = vec![];
+    let mut data = Vec::with_capacity(size.width as usize * size.height as usize * channels as usize);
     for line in map(gpu, &staging, bytes)?.chunks_exact(padded as usize) {
-        for texel in line[..row as usize].chunks_exact(texel_bytes as usize) {
-            texel::decode(format, texel, &mut data);
-        }
+        texel::decode_row(format, texel_bytes as usize, &line[..row as usize], &mut data);
     }
     Ok(Image { width: size.width, height: size.height, layers: 1, channels, data })
 }

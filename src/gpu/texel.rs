@@ -79,6 +79,16 @@ pub fn decode(format: F, bytes: &[u8], out: &mut Vec<f32>) {
     }
 }
 
+/// As [`decode`], for texels in a row of `texel_bytes` each.
+pub fn decode_row(format: F, texel_bytes: usize, bytes: &[u8], out: &mut Vec<f32>) {
+    match texel(format) {
+        Some(Texel::Plain { channel: Channel::Float32, bgra: false, .. }) => {
+            out.extend(bytes.as_chunks().0.iter().map(|raw| f32::from_le_bytes(*raw)));
+        }
+        _ => bytes.chunks_exact(texel_bytes).for_each(|texel| decode(format, texel, out)),
+    }
+}
+
 /// The bytes of a texel that holds `value`, clamped to what the format can hold; `None` when it can't be written.
 pub fn encode(format: F, value: [f64; 4]) -> Option<Vec<u8>> {
     Some(match texel(format)? {

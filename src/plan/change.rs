@@ -7,7 +7,10 @@
 //! what it wants, and runs only what differs.
 
 use super::keys::{Ingredient, Ingredients, Keys, Kind, Outside, UNDEFINED, Unit, Version, Versions, initial};
-use super::{Desc, Plan, ResourceId, TextureDesc};
+use super::region::{self, Seen};
+use super::{Action, Desc, Plan, ResourceId, TextureDesc};
+use crate::diag::Checked;
+use crate::image::Image;
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -54,8 +57,8 @@ impl Content {
 struct Ran {
     key: Version,
     ingredients: Ingredients,
-    /// What each member of a draw saw.
-    members: Option<Vec<u64>>,
+    /// What the members of a draw saw.
+    members: Option<Seen>,
     frame: u32,
 }
 
@@ -323,19 +326,61 @@ fn outdated(
     held: &Held,
     before: &Selection,
     now: &Ingredients,
-    seen: &[u64],
+    seen: &Seen,
 ) -> Option<Vec<bool>> {
+    let (_, saw) = standing(plan, unit, held, now)?;
+    let untouched = |r: &ResourceId| before.writes.iter().all(|(slot, _)| *slot != plan.resources[r.0].slot);
+    let fits = saw.versions.len() == seen.versions.len() && unit.writes.iter().all(untouched);
+    fits.then(|| seen.versions.iter().zip(&saw.versions).map(|(now, then)| now != then).collect())
+}
+
+/// The last run of a draw and what its members saw, when what it made is in memory still and nothing but what they see is new
+/// since.
+fn standing<'h>(plan: &Plan, unit: &Unit, held: &'h Held, now: &Ingredients) -> Option<(&'h Ran, &'h Seen)> {
     let ran = held.ran.get(&unit.name)?;
-    let saw = ran.members.as_ref().filter(|m| m.len() == seen.len())?;
+    let saw = ran.members.as_ref()?;
     let whole = |i: &&Ingredient| i.kind != Kind::Member;
     let same = ran.ingredients.keys().filter(whole).eq(now.keys().filter(whole))
         && now.iter().filter(|(i, _)| whole(i)).all(|(i, content)| ran.ingredients.get(i) == Some(content));
-    let there = unit.writes.iter().all(|r| {
-        let slot = plan.resources[r.0].slot;
-        let untouched = before.writes.iter().all(|(written, _)| *written != slot);
-        untouched && held.version(slot) == unit.content(ran.key, *r)
-    });
-    (same && there).then(|| seen.iter().zip(saw).map(|(now, then)| now != then).collect())
+    let there = unit.writes.iter().all(|r| held.version(plan.resources[r.0].slot) == unit.content(ran.key, *r));
+    (same && there).then_some((ran, saw))
+}
+
+/// Takes back what is no change to what members see: what moved shows neither where it was nor where it is. `depths` gives the
+/// depths that a resource holds in the version that memory has of it.
+///
+/// A version of before stands for another place of what moved, but for the same content: only while nothing else differs
+/// either, so this is asked anew in every frame.
+///
+/// # Errors
+/// The depths can't be had.
+pub fn settle(
+    plan: &Plan,
+    keys: &Keys,
+    held: &Held,
+    outside: &mut Outside,
+    values: &Values,
+    mut depths: impl FnMut(ResourceId, Version) -> Checked<Arc<Image>>,
+) -> Checked<()> {
+    for (i, unit) in keys.units.iter().enumerate() {
+        let [step] = unit.steps[..] else { continue };
+        let (Action::Draw(draw), Some(mut seen)) = (&plan.steps[step.0].action, outside.members.get(&step.0).cloned())
+        else {
+            continue;
+        };
+        let saw = held.ran.get(&unit.name).and_then(|ran| ran.members.as_ref());
+        if saw.is_none_or(|saw| saw.versions == seen.versions) {
+            continue;
+        }
+        let versions = keys.versions(plan, held.history(plan), outside, values);
+        let now = unit.ingredients(plan, &versions.before[i], outside, values);
+        let Some((_, saw)) = standing(plan, unit, held, &now) else { continue };
+        let target = region::depths(plan, draw);
+        let image = target.map(|id| depths(id, held.version(plan.resources[id.0].slot))).transpose()?;
+        seen.settle(saw, plan, draw, image.as_deref());
+        outside.members.insert(step.0, seen);
+    }
+    Ok(())
 }
 
 /// The steps that make some resources, where memory lacks them.

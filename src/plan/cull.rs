@@ -22,6 +22,9 @@ const FRUSTUM_BYTES: u64 = 64;
 /// Draws of one member and part at most. More find gaps between clusters better, and cost time where they are empty.
 const MOST_DRAWS_EACH: u32 = 64;
 
+/// Triangles of the scene to a draw at least: to begin a draw takes a driver as long as so many triangles out of sight.
+const LEAST_TRIANGLES_A_DRAW: u32 = 128;
+
 /// Bytes of the arguments of an indexed indirect draw.
 pub const DRAW_BYTES: u64 = 20;
 
@@ -116,7 +119,8 @@ impl Expander<'_, '_> {
         let all = number("clusters");
         // Only there do both sides differ in what draws them.
         let first = if r.cull == Cull::Material { number("one_sided_clusters").min(all) } else { all };
-        let parts = [first, all - first].map(|n| (n, n.min(MOST_DRAWS_EACH)));
+        let worthwhile = number("triangles").div_ceil(LEAST_TRIANGLES_A_DRAW).clamp(1, MOST_DRAWS_EACH);
+        let parts = [first, all - first].map(|n| (n, n.min(worthwhile)));
         let rows = members.len() as u32;
         let draws = (parts[0].1 + parts[1].1).max(1);
         let buffer = self.draws(name, u64::from(rows) * u64::from(draws) * DRAW_BYTES, &w.pass.span)?;

@@ -1,7 +1,8 @@
 //! What draw and screen passes draw to: targets, layers, tiles.
 
 use super::expand::Expander;
-use super::wire::Wired;
+use super::region::worth_reading;
+use super::wire::{How, Wired};
 use super::{
     ColorTarget, DepthTarget, Desc, Draw, Geometry, Member, Place, ResourceId, TextureDesc, TextureKind, request,
 };
@@ -53,6 +54,14 @@ impl Expander<'_, '_> {
             Some(_) => Some(self.culled(w, r, name, &members)?),
             None => None,
         };
+        // The host asks it what the members don't show.
+        let told = depth.as_ref().filter(|_| indirect.is_some()).map(|d| d.resource);
+        let texture = told.map(|id| (id, &self.out.resources[id.0].desc));
+        if let Some((id, Desc::Texture(t))) = texture
+            && worth_reading(t)
+        {
+            self.usage(id, How::CopySource);
+        }
         Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, indirect, views })
     }
 

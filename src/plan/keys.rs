@@ -96,27 +96,38 @@ impl std::fmt::Display for Ingredient {
 pub type Ingredients = BTreeMap<Ingredient, u128>;
 
 /// What the scene gives to a plan, hashed.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Outside {
     pub assets: AssetHashes,
     /// How many frames came before the plan's first.
     pub began: u32,
     /// By index of [`Plan::tables`].
     tables: Vec<u128>,
-    /// By step that runs member by member: a version of what each of its members sees.
-    pub members: BTreeMap<usize, Vec<u64>>,
+    /// By step that runs member by member: what each of its members sees.
+    pub members: BTreeMap<usize, region::Seen>,
 }
 
 impl Outside {
     /// # Errors
     /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
     pub fn new(plan: &Plan, assets: AssetHashes, began: u32, tables: &[Table]) -> Checked<Outside> {
-        let one = |wanted: &super::TableUse| match tables.iter().find(|t| t.name == wanted.table) {
-            Some(table) => Ok(hash(&pack(wanted, table)?)),
-            None => Ok(0),
-        };
-        let tables = plan.tables.iter().map(one).collect::<Checked<_>>()?;
-        Ok(Outside { assets, began, tables, members: BTreeMap::new() })
+        let mut outside = Outside { assets, began, tables: vec![0; plan.tables.len()], members: BTreeMap::new() };
+        outside.follow(plan, &[], tables)?;
+        Ok(outside)
+    }
+
+    /// Goes on from the tables `before` to others of the same scene; those that are the same cost nothing.
+    ///
+    /// # Errors
+    /// As [`Outside::new`].
+    pub fn follow(&mut self, plan: &Plan, before: &[Table], tables: &[Table]) -> Checked<()> {
+        for (wanted, hashed) in plan.tables.iter().zip(&mut self.tables) {
+            let Some(table) = tables.iter().find(|t| t.name == wanted.table) else { continue };
+            if !before.iter().any(|b| b.is_clone(table)) {
+                *hashed = hash(&pack(wanted, table)?);
+            }
+        }
+        Ok(())
     }
 }
 
@@ -286,12 +297,12 @@ impl Unit {
 impl Given {
     fn hash(&self, name: &str, outside: &Outside, values: &Values) -> u128 {
         match self {
-            Given::Value(known) => hash(&values.get(name).copied().or(*known).map(|v| (v.ty(), v.bytes()))),
+            Given::Value(known) => hash(&values.get(name).or(known.as_ref()).map(|v| (v.ty(), v.bytes()))),
             Given::Table(i) => outside.tables.get(*i).copied().unwrap_or(0),
             Given::Geometry => outside.assets.geometry,
             Given::Textures => outside.assets.textures,
             Given::Began => outside.began.into(),
-            Given::Members(step) => hash(&outside.members.get(step)),
+            Given::Members(step) => hash(&outside.members.get(step).map(|seen| &seen.versions)),
         }
     }
 }

@@ -19,6 +19,7 @@ mod reduce;
 pub mod region;
 pub mod request;
 pub mod show;
+pub mod sight;
 pub mod sizes;
 pub mod tables;
 mod targets;

@@ -1,11 +1,15 @@
 //! Draws over many views, member by member: what each sees, so that each has a version of its own and only those whose
 //! version is new are drawn again. No device.
 
+use super::sight::{covered, meets};
 use super::{
     Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Frusta, Place, Plan, ResourceId, Step, TextureDesc,
 };
+use crate::image::Image;
 use crate::scene::{Bounds, Column, Table};
-use glam::{Mat4, Vec3, Vec4};
+use crate::shader::Stage;
+use crate::value::Value;
+use glam::Mat4;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -61,38 +65,116 @@ pub fn parts(plan: &Plan, step: &Step, draw: &Draw) -> Option<Parts> {
     Some(Parts { frusta: indirect.frusta, draws: indirect.buffer, tables: told })
 }
 
-/// By step that can run member by member, a version of what each of its members sees. `known` gives the frusta in a buffer;
+/// What the members of a draw see.
+#[derive(Debug, Clone)]
+pub struct Seen {
+    /// By member: a version of it.
+    pub versions: Vec<u64>,
+    views: Arc<Vec<View>>,
+    world: Arc<World>,
+}
+
+/// What a member is told of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct View {
+    /// World to clip space.
+    frustum: Mat4,
+    /// The content of its row in a table of frusta; 0 for a buffer of them.
+    row: u64,
+}
+
+/// By step that can run member by member, what each of its members sees. `known` gives the frusta in a buffer;
 /// steps whose frusta it doesn't know are left out.
 pub fn seen(
     plan: &Plan,
     tables: &[Table],
     known: impl Fn(ResourceId) -> Option<Arc<Vec<Mat4>>>,
-) -> BTreeMap<usize, Vec<u64>> {
+) -> BTreeMap<usize, Seen> {
     let mut all = BTreeMap::new();
-    let Some(world) = World::new(tables) else { return all };
+    let Some(world) = World::new(tables).map(Arc::new) else { return all };
     for (index, step) in plan.steps.iter().enumerate() {
         let Action::Draw(draw) = &step.action else { continue };
         let Some(parts) = parts(plan, step, draw) else { continue };
-        let rows: Vec<usize> = draw.members.iter().map(|m| m.index as usize).collect();
+        let rows = draw.members.iter().map(|m| m.index as usize);
         // What is not a number sees everything.
-        let of = |all: &[Mat4]| rows.iter().map(|i| all.get(*i).copied().unwrap_or(Mat4::NAN)).collect::<Vec<_>>();
-        match parts.frusta {
+        let frustum = |all: &[Mat4], i: usize| all.get(i).copied().unwrap_or(Mat4::NAN);
+        let views: Vec<View> = match parts.frusta {
             Frusta::Buffer(id) => {
-                if let Some(frusta) = known(id) {
-                    all.insert(index, world.seen(&of(&frusta), &[]));
-                }
+                let Some(frusta) = known(id) else { continue };
+                rows.map(|i| View { frustum: frustum(&frusta, i), row: 0 }).collect()
             }
             Frusta::Table(i) => {
                 let name = plan.tables.get(i).map_or("", |t| t.table.as_str());
                 let Some(table) = tables.iter().find(|t| t.name == name) else { continue };
                 let column = table.columns.iter().find(|(name, _)| *name == super::cull::FRUSTUM);
-                let frusta = if let Some((_, Column::Mat4(all))) = column { of(all) } else { of(&[]) };
-                let contents: Vec<u64> = rows.iter().map(|row| row_hash(table, *row)).collect();
-                all.insert(index, world.seen(&frusta, &contents));
+                let frusta = if let Some((_, Column::Mat4(all))) = column { all.as_slice() } else { &[] };
+                rows.map(|i| View { frustum: frustum(frusta, i), row: row_hash(table, i) }).collect()
+            }
+        };
+        let versions = world.versions(&views);
+        all.insert(index, Seen { versions, views: Arc::new(views), world: world.clone() });
+    }
+    all
+}
+
+/// The depths by which it can be told what the members of a draw do not show of what moves: those of a target that can be read
+/// back, where a fragment that lies behind leaves no trace at all.
+pub fn depths(plan: &Plan, draw: &Draw) -> Option<ResourceId> {
+    use wgpu::CompareFunction::{Less, LessEqual};
+    let depth = draw.depth.as_ref().filter(|d| matches!(d.compare, Less | LessEqual) && d.write)?;
+    let entry = plan.shaders.get(draw.shader)?.interface.entry(Stage::Fragment);
+    let placed = entry.is_none_or(|e| !e.writes_depth);
+    let readable = match &plan.resources.get(depth.resource.0)?.desc {
+        Desc::Texture(t) => worth_reading(t) && t.usage.contains(wgpu::TextureUsages::COPY_SRC),
+        Desc::Buffer { .. } => false,
+    };
+    (placed && readable && draw.color.iter().all(|t| t.blend.is_none())).then_some(depth.resource)
+}
+
+/// Whether depths can be read back, and in less time than they may save.
+pub(super) fn worth_reading(t: &TextureDesc) -> bool {
+    let texels = u64::from(t.width) * u64::from(t.height) * u64::from(t.layers);
+    t.format == wgpu::TextureFormat::Depth32Float && texels <= MOST_DEPTHS
+}
+
+/// 16 MiB of them.
+const MOST_DEPTHS: u64 = 1 << 22;
+
+impl Seen {
+    /// Gives back the versions of before to members that show nothing of what moved since: it covers no centre of a texel of
+    /// theirs, or lies behind what they hold; both where it was and where it is. `held` are the depths that all of them
+    /// drew last, those of [`depths`].
+    pub fn settle(&mut self, before: &Seen, plan: &Plan, draw: &Draw, held: Option<&Image>) {
+        let Some(moved) = self.world.moved(&before.world) else { return };
+        let target = draw.depth.as_ref().map(|d| d.resource).or(draw.color.first().map(|t| t.resource));
+        let Some(Desc::Texture(target)) = target.map(|id| &plan.resources[id.0].desc) else { return };
+        if self.views.len() != before.views.len() {
+            return;
+        }
+        for (i, member) in draw.members.iter().enumerate() {
+            let view = self.views[i];
+            if self.versions[i] == before.versions[i] || view != before.views[i] {
+                continue;
+            }
+            let ([x, y, width, height], layer) = match member.place {
+                Place::Rect(rect) => (rect, 0),
+                Place::Layer(layer) => ([0, 0, target.width, target.height], layer),
+                Place::Whole | Place::LoopLayer(_) => continue,
+            };
+            let depth = |image: &Image, column: u32, row: u32| {
+                let row = u64::from(layer) * u64::from(image.height) + u64::from(y + row);
+                let at = row * u64::from(image.width) + u64::from(x + column);
+                image.data.get(at as usize).copied().unwrap_or(1.0)
+            };
+            let shows = |bounds: &Bounds| match covered(&view.frustum, [width, height], bounds) {
+                Some(covered) => !held.is_some_and(|image| covered.behind(|c, r| depth(image, c, r))),
+                None => false,
+            };
+            if !moved.iter().any(|(then, now)| shows(then) || shows(now)) {
+                self.versions[i] = before.versions[i];
             }
         }
     }
-    all
 }
 
 /// The buffers of frusta that a plan's draws go by.
@@ -134,77 +216,45 @@ impl World {
         Some(World { nodes: (0..nodes.rows).map(|row| row_hash(nodes, row)).zip(boxes).collect() })
     }
 
-    /// For each frustum (world to clip space) a version of what lies in it; `rows` are further contents that the
-    /// members read, one each.
-    pub fn seen(&self, frusta: &[Mat4], rows: &[u64]) -> Vec<u64> {
-        let one = |(i, frustum): (usize, &Mat4)| {
+    /// For each view a version of what lies in its frustum.
+    fn versions(&self, views: &[View]) -> Vec<u64> {
+        let one = |view: &View| {
             let mut h = DefaultHasher::new();
-            (frustum.to_cols_array().map(f32::to_bits), rows.get(i)).hash(&mut h);
+            (view.frustum.to_cols_array().map(f32::to_bits), view.row).hash(&mut h);
             for (row, (content, bounds)) in self.nodes.iter().enumerate() {
-                if meets(frustum, bounds) {
+                if meets(&view.frustum, bounds) {
                     (row, content).hash(&mut h);
                 }
             }
             h.finish()
         };
-        frusta.iter().enumerate().map(one).collect()
+        views.iter().map(one).collect()
+    }
+
+    /// Boxes round what differs from an earlier world: where it was and where it is. `None`: they have other nodes.
+    fn moved(&self, before: &World) -> Option<Vec<(Bounds, Bounds)>> {
+        let pairs = before.nodes.iter().zip(&self.nodes);
+        let moved = pairs.filter(|(then, now)| then != now).map(|(then, now)| (then.1, now.1));
+        (before.nodes.len() == self.nodes.len()).then(|| moved.collect())
     }
 }
 
 /// The content of a row.
 pub fn row_hash(table: &Table, row: usize) -> u64 {
     let mut h = DefaultHasher::new();
-    for (_, column) in &table.columns {
-        column.get(row).map(|v| v.bytes()).hash(&mut h);
+    for (_, column) in table.columns.iter() {
+        column.get(row).as_ref().map(Value::bytes).hash(&mut h);
     }
     h.finish()
-}
-
-/// Whether a box meets what a view-projection matrix keeps. The twin of `meets` in `cull.wgsl`.
-pub fn meets(view_projection: &Mat4, bounds: &Bounds) -> bool {
-    if bounds.min.cmpgt(bounds.max).any() {
-        return false;
-    }
-    let rows = view_projection.transpose();
-    let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
-    let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
-    ![w + x, w - x, w + y, w - y, z, w - z].into_iter().any(|plane| outside(plane, middle, half))
-}
-
-fn outside(plane: Vec4, middle: Vec3, half: Vec3) -> bool {
-    let normal = plane.truncate();
-    let reach = normal.abs().dot(half);
-    let size = normal.abs().dot(middle.abs()) + plane.w.abs();
-    normal.dot(middle) + plane.w + reach < -1e-5 * (size + reach)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     fn boxed(center: Vec3, half: f32) -> Bounds {
         Bounds { min: center - half, max: center + half }
-    }
-
-    #[test]
-    fn a_frustum_meets_what_lies_in_it_and_no_more_than_reaches_over_its_planes() {
-        let view = Mat4::perspective_rh(std::f32::consts::FRAC_PI_2, 1.0, 0.1, 10.0)
-            * Mat4::look_to_rh(Vec3::new(1.0, 2.0, 3.0), Vec3::X, Vec3::Y);
-        let at = |x: f32, y: f32, z: f32| Vec3::new(1.0 + x, 2.0 + y, 3.0 + z);
-        for (center, half, expected) in [
-            (at(5.0, 0.0, 0.0), 0.1, true),
-            (at(-5.0, 0.0, 0.0), 0.1, false),
-            (at(5.0, 4.8, 0.0), 0.1, true),
-            (at(5.0, 5.3, 0.0), 0.1, false),
-            (at(5.0, 5.3, 0.0), 0.2, true),
-            (at(11.0, 0.0, 0.0), 0.5, false),
-            (at(0.0, 0.0, 0.0), 0.05, false),
-            (at(0.0, 0.0, 0.0), 20.0, true),
-        ] {
-            assert_eq!(meets(&view, &boxed(center, half)), expected, "{center} ± {half}");
-        }
-        assert!(!meets(&view, &Bounds::EMPTY));
-        assert!(meets(&Mat4::NAN, &boxed(Vec3::ZERO, 1.0)), "what is not a number leaves nothing out");
     }
 
     #[test]
@@ -213,15 +263,16 @@ mod tests {
             let up = if direction.y.abs() > 0.5 { Vec3::Z } else { Vec3::Y };
             Mat4::perspective_rh(1.0, 1.0, 0.1, 10.0) * Mat4::look_to_rh(Vec3::ZERO, direction, up)
         };
-        let frusta = [Vec3::X, Vec3::NEG_X, Vec3::Y].map(look);
+        let views = [Vec3::X, Vec3::NEG_X, Vec3::Y].map(|d| View { frustum: look(d), row: 0 });
         let world =
             |content: u64, at: Vec3| World { nodes: vec![(1, boxed(Vec3::Z * 5.0, 0.5)), (content, boxed(at, 0.5))] };
-        let rows = [0; 3];
-        let before = world(7, Vec3::X * 5.0).seen(&frusta, &rows);
+        let before = world(7, Vec3::X * 5.0).versions(&views);
         let differ = |after: Vec<u64>| [0, 1, 2].map(|i| before[i] != after[i]);
-        assert_eq!(differ(world(7, Vec3::X * 5.0).seen(&frusta, &rows)), [false, false, false]);
-        assert_eq!(differ(world(8, Vec3::X * 5.0).seen(&frusta, &rows)), [true, false, false], "it turned in place");
-        assert_eq!(differ(world(8, Vec3::Y * 5.0).seen(&frusta, &rows)), [true, false, true]);
-        assert_eq!(differ(world(7, Vec3::X * 5.0).seen(&frusta, &[0, 1, 0])), [false, true, false]);
+        assert_eq!(differ(world(7, Vec3::X * 5.0).versions(&views)), [false, false, false]);
+        assert_eq!(differ(world(8, Vec3::X * 5.0).versions(&views)), [true, false, false], "it turned in place");
+        assert_eq!(differ(world(8, Vec3::Y * 5.0).versions(&views)), [true, false, true]);
+        let [a, b, c] = views;
+        let other = [a, View { row: 1, ..b }, c];
+        assert_eq!(differ(world(7, Vec3::X * 5.0).versions(&other)), [false, true, false]);
     }
 }

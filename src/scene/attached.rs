@@ -16,7 +16,7 @@ use gltf::json::{
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// The lights at the scene's nodes, in their order.
-pub(super) fn lights(document: &Document, placed: &[Placed], faults: &mut Vec<Diagnostic>) -> Vec<Light> {
+pub(super) fn lights(document: &Document<'_>, placed: &[Placed], faults: &mut Vec<Diagnostic>) -> Vec<Light> {
     let root = &document.root;
     let raw_lights: &[RawLight] = root.as_ref();
     let mut lights = vec![];
@@ -85,7 +85,7 @@ fn light(raw: &RawLight, row: usize, p: &Placed) -> Result<Light, String> {
 }
 
 /// The cameras at the scene's nodes, in their order.
-pub(super) fn cameras(document: &Document, placed: &[Placed], faults: &mut Vec<Diagnostic>) -> Vec<Camera> {
+pub(super) fn cameras(document: &Document<'_>, placed: &[Placed], faults: &mut Vec<Diagnostic>) -> Vec<Camera> {
     let root = &document.root;
     let mut cameras = vec![];
     for (row, p) in placed.iter().enumerate() {

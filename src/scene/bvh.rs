@@ -8,12 +8,17 @@ use super::model::Bounds;
 use glam::Vec3;
 use std::sync::{Mutex, PoisonError};
 
-/// Boxes within boxes; row 0 holds everything.
-#[derive(Debug, Clone, PartialEq)]
+/// Boxes within boxes; row 0 holds everything. By row: never empty, since without triangles there is one leaf with the zeroed
+/// row that an empty table is bound as, which no ray meets. Both children of a row stand side by side, after it.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bvh {
-    /// Never empty: without triangles, one leaf with the zeroed row that an empty table is bound as, which no ray meets.
-    /// Both children of a row stand side by side, after it.
-    pub nodes: Vec<BvhNode>,
+    /// Corners of the boxes.
+    pub lower: Vec<Vec3>,
+    pub upper: Vec<Vec3>,
+    /// [`BvhNode::first`]
+    pub first: Vec<u32>,
+    /// [`BvhNode::count`]
+    pub count: Vec<u32>,
     /// The triangles in the order of the leaves.
     pub order: Vec<u32>,
 }
@@ -71,18 +76,24 @@ struct Task {
 
 impl Bvh {
     /// The hierarchy over triangles given by their corners, all of them finite.
-    pub fn new(triangles: &[[Vec3; 3]]) -> Bvh {
-        if triangles.is_empty() {
-            let bounds = Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
-            return Bvh { nodes: vec![BvhNode { bounds, first: 0, count: 1 }], order: vec![] };
+    pub fn new(triangles: impl Iterator<Item = [Vec3; 3]>) -> Bvh {
+        Bvh::with_leaves(triangles, 1)
+    }
+
+    /// As [`Bvh::new`], but parts of at most `enough` triangles are not split.
+    pub fn with_leaves(triangles: impl Iterator<Item = [Vec3; 3]>, enough: usize) -> Bvh {
+        let mut items = Vec::with_capacity(triangles.size_hint().0);
+        items.extend((0..).zip(triangles).map(|(triangle, corners)| Item { bounds: Bounds::of(corners), triangle }));
+        if items.is_empty() {
+            let mut bvh = Bvh::default();
+            bvh.push(&BvhNode { bounds: Bounds { min: Vec3::ZERO, max: Vec3::ZERO }, first: 0, count: 1 });
+            return bvh;
         }
-        let item = |(triangle, corners): (u32, &[Vec3; 3])| Item { bounds: Bounds::of(*corners), triangle };
-        let mut items: Vec<Item> = (0..).zip(triangles).map(item).collect();
         let whole = Task { node: 0, start: 0, end: items.len(), depth: 0 };
         let part = (items.len() / PARTS).max(FEW);
-        let mut nodes = vec![];
+        let mut top = vec![];
         let mut parts = vec![];
-        grow(&mut items, whole, &mut nodes, |task| {
+        grow(&mut items, whole, enough, &mut top, |task| {
             let small = task.end - task.start <= part;
             if small {
                 parts.push(*task);
@@ -90,31 +101,68 @@ impl Bvh {
             small
         });
         parts.sort_by_key(|p| p.start);
-        for (part, below) in parts.iter().zip(subtrees(&mut items, &parts)) {
+        let subtrees = subtrees(&mut items, &parts, enough);
+        let order = items.iter().map(|i| i.triangle).collect();
+        drop(items);
+        let mut bvh = Bvh { order, ..Bvh::default() };
+        bvh.reserve(top.len() + subtrees.iter().map(|s| s.len() - 1).sum::<usize>());
+        top.iter().for_each(|n| bvh.push(n));
+        for (part, below) in parts.iter().zip(subtrees) {
             // All but the root of a part go to the end; what they call row i is then row `base + i`.
-            let base = nodes.len() as u32 - 1;
+            let base = bvh.rows() as u32 - 1;
             let mut below = below.into_iter().map(|n| match n.count {
                 0 => BvhNode { first: n.first + base, ..n },
                 _ => BvhNode { first: n.first + part.start as u32, ..n },
             });
-            if let (Some(root), Some(place)) = (below.next(), nodes.get_mut(part.node)) {
-                *place = root;
+            if let Some(root) = below.next() {
+                bvh.set(part.node, &root);
             }
-            nodes.extend(below);
+            below.for_each(|n| bvh.push(&n));
         }
         // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
-        let largest = nodes[0].bounds.min.abs().max(nodes[0].bounds.max.abs()).max_element();
+        let largest = bvh.lower[0].abs().max(bvh.upper[0].abs()).max_element();
         let margin = Vec3::splat(largest * 4.0 * f32::EPSILON);
-        for node in &mut nodes {
-            node.bounds = Bounds { min: node.bounds.min - margin, max: node.bounds.max + margin };
-        }
-        Bvh { nodes, order: items.iter().map(|i| i.triangle).collect() }
+        bvh.lower.iter_mut().for_each(|p| *p -= margin);
+        bvh.upper.iter_mut().for_each(|p| *p += margin);
+        bvh
+    }
+
+    pub fn rows(&self) -> usize {
+        self.count.len()
+    }
+
+    /// The box of a row below [`Bvh::rows`].
+    #[cfg(test)]
+    pub fn node(&self, row: usize) -> BvhNode {
+        let bounds = Bounds { min: self.lower[row], max: self.upper[row] };
+        BvhNode { bounds, first: self.first[row], count: self.count[row] }
+    }
+
+    fn reserve(&mut self, rows: usize) {
+        self.lower.reserve_exact(rows);
+        self.upper.reserve_exact(rows);
+        self.first.reserve_exact(rows);
+        self.count.reserve_exact(rows);
+    }
+
+    fn push(&mut self, node: &BvhNode) {
+        self.lower.push(node.bounds.min);
+        self.upper.push(node.bounds.max);
+        self.first.push(node.first);
+        self.count.push(node.count);
+    }
+
+    fn set(&mut self, row: usize, node: &BvhNode) {
+        self.lower[row] = node.bounds.min;
+        self.upper[row] = node.bounds.max;
+        self.first[row] = node.first;
+        self.count[row] = node.count;
     }
 }
 
-/// Splits a task and what comes of it into `nodes`, whose first free row is the task's, but for those that `skip` takes:
-/// their rows stay empty.
-fn grow(items: &mut [Item], whole: Task, nodes: &mut Vec<BvhNode>, mut skip: impl FnMut(&Task) -> bool) {
+/// Splits a task and what comes of it into `nodes`, whose first free row is the task's, down to `enough` items, but for those
+/// that `skip` takes: their rows stay empty.
+fn grow(items: &mut [Item], whole: Task, enough: usize, nodes: &mut Vec<BvhNode>, mut skip: impl FnMut(&Task) -> bool) {
     let empty = BvhNode { bounds: Bounds::EMPTY, first: 0, count: 0 };
     nodes.push(empty);
     let mut tasks = vec![whole];
@@ -124,7 +172,7 @@ fn grow(items: &mut [Item], whole: Task, nodes: &mut Vec<BvhNode>, mut skip: imp
         }
         let range = &mut items[task.start..task.end];
         let bounds = joined(range, |b, i| *b = b.union(i.bounds), Bounds::EMPTY, Bounds::union);
-        let Some(left) = split(range, bounds, task.depth) else {
+        let Some(left) = split(range, bounds, task.depth, enough) else {
             nodes[task.node] = BvhNode { bounds, first: task.start as u32, count: range.len() as u32 };
             continue;
         };
@@ -138,7 +186,7 @@ fn grow(items: &mut [Item], whole: Task, nodes: &mut Vec<BvhNode>, mut skip: imp
 }
 
 /// The hierarchies over parts in the order of their items, each with its root in row 0 and its items from 0 on.
-fn subtrees(items: &mut [Item], parts: &[Task]) -> Vec<Vec<BvhNode>> {
+fn subtrees(items: &mut [Item], parts: &[Task], enough: usize) -> Vec<Vec<BvhNode>> {
     let mut done: Vec<Vec<BvhNode>> = parts.iter().map(|_| vec![]).collect();
     let mut open = vec![];
     let (mut rest, mut at) = (items, 0);
@@ -153,7 +201,7 @@ fn subtrees(items: &mut [Item], parts: &[Task]) -> Vec<Vec<BvhNode>> {
             let next = open.lock().unwrap_or_else(PoisonError::into_inner).pop();
             let Some((own, depth, out)) = next else { return };
             let whole = Task { node: 0, start: 0, end: own.len(), depth };
-            grow(own, whole, out, |_| false);
+            grow(own, whole, enough, out, |_| false);
         }
     };
     std::thread::scope(|scope| {
@@ -195,9 +243,9 @@ fn joined<T: Clone + Send + Sync>(
 }
 
 /// Sorts the items into two halves; the size of the first, or `None` for a leaf.
-fn split(items: &mut [Item], bounds: Bounds, depth: u32) -> Option<usize> {
+fn split(items: &mut [Item], bounds: Bounds, depth: u32, enough: usize) -> Option<usize> {
     let count = items.len();
-    if count <= 1 {
+    if count <= enough {
         return None;
     }
     let levels_left = MAX_DEPTH - depth;

@@ -21,59 +21,35 @@ pub struct Cluster {
 /// Sorts the triangles into clusters, those of single-sided materials first. The same triangles give the same clusters;
 /// triangles that fit one cluster keep their order.
 pub(super) fn cluster(geometry: &mut Geometry) {
+    let Geometry { vertices, indices, one_sided, .. } = &*geometry;
+    let node = |t: &[u32; 3]| vertices[t[0] as usize].node;
+    let (triangles, _) = indices.as_chunks::<3>();
+    let (front, both) = triangles.split_at((*one_sided as usize / 3).min(triangles.len()));
     let mut clusters = vec![];
-    let triangles: Vec<[u32; 3]> = geometry.indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
-    let split = (geometry.one_sided as usize / 3).min(triangles.len());
-    let node = |t: &[u32; 3]| geometry.vertices[t[0] as usize].node;
-    let position = |i: u32| Vec3::from(geometry.vertices[i as usize].position);
-    let mut sorted: Vec<u32> = Vec::with_capacity(geometry.indices.len());
-    for part in [&triangles[..split], &triangles[split..]] {
-        for group in part.chunk_by(|a, b| node(a) == node(b)) {
-            for mut members in compact(group.len(), || group.iter().map(|t| t.map(position)).collect()) {
-                members.sort_unstable();
-                let first = sorted.len() as u32;
-                sorted.extend(members.iter().flat_map(|i| group[*i as usize]));
-                clusters.push(Cluster { first, count: sorted.len() as u32 - first, node: node(&group[0]) });
-            }
+    let mut sorted: Vec<u32> = Vec::with_capacity(indices.len());
+    for group in [front, both].into_iter().flat_map(|part| part.chunk_by(|a, b| node(a) == node(b))) {
+        let corners = group.iter().map(|t| t.map(|i| Vec3::from(vertices[i as usize].position)));
+        let mut bvh = Bvh::with_leaves(corners, CLUSTER);
+        let mut leaves: Vec<(u32, u32)> = bvh.first.iter().copied().zip(bvh.count.iter().copied()).collect();
+        leaves.retain(|(_, count)| *count > 0);
+        leaves.sort_unstable();
+        for (start, count) in leaves {
+            let members = &mut bvh.order[start as usize..][..count as usize];
+            members.sort_unstable();
+            let first = sorted.len() as u32;
+            sorted.extend(members.iter().flat_map(|i| group[*i as usize]));
+            clusters.push(Cluster { first, count: 3 * count, node: node(&group[0]) });
         }
     }
     geometry.indices = sorted;
     geometry.clusters = clusters;
 }
 
-/// Cuts `count` triangles into groups: the largest subtrees of their hierarchy that fit.
-fn compact(count: usize, corners: impl FnOnce() -> Vec<[Vec3; 3]>) -> Vec<Vec<u32>> {
-    if count <= CLUSTER {
-        return vec![(0..count as u32).collect()];
-    }
-    let bvh = Bvh::new(&corners());
-    // By row: the part of the order below it. Children stand after their parents.
-    let mut below = vec![0..0; bvh.nodes.len()];
-    for (row, n) in bvh.nodes.iter().enumerate().rev() {
-        let first = n.first as usize;
-        below[row] = match n.count {
-            0 => below[first].start..below[first + 1].end,
-            count => first..first + count as usize,
-        };
-    }
-    let mut groups = vec![];
-    let mut open = vec![0];
-    while let Some(row) = open.pop() {
-        if bvh.nodes[row].count > 0 || below[row].len() <= CLUSTER {
-            groups.push(bvh.order[below[row].clone()].to_vec());
-        } else {
-            let first = bvh.nodes[row].first as usize;
-            open.extend([first + 1, first]);
-        }
-    }
-    groups
-}
-
-/// The box round a cluster, given the corners of all triangles in the order of [`Geometry::indices`]. It is wider than the
+/// The box round a cluster, given the corners of each triangle by its place in [`Geometry::indices`]. It is wider than the
 /// corners by what a shader may round them to.
-pub(super) fn bounds(cluster: &Cluster, corners: &[[Vec3; 3]]) -> Bounds {
+pub(super) fn bounds(cluster: &Cluster, corners: impl Fn(usize) -> [Vec3; 3]) -> Bounds {
     let range = cluster.first as usize / 3..(cluster.first + cluster.count) as usize / 3;
-    let found = Bounds::of(corners[range].iter().flatten().copied());
+    let found = Bounds::of(range.flat_map(corners));
     let largest = found.min.abs().max(found.max.abs()).max_element();
     let margin = Vec3::splat(largest * 16.0 * f32::EPSILON);
     Bounds { min: found.min - margin, max: found.max + margin }
@@ -137,8 +113,12 @@ mod tests {
             .chunks_exact(3)
             .map(|t| [t[0], t[1], t[2]].map(|i| Vec3::from(g.vertices[i as usize].position)))
             .collect();
-        let area: f32 =
-            g.clusters.iter().map(|c| bounds(c, &corners)).map(|b| (b.max.x - b.min.x) * (b.max.y - b.min.y)).sum();
+        let area: f32 = g
+            .clusters
+            .iter()
+            .map(|c| bounds(c, |i| corners[i]))
+            .map(|b| (b.max.x - b.min.x) * (b.max.y - b.min.y))
+            .sum();
         assert!(area < 1.1 * 32.0 * 32.0, "the boxes overlap: {area}");
         assert!(g.clusters.len() <= 2 * (2 * 32 * 32) / CLUSTER, "{} clusters", g.clusters.len());
     }

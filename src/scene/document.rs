@@ -10,39 +10,45 @@ use gltf::json::{
     validation::Checked,
 };
 use std::{
+    borrow::Cow,
     fmt::Display,
     path::{Path, PathBuf},
 };
 
-/// A parsed file with its buffers.
-pub(super) struct Document {
+/// A parsed file with its buffers; those of the file itself stay in its bytes.
+pub(super) struct Document<'a> {
     pub root: Root,
     /// One for each of `root.buffers`; `None` where it could not be had (and a fault says why).
-    buffers: Vec<Option<Vec<u8>>>,
+    buffers: Vec<Option<Cow<'a, [u8]>>>,
     /// The path as shown.
     pub shown: String,
     directory: PathBuf,
 }
 
 /// The values of an accessor, all inside their buffer.
-struct Elements<'a> {
-    bytes: &'a [u8],
+#[derive(Clone, Copy)]
+struct Elements<'d> {
+    bytes: &'d [u8],
     stride: usize,
     size: usize,
     count: usize,
     component: ComponentType,
 }
 
-impl Document {
+/// Vectors of `f32` in a buffer, decoded where they are read.
+#[derive(Clone, Copy)]
+pub(super) struct Vectors<'d, const N: usize>(Elements<'d>);
+
+impl<'a> Document<'a> {
     /// Reads `.gltf` or `.glb` bytes. Paths inside are relative to `directory`; those read are added to `files`.
     /// `None` when the faults leave nothing to go on with.
     pub fn new(
-        bytes: &[u8],
+        bytes: &'a [u8],
         shown: &str,
         directory: &Path,
         files: &mut Vec<PathBuf>,
         faults: &mut Vec<Diagnostic>,
-    ) -> Option<Document> {
+    ) -> Option<Document<'a>> {
         let (json, blob) = match split(bytes) {
             Ok(parts) => parts,
             Err(why) => {
@@ -98,7 +104,7 @@ impl Document {
     }
 
     /// An accessor of `f32` vectors.
-    pub fn floats<const N: usize>(&self, accessor: usize) -> Result<Vec<[f32; N]>, String> {
+    pub fn floats<const N: usize>(&self, accessor: usize) -> Result<Vectors<'_, N>, String> {
         let shape = match N {
             2 => Type::Vec2,
             3 => Type::Vec3,
@@ -107,20 +113,8 @@ impl Document {
         let elements = self.elements(accessor, shape)?;
         let normalized = self.root.accessors.get(accessor).is_some_and(|a| a.normalized);
         match elements.component {
-            ComponentType::F32 => Ok(elements
-                .iter()
-                .map(|e| {
-                    let mut parts = e.chunks_exact(4).map(|c| f32::from_le_bytes([c[0], c[1], c[2], c[3]]));
-                    std::array::from_fn(|_| parts.next().unwrap_or(0.0))
-                })
-                .collect()),
-            ComponentType::U8 if N == 2 && normalized => {
-                Ok(elements.iter().map(|e| std::array::from_fn(|i| f32::from(e[i]) / 255.0)).collect())
-            }
-            ComponentType::U16 if N == 2 && normalized => Ok(elements
-                .iter()
-                .map(|e| std::array::from_fn(|i| f32::from(u16::from_le_bytes([e[2 * i], e[2 * i + 1]])) / 65535.0))
-                .collect()),
+            ComponentType::F32 => Ok(Vectors(elements)),
+            ComponentType::U8 | ComponentType::U16 if N == 2 && normalized => Ok(Vectors(elements)),
             other => Err(format!("accessor {accessor} holds {other:?}, not f32")),
         }
     }
@@ -175,16 +169,16 @@ impl Document {
 
     fn read_buffers(
         &self,
-        blob: Option<&[u8]>,
+        blob: Option<&'a [u8]>,
         files: &mut Vec<PathBuf>,
         faults: &mut Vec<Diagnostic>,
-    ) -> Vec<Option<Vec<u8>>> {
+    ) -> Vec<Option<Cow<'a, [u8]>>> {
         let mut all = vec![];
         for (i, buffer) in self.root.buffers.iter().enumerate() {
             let bytes = match &buffer.uri {
-                Some(uri) => self.fetch(uri, files),
+                Some(uri) => self.fetch(uri, files).map(Cow::Owned),
                 None if i == 0 => {
-                    blob.map(<[u8]>::to_vec).ok_or_else(|| "no URI, and the file has no binary chunk".into())
+                    blob.map(Cow::Borrowed).ok_or_else(|| "no URI, and the file has no binary chunk".into())
                 }
                 None => Err("no URI; only the first buffer may be the binary chunk".into()),
             };
@@ -195,11 +189,8 @@ impl Document {
                     let why = format!("it should hold {wanted} bytes but has {}", bytes.len());
                     Err(self.error(place, why).help("the file is cut off: export or copy it again"))
                 }
-                Ok(mut bytes) => {
-                    // What lies behind the declared length is padding, no part of the buffer.
-                    bytes.truncate(usize::try_from(wanted).unwrap_or(usize::MAX));
-                    Ok(bytes)
-                }
+                // What lies behind the declared length is padding, no part of the buffer.
+                Ok(bytes) => Ok(first(bytes, usize::try_from(wanted).unwrap_or(usize::MAX))),
                 Err(why) => Err(self.error(place, why)),
             };
             all.push(checked.map_err(|fault| faults.push(fault)).ok());
@@ -248,10 +239,43 @@ impl Document {
     }
 }
 
-impl<'a> Elements<'a> {
-    fn iter(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
-        let size = self.size;
-        self.bytes.chunks(self.stride).take(self.count).map(move |c| &c[..size])
+impl<'d> Elements<'d> {
+    fn iter(self) -> impl Iterator<Item = &'d [u8]> {
+        self.bytes.chunks(self.stride).take(self.count).map(move |c| &c[..self.size])
+    }
+}
+
+impl<'d, const N: usize> Vectors<'d, N> {
+    pub fn len(self) -> usize {
+        self.0.count
+    }
+
+    /// The vector of a place below [`Vectors::len`].
+    pub fn get(self, place: usize) -> [f32; N] {
+        self.decoded(&self.0.bytes[place * self.0.stride..][..self.0.size])
+    }
+
+    pub fn iter(self) -> impl Iterator<Item = [f32; N]> + use<'d, N> {
+        self.0.iter().map(move |e| self.decoded(e))
+    }
+
+    fn decoded(self, e: &[u8]) -> [f32; N] {
+        std::array::from_fn(|i| match self.0.component {
+            ComponentType::U8 => f32::from(e[i]) / 255.0,
+            ComponentType::U16 => f32::from(u16::from_le_bytes([e[2 * i], e[2 * i + 1]])) / 65535.0,
+            _ => f32::from_le_bytes([e[4 * i], e[4 * i + 1], e[4 * i + 2], e[4 * i + 3]]),
+        })
+    }
+}
+
+/// At most the first `most` bytes.
+fn first(bytes: Cow<'_, [u8]>, most: usize) -> Cow<'_, [u8]> {
+    match bytes {
+        Cow::Borrowed(all) => Cow::Borrowed(&all[..most.min(all.len())]),
+        Cow::Owned(mut all) => {
+            all.truncate(most);
+            Cow::Owned(all)
+        }
     }
 }
 

@@ -2,11 +2,11 @@
 
 use super::{
     Vertex,
-    clusters::{Cluster, cluster},
-    document::{Document, place},
+    clusters::Cluster,
+    document::{Document, Vectors, place},
 };
 use crate::diag::Diagnostic;
-use glam::{DVec3, Mat4, Vec2, Vec3};
+use glam::{DVec3, Mat4, Vec3};
 use gltf::json::{
     mesh::{Mode, Primitive as RawPrimitive, Semantic},
     validation::Checked,
@@ -31,17 +31,17 @@ impl Geometry {
     }
 }
 
-/// A mesh's primitive as a checked triangle list in the mesh's own space.
-pub(super) struct Primitive {
-    positions: Vec<Vec3>,
-    normals: Option<Vec<Vec3>>,
-    uvs: Option<Vec<Vec2>>,
+/// A mesh's primitive as a checked triangle list in the mesh's own space. Vertices stay in the document.
+pub(super) struct Primitive<'d> {
+    positions: Vectors<'d, 3>,
+    normals: Option<Vectors<'d, 3>>,
+    uvs: Option<Vectors<'d, 2>>,
     triangles: Vec<[u32; 3]>,
     /// Row of the `materials` table.
     material: u32,
 }
 
-impl Primitive {
+impl Primitive<'_> {
     /// Row of the `materials` table.
     pub fn material(&self) -> usize {
         self.material as usize
@@ -50,7 +50,7 @@ impl Primitive {
 
 /// A primitive at a node.
 pub(super) struct Instance<'a> {
-    pub primitive: &'a Primitive,
+    pub primitive: &'a Primitive<'a>,
     /// Row of the `nodes` table.
     pub node: u32,
     pub node_name: &'a str,
@@ -75,13 +75,13 @@ const MAX_TRIANGLES: usize = 1 << 24;
 pub(super) const MAX_COORDINATE: f32 = 1e9;
 
 /// Reads one primitive. `None` when there is nothing to draw; the faults say why.
-pub(super) fn primitive(
-    document: &Document,
+pub(super) fn primitive<'d>(
+    document: &'d Document<'_>,
     raw: &RawPrimitive,
     at: &str,
     surface: &Surface,
     faults: &mut Vec<Diagnostic>,
-) -> Option<Primitive> {
+) -> Option<Primitive<'d>> {
     let Checked::Valid(mode) = raw.mode else {
         faults.push(document.error(at, "unknown primitive mode"));
         return None;
@@ -132,7 +132,7 @@ pub(super) fn primitive(
     }
     let mut triangles = triangles(mode, &indices);
     let all = triangles.len();
-    triangles.retain(|t| has_area(t.map(|i| positions[i as usize])));
+    triangles.retain(|t| has_area(t.map(|i| positions.get(i as usize).into())));
     // Strips repeat vertices on purpose to jump; only a strip of nothing else is worth a word.
     if triangles.len() < all && (mode == Mode::Triangles || triangles.is_empty()) {
         let dropped = all - triangles.len();
@@ -141,8 +141,9 @@ pub(super) fn primitive(
     Some(Primitive { positions, normals, uvs, triangles, material: surface.material })
 }
 
-/// Lays all instances out in one list. Mirroring transforms get their winding turned round, so that front stays front.
-pub(super) fn assemble(document: &Document, instances: &[Instance<'_>], faults: &mut Vec<Diagnostic>) -> Geometry {
+/// Lays all instances out in one list, not yet in clusters. Mirroring transforms get their winding turned round, so that
+/// front stays front.
+pub(super) fn assemble(document: &Document<'_>, instances: &[Instance<'_>], faults: &mut Vec<Diagnostic>) -> Geometry {
     let total = instances.iter().map(|i| i.primitive.triangles.len()).fold(0, usize::saturating_add);
     if total > MAX_TRIANGLES {
         let why = format!("{total} triangles over all nodes; at most {MAX_TRIANGLES} fit");
@@ -150,7 +151,7 @@ pub(super) fn assemble(document: &Document, instances: &[Instance<'_>], faults: 
         return Geometry::default();
     }
     let mut vertices = vec![];
-    let mut one_sided = vec![];
+    let mut one_sided = Vec::with_capacity(3 * total);
     let mut two_sided = vec![];
     for instance in instances {
         let indices = if instance.double_sided { &mut two_sided } else { &mut one_sided };
@@ -163,19 +164,22 @@ pub(super) fn assemble(document: &Document, instances: &[Instance<'_>], faults: 
     // MAX_TRIANGLES keeps the count far inside u32.
     let count = one_sided.len() as u32;
     one_sided.append(&mut two_sided);
-    let mut geometry = Geometry { vertices, indices: one_sided, one_sided: count, clusters: vec![] };
-    cluster(&mut geometry);
-    geometry
+    Geometry { vertices, indices: one_sided, one_sided: count, clusters: vec![] }
 }
 
 /// Appends an instance; returns how many triangles its transform flattens away.
 fn place_instance(instance: &Instance<'_>, vertices: &mut Vec<Vertex>, indices: &mut Vec<u32>) -> usize {
     let primitive = instance.primitive;
     let mirrored = instance.world.determinant() < 0.0;
-    let mut placed: Vec<Option<u32>> = vec![None; primitive.positions.len()];
+    // By place in the primitive: the vertex that it became.
+    const NOWHERE: u32 = u32::MAX;
+    let mut placed = vec![NOWHERE; primitive.positions.len()];
+    // A flat normal belongs to one triangle: its vertices are its own.
+    let most = if primitive.normals.is_some() { placed.len() } else { usize::MAX };
+    vertices.reserve(most.min(3 * primitive.triangles.len()));
     let mut dropped = 0;
     for triangle in &primitive.triangles {
-        let corners = triangle.map(|i| primitive.positions[i as usize]);
+        let corners: [Vec3; 3] = triangle.map(|i| primitive.positions.get(i as usize).into());
         if !has_area(corners.map(|p| instance.world.transform_point3(p))) {
             dropped += 1;
             continue;
@@ -183,23 +187,22 @@ fn place_instance(instance: &Instance<'_>, vertices: &mut Vec<Vertex>, indices: 
         let flat = face_normal(corners);
         let mut place = |i: u32| {
             let index = i as usize;
-            let new = |normal: Vec3, vertices: &mut Vec<Vertex>| {
-                vertices.push(Vertex {
-                    position: primitive.positions[index].to_array(),
-                    normal: normal.to_array(),
-                    uv: primitive.uvs.as_ref().map_or(Vec2::ZERO, |uvs| uvs[index]).to_array(),
-                    node: instance.node,
-                    material: primitive.material,
-                });
-                (vertices.len() - 1) as u32
-            };
-            match &primitive.normals {
-                // A flat normal belongs to one triangle: its vertices are its own.
-                None => new(flat, vertices),
-                Some(normals) => {
-                    *placed[index].get_or_insert_with(|| new(normals[index].try_normalize().unwrap_or(flat), vertices))
-                }
+            if placed[index] != NOWHERE {
+                return placed[index];
             }
+            let given = primitive.normals.map(|normals| Vec3::from(normals.get(index)));
+            vertices.push(Vertex {
+                position: primitive.positions.get(index),
+                normal: given.and_then(Vec3::try_normalize).unwrap_or(flat).to_array(),
+                uv: primitive.uvs.map_or([0.0; 2], |uvs| uvs.get(index)),
+                node: instance.node,
+                material: primitive.material,
+            });
+            let new = (vertices.len() - 1) as u32;
+            if given.is_some() {
+                placed[index] = new;
+            }
+            new
         };
         let [a, b, c] = triangle.map(&mut place);
         indices.extend(if mirrored { [a, c, b] } else { [a, b, c] });
@@ -234,13 +237,13 @@ fn face_normal(corners: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }
 
-fn vectors(
-    document: &Document,
+fn vectors<'d>(
+    document: &'d Document<'_>,
     at: &str,
     what: &str,
     accessor: usize,
     faults: &mut Vec<Diagnostic>,
-) -> Option<Vec<Vec3>> {
+) -> Option<Vectors<'d, 3>> {
     let values = match document.floats::<3>(accessor) {
         Ok(values) => values,
         Err(why) => {
@@ -248,23 +251,23 @@ fn vectors(
             return None;
         }
     };
-    let bad = values.iter().filter(|v| !in_range(*v)).count();
-    if let Some((i, v)) = values.iter().enumerate().find(|(_, v)| !in_range(*v)) {
+    if let Some((i, v)) = values.iter().enumerate().find(|(_, v)| !in_range(v)) {
+        let bad = values.iter().filter(|v| !in_range(v)).count();
         let why = format!("{what} of vertex {i} is {v:?}, no usable vector ({bad} like it)");
         faults.push(document.error(at, why).help(format!("components must be finite and within ±{MAX_COORDINATE:e}")));
         return None;
     }
-    Some(values.into_iter().map(Vec3::from).collect())
+    Some(values)
 }
 
-fn texture_coordinates(
-    document: &Document,
+fn texture_coordinates<'d>(
+    document: &'d Document<'_>,
     at: &str,
     set: u32,
     attribute: impl Fn(Semantic) -> Option<usize>,
     count: usize,
     faults: &mut Vec<Diagnostic>,
-) -> Option<Vec<Vec2>> {
+) -> Option<Vectors<'d, 2>> {
     let what = format!("TEXCOORD_{set}");
     let Some(accessor) = attribute(Semantic::TexCoords(set)) else {
         faults.push(document.warning(at, format!("its material has a texture, but it has no {what}; (0, 0) is used")));
@@ -272,12 +275,11 @@ fn texture_coordinates(
     };
     match document.floats::<2>(accessor) {
         Ok(values) => {
-            if let Some((i, v)) = values.iter().enumerate().find(|(_, v)| !in_range(*v)) {
+            if let Some((i, v)) = values.iter().enumerate().find(|(_, v)| !in_range(v)) {
                 faults.push(document.error(at, format!("{what} of vertex {i} is {v:?}, no usable vector")));
                 return None;
             }
-            same_count(document, at, &what, values.len(), count, faults)
-                .then(|| values.into_iter().map(Vec2::from).collect())
+            same_count(document, at, &what, values.len(), count, faults).then_some(values)
         }
         Err(why) => {
             faults.push(document.error(at, format!("{what}: {why}")));
@@ -291,7 +293,7 @@ fn in_range(v: &[f32]) -> bool {
 }
 
 fn same_count(
-    document: &Document,
+    document: &Document<'_>,
     at: &str,
     what: &str,
     found: usize,

@@ -24,7 +24,12 @@ pub(super) struct Placed {
 }
 
 /// The scene of a document, without what a scene RON adds. With errors among the faults it is not to be used.
-pub(super) fn import(document: &Document, name: &str, files: &mut Vec<PathBuf>, faults: &mut Vec<Diagnostic>) -> Scene {
+pub(super) fn import(
+    document: &Document<'_>,
+    name: &str,
+    files: &mut Vec<PathBuf>,
+    faults: &mut Vec<Diagnostic>,
+) -> Scene {
     if !document.root.animations.is_empty() {
         let d = document.warning("animations", "glTF animations are ignored");
         faults.push(d.help("state motion in a scene RON beside the file"));
@@ -51,7 +56,7 @@ pub(super) fn import(document: &Document, name: &str, files: &mut Vec<PathBuf>, 
 }
 
 /// All nodes reachable from the scene's roots, parents first.
-fn hierarchy(document: &Document, faults: &mut Vec<Diagnostic>) -> Vec<Placed> {
+fn hierarchy(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -> Vec<Placed> {
     let root = &document.root;
     let all = &root.nodes;
     let mut pending: Vec<(usize, Option<usize>)> = match (root.scene, root.scenes.first()) {
@@ -133,7 +138,7 @@ fn local(raw: &RawNode) -> Result<(Vec3, Mat3), String> {
 }
 
 /// The materials, and for each the texture coordinate set of its base-colour texture.
-fn materials(document: &Document, faults: &mut Vec<Diagnostic>) -> (Vec<Material>, Vec<Option<u32>>) {
+fn materials(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -> (Vec<Material>, Vec<Option<u32>>) {
     let mut all = vec![];
     let mut sets = vec![];
     for (i, raw) in document.root.materials.iter().enumerate() {
@@ -175,7 +180,7 @@ fn materials(document: &Document, faults: &mut Vec<Diagnostic>) -> (Vec<Material
     (all, sets)
 }
 
-fn warn_ignored(document: &Document, at: &str, raw: &RawMaterial, faults: &mut Vec<Diagnostic>) {
+fn warn_ignored(document: &Document<'_>, at: &str, raw: &RawMaterial, faults: &mut Vec<Diagnostic>) {
     use gltf::json::material::AlphaMode;
     if raw.emissive_texture.is_some() {
         faults.push(document.warning(at, "its emissive texture is ignored; the factor alone holds"));
@@ -195,7 +200,7 @@ fn warn_ignored(document: &Document, at: &str, raw: &RawMaterial, faults: &mut V
 
 /// Loads the base-colour images that materials use, each once, and tells the materials their layers.
 fn texture_array(
-    document: &Document,
+    document: &Document<'_>,
     materials: &mut [Material],
     files: &mut Vec<PathBuf>,
     faults: &mut Vec<Diagnostic>,
@@ -228,7 +233,7 @@ fn texture_array(
 }
 
 fn geometry_of(
-    document: &Document,
+    document: &Document<'_>,
     placed: &[Placed],
     materials: &mut Vec<Material>,
     uv_sets: &mut Vec<Option<u32>>,

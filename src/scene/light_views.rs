@@ -39,8 +39,12 @@ const FACES: [(Vec3, Vec3); 6] = [
     (Vec3::NEG_Z, Vec3::Y),
 ];
 
-/// All views at a pose, in the order of the lights. `triangles` are the scene's corners in world space at the pose.
-pub(super) fn light_views(scene: &Scene, pose: &Pose, triangles: &[[Vec3; 3]]) -> Vec<LightView> {
+/// All views at a pose, in the order of the lights. `triangles` gives the scene's corners in world space at the pose.
+pub(super) fn light_views<I: Iterator<Item = [Vec3; 3]>>(
+    scene: &Scene,
+    pose: &Pose,
+    triangles: impl Fn() -> I,
+) -> Vec<LightView> {
     let mut views = vec![];
     for (row, (light, at)) in scene.lights.iter().zip(&pose.lights).enumerate() {
         let light_row = row as u32;
@@ -48,7 +52,7 @@ pub(super) fn light_views(scene: &Scene, pose: &Pose, triangles: &[[Vec3; 3]]) -
         match light.kind {
             LightKind::Point => {
                 // A cube's corner lies 1/√3 of its distance along the face's axis.
-                let (near, far) = depths(scene, at, light.range, 3.0_f32.sqrt().recip(), triangles);
+                let (near, far) = depths(scene, at, light.range, 3.0_f32.sqrt().recip(), triangles());
                 let projection = Mat4::perspective_rh(std::f32::consts::FRAC_PI_2, 1.0, near, far);
                 views.extend(
                     FACES.map(|(direction, up)| {
@@ -60,7 +64,7 @@ pub(super) fn light_views(scene: &Scene, pose: &Pose, triangles: &[[Vec3; 3]]) -
                 let tan = light.outer.min(WIDEST_HALF_ANGLE).tan() * SPOT_MARGIN;
                 // The picture is a square round the cone: its corner lies √2 farther out than its edge.
                 let corner = (1.0 + 2.0 * tan * tan).sqrt().recip();
-                let (near, far) = depths(scene, at, light.range, corner, triangles);
+                let (near, far) = depths(scene, at, light.range, corner, triangles());
                 let projection = Mat4::perspective_rh(2.0 * tan.atan(), 1.0, near, far);
                 views.push(view(projection * Mat4::look_to_rh(at.position, at.direction, up(at.direction)), near, far));
             }
@@ -75,11 +79,17 @@ pub(super) fn light_views(scene: &Scene, pose: &Pose, triangles: &[[Vec3; 3]]) -
 
 /// Near and far planes of a view from a light's position. `corner` is the least cosine between the view's axis
 /// and a direction inside it: what is `d` away lies at least `d · corner` deep.
-fn depths(scene: &Scene, at: &LightPose, range: f32, corner: f32, triangles: &[[Vec3; 3]]) -> (f32, f32) {
+fn depths(
+    scene: &Scene,
+    at: &LightPose,
+    range: f32,
+    corner: f32,
+    triangles: impl Iterator<Item = [Vec3; 3]>,
+) -> (f32, f32) {
     let reach = scene.bounds.farthest(at.position) * 1.001;
     // Past its range a light gives nothing, so there is nothing to shadow.
     let far = if range > 0.0 { reach.min(range) } else { reach }.max(1e-4);
-    let nearest = triangles.iter().map(|t| distance_to_triangle(at.position, *t)).fold(far, f32::min);
+    let nearest = triangles.map(|t| distance_to_triangle(at.position, t)).fold(far, f32::min);
     let near = (nearest * corner * 0.99).clamp(far * LEAST_NEAR, far * 0.5);
     (near, far)
 }

@@ -1,6 +1,7 @@
 //! From a path to a scene: finds the files, joins the glTF and its scene RON.
 
 use super::{
+    clusters::cluster,
     description::{self, Description, Key, Spanned},
     document::{Document, read_file},
     import::import,
@@ -8,7 +9,10 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic, Faults, Severity, Source};
 use glam::Vec3;
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+};
 
 /// A scene, and what its user should know.
 #[derive(Debug, Clone)]
@@ -48,7 +52,7 @@ pub fn load(path: &Path) -> Checked<Loaded> {
     })?;
     files.push(gltf.clone());
     let directory = gltf.parent().unwrap_or(Path::new(""));
-    let scene = read(&bytes, &shown, &name, directory, description.as_ref(), &mut files, &mut faults);
+    let scene = read(bytes.into(), &shown, &name, directory, description.as_ref(), &mut files, &mut faults);
     match scene {
         Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
             Ok(Loaded { scene, notices: faults, files })
@@ -65,7 +69,7 @@ pub fn from_bytes(bytes: &[u8], name: &str, description: Option<&str>) -> Checke
     let (mut faults, mut files) = (vec![], vec![]);
     let description =
         description.map(|text| description::parse(&Source::new(format!("{name}.ron"), text), &mut faults));
-    let scene = read(bytes, name, name, Path::new(""), description.as_ref(), &mut files, &mut faults);
+    let scene = read(bytes.into(), name, name, Path::new(""), description.as_ref(), &mut files, &mut faults);
     match scene {
         Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
             Ok(Loaded { scene, notices: faults, files })
@@ -74,8 +78,42 @@ pub fn from_bytes(bytes: &[u8], name: &str, description: Option<&str>) -> Checke
     }
 }
 
-/// A scene from a glTF's bytes. Not to be used when `faults` then holds an error; `None` only with one.
+/// A scene from a glTF's bytes, which are let go as soon as nothing more is read from them. Not to be used when `faults`
+/// then holds an error; `None` only with one.
 pub(super) fn read(
+    bytes: Cow<'_, [u8]>,
+    shown: &str,
+    name: &str,
+    directory: &Path,
+    description: Option<&Description>,
+    files: &mut Vec<PathBuf>,
+    faults: &mut Vec<Diagnostic>,
+) -> Option<Scene> {
+    let mut scene = imported(&bytes, shown, name, directory, description, files, faults)?;
+    drop(bytes);
+    cluster(&mut scene.geometry);
+    if scene.lights.is_empty() && !scene.materials.iter().any(super::Material::emits) {
+        let d = Diagnostic::note(format!("{shown}: the scene has no light; everything will be black"));
+        faults.push(d.help("add a light (KHR_lights_punctual) or an emissive material"));
+    }
+    faults.extend(scene.materials.iter().filter_map(|m| without_loss(m, shown)));
+    scene.bounds = scene.swept_bounds();
+    if let Some(d) = come_near(&mut scene, shown) {
+        faults.push(d);
+    }
+    let reach = scene.bounds.min.abs().max(scene.bounds.max.abs()).max_element();
+    if reach > super::geometry::MAX_COORDINATE || reach.is_nan() {
+        let text = format!("{shown}: scene: it reaches {reach} metres from its origin, too far to compute with");
+        faults.push(Diagnostic::error(text));
+        return None;
+    }
+    let grid = description.and_then(|d| d.grid);
+    scene.grid = grid.map_or(scene.bounds, |g| super::Bounds { min: g.min - scene.origin, max: g.max - scene.origin });
+    Some(scene)
+}
+
+/// What the glTF and the scene RON say, before anything is worked out from it.
+fn imported(
     bytes: &[u8],
     shown: &str,
     name: &str,
@@ -97,24 +135,6 @@ pub(super) fn read(
         faults.push(d.help("export at least one mesh, at a node of the default scene"));
         return None;
     }
-    if scene.lights.is_empty() && !scene.materials.iter().any(super::Material::emits) {
-        let d = Diagnostic::note(format!("{shown}: the scene has no light; everything will be black"));
-        faults.push(d.help("add a light (KHR_lights_punctual) or an emissive material"));
-    }
-    faults.extend(scene.materials.iter().filter_map(|m| without_loss(m, shown)));
-    scene.bounds = scene.swept_bounds();
-    if let Some(d) = come_near(&mut scene, shown) {
-        faults.push(d);
-    }
-    let reach = scene.bounds.min.abs().max(scene.bounds.max.abs()).max_element();
-    if reach > super::geometry::MAX_COORDINATE || reach.is_nan() {
-        faults.push(
-            document.error("scene", format!("it reaches {reach} metres from its origin, too far to compute with")),
-        );
-        return None;
-    }
-    let grid = description.and_then(|d| d.grid);
-    scene.grid = grid.map_or(scene.bounds, |g| super::Bounds { min: g.min - scene.origin, max: g.max - scene.origin });
     Some(scene)
 }
 
@@ -174,7 +194,7 @@ fn without_loss(material: &super::Material, shown: &str) -> Option<Diagnostic> {
 }
 
 /// What the scene RON adds, its names looked up.
-fn apply(scene: &mut Scene, description: &Description, document: &Document, faults: &mut Vec<Diagnostic>) {
+fn apply(scene: &mut Scene, description: &Description, document: &Document<'_>, faults: &mut Vec<Diagnostic>) {
     for (name, finish) in &description.materials {
         let mut known = false;
         for material in scene.materials.iter_mut().filter(|m| m.name == name.value) {

@@ -60,10 +60,12 @@ pub use geometry::Geometry;
 pub use load::{Loaded, from_bytes, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};
+pub use tables::Tables;
 pub use textures::TextureArray;
 
 use crate::value::{Type, Value};
 use glam::{Mat4, Vec2, Vec3, Vec4};
+use std::sync::Arc;
 
 /// A vertex as the draw passes see it. A shader names the attributes it wants.
 #[repr(C)]
@@ -90,12 +92,19 @@ pub const VERTEX_ATTRIBUTES: [(&str, wgpu::VertexFormat, u64); 5] = [
 ];
 
 /// Rows of named columns; what a shader's `var<storage> NAME: array<T>` binds to when NAME is a table's.
-/// `T`'s members pick columns by name.
+/// `T`'s members pick columns by name. A clone shares the columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     pub name: &'static str,
     pub rows: usize,
-    pub columns: Vec<(&'static str, Column)>,
+    pub columns: Arc<[(&'static str, Column)]>,
+}
+
+impl Table {
+    /// Whether one is a clone of the other.
+    pub fn is_clone(&self, other: &Table) -> bool {
+        self.name == other.name && Arc::ptr_eq(&self.columns, &other.columns)
+    }
 }
 
 /// One column of a [`Table`].
@@ -107,12 +116,19 @@ pub enum Column {
     Vec3(Vec<Vec3>),
     Vec4(Vec<Vec4>),
     Mat4(Vec<Mat4>),
+    /// Row `i` is row `picks[i][part]` of another column, for values that many rows share.
+    Picked {
+        from: Arc<Column>,
+        picks: Arc<[[u32; 3]]>,
+        part: usize,
+    },
 }
 
 impl Column {
     /// The value in a row.
     pub fn get(&self, row: usize) -> Option<Value> {
         match self {
+            Column::Picked { from, picks, part } => from.get(*picks.get(row)?.get(*part)? as usize),
             Column::Uint(v) => v.get(row).map(|x| Value::Uint(*x)),
             Column::Float(v) => v.get(row).map(|x| Value::Float(*x)),
             Column::Vec2(v) => v.get(row).map(|x| Value::Vec2(*x)),
@@ -137,7 +153,7 @@ impl Column {
 /// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them `na`,
 ///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, `material`; in the order of the leaves of `bvh`
 /// - `bvh`: boxes within boxes over `triangles`, the root first: `lower`, `upper` (corners of the box), `count` (of a
-///   leaf: its triangles; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
+///   leaf: its triangles, 1 to 8; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
 ///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
 ///   one leaf with one triangle that no ray meets.
 /// - `clusters`: the triangles as the draw passes have them, in compact groups of few: `lower`, `upper` (corners of the

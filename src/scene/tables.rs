@@ -3,30 +3,23 @@
 use super::{
     Column, TABLES, Table,
     bvh::Bvh,
-    clusters::{self, Cluster},
+    clusters,
     light_views::{LightView, light_views},
     model::Scene,
     motion::Pose,
 };
 use glam::{Mat3, Mat4, Vec2, Vec3};
-
-/// A triangle in world space.
-struct Triangle {
-    corners: [Vec3; 3],
-    normals: [Vec3; 3],
-    uvs: [Vec2; 3],
-    material: u32,
-}
-
-impl Triangle {
-    fn area(&self) -> f32 {
-        let [a, b, c] = self.corners;
-        0.5 * (b - a).cross(c - a).length()
-    }
-}
+use std::sync::Arc;
 
 /// What stands in `base_color_texture` for none.
 const NO_TEXTURE: u32 = u32::MAX;
+
+/// Tables of a scene at a pose.
+#[derive(Debug)]
+pub struct Tables {
+    pub pose: Pose,
+    pub list: Vec<Table>,
+}
 
 impl Scene {
     /// The tables of [`TABLES`], in their order, at a pose of this scene.
@@ -36,40 +29,41 @@ impl Scene {
 
     /// The tables whose names pass, in the order of [`TABLES`]; the others cost nothing.
     pub fn tables_named(&self, pose: &Pose, wanted: impl Fn(&str) -> bool) -> Vec<Table> {
-        let traced = ["triangles", "bvh"].into_iter().any(&wanted);
-        let placed = traced || ["light_views", "clusters", "emitters"].into_iter().any(&wanted);
-        let triangles = if placed { self.world_triangles(pose) } else { vec![] };
-        let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.corners).collect();
-        let bvh = if traced { Bvh::new(&corners) } else { Bvh::new(&[]) };
-        let table = |name: &str| match name {
+        self.tables_after(pose, wanted, None)
+    }
+
+    /// As [`Scene::tables_named`]. Of earlier tables of this scene those are taken that are the same still.
+    pub fn tables_after(&self, pose: &Pose, wanted: impl Fn(&str) -> bool, earlier: Option<&Tables>) -> Vec<Table> {
+        let kept = |name: &str| {
+            let Tables { pose: before, list } = earlier?;
+            let (nodes, lights) = (before.nodes == pose.nodes, before.lights == pose.lights);
+            let same = match name {
+                "materials" => true,
+                "lights" => lights,
+                "light_views" => nodes && lights,
+                _ => nodes,
+            };
+            list.iter().find(|t| same && t.name == name).cloned()
+        };
+        let world = World { scene: self, pose };
+        let corners = |triangle: usize| world.corners(triangle);
+        let mut traced = None;
+        let mut made = |name: &str| match name {
             "nodes" => Some(nodes(pose)),
             "materials" => Some(self.material_table()),
             "lights" => Some(self.light_table(pose)),
-            "light_views" => Some(light_view_table(&light_views(self, pose, &corners))),
-            "triangles" => Some(triangle_table(&triangles, &bvh)),
-            "bvh" => Some(bvh_table(&bvh)),
-            "clusters" => Some(cluster_table(&self.geometry.clusters, &corners)),
-            "emitters" => Some(self.emitter_table(&triangles)),
+            "light_views" => Some(light_view_table(&light_views(self, pose, || (0..world.triangles()).map(corners)))),
+            // Both come of the same sorting.
+            "triangles" | "bvh" => {
+                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world));
+                Some(if name == "bvh" { bvh.clone() } else { triangles.clone() })
+            }
+            "clusters" => Some(self.cluster_table(corners)),
+            "emitters" => Some(self.emitter_table(corners)),
             _ => None,
         };
-        TABLES.iter().filter(|(name, _)| wanted(name)).filter_map(|(name, _)| table(name)).collect()
-    }
-
-    fn world_triangles(&self, pose: &Pose) -> Vec<Triangle> {
-        let normals: Vec<Mat3> = pose.nodes.iter().map(normal_matrix).collect();
-        let vertices = &self.geometry.vertices;
-        self.corners()
-            .map(|c| {
-                let corners = c.map(|i| &vertices[i as usize]);
-                Triangle {
-                    corners: corners.map(|v| pose.nodes[v.node as usize].transform_point3(v.position.into())),
-                    normals: corners
-                        .map(|v| (normals[v.node as usize] * Vec3::from(v.normal)).try_normalize().unwrap_or(Vec3::Y)),
-                    uvs: corners.map(|v| v.uv.into()),
-                    material: corners[0].material,
-                }
-            })
-            .collect()
+        let names = TABLES.iter().map(|(name, _)| *name).filter(|name| wanted(name));
+        names.filter_map(|name| kept(name).or_else(|| made(name))).collect()
     }
 
     fn material_table(&self) -> Table {
@@ -77,7 +71,7 @@ impl Scene {
         Table {
             name: "materials",
             rows: all.len(),
-            columns: vec![
+            columns: Arc::new([
                 ("base_color", Column::Vec4(all.iter().map(|m| m.base_color).collect())),
                 (
                     "base_color_texture",
@@ -89,7 +83,7 @@ impl Scene {
                 ("shininess", Column::Float(all.iter().map(|m| m.shininess).collect())),
                 ("roughness", Column::Float(all.iter().map(|m| m.roughness).collect())),
                 ("metallic", Column::Float(all.iter().map(|m| m.metallic).collect())),
-            ],
+            ]),
         }
     }
 
@@ -104,7 +98,7 @@ impl Scene {
         Table {
             name: "lights",
             rows: all.len(),
-            columns: vec![
+            columns: Arc::new([
                 ("kind", Column::Uint(all.iter().map(|l| l.kind as u32).collect())),
                 ("position", Column::Vec3(pose.lights.iter().map(|l| l.position).collect())),
                 ("direction", Column::Vec3(pose.lights.iter().map(|l| l.direction).collect())),
@@ -114,42 +108,97 @@ impl Scene {
                 ("cos_outer", Column::Float(all.iter().map(|l| l.outer.cos()).collect())),
                 ("first_view", Column::Uint(first_view)),
                 ("views", Column::Uint(all.iter().map(|l| l.kind.views()).collect())),
-            ],
+            ]),
         }
     }
 
-    fn emitter_table(&self, triangles: &[Triangle]) -> Table {
-        let radiance = |t: &Triangle| self.materials.get(t.material as usize).map(|m| m.emission);
-        let all: Vec<(&Triangle, Vec3)> =
-            triangles.iter().filter_map(|t| radiance(t).filter(|e| e.max_element() > 0.0).map(|e| (t, e))).collect();
-        let power = |(t, e): &(&Triangle, Vec3)| f64::from(e.element_sum()) * f64::from(t.area());
-        let total: f64 = all.iter().map(power).sum();
+    fn cluster_table(&self, corners: impl Fn(usize) -> [Vec3; 3]) -> Table {
+        let clusters = &self.geometry.clusters;
+        let bounds: Vec<_> = clusters.iter().map(|c| clusters::bounds(c, &corners)).collect();
+        Table {
+            name: "clusters",
+            rows: clusters.len(),
+            columns: Arc::new([
+                ("lower", Column::Vec3(bounds.iter().map(|b| b.min).collect())),
+                ("upper", Column::Vec3(bounds.iter().map(|b| b.max).collect())),
+                ("first", Column::Uint(clusters.iter().map(|c| c.first).collect())),
+                ("count", Column::Uint(clusters.iter().map(|c| c.count).collect())),
+                ("node", Column::Uint(clusters.iter().map(|c| c.node).collect())),
+            ]),
+        }
+    }
+
+    fn emitter_table(&self, corners: impl Fn(usize) -> [Vec3; 3]) -> Table {
+        let emission = self.corners().map(|c| self.material(&c).map_or(Vec3::ZERO, |m| m.emission));
+        let lit = emission.enumerate().filter(|(_, e)| e.max_element() > 0.0);
+        let all: Vec<Emitter> = lit.map(|(i, radiance)| Emitter { corners: corners(i), radiance }).collect();
+        let total: f64 = all.iter().map(Emitter::power).sum();
         let mut sum = 0.0;
         let mut cumulative = vec![];
         for emitter in &all {
-            sum += power(emitter);
+            sum += emitter.power();
             cumulative.push((sum / total) as f32);
         }
         if let Some(last) = cumulative.last_mut() {
             *last = 1.0;
         }
-        let corner = |i: usize| Column::Vec3(all.iter().map(|(t, _)| t.corners[i]).collect());
+        let corner = |i: usize| Column::Vec3(all.iter().map(|e| e.corners[i]).collect());
         Table {
             name: "emitters",
             rows: all.len(),
-            columns: vec![
+            columns: Arc::new([
                 ("a", corner(0)),
                 ("b", corner(1)),
                 ("c", corner(2)),
-                ("radiance", Column::Vec3(all.iter().map(|(_, e)| *e).collect())),
-                ("area", Column::Float(all.iter().map(|(t, _)| t.area()).collect())),
+                ("radiance", Column::Vec3(all.iter().map(|e| e.radiance).collect())),
+                ("area", Column::Float(all.iter().map(Emitter::area).collect())),
                 ("cumulative", Column::Float(cumulative)),
                 (
                     "density",
-                    Column::Float(all.iter().map(|(_, e)| (f64::from(e.element_sum()) / total) as f32).collect()),
+                    Column::Float(all.iter().map(|e| (f64::from(e.radiance.element_sum()) / total) as f32).collect()),
                 ),
-            ],
+            ]),
         }
+    }
+}
+
+/// A triangle that gives light.
+struct Emitter {
+    corners: [Vec3; 3],
+    radiance: Vec3,
+}
+
+impl Emitter {
+    fn area(&self) -> f32 {
+        let [a, b, c] = self.corners;
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    fn power(&self) -> f64 {
+        f64::from(self.radiance.element_sum()) * f64::from(self.area())
+    }
+}
+
+/// The triangles of a scene in world space.
+struct World<'a> {
+    scene: &'a Scene,
+    pose: &'a Pose,
+}
+
+impl World<'_> {
+    fn triangles(&self) -> usize {
+        self.scene.geometry.indices.len() / 3
+    }
+
+    /// The corners of a triangle by its place in the scene's indices.
+    fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        let i = 3 * triangle;
+        [i, i + 1, i + 2].map(|i| self.position(self.scene.geometry.indices[i] as usize))
+    }
+
+    fn position(&self, vertex: usize) -> Vec3 {
+        let v = &self.scene.geometry.vertices[vertex];
+        self.pose.nodes[v.node as usize].transform_point3(v.position.into())
     }
 }
 
@@ -158,7 +207,10 @@ fn nodes(pose: &Pose) -> Table {
     Table {
         name: "nodes",
         rows: pose.nodes.len(),
-        columns: vec![("transform", Column::Mat4(pose.nodes.clone())), ("inverse_transpose", Column::Mat4(normals))],
+        columns: Arc::new([
+            ("transform", Column::Mat4(pose.nodes.clone())),
+            ("inverse_transpose", Column::Mat4(normals)),
+        ]),
     }
 }
 
@@ -166,65 +218,57 @@ fn light_view_table(views: &[LightView]) -> Table {
     Table {
         name: "light_views",
         rows: views.len(),
-        columns: vec![
+        columns: Arc::new([
             ("light", Column::Uint(views.iter().map(|v| v.light).collect())),
             ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
             ("near", Column::Float(views.iter().map(|v| v.near).collect())),
             ("far", Column::Float(views.iter().map(|v| v.far).collect())),
-        ],
+        ]),
     }
 }
 
-fn cluster_table(clusters: &[Cluster], corners: &[[Vec3; 3]]) -> Table {
-    let bounds: Vec<_> = clusters.iter().map(|c| clusters::bounds(c, corners)).collect();
-    Table {
-        name: "clusters",
-        rows: clusters.len(),
-        columns: vec![
-            ("lower", Column::Vec3(bounds.iter().map(|b| b.min).collect())),
-            ("upper", Column::Vec3(bounds.iter().map(|b| b.max).collect())),
-            ("first", Column::Uint(clusters.iter().map(|c| c.first).collect())),
-            ("count", Column::Uint(clusters.iter().map(|c| c.count).collect())),
-            ("node", Column::Uint(clusters.iter().map(|c| c.node).collect())),
-        ],
-    }
-}
-
-fn triangle_table(triangles: &[Triangle], bvh: &Bvh) -> Table {
-    let ordered = || bvh.order.iter().map(|i| &triangles[*i as usize]);
-    let corner = |i: usize| Column::Vec3(ordered().map(|t| t.corners[i]).collect());
-    let normal = |i: usize| Column::Vec3(ordered().map(|t| t.normals[i]).collect());
-    let uv = |i: usize| Column::Vec2(ordered().map(|t| t.uvs[i]).collect());
-    Table {
-        name: "triangles",
-        rows: bvh.order.len(),
-        columns: vec![
-            ("a", corner(0)),
-            ("b", corner(1)),
-            ("c", corner(2)),
-            ("na", normal(0)),
-            ("nb", normal(1)),
-            ("nc", normal(2)),
-            ("uva", uv(0)),
-            ("uvb", uv(1)),
-            ("uvc", uv(2)),
-            ("material", Column::Uint(ordered().map(|t| t.material).collect())),
-        ],
-    }
-}
-
-fn bvh_table(bvh: &Bvh) -> Table {
-    let all = &bvh.nodes;
-    Table {
+/// The tables `triangles` and `bvh`. Corners share what their vertex holds.
+fn traced_tables(world: &World<'_>) -> (Table, Table) {
+    let Bvh { lower, upper, first, count, order } = Bvh::new((0..world.triangles()).map(|i| world.corners(i)));
+    let bvh = Table {
         name: "bvh",
-        rows: all.len(),
-        columns: vec![
-            ("lower", Column::Vec3(all.iter().map(|n| n.bounds.min).collect())),
-            ("upper", Column::Vec3(all.iter().map(|n| n.bounds.max).collect())),
-            ("first", Column::Uint(all.iter().map(|n| n.first).collect())),
-            ("count", Column::Uint(all.iter().map(|n| n.count).collect())),
-        ],
-    }
+        rows: count.len(),
+        columns: Arc::new([
+            ("lower", Column::Vec3(lower)),
+            ("upper", Column::Vec3(upper)),
+            ("first", Column::Uint(first)),
+            ("count", Column::Uint(count)),
+        ]),
+    };
+    let geometry = &world.scene.geometry;
+    let vertices = &geometry.vertices;
+    let matrices: Vec<Mat3> = world.pose.nodes.iter().map(normal_matrix).collect();
+    let normal =
+        |v: &super::Vertex| (matrices[v.node as usize] * Vec3::from(v.normal)).try_normalize().unwrap_or(Vec3::Y);
+    let positions = Arc::new(Column::Vec3((0..vertices.len()).map(|i| world.position(i)).collect()));
+    let normals = Arc::new(Column::Vec3(vertices.iter().map(normal).collect()));
+    let uvs = Arc::new(Column::Vec2(vertices.iter().map(|v| Vec2::from(v.uv)).collect()));
+    let materials = Arc::new(Column::Uint(vertices.iter().map(|v| v.material).collect()));
+    let (corners, _) = geometry.indices.as_chunks::<3>();
+    let picks: Arc<[[u32; 3]]> = order.iter().map(|i| corners[*i as usize]).collect();
+    let pick = |from: &Arc<Column>, part| Column::Picked { from: from.clone(), picks: picks.clone(), part };
+    let triangles = Table {
+        name: "triangles",
+        rows: order.len(),
+        columns: Arc::new([
+            ("a", pick(&positions, 0)),
+            ("b", pick(&positions, 1)),
+            ("c", pick(&positions, 2)),
+            ("na", pick(&normals, 0)),
+            ("nb", pick(&normals, 1)),
+            ("nc", pick(&normals, 2)),
+            ("uva", pick(&uvs, 0)),
+            ("uvb", pick(&uvs, 1)),
+            ("uvc", pick(&uvs, 2)),
+            ("material", pick(&materials, 0)),
+        ]),
+    };
+    (triangles, bvh)
 }
 
 /// The matrix that turns normals: the inverse transpose, or where a flattening transform has none, the matrix of

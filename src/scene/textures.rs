@@ -40,7 +40,7 @@ pub(super) fn image_of(root: &Root, texture: usize) -> Result<usize, String> {
 }
 
 /// Reads and decodes one image.
-pub(super) fn picture(document: &Document, image: &Image, files: &mut Vec<PathBuf>) -> Result<Picture, String> {
+pub(super) fn picture(document: &Document<'_>, image: &Image, files: &mut Vec<PathBuf>) -> Result<Picture, String> {
     let fetched;
     let (bytes, from) = match (&image.uri, image.buffer_view) {
         (Some(uri), _) => {

@@ -4,7 +4,7 @@
 
 use super::case::Cases;
 use super::report::{Row, State};
-use super::run::{Graph, difference, one_line};
+use super::run::{Graph, difference_but, one_line};
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::{ADAPTER_VARIABLE, Gpu};
 use crate::image::Image;
@@ -77,7 +77,7 @@ pub(super) fn rows(
             let out = folder.join(format!("{}.exr", graph.name));
             match elsewhere(program, cases, graph, &file, &out, other) {
                 Ok(theirs) => {
-                    let off = difference(&theirs, &ours, 1.0);
+                    let off = difference_but(&theirs, &ours, cases.adapters.edges);
                     row.judge(Some(0.0), Some(off), off, cases.adapters.bound);
                 }
                 Err(faults) => row.fail(&one_line(&faults)),

@@ -6,7 +6,7 @@ use super::dice::Dice;
 use super::report::{Row, State};
 use super::run::{Graph, difference};
 use crate::diag::{Checked, Diagnostic};
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, KEPT_PLANS};
 use crate::image::Image;
 use crate::scene::{Scene, Shift};
 use crate::session::{Project, Session, Settings};
@@ -59,6 +59,12 @@ impl Flight<'_> {
         let start = Instant::now();
         let first = self.fly(self.frames, stop)?;
         let seconds = start.elapsed().as_secs_f64();
+        if first.frames == 0 {
+            let mut row = Row::new("fly-through", "flight", &self.graph.name, "");
+            row.state = State::Left;
+            row.note("no time was left");
+            return Ok(vec![row]);
+        }
         let setting = format!("{} frames", first.frames);
         let row = |case: &str| {
             let mut row = Row::new("fly-through", case, &self.graph.name, &setting);
@@ -161,10 +167,13 @@ struct Plane<'a> {
 }
 
 impl Plane<'_> {
-    /// Everything as in the beginning, and what is seen once history has settled.
+    /// Everything as in the beginning, and what is seen once history has settled. Opened so often that the device keeps
+    /// nothing for plans that are gone.
     fn home(&mut self) -> Checked<Image> {
         let size = self.flight.cases.fly.size;
-        self.open(self.start.clone(), [size.0, size.1])?;
+        for _ in 0..=KEPT_PLANS {
+            self.open(self.start.clone(), [size.0, size.1])?;
+        }
         if let Some(session) = &mut self.session {
             session.shift = Shift::default();
         }

@@ -23,6 +23,7 @@ pub use run::Graph;
 
 use crate::diag::{Checked, Faults};
 use crate::gpu::Gpu;
+use case::Case;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -44,8 +45,9 @@ pub struct Options {
     pub program: PathBuf,
 }
 
-/// Shares of the time, at whose end each part stops: cases, other adapters, flights; random parameters take the rest.
-const SHARES: [f64; 3] = [0.6, 0.67, 0.87];
+/// Shares of the time, at whose end each part stops: first runs of quick cases, all cases, other adapters, flights; random parameters
+/// take the rest.
+const SHARES: [f64; 4] = [0.35, 0.55, 0.65, 0.85];
 /// Of a quick run.
 const QUICK_FRAMES: u32 = 300;
 
@@ -79,39 +81,46 @@ pub fn run(
         };
         own.insert(&case.name, graph);
     }
-    let most = if options.quick { 1 } else { usize::MAX };
     let usual = |g: &&Graph| !options.quick || cases.quick.contains(&g.name);
-    // Graph by graph, so that one takes over what the case before built; the quick ones first of all.
-    for quick in [true, false] {
-        if options.quick && !quick {
+    let taken: Vec<&Graph> = graphs.iter().filter(usual).collect();
+    // Graph by graph, so that one takes over what the case before built, each with an equal part of the time that is left;
+    // the first runs of the quick cases before all others.
+    for (first, end) in [(true, SHARES[0]), (false, SHARES[1])] {
+        if options.quick && !first {
             break;
         }
-        let turn = || cases.cases.iter().filter(|c| c.quick == quick && chosen(&c.name));
+        let runs = |case: &Case| match (first, case.quick) {
+            (true, true) => 0..1,
+            (true, false) => 0..0,
+            (false, quick) => usize::from(quick)..usize::MAX,
+        };
+        let turn = || cases.cases.iter().filter(|c| chosen(&c.name));
         for case in turn().filter(|c| c.graph.is_some() || c.is_of_the_loader()) {
             let graph = own.get(case.name.as_str()).or(graphs.first());
             let mut runner = run::Runner::new(gpu, cases);
-            keep(graph.map_or(vec![], |g| runner.case(case, g, most, &mut over(SHARES[0]))));
+            keep(graph.map_or(vec![], |g| runner.case(case, g, &runs(case), &mut over(end))));
         }
-        for graph in graphs.iter().filter(usual) {
+        for (i, graph) in taken.iter().enumerate() {
+            let now = options.seconds.map_or(0.0, |s| start.elapsed().as_secs_f64() / s);
+            let mut stop = over(now + (end - now).max(0.0) / (taken.len() - i) as f64);
             let mut runner = run::Runner::new(gpu, cases);
             for case in turn().filter(|c| c.graph.is_none() && !c.is_of_the_loader()) {
                 if case.is_for(&graph.name, |n| graph.has(n)) {
-                    keep(runner.case(case, graph, most, &mut over(SHARES[0])));
+                    keep(runner.case(case, graph, &runs(case), &mut stop));
                 }
             }
             gpu.check()?;
         }
     }
     if chosen("adapters") {
-        let elsewhere: Vec<&Graph> = graphs.iter().filter(usual).collect();
-        let mut stop = over(SHARES[1]);
-        keep(adapters::rows(gpu, cases, &elsewhere, &options.program, &options.folder, &mut stop)?);
+        let mut stop = over(SHARES[2]);
+        keep(adapters::rows(gpu, cases, &taken, &options.program, &options.folder, &mut stop)?);
     }
     if chosen("flight") {
         let flying: Vec<&Graph> = graphs.iter().filter(|g| cases.fly.graphs.contains(&g.name)).collect();
         let frames = if options.quick { QUICK_FRAMES } else { cases.fly.frames };
         for (i, graph) in flying.iter().enumerate() {
-            let share = SHARES[1] + (SHARES[2] - SHARES[1]) * (i + 1) as f64 / flying.len() as f64;
+            let share = SHARES[2] + (SHARES[3] - SHARES[2]) * (i + 1) as f64 / flying.len() as f64;
             let frames = frames / flying.len() as u32;
             let instance = Gpu::instance();
             let own = Gpu::open_for(&instance, Some(&gpu.info.name), None).map_err(Faults::from)?;

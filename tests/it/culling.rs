@@ -3,6 +3,7 @@
 use crate::{device, support};
 use lightgraph::gpu::Gpu;
 use lightgraph::graph::ast::{PassKind, walk_mut};
+use lightgraph::plan::Action;
 use lightgraph::scene;
 use lightgraph::session::{Project, Session, Settings};
 
@@ -82,4 +83,16 @@ fn a_face_of_a_cube_draws_less_than_a_quarter_of_the_scene() {
         let (drawn, whole) = triangles(gpu, &s, "capture");
         assert!(drawn * 4 <= whole && drawn > 0, "{scene}, {grid}: {drawn} of {whole} triangles are drawn");
     }
+}
+
+/// To begin a draw costs more than a handful of triangles.
+#[test]
+fn a_small_scene_is_one_draw_a_member() {
+    let gpu = &device::gpu();
+    let s = session(gpu, "uniform_grid.ron", "cornell_point.gltf", &["grid=2", "face=2"], true, &["sh"]);
+    let draws = s.plan.steps.iter().filter_map(|step| match &step.action {
+        Action::Draw(draw) => draw.indirect.map(|i| i.first + i.second),
+        _ => None,
+    });
+    assert_eq!(draws.collect::<Vec<_>>(), [1, 1], "shadow maps and capture");
 }

@@ -51,6 +51,7 @@ mod library;
 mod lobes;
 mod mutated;
 mod mutations;
+mod plain_scenes;
 mod projection;
 mod references;
 mod regions;

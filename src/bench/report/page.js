@@ -149,6 +149,16 @@ function groups(scene) {
   return el("details", {}, el("summary", {}, `Steps as a table: ${phases[phase]}, ms`), table(["setting", ...heads, "overhead", "total"], rows, new Set()));
 }
 
+function ran(scene) {
+  // A frame in which everything moves leaves nothing out but what no output needs; failing that, the first frame.
+  const whole = e => e.times.everything ?? e.times.first ?? null;
+  const rows = scene.entries.map((e, index) => ({ e, index })).filter(({ e }) => !e.peer && e.steps[state.phase] && time(e)).map(({ e, index }) => {
+    const [run, skipped, causes] = e.steps[state.phase], ms = time(e)[0], full = whole(e)?.[0] ?? null;
+    return { index, cells: [title(e), run, skipped, causes.join(", "), ms, full, full ? 100 * (1 - ms / full) : null] };
+  });
+  return rows.length ? el("details", {}, el("summary", {}, `What ran, and what was left out: ${phases[state.phase]}`), el("p", {}, "Steps of the last such frame, what set them off, and how much of a frame in which everything moves it saved."), table(["setting", "steps run", "left out", "set off by", "wall ms", "in full, ms", "saved %"], rows, new Set())) : null;
+}
+
 function pictures(scene) {
   if (!scene.pictures.length) return null;
   const shot = p => el("figure", {}, el("img", { src: p.color, alt: p.label, loading: "lazy" }), p.difference ? el("img", { src: p.difference, alt: `difference of ${p.label}`, loading: "lazy" }) : null, p.label);
@@ -177,7 +187,7 @@ function draw() {
   document.getElementById("scenes").replaceChildren(...data.scenes.map(scene => {
     const best = new Set(frontOf(scene));
     const noise = scene.noise[state.output], faults = scene.entries.filter(e => e.fault);
-    return el("section", {}, el("h2", {}, scene.label), el("p", {}, `${scene.origin ? `Reference: ${scene.origin}${noise ? `, standard error ${digits(noise)} %` : ""}.` : leaky(scene) ? "What is seen of a sealed dark room, relative to the lit one: it should be nothing." : "No reference: times alone."}`), plot(scene), legend(scene), pictures(scene), bars(scene), groups(scene), numbers(scene, best), bounded(scene), ...faults.map(e => el("p", { class: "note" }, `${title(e)}: ${e.fault}`)));
+    return el("section", {}, el("h2", {}, scene.label), el("p", {}, `${scene.origin ? `Reference: ${scene.origin}${noise ? `, standard error ${digits(noise)} %` : ""}.` : leaky(scene) ? "What is seen of a sealed dark room, relative to the lit one: it should be nothing." : "No reference: times alone."}`), plot(scene), legend(scene), pictures(scene), bars(scene), groups(scene), ran(scene), numbers(scene, best), bounded(scene), ...faults.map(e => el("p", { class: "note" }, `${title(e)}: ${e.fault}`)));
   }));
   const now = [...document.querySelectorAll("details")];
   if (now.length === open.length) now.forEach((d, i) => { d.open = open[i]; });

@@ -67,11 +67,11 @@ fn lights(intensities: &[Vec3]) -> Table {
     Table {
         name: "lights",
         rows,
-        columns: vec![
+        columns: std::sync::Arc::new([
             ("kind", Column::Uint((0..rows as u32).collect())),
             ("position", Column::Vec3(vec![Vec3::ZERO; rows])),
             ("intensity", Column::Vec3(intensities.to_vec())),
-        ],
+        ]),
     }
 }
 

@@ -139,7 +139,8 @@ impl Fixture {
     pub fn described(&self, ron: &str) -> Result<Scene, String> {
         let mut faults = vec![];
         let description = description::parse(&Source::new("test.ron", ron), &mut faults);
-        let scene = read(&self.glb(), "test.glb", "test", Path::new(""), Some(&description), &mut vec![], &mut faults);
+        let scene =
+            read(self.glb().into(), "test.glb", "test", Path::new(""), Some(&description), &mut vec![], &mut faults);
         scene.ok_or_else(|| render(&faults))
     }
 
@@ -155,7 +156,7 @@ impl Fixture {
 /// The scene with its notices, or the faults as text.
 pub(super) fn read_bytes(bytes: &[u8]) -> Result<(Scene, Vec<Diagnostic>), String> {
     let mut faults = vec![];
-    match read(bytes, "test.glb", "test", Path::new(""), None, &mut vec![], &mut faults) {
+    match read(bytes.into(), "test.glb", "test", Path::new(""), None, &mut vec![], &mut faults) {
         Some(scene) => Ok((scene, faults)),
         None => Err(render(&faults)),
     }

@@ -3,9 +3,9 @@
 use super::fixture::Fixture;
 use crate::{
     diag::render,
-    scene::{Bounds, Scene},
+    scene::{Bounds, Scene, Shift, Table, Tables},
 };
-use glam::{Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 use serde_json::json;
 use std::f32::consts::FRAC_PI_2;
 
@@ -143,4 +143,25 @@ fn ignored_animations_are_said_to_be() {
     f.json["animations"] = json!([{"channels": [], "samplers": []}]);
     let (_, notices) = f.read().unwrap();
     assert!(render(&notices).contains("glTF animations are ignored"));
+}
+
+#[test]
+fn tables_that_a_move_leaves_alone_are_those_of_before() {
+    let mut f = Fixture::quad();
+    f.light(json!({"name": "lamp", "translation": [0, 0, 2]}), json!({"type": "point", "intensity": 1}));
+    let scene = f.scene();
+    let earlier = Tables { pose: scene.pose(0.0), list: scene.tables(&scene.pose(0.0)) };
+    let lights = scene.pose_shifted(0.0, &Shift { lights: Vec3::X, ..Shift::default() });
+    let mut nodes = scene.pose(0.0);
+    nodes.nodes[0] = Mat4::from_translation(Vec3::Y);
+    for (pose, expected) in [
+        (&earlier.pose, vec![]),
+        (&lights, vec!["lights", "light_views"]),
+        (&nodes, vec!["nodes", "light_views", "triangles", "bvh", "clusters", "emitters"]),
+    ] {
+        let found = scene.tables_after(pose, |_| true, Some(&earlier));
+        assert_eq!(found, scene.tables(pose), "what is kept is what would be made");
+        let kept = |t: &Table| earlier.list.iter().any(|e| e.is_clone(t));
+        assert_eq!(found.iter().filter(|t| !kept(t)).map(|t| t.name).collect::<Vec<_>>(), expected);
+    }
 }
