@@ -132,6 +132,24 @@ impl Gates {
     }
 }
 
+/// Of [`TEST`].
+fn pipeline(gpu: &Gpu) -> Checked<wgpu::ComputePipeline> {
+    scoped(gpu, "build the kernel that ends loops", || {
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("end of a loop"),
+            source: wgpu::ShaderSource::Wgsl(TEST.into()),
+        });
+        gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("end of a loop"),
+            layout: None,
+            module: &module,
+            entry_point: Some("end_of_iteration"),
+            compilation_options: Default::default(),
+            cache: None,
+        })
+    })
+}
+
 impl Gate {
     fn prepare(gpu: &Gpu, plan: &Plan, l: &Loop, pool: &Pool, scene: &SceneData) -> Checked<Gate> {
         let Some(until) = &l.until else {
@@ -158,6 +176,7 @@ impl Gate {
             Comparison::GreaterEqual => 3,
         };
         let number = pool.buffer(plan, until.buffer)?;
+        let pipeline = gpu.kept.ends.get(&(), || pipeline(gpu))?;
         scoped(gpu, &format!("prepare the end of the loop `{}`", l.name), || {
             use wgpu::BufferUsages as U;
             let filled = |words: &[u32]| {
@@ -174,18 +193,6 @@ impl Gate {
             };
             let sizes = empty(4 * words.len() as u64, U::STORAGE | U::INDIRECT | U::COPY_DST);
             let state = empty(STATE_BYTES, U::STORAGE | U::COPY_SRC | U::COPY_DST);
-            let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("end of a loop"),
-                source: wgpu::ShaderSource::Wgsl(TEST.into()),
-            });
-            let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("end of a loop"),
-                layout: None,
-                module: &module,
-                entry_point: Some("end_of_iteration"),
-                compilation_options: Default::default(),
-                cache: None,
-            });
             let entry = |binding, buffer: &'_ wgpu::Buffer| (binding, buffer.clone());
             let buffers = [entry(0, &state), entry(1, &sizes), entry(2, number)];
             let entries: Vec<_> = buffers

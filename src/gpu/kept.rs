@@ -1,7 +1,7 @@
 //! What a device has built, for whoever asks for the same again: pipelines, samplers, uploads of scenes. All that is
 //! kept is immutable, so any number of plans may use it at once.
 
-use super::{pipelines::Pipeline, scene_data::Mesh};
+use super::{pipelines::Pipeline, scene_data::Mesh, wipe::Fill};
 use crate::diag::Checked;
 use crate::plan::SamplerDesc;
 use crate::recent::{InUse, Recent};
@@ -9,6 +9,9 @@ use std::sync::{Mutex, PoisonError};
 
 /// Pipelines stay while one of the last so many plans asked for them. A driver may take megabytes for each.
 pub const PLANS: u64 = 16;
+
+/// Pipelines that clear kept at most: a plan has a few.
+const MOST_FILLS: usize = 32;
 
 const MOST_SAMPLERS: usize = 32;
 
@@ -18,6 +21,9 @@ const MOST_SCENES: usize = 2;
 #[derive(Debug)]
 pub(super) struct Kept {
     pub pipelines: Mutex<InUse<Pipeline>>,
+    pub fills: Store<(Fill, wgpu::RenderPipeline)>,
+    /// The kernel that ends loops: there is one.
+    pub ends: Store<((), wgpu::ComputePipeline)>,
     pub samplers: Store<(SamplerDesc, wgpu::Sampler)>,
     /// By the hash of their content.
     pub meshes: Store<(u128, Option<Mesh>)>,
@@ -28,6 +34,8 @@ impl Default for Kept {
     fn default() -> Kept {
         Kept {
             pipelines: Mutex::new(InUse::new(PLANS)),
+            fills: Store::new(MOST_FILLS),
+            ends: Store::new(1),
             samplers: Store::new(MOST_SAMPLERS),
             meshes: Store::new(MOST_SCENES),
             textures: Store::new(MOST_SCENES),

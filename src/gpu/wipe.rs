@@ -2,64 +2,76 @@
 
 use super::{device::Gpu, pipelines::by_location, scope::scoped};
 use crate::diag::Checked;
-use crate::plan::Draw;
+use crate::plan::{ColorTarget, Draw};
+
+/// All that tells one pipeline that clears from another.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fill {
+    text: String,
+    targets: Vec<Option<wgpu::ColorTargetState>>,
+    depth: Option<wgpu::DepthStencilState>,
+}
 
 /// A pipeline without bindings that gives each target of a draw its clear value, by one triangle of three vertices.
-/// Targets that the draw keeps stay as they are.
+/// Targets that the draw keeps stay as they are. What the device keeps of earlier plans is used again.
 ///
 /// # Errors
 /// What the device finds wrong.
 pub(super) fn pipeline(gpu: &Gpu, name: &str, draw: &Draw) -> Checked<wgpu::RenderPipeline> {
-    let text = source(draw);
-    let colors = by_location(&draw.color);
-    let targets: Vec<Option<wgpu::ColorTargetState>> = colors
-        .iter()
-        .map(|t| {
-            t.map(|t| wgpu::ColorTargetState {
-                format: t.format,
-                blend: None,
-                write_mask: if t.clear.is_some() { wgpu::ColorWrites::ALL } else { wgpu::ColorWrites::empty() },
+    let target = |t: &ColorTarget| wgpu::ColorTargetState {
+        format: t.format,
+        blend: None,
+        write_mask: if t.clear.is_some() { wgpu::ColorWrites::ALL } else { wgpu::ColorWrites::empty() },
+    };
+    let fill = Fill {
+        text: source(draw),
+        targets: by_location(&draw.color).into_iter().map(|t| t.map(target)).collect(),
+        depth: draw.depth.as_ref().map(|d| wgpu::DepthStencilState {
+            format: d.format,
+            depth_write_enabled: Some(d.clear.is_some()),
+            depth_compare: Some(wgpu::CompareFunction::Always),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+    };
+    gpu.kept.fills.get(&fill, || fill.build(gpu, name))
+}
+
+impl Fill {
+    fn build(&self, gpu: &Gpu, name: &str) -> Checked<wgpu::RenderPipeline> {
+        scoped(gpu, &format!("build the pipeline that clears for `{name}`"), || {
+            let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("wipe"),
+                source: wgpu::ShaderSource::Wgsl(self.text.as_str().into()),
+            });
+            let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("wipe"),
+                bind_group_layouts: &[],
+                immediate_size: 0,
+            });
+            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("wipe"),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("cover"),
+                    compilation_options: Default::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: self.depth.clone(),
+                multisample: wgpu::MultisampleState::default(),
+                fragment: (!self.targets.is_empty()).then_some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("fill"),
+                    compilation_options: Default::default(),
+                    targets: &self.targets,
+                }),
+                multiview_mask: None,
+                cache: None,
             })
         })
-        .collect();
-    scoped(gpu, &format!("build the pipeline that clears for `{name}`"), || {
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("wipe"),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("wipe"),
-            bind_group_layouts: &[],
-            immediate_size: 0,
-        });
-        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("wipe"),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("cover"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: draw.depth.as_ref().map(|d| wgpu::DepthStencilState {
-                format: d.format,
-                depth_write_enabled: Some(d.clear.is_some()),
-                depth_compare: Some(wgpu::CompareFunction::Always),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: (!targets.is_empty()).then_some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fill"),
-                compilation_options: Default::default(),
-                targets: &targets,
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
-    })
+    }
 }
 
 /// A triangle over all of the target at the depth to clear to, in the colours to clear to.

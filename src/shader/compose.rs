@@ -11,7 +11,7 @@ use super::{
 };
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults, Span};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// The value of a shader definition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -84,15 +84,4 @@ fn content(bound: &Bound, units: &[Unit], defs: &Defs) -> u128 {
         // What naga can read but not write is told apart by its texts.
         Err(_) => hash(&(defs, units.iter().map(|u| &u.scan.text).collect::<Vec<_>>())),
     }
-}
-
-/// The definitions that `path` and all files it may import ask for (`#ifdef`, `#if`, `#{NAME}`), whatever branches
-/// are taken. Empty for an unknown path; faults in the files are left to [`compose`].
-pub fn mentioned_defs(library: &Library, path: &str) -> BTreeSet<String> {
-    library.index().mentioned([path]).into_iter().map(str::to_owned).collect()
-}
-
-/// Library paths of `path` and of all files it may import, whatever branches are taken.
-pub fn import_closure(library: &Library, path: &str) -> BTreeSet<String> {
-    library.index().reachable([path]).into_iter().map(str::to_owned).collect()
 }

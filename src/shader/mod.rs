@@ -28,7 +28,7 @@ mod write;
 #[cfg(test)]
 mod tests;
 
-pub use compose::{Def, Defs, Shader, compose, import_closure, mentioned_defs};
+pub use compose::{Def, Defs, Shader, compose};
 pub use interface::{
     Access, BindingKind, Entry, Interface, Output, OutputKind, Stage, TextureDim, TextureSample, Variable, VertexInput,
 };

@@ -223,7 +223,7 @@ fn no_text_panics() {
         if let Err(faults) = compose(&files, "main.wgsl", &Defs::new()) {
             assert!(!faults.to_string().contains("gave up"), "{text:?}: {faults}");
         }
-        mentioned_defs(&files, "main.wgsl");
+        files.index().mentioned(["main.wgsl"]);
     }
 }
 

@@ -66,9 +66,10 @@ fn definitions_choose_branches() {
         ("main.wgsl", &format!("{text}\n#ifdef OTHER\n#import lib::f\n#endif")),
         ("lib.wgsl", "#define_import_path lib\n#if DEEP == true\n#endif"),
     ]);
-    let mentioned: Vec<String> = mentioned_defs(&files, "main.wgsl").into_iter().collect();
+    let index = files.index();
+    let mentioned: Vec<&str> = index.mentioned(["main.wgsl"]).into_iter().collect();
     assert_eq!(mentioned, ["DEEP", "M", "N", "OFF", "OTHER"]);
-    assert!(mentioned_defs(&files, "absent.wgsl").is_empty());
+    assert!(index.mentioned(["absent.wgsl"]).is_empty());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The image in the middle: what the pointer does on it, the marks of lights and of what is selected, the names of the halves.
 
 use super::{Seen, stem};
-use crate::scene::{Bounds, Pose, Scene, View};
+use crate::scene::{Bounds, LightKind, Pose, Scene, View};
 use crate::view::camera;
 use crate::view::choice::{Against, Layout};
 use crate::view::pick::{self, Thing};
@@ -148,7 +148,10 @@ fn marks(ui: &Ui, state: &mut State, rect: Rect, scene: &Scene, pose: &Pose, vie
         let width = if chosen { 2.5 } else { 1.5 };
         painter.circle_stroke(at, 7.0, Stroke::new(width + 1.5, Color32::from_black_alpha(150)));
         painter.circle(at, 7.0, MARK.gamma_multiply(if chosen { 0.6 } else { 0.15 }), Stroke::new(width, MARK));
-        if let Some(tip) = seen(light.position + light.direction * scene.bounds.diagonal() * 0.04) {
+        // A point light has no direction.
+        let directed = scene.lights.get(i).is_some_and(|l| l.kind != LightKind::Point);
+        if let Some(tip) = seen(light.position + light.direction * scene.bounds.diagonal() * 0.04).filter(|_| directed)
+        {
             painter.line_segment([at, tip], Stroke::new(width, MARK));
         }
         state.mark(format!("light {i}"), Rect::from_center_size(at, Vec2::splat(14.0)));
