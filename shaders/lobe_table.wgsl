@@ -6,7 +6,7 @@
 //!
 //! A cut series lets light in from behind the surface. Odd degrees of a step at the horizon are taken off, by as much
 //! as leaves nothing of even light from behind: the least change that does so and keeps the lobe's energy.
-#import lightgraph::gloss::{held, lobes}
+#import lightgraph::gloss::{held, lobes, shines}
 #import lightgraph::lobe_table::{ANGLES, DIRECTIONS, plane_direction}
 #import lightgraph::sh::ORDER
 #import lightgraph::surface::{Surface, materials}
@@ -81,7 +81,9 @@ fn deconvolution(l: u32, apart: f32) -> f32 {
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let s = surface(group.x);
     var sums: array<vec3f, SUMS>;
-    for (var i = lane; i < STEPS.x * STEPS.y; i += LANES) {
+    // Nobody reads the rows of matte materials.
+    let steps = select(0u, STEPS.x * STEPS.y, shines(s));
+    for (var i = lane; i < steps; i += LANES) {
         let polar = 0.5 * PI * (f32(i / STEPS.y) + 0.5) / f32(STEPS.x);
         let round = PI * (f32(i % STEPS.y) + 0.5) / f32(STEPS.y);
         let w = vec3f(sin(polar) * cos(round), sin(polar) * sin(round), cos(polar));

@@ -1,6 +1,6 @@
 //! Where the planes of a non-uniform grid stand: along each axis at even steps of a distribution, a mixture of the
-//! box's length and of the surfaces that the axis runs along: their area, and with PROBE_TABLE_SEEN along the view how much
-//! of the image they fill.
+//! box's length and of the surfaces that the axis runs along: their area, and with PROBE_TABLE_SEEN, along the view of a
+//! long box, how much of the image they fill.
 //!
 //! A surface counts with the sine between its normal and the axis: a wall across the axis says nothing of how light
 //! varies along it.
@@ -25,8 +25,10 @@ struct Params {
     /// Share of the surfaces in the distribution, 0 to 1.
     crowding: f32,
 #ifdef PROBE_TABLE_SEEN
-    /// Share of the image in that of the surfaces along an axis that the camera looks along, 0 to 1.
+    /// Share of the image in that of the surfaces along a long axis that the camera looks along, 0 to 1.
     seen: f32,
+    /// How long the box is along each axis, up to 1; not long at all below 0.
+    long: vec3f,
     camera_view: mat4x4f,
 #endif
 }
@@ -98,7 +100,8 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var seen = 0.0;
 #ifdef PROBE_TABLE_SEEN
     // The square of the cosine between the axis and the view: over the three axes it sums to 1.
-    seen = params.seen * params.camera_view[axis].z * params.camera_view[axis].z;
+    let along = params.camera_view[axis].z * params.camera_view[axis].z;
+    seen = params.seen * along * max(params.long[axis], 0.0);
 #endif
     var bin = 0u;
     // The distribution below the bin.

@@ -52,6 +52,11 @@ fn unshadowed(cosine: f32, square: f32) -> f32 {
     return 2.0 / (1.0 + sqrt(1.0 + square * max(tangent, 0.0)));
 }
 
+/// Whether a surface has lobes.
+fn shines(s: Surface) -> bool {
+    return true;
+}
+
 /// The surface whose lobes harmonics up to degree `order` hold: this one; what they don't hold of sharper lobes is lost.
 fn held(s: Surface, order: u32) -> Surface {
     return s;
@@ -75,6 +80,11 @@ fn lobes(s: Surface, direction: vec3f) -> vec3f {
     }
     let cosine = dot(reflect(-s.view, s.normal), direction);
     return vec3f((s.shininess + 1.0) / 6.28318530718 * pow(max(cosine, 1e-6), s.shininess), 0.0, 0.0);
+}
+
+/// Whether a surface has a lobe.
+fn shines(s: Surface) -> bool {
+    return s.specular > 0.0;
 }
 
 /// The surface whose lobe harmonics up to degree `order` hold: 99 % of the square of a lobe of exponent n where

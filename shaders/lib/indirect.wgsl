@@ -7,10 +7,10 @@
 #import lightgraph::probes::gather
 #endif
 #import lightgraph::brdf::lambert_weights
+#import lightgraph::sh::COUNT
 #ifdef LOBE_TABLE
 #import lightgraph::gloss
 #import lightgraph::lobe_table
-#import lightgraph::sh::COUNT
 #else ifdef SPECULAR
 #import lightgraph::brdf::phong_weights
 #endif
@@ -19,27 +19,35 @@
 /// truncated series rings; clamp what is shown, not what is summed on. `behind` is the weight of probes behind the
 /// surface, as `gather` states it.
 fn reflected_probes(coefficients: texture_3d<f32>, s: Surface, behind: f32) -> vec3f {
+    return gather(coefficients, reflection(s), s.position, s.normal, behind);
+}
+
+/// Weights of the coefficients in the radiance that a surface reflects towards its viewer, matte and glossy together.
+fn reflection(s: Surface) -> array<vec3f, COUNT> {
+    var matte = lambert_weights(s.normal);
+    var weights: array<vec3f, COUNT>;
 #ifdef LOBE_TABLE
-    var sum = gloss::matte(s) * gather(coefficients, lambert_weights(s.normal), s.position, s.normal, behind);
-    let tints = gloss::tints(s);
-    if any(tints[0] != vec3f(0.0)) {
+    if gloss::shines(s) {
+        let tints = gloss::tints(s);
         var lobes = lobe_table::weights(s);
-        for (var i = 0u; i < gloss::LOBES; i++) {
-            var weights: array<f32, COUNT>;
-            for (var k = 0u; k < COUNT; k++) {
-                weights[k] = lobes[k][i];
-            }
-            sum += tints[i] * gather(coefficients, weights, s.position, s.normal, behind);
+        for (var k = 0u; k < COUNT; k++) {
+            weights[k] = tints * lobes[k];
         }
     }
+    let albedo = gloss::matte(s);
 #else
-    var sum = s.albedo * gather(coefficients, lambert_weights(s.normal), s.position, s.normal, behind);
 #ifdef SPECULAR
     if s.specular > 0.0 {
-        let weights = phong_weights(reflect(-s.view, s.normal), s.shininess);
-        sum += s.specular * gather(coefficients, weights, s.position, s.normal, behind);
+        var glossy = phong_weights(reflect(-s.view, s.normal), s.shininess);
+        for (var k = 0u; k < COUNT; k++) {
+            weights[k] = vec3f(s.specular * glossy[k]);
+        }
     }
 #endif
+    let albedo = s.albedo;
 #endif
-    return sum;
+    for (var k = 0u; k < COUNT; k++) {
+        weights[k] += albedo * matte[k];
+    }
+    return weights;
 }

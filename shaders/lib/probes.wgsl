@@ -237,13 +237,13 @@ fn share_of(c: Cell, corner: u32) -> f32 {
     return select(0.0, near.x * near.y * near.z, has_probe(c, corner));
 }
 
-/// Sum over the coefficients of `weights` times one probe's.
-fn weigh(coefficients: texture_3d<f32>, weights: array<f32, COUNT>, probe: vec3u) -> vec3f {
+/// Sum over the coefficients of `weights`, a colour each, times one probe's.
+fn weigh(coefficients: texture_3d<f32>, weights: array<vec3f, COUNT>, probe: vec3u) -> vec3f {
     var w = weights;
     var light = vec3f(0.0);
     for (var k = 0u; k < COUNT; k++) {
         // Of many coefficients a matte surface reflects few.
-        if w[k] != 0.0 {
+        if any(w[k] != vec3f(0.0)) {
             light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
         }
     }
@@ -269,7 +269,7 @@ fn facing_share(coefficients: texture_3d<f32>, c: Cell, corner: u32, point: vec3
 /// `behind` is as `facing_share` states it.
 fn gather(
     coefficients: texture_3d<f32>,
-    weights: array<f32, COUNT>,
+    weights: array<vec3f, COUNT>,
     point: vec3f,
     normal: vec3f,
     behind: f32,
@@ -294,7 +294,7 @@ fn gather(
 /// The same of the probes at the corners of one cell.
 fn gather_cell(
     coefficients: texture_3d<f32>,
-    weights: array<f32, COUNT>,
+    weights: array<vec3f, COUNT>,
     here: Cell,
     point: vec3f,
     normal: vec3f,

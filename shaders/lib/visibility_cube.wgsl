@@ -70,14 +70,12 @@ fn visibility(probe: vec3u, point: vec3f, normal: vec3f) -> f32 {
     }
     let edge = edge_of_map();
     let a = cube::axes(cube::locate(offset, edge).face);
-    let half = dot(offset, a.forward) / f32(edge);
-    let right = half * a.right;
-    let down = half * a.down;
-    let index = probes::number(probe);
-    let slack = SLACK * 2.0 * half;
-    let hidden = hides(index, offset - right - down, offset, normal, slack)
-        | hides(index, offset + right - down, offset, normal, slack)
-        | hides(index, offset - right + down, offset, normal, slack)
-        | hides(index, offset + right + down, offset, normal, slack);
+    let width = 2.0 * dot(offset, a.forward) / f32(edge);
+    var hidden = false;
+    for (var corner = 0u; corner < 4u; corner++) {
+        let side = vec2f(vec2u(corner & 1u, corner >> 1u)) - 0.5;
+        let d = offset + width * (side.x * a.right + side.y * a.down);
+        hidden |= hides(probes::number(probe), d, offset, normal, SLACK * width);
+    }
     return select(1.0, 0.0, hidden);
 }

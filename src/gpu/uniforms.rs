@@ -164,7 +164,7 @@ impl UniformUse {
                 let bytes = v.bytes();
                 let at = member.offset as usize;
                 if let Some(to) = slot.get_mut(at..at + bytes.len()) {
-                    to.copy_from_slice(&bytes);
+                    to.copy_from_slice(bytes);
                 }
             }
         }

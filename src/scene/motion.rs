@@ -145,19 +145,20 @@ impl Scene {
     /// The box round all geometry over all its motion: exact for what stands still or slides, and for what turns as
     /// near as the sampling of its sweep allows, from outside.
     pub(super) fn swept_bounds(&self) -> Bounds {
-        let mut points: Vec<Vec<Vec3>> = vec![vec![]; self.nodes.len()];
-        for vertex in &self.geometry.vertices {
-            points[vertex.node as usize].push(vertex.position.into());
-        }
         let moving = self.moving();
         let still = self.pose(0.0).nodes;
         let mut bounds = Bounds::EMPTY;
-        for (node, points) in points.into_iter().enumerate().filter(|(_, p)| !p.is_empty()) {
-            bounds = bounds.union(if moving[node] {
-                self.swept(node, points)
+        let mut points: Vec<Vec<Vec3>> = vec![vec![]; self.nodes.len()];
+        for vertex in &self.geometry.vertices {
+            let (node, position) = (vertex.node as usize, Vec3::from(vertex.position));
+            if moving[node] {
+                points[node].push(position);
             } else {
-                Bounds::of(points.into_iter().map(|p| still[node].transform_point3(p)))
-            });
+                bounds = bounds.union(Bounds::of([still[node].transform_point3(position)]));
+            }
+        }
+        for (node, points) in points.into_iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+            bounds = bounds.union(self.swept(node, points));
         }
         bounds
     }

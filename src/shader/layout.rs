@@ -33,7 +33,7 @@ impl Layout {
                 Some(v) => {
                     let bytes = v.bytes();
                     let at = member.offset as usize;
-                    out[at..at + bytes.len()].copy_from_slice(&bytes);
+                    out[at..at + bytes.len()].copy_from_slice(bytes);
                 }
                 None => missing.push(member),
             }

@@ -106,7 +106,7 @@ pub(super) struct Case {
     /// How far the answer may be off.
     #[serde(default)]
     pub bound: Number,
-    /// By graph: another expected value or bound.
+    /// By graph: another expected value, bound or number of frames.
     #[serde(default)]
     pub instead: BTreeMap<String, Instead>,
     /// Words that a notice of the scene must hold.
@@ -135,6 +135,8 @@ pub(super) struct Instead {
     pub value: Option<Number>,
     #[serde(default)]
     pub bound: Option<Number>,
+    #[serde(default)]
+    pub frames: Option<u32>,
     #[serde(default)]
     pub limit: Option<String>,
 }

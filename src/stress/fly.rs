@@ -21,7 +21,9 @@ const STRIDE: u32 = 25;
 const SETTLE: u32 = 24;
 /// Relative difference from the first image that is left then.
 const DRIFT: f64 = 5e-4;
-/// How much more memory the process may hold in the end than after a tenth of the way: 5 %, and the driver's own buffers.
+/// Frames in which edits of every kind come, so that what is made once is there.
+const WARM: u32 = 120;
+/// How much more memory the process may hold in the end than after a tenth of the way, or those frames: 5 %, and the driver's own buffers.
 const MEMORY: f64 = 1.05;
 const MEMORY_SLACK: f64 = 16.0 * 1024.0 * 1024.0;
 
@@ -42,7 +44,7 @@ struct Trace {
     /// Of the images at every look.
     hashes: Vec<u64>,
     frames: u32,
-    /// Bytes of the process, and objects of the device, after a tenth of the way and in the end, each time with
+    /// Bytes of the process, and objects of the device, after a tenth of the way (or [`WARM`]) and in the end, each time with
     /// everything as in the beginning.
     early: Option<(f64, usize)>,
     late: Option<(f64, usize)>,
@@ -143,7 +145,7 @@ impl Flight<'_> {
                 image.data.iter().for_each(|x| x.to_bits().hash(&mut h));
                 trace.hashes.push(h.finish());
             }
-            if i + 1 == frames.div_ceil(10) {
+            if i + 1 == frames.div_ceil(10).max(WARM) {
                 trace.drift = difference(&plane.home()?, &first, 1.0);
                 trace.early = self.held();
             }

@@ -225,7 +225,8 @@ impl<'a> Runner<'a> {
             watch: true,
             ..Settings::default()
         };
-        let shot = self.render(graph, loaded, settings, case.frames)?;
+        let frames = case.instead.get(&graph.name).and_then(|i| i.frames).unwrap_or(case.frames);
+        let shot = self.render(graph, loaded, settings, frames)?;
         if let Some(first) = shot.broken.first() {
             row.fail(&format!("{} ({})", first.message, first.help.join("; ")));
         }
@@ -344,8 +345,13 @@ mod tests {
 
     #[test]
     fn a_few_pixels_on_edges_are_left_out_and_a_difference_everywhere_is_not() {
-        let image =
-            |f: &dyn Fn(usize) -> f32| Image { width: 20, height: 10, channels: 3, data: (0..600).map(f).collect() };
+        let image = |f: &dyn Fn(usize) -> f32| Image {
+            width: 20,
+            height: 10,
+            layers: 1,
+            channels: 3,
+            data: (0..600).map(f).collect(),
+        };
         let flat = image(&|_| 1.0);
         let edge = image(&|i| if i / 3 == 77 { 9.0 } else { 1.0 });
         assert!(difference(&edge, &flat, 1.0) > 0.5);

@@ -75,3 +75,55 @@ fn nothing_pops_when_a_slab_comes() {
     println!("HDR-FLIP {seen:.6} where a slab comes");
     assert!(seen <= 0.01, "HDR-FLIP {seen}");
 }
+
+/// The images of a walk down the nave of the hall, and how many probes each frame captured, where the graph says.
+fn walk(gpu: &Gpu, graph: &str, set: &[&str]) -> Vec<(f32, Image)> {
+    let project = Project::open(&repository(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let set: Vec<String> = set.iter().map(ToString::to_string).collect();
+    let outputs = ["color", "captured"].map(String::from);
+    let known = |o: &String| project.graph.outputs.iter().any(|(name, _)| name.value == *o);
+    let outputs: Vec<String> = outputs.into_iter().filter(known).collect();
+    let counts = outputs.len() > 1;
+    let settings = Settings {
+        params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),
+        size: [128, 96],
+        outputs: Some(outputs),
+        skip: true,
+        ..Settings::default()
+    };
+    let loaded = scene::load(&repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}"));
+    let mut session = Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"));
+    let frame = |index: u32| {
+        session.shift.cameras = glam::Vec3::new(0.0, 0.0, -WALK_STEP * index as f32);
+        session.frame(gpu, index, 0.0).unwrap_or_else(|f| panic!("frame {index}: {f}"));
+        let image = |name: &str| session.image(gpu, name).unwrap_or_else(|f| panic!("{f}"));
+        (if counts { image("captured").data[0] } else { 0.0 }, image("color"))
+    };
+    (0..WALK_FRAMES).map(frame).collect()
+}
+
+/// 1.5 m at 3 m/s and 60 frames a second: three slabs of the default spacing.
+const WALK_FRAMES: u32 = 31;
+const WALK_STEP: f32 = 0.05;
+
+/// From frame to frame the image changes by the motion itself; how much more it changes than with probes that stand still is
+/// what pops.
+#[test]
+#[ignore = "takes minutes on two cores: cargo test fly_through -- --ignored --nocapture"]
+fn nothing_pops_in_a_fly_through() {
+    let gpu = &device::gpu();
+    let (still, moving) =
+        (walk(gpu, "graphs/facing_probes.ron", &["grid=4,3,4"]), walk(gpu, "graphs/view_grid.ron", &[]));
+    let change =
+        |walk: &[(f32, Image)], i: usize| flip(&walk[i].1, &walk[i - 1].1, None).unwrap_or_else(|f| panic!("{f}"));
+    let (mut slabs, mut largest, mut by_motion) = (0, 0.0_f64, 0.0_f64);
+    for i in 1..WALK_FRAMES as usize {
+        let (captured, before, after) = (moving[i].0, change(&still, i), change(&moving, i));
+        slabs += u32::from(captured > 0.0);
+        (largest, by_motion) = (largest.max(after - before), by_motion.max(before));
+        println!("{i:3}: {captured:3} probes captured, HDR-FLIP {after:.4}, by motion alone {before:.4}");
+    }
+    println!("{slabs} slabs came; HDR-FLIP beyond that of motion at most {largest:.4}, of motion {by_motion:.4}");
+    assert!(slabs >= 2, "{slabs} slabs came");
+    assert!(largest <= 0.01, "HDR-FLIP {largest}");
+}

@@ -84,6 +84,24 @@ fn every_shader_is_used_by_a_graph_and_composes() {
 }
 
 #[test]
+fn every_graph_has_its_place_in_the_gallery() {
+    let read = |path: &str| std::fs::read_to_string(repository(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let [pages, list, readme] = ["docs/gallery.md", "docs/gallery.ron", "README.md"].map(read);
+    for (path, _) in graphs() {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        assert!(pages.contains(&format!("\n## {name}\n")), "docs/gallery.md has no section `{name}`");
+        assert!(list.contains(&format!("graph: \"{name}\"")), "docs/gallery.ron doesn't measure `{name}`");
+        assert!(readme.contains(&format!("`{name}`")), "README.md doesn't name `{name}`");
+    }
+    for (text, folder) in [(&pages, "docs/"), (&readme, "")] {
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(link, _)| link) {
+            let file = repository(&format!("{folder}{link}"));
+            assert!(!link.ends_with(".png") || file.exists(), "{} is missing", file.display());
+        }
+    }
+}
+
+#[test]
 fn every_scene_loads_and_holds_together() {
     for path in files("scenes", &["gltf", "glb", "ron"]) {
         let shown = path.display();
