@@ -70,13 +70,15 @@ impl<'p> Machine<'p> {
         }
     }
 
-    /// Whether a step leaves what earlier iterations wrote.
+    /// Whether a step leaves what earlier iterations wrote. In the first there is nothing to leave: what an earlier frame
+    /// wrote is no one's.
     fn adds(&self, step: &Step) -> bool {
+        let later = || self.loops.iter().filter(|l| l.1 > 0);
         let indexed = |b: &Binding| match b {
-            Binding::Uniform { layout, .. } => layout.members.iter().any(|m| self.loops.iter().any(|l| l.0 == m.name)),
+            Binding::Uniform { layout, .. } => layout.members.iter().any(|m| later().any(|l| l.0 == m.name)),
             _ => false,
         };
-        let layer = |place| matches!(place, Place::LoopLayer(_));
+        let layer = |place| matches!(place, Place::LoopLayer(_)) && later().next().is_some();
         matches!(&step.action, Action::Draw(d) if d.members.iter().any(|m| layer(m.place)))
             || step.bindings.iter().any(indexed)
     }
