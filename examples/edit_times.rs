@@ -1,7 +1,8 @@
 //! What a frame costs after each kind of edit, as a share of a frame in full: all figures in one run on one adapter.
 //!
-//! `cargo run --release --example edit_times`; with the argument `edits` only what follows a save, with `hall` or `art_gallery`
-//! only what moves in that scene.
+//! `cargo run --release --example edit_times`, with any of `motions updates edits hall art_gallery 4 8` for these alone:
+//! `motions` of camera and light at 640×480, `updates` of the probes after a light or an object has moved, `edits` that
+//! follow a save; in these scenes, with so many probes along an axis.
 
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::{FrameReport, Gpu};
@@ -14,7 +15,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// Frames of which the median counts.
-const REPEATS: u32 = 5;
+const REPEATS: u32 = 3;
 
 fn main() {
     if let Err(faults) = run() {
@@ -27,14 +28,23 @@ fn run() -> Checked<()> {
     let gpu = Gpu::open().map_err(Faults::from)?;
     let software = if gpu.is_software() { " (software)" } else { "" };
     println!("{}, {}{software}", gpu.info.name, gpu.info.driver_info);
-    let asked = |what: &str| std::env::args().len() == 1 || std::env::args().any(|a| a == what);
-    for name in ["hall", "art_gallery"].into_iter().filter(|n| asked(n)) {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let asked = |what: &str, group: &[&str]| {
+        args.iter().any(|a| a == what) || !group.iter().any(|g| args.iter().any(|a| a == g))
+    };
+    let kinds = ["motions", "updates", "edits"];
+    for name in ["hall", "art_gallery"].into_iter().filter(|n| asked(n, &["hall", "art_gallery"])) {
         let scene = Arc::new(scene::load(&Path::new("scenes").join(name))?.scene);
-        for grid in [4, 8] {
-            motions(&gpu, &scene, grid)?;
+        for grid in [4u32, 8].into_iter().filter(|g| asked(&g.to_string(), &["4", "8"])) {
+            if asked("motions", &kinds) {
+                motions(&gpu, &scene, grid)?;
+            }
+            if asked("updates", &kinds) {
+                updates(&gpu, &scene, grid)?;
+            }
         }
     }
-    if !asked("edits") {
+    if !asked("edits", &kinds) {
         return Ok(());
     }
     let scene = Arc::new(scene::load(Path::new("scenes/cornell"))?.scene);
@@ -88,40 +98,63 @@ fn motions(gpu: &Gpu, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
         "  light only         {light:9.2} ms, without the final image {rest:.2} ms: 1/{:.1} of the full update",
         probes / rest
     );
+    Ok(())
+}
+
+/// What an update of the probes costs after a light or an object has moved, beside one in full. The image is too small to count.
+fn updates(gpu: &Gpu, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
+    let (_, mut whole, _) = begin(gpu, scene, grid, [16, 12], false)?;
+    let (_, mut session, _) = begin(gpu, scene, grid, [16, 12], true)?;
+    let (full, report) = median(|i| worked(gpu, &mut whole, i, Shift::default()))?;
+    println!("\n{}, {grid}³ probes, {}:", scene.name, if busy().is_some() { "processor time" } else { "time" });
+    println!("  all probes         {full:9.2} ms; {}", shares(&whole, &report));
+    let by = |i: u32| glam::Vec3::X * 0.02 * (1 + i) as f32;
+    let (light, report) = median(|i| worked(gpu, &mut session, i, Shift { lights: by(i), ..Shift::default() }))?;
+    println!("  light only         {light:9.2} ms, 1/{:.1}; {}", full / light, shares(&session, &report));
     for name in ["corbel", "urn", "ball", "post", "bench", "sculpture"] {
         let Some(node) = scene.nodes.iter().position(|n| n.name == name) else { continue };
-        object(gpu, &mut session, name, node, &final_of, probes)?;
+        let shift = |i| Shift { nodes: vec![(node, by(i))], ..Shift::default() };
+        let (object, report) = median(|i| worked(gpu, &mut session, i, shift(i)))?;
+        let capture = session.plan.steps.iter().position(|s| s.name == "capture");
+        let why = capture.map(|i| session.why()[i].to_string()).unwrap_or_default();
+        println!(
+            "  {name:<18} {object:9.2} ms, {:.1} %; capture {why}; {}",
+            100.0 * object / full,
+            shares(&session, &report)
+        );
     }
     Ok(())
 }
 
-/// What it costs that one node moves a little, and which members of draws show it.
-fn object(
-    gpu: &Gpu,
-    session: &mut Session,
-    name: &str,
-    node: usize,
-    final_of: &dyn Fn(&Session, &FrameReport) -> f64,
-    probes: f64,
-) -> Checked<()> {
-    let (took, report) = median(|i| {
-        let by = glam::vec3(0.02 * (1 + i) as f32, 0.0, 0.0);
-        timed(gpu, session, i, Shift { nodes: vec![(node, by)], ..Shift::default() })
-    })?;
-    let rest = took - final_of(session, &report);
-    let draws = |i: usize| {
-        let step = &session.plan.steps[i];
-        matches!(step.action, Action::Draw(_)) && step.group.as_deref() != Some("final")
-    };
-    let drawn: f64 = report.steps.iter().filter(|s| draws(s.step)).filter_map(|s| s.gpu_ms).sum();
-    let capture = session.plan.steps.iter().position(|s| s.name == "capture").map(|i| session.why()[i].to_string());
-    println!(
-        "  object `{name}`: {rest:.2} ms without the final image, {:.1} % of the full update; its draws {:.1} %; capture: {}",
-        100.0 * rest / probes,
-        100.0 * drawn / probes,
-        capture.unwrap_or_default()
-    );
-    Ok(())
+/// The passes that took most of a frame.
+fn shares(session: &Session, report: &FrameReport) -> String {
+    let mut passes: std::collections::BTreeMap<&str, f64> = Default::default();
+    for step in &report.steps {
+        *passes.entry(session.plan.steps[step.step].pass.as_str()).or_default() += step.gpu_ms.unwrap_or(0.0);
+    }
+    let all: f64 = passes.values().sum();
+    let mut passes: Vec<(&str, f64)> = passes.into_iter().filter(|(_, ms)| *ms > 0.02 * all).collect();
+    passes.sort_by(|a, b| b.1.total_cmp(&a.1));
+    passes.iter().map(|(name, ms)| format!("{name} {:.0} %", 100.0 * ms / all)).collect::<Vec<_>>().join(", ")
+}
+
+/// Milliseconds that the threads of this process have worked: to a software driver's figures other programs make no difference
+/// then. `None` where the system doesn't tell.
+fn busy() -> Option<f64> {
+    let mut sum = 0.0;
+    for task in std::fs::read_dir("/proc/self/task").ok()?.flatten() {
+        let text = std::fs::read_to_string(task.path().join("schedstat")).unwrap_or_default();
+        sum += text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) / 1e6;
+    }
+    Some(sum)
+}
+
+/// As [`timed`]; on a software driver the time that it worked.
+fn worked(gpu: &Gpu, session: &mut Session, index: u32, shift: Shift) -> Checked<(f64, FrameReport)> {
+    let before = busy();
+    let (wall, report) = timed(gpu, session, index, shift)?;
+    let worked = before.zip(busy()).filter(|_| gpu.is_software()).map(|(a, b)| b - a);
+    Ok((worked.unwrap_or(wall), report))
 }
 
 /// Every shader and every parameter of the graph edited in turn, in files of their own, as an editor saves them.
