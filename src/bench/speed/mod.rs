@@ -54,6 +54,10 @@ impl Bench<'_> {
             more.iter().for_each(&mut *done);
             rows.extend(more);
         };
+        // First: what a process held before and let go it may fill again, and a peak of memory wouldn't show that.
+        for load in &list.loads {
+            add(self.load(load)?);
+        }
         for chain in &list.chains {
             add(self.chain(chain)?);
         }
@@ -65,9 +69,6 @@ impl Bench<'_> {
         }
         for scaling in &list.scaling {
             add(self.scaling(scaling)?);
-        }
-        for load in &list.loads {
-            add(self.load(load)?);
         }
         for start in &list.starts {
             add(self.start(start)?);
