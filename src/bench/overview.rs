@@ -9,10 +9,13 @@ use serde_json::{Map, Value, json};
 const LEAST: f64 = 1e-3;
 
 /// The results of all scenes as those of one more: each graph at each setting that every scene with a reference for
-/// `output` has. `None` for fewer than two such scenes.
+/// `output` has. Scenes with less than half the entries of another, of which only a few things were asked, don't count.
+/// `None` for fewer than two scenes.
 pub fn overview(results: &Results, output: &str) -> Option<Value> {
     let scored = |v: &View| of(results, v).iter().any(|e| e.score(output, Phase::First).is_some());
-    let scenes: Vec<Vec<&Entry>> = views(results).iter().filter(|v| scored(v)).map(|v| of(results, v)).collect();
+    let mut scenes: Vec<Vec<&Entry>> = views(results).iter().filter(|v| scored(v)).map(|v| of(results, v)).collect();
+    let most = scenes.iter().map(Vec::len).max().unwrap_or(0);
+    scenes.retain(|entries| 2 * entries.len() >= most);
     let first = scenes.first().filter(|_| scenes.len() > 1)?;
     let everywhere = |e: &&Entry| -> Option<Vec<&Entry>> {
         let same = |o: &&Entry| o.graph == e.graph && o.setting == e.setting && o.score(output, Phase::First).is_some();
