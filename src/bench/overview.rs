@@ -60,7 +60,7 @@ fn entry(set: &[&Entry], output: &str) -> Option<Value> {
     }
     Some(json!({
         "graph": e.graph, "peer": e.peer, "setting": e.setting, "params": {}, "bytes": 0, "times": times, "change": {},
-        "passes": {}, "errors": {}, "own": own, "bounded": [], "leak": Value::Null, "fault": Value::Null,
+        "passes": {}, "steps": {}, "errors": {}, "own": own, "bounded": [], "leak": Value::Null, "fault": Value::Null,
     }))
 }
 

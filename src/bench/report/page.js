@@ -1,6 +1,6 @@
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
-const hues = ["#2f7ed8", "#d9480f", "#2b9348", "#9c36b5", "#c99700", "#0b9aa8", "#d6336c", "#7a5230", "#5c6bc0", "#7f8c2d", "#e07b91", "#546e7a"];
+const hues = ["#2f7ed8", "#d9480f", "#2b9348", "#9c36b5", "#c99700", "#0b9aa8", "#d6336c", "#7a5230", "#5c6bc0", "#7f8c2d", "#e07b91", "#546e7a", "#00695c", "#ff8f00", "#4527a0", "#9e9d24", "#ad1457", "#0277bd", "#5d4037"];
 const names = [...new Set(data.scenes.flatMap(s => s.entries.map(e => e.graph)))];
 const hue = Object.fromEntries(names.map((n, i) => [n, hues[i % hues.length]]));
 const hidden = new Set();
