@@ -188,11 +188,35 @@ fn the_page_holds_its_data_and_asks_no_network() {
     let page = report::html(&results(vec![entry("a", &[1.0, 2.0], 0.9), odd]), Path::new("none"), 4).unwrap();
     assert_eq!(page.matches("</script>").count(), 2);
     assert!(!page.contains("src=\"http") && !page.contains("@DATA@") && !page.contains("<!--"));
-    let start = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
-    let json = &page[start..start + page[start..].find("</script>").unwrap()];
-    let data: serde_json::Value = serde_json::from_str(json).unwrap();
+    let data = data(&page);
     assert_eq!(data["scenes"][0]["fronts"]["indirect|rmse|everything"], serde_json::json!([0]));
     assert_eq!(data["scenes"][0]["entries"][1]["graph"], "</script><!--");
+}
+
+/// What a page holds for its script.
+fn data(page: &str) -> serde_json::Value {
+    let start = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
+    serde_json::from_str(&page[start..start + page[start..].find("</script>").unwrap()]).unwrap()
+}
+
+/// The script asks of the plot of all scenes what it asks of each.
+#[test]
+fn entries_of_all_scenes_have_what_those_of_one_have() {
+    let elsewhere = Entry { scene: "hall".into(), ..entry("a", &[1.0], 0.9) };
+    let little = Entry { scene: "gallery".into(), ..entry("b", &[1.0], 0.9) };
+    let entries = vec![entry("a", &[1.0], 0.9), entry("c", &[1.0], 0.9), entry("d", &[1.0], 0.9)];
+    let more = ["c", "d"].map(|graph| Entry { scene: "hall".into(), ..entry(graph, &[2.0], 0.8) });
+    let entries = entries.into_iter().chain([elsewhere]).chain(more).chain([little]).collect();
+    let data = data(&report::html(&results(entries), Path::new("none"), 0).unwrap());
+    let scenes = data["scenes"].as_array().unwrap();
+    assert_eq!(scenes.len(), 4);
+    assert_eq!(scenes[0]["label"], "2 scenes", "of the third little was asked");
+    let keys = |e: &serde_json::Value| e.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    for scene in scenes {
+        for e in scene["entries"].as_array().unwrap() {
+            assert_eq!(keys(e), keys(&scenes[1]["entries"][0]), "{}", scene["label"]);
+        }
+    }
 }
 
 #[derive(Parser)]
