@@ -50,6 +50,15 @@ var there: texture_storage_2d<r32float, write>;
 fn rows(@builtin(global_invocation_id) id: vec3u) { textureStore(there, vec2u(id.x, n), vec4f(1.0)); }
 ";
 
+/// Holds what is there against what was.
+const MEASURE: &str = "
+var here: texture_2d<f32>;
+var before: texture_2d<f32>;
+var<storage, read_write> change: array<f32>;
+@compute @workgroup_size(1)
+fn measure() { change[0] = abs(textureLoad(here, vec2u(0), 0).r - textureLoad(before, vec2u(0), 0).r); }
+";
+
 /// A graph and shaders in memory.
 pub(super) struct Sample {
     graph: Graph,
@@ -58,10 +67,14 @@ pub(super) struct Sample {
 
 /// Resources, passes and outputs of a graph.
 pub(super) fn sample(resources: &str, passes: &str, outputs: &str) -> Sample {
-    let text = format!("Graph(resources: {{{resources}}}, passes: [{passes}], outputs: {{{outputs}}})");
+    sample_of(format!("Graph(resources: {{{resources}}}, passes: [{passes}], outputs: {{{outputs}}})"))
+}
+
+/// A whole graph.
+pub(super) fn sample_of(text: String) -> Sample {
     let source = Source::new("test.ron", text);
     let graph = load(Path::new("test.ron"), &|_| Ok(source.clone())).unwrap_or_else(|f| panic!("{f}"));
-    let shaders = [("make", MAKE), ("turn", TURN), ("sum", SUM), ("rows", ROWS)];
+    let shaders = [("make", MAKE), ("turn", TURN), ("sum", SUM), ("rows", ROWS), ("measure", MEASURE)];
     let file = |(name, text): (&str, &str)| {
         let path = format!("{name}.wgsl");
         (path.clone(), Source::new(path, text))
@@ -70,6 +83,13 @@ pub(super) fn sample(resources: &str, passes: &str, outputs: &str) -> Sample {
 }
 
 impl Sample {
+    /// The plan with parameters other than their defaults.
+    pub(super) fn set(&self, params: &[(&str, Value)]) -> Plan {
+        let params = params.iter().map(|(n, v)| ((*n).to_string(), *v)).collect();
+        let plan = try_plan(&self.graph, &self.texts, &params, &sample_facts(true), Options::default(), None);
+        plan.unwrap_or_else(|f| panic!("{f}"))
+    }
+
     fn try_plan(&self, options: Options, outputs: Option<&[String]>) -> Checked<Plan> {
         let (params, facts) = (Values::new(), sample_facts(true));
         try_plan(&self.graph, &self.texts, &params, &facts, options, outputs)

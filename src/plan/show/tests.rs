@@ -1,16 +1,46 @@
-//! The real graph and small ones, shown in every way.
+//! Small graphs and one that ships, shown in every way.
 
 use super::layout::{Layout, layout};
 use super::network::network;
 use super::*;
 use crate::plan::Plan;
 use crate::plan::build::Options;
-use crate::plan::tests::{images, make, sample, shipped, turn};
+use crate::plan::tests::{images, make, sample, sample_of, shipped, turn};
 use crate::value::Value;
 use std::collections::BTreeSet;
 
-fn grid(params: &[(&str, Value)]) -> Plan {
-    shipped("uniform_grid.ron", params, true, Options::default())
+/// Pieces of an image, taken apart and put together again until it hardly changes.
+const SETTLING: &str = r#"Graph(
+    params: {
+        "pieces": Uint(default: 9, min: 1, max: 16, about: "of the image"),
+        "rounds": Uint(default: 2, min: 0, max: 9, about: "at most"),
+        "epsilon": Float(default: 0.002, min: 0.0, max: 1.0, about: "a change that is none"),
+    },
+    resources: {
+        "mean": Texture(format: R32Float, size: 8),
+        "before": Texture(format: R32Float, size: 8),
+        "parts": Atlas(format: R32Float, tile: 8, count: 1, members: "pieces"),
+        "change": Buffer(stride: 4, count: 1),
+        "image": Texture(format: R32Float, size: 8),
+        "shown": Texture(format: R32Float, size: 8),
+    },
+    passes: [
+        Compute(name: "start", shader: "make.wgsl", over: "mean", bind: {"there": "mean"}),
+        Loop(name: "settle", count: "rounds", until: "change < epsilon", passes: [
+            Copy(name: "keep", from: "mean", to: "before"),
+            Compute(name: "split", shader: "turn.wgsl", each: "pieces", over: "parts", bind: {"here": "before", "there": "parts"}),
+            Compute(name: "join", shader: "turn.wgsl", each: "pieces", over: "mean", bind: {"here": "parts", "there": "mean"}),
+            Compute(name: "measure", shader: "measure.wgsl", over: (1, 1, 1), bind: {"here": "mean"}),
+        ]),
+        Compute(name: "settled", shader: "turn.wgsl", when: "rounds > 0", over: "image", bind: {"here": "mean", "there": "image"}),
+        Compute(name: "unsettled", shader: "make.wgsl", when: "rounds == 0", over: "image", bind: {"there": "image"}),
+        Compute(name: "show", shader: "turn.wgsl", over: "shown", bind: {"here": "image", "there": "shown"}),
+    ],
+    outputs: {"shown": "shown"},
+)"#;
+
+fn settling(params: &[(&str, Value)]) -> Plan {
+    sample_of(SETTLING.into()).set(params)
 }
 
 /// A pass before a loop over two, one that is skipped.
@@ -48,16 +78,16 @@ outputs
 
 #[test]
 fn equal_steps_of_a_set_are_one_line() {
-    let text = grid(&[]).to_string();
-    assert!(text.contains("loop bounce × 2 until change < 0.002"), "{text}");
+    let text = settling(&[]).to_string();
+    assert!(text.contains("loop settle × 2 until change < 0.002"), "{text}");
     assert!(text.contains("for each i of 0…8"), "{text}");
-    assert!(text.contains("product[0…8]"), "{text}");
-    assert!(!text.contains("multiply[3]"), "{text}");
+    assert!(text.contains("parts[0…8]"), "{text}");
+    assert!(!text.contains("split[3]"), "{text}");
 }
 
 #[test]
 fn text_json_dot_and_svg_are_the_same_each_time() {
-    let (a, b) = (grid(&[]), grid(&[]));
+    let (a, b) = (settling(&[]), settling(&[]));
     assert_eq!(a.to_string(), b.to_string());
     assert_eq!(to_json(&a).to_string(), to_json(&b).to_string());
     assert_eq!(to_dot(&a), to_dot(&b));
@@ -66,22 +96,22 @@ fn text_json_dot_and_svg_are_the_same_each_time() {
 
 #[test]
 fn json_names_every_step_and_resource() {
-    let plan = grid(&[]);
+    let plan = settling(&[]);
     let json = to_json(&plan);
     let length = |key: &str| json[key].as_array().map_or(0, Vec::len);
     assert_eq!(length("steps"), plan.steps.len());
     assert_eq!(length("resources"), plan.resources.len());
     assert_eq!(length("slots"), plan.slots.len());
-    assert_eq!(json["parameters"][0], serde_json::json!({"name": "grid", "value": [4, 4, 4]}));
+    assert_eq!(json["parameters"][0], serde_json::json!({"name": "pieces", "value": 9}));
     assert_eq!(json["memory"]["bytes"], plan.bytes().0);
     let last = json["order"].as_array().and_then(|o| o.iter().find(|n| n.is_object())).cloned().unwrap_or_default();
-    assert_eq!((&last["loop"], &last["count"]), (&"bounce".into(), &2.into()));
+    assert_eq!((&last["loop"], &last["count"]), (&"settle".into(), &2.into()));
     assert_eq!(last["until"]["comparison"], "<");
 }
 
 #[test]
 fn dot_is_balanced_and_declares_what_it_links() {
-    for plan in [small(), grid(&[]), grid(&[("bounces", Value::Uint(0))])] {
+    for plan in [small(), settling(&[]), settling(&[("rounds", Value::Uint(0))])] {
         let dot = to_dot(&plan);
         // No name in these graphs has a brace.
         assert_eq!(dot.matches('{').count(), dot.matches('}').count(), "{dot}");
@@ -131,7 +161,7 @@ fn elements(xml: &str) -> usize {
 
 #[test]
 fn svg_is_well_formed_whatever_the_names() {
-    for mut plan in [small(), grid(&[]), grid(&[("bounces", Value::Uint(0))])] {
+    for mut plan in [small(), settling(&[]), settling(&[("rounds", Value::Uint(0))])] {
         plan.graph = "a <b> & \"c\"\u{1}.ron".into();
         let svg = to_svg(&plan);
         assert!(elements(&svg) > 20, "{svg}");
@@ -148,7 +178,7 @@ fn laid(plan: &Plan) -> Layout {
 
 #[test]
 fn no_box_lies_on_another_and_no_wire_runs_through_one() {
-    for plan in [small(), grid(&[]), shipped("direct.ron", &[], true, Options::default())] {
+    for plan in [small(), settling(&[]), shipped("direct.ron", &[], true, Options::default())] {
         let laid = laid(&plan);
         let boxes: Vec<_> = laid.passes.values().collect();
         for (i, a) in boxes.iter().enumerate() {
@@ -170,38 +200,38 @@ fn no_box_lies_on_another_and_no_wire_runs_through_one() {
 
 #[test]
 fn loops_frame_their_passes() {
-    let plan = grid(&[]);
+    let plan = settling(&[]);
     let (net, laid) = (network(&plan), laid(&plan));
     let [(title, frame)] = &laid.loops[..] else { panic!("one loop") };
-    assert_eq!(title, "bounce × 2 until change < 0.002");
+    assert_eq!(title, "settle × 2 until change < 0.002");
     for (i, r) in &laid.passes {
         let across = r.x >= frame.x && r.x + r.width <= frame.x + frame.width;
         let down = r.y >= frame.y && r.y + r.height <= frame.y + frame.height;
-        let name = net.passes[*i].name.as_str();
-        let within = ["keep", "relight", "multiply", "sum", "place", "measure", "bounce_image"].contains(&name);
+        let name = net.passes[*i].name.split('[').next().unwrap_or_default();
+        let within = ["keep", "split", "join", "measure"].contains(&name);
         assert_eq!(across && down, within, "{name}");
     }
 }
 
 #[test]
 fn a_plan_does_not_differ_from_itself() {
-    let plan = grid(&[]);
+    let plan = settling(&[]);
     assert!(diff(&plan, &plan).ends_with("no difference\n"), "{}", diff(&plan, &plan));
 }
 
 #[test]
 fn a_difference_names_what_was_added_taken_and_changed() {
-    let shown = diff(&grid(&[]), &grid(&[("order", Value::Uint(1)), ("bounces", Value::Uint(3))]));
+    let shown = diff(&settling(&[]), &settling(&[("pieces", Value::Uint(4)), ("rounds", Value::Uint(3))]));
     for line in [
-        "  - order                    2",
-        "  + order                    1",
-        "  - bounce                   loop bounce × 2 until change < 0.002",
-        "  + bounce                   loop bounce × 3 until change < 0.002",
+        "  - pieces                   9",
+        "  + pieces                   4",
+        "  - settle                   loop settle × 2 until change < 0.002",
+        "  + settle                   loop settle × 3 until change < 0.002",
     ] {
         assert!(shown.contains(line), "{line} in\n{shown}");
     }
-    assert!(!shown.contains("composite"), "{shown}");
-    let fewer = diff(&grid(&[]), &grid(&[("bounces", Value::Uint(0))]));
-    assert!(fewer.contains("\n  + no_indirect ") && fewer.contains("\n  - relight "), "{fewer}");
+    assert!(!shown.contains(" show "), "{shown}");
+    let fewer = diff(&settling(&[]), &settling(&[("rounds", Value::Uint(0))]));
+    assert!(fewer.contains("\n  + unsettled ") && fewer.contains("\n  - join"), "{fewer}");
     assert!(fewer.contains("\nmemory\n  allocated "), "{fewer}");
 }
