@@ -12,7 +12,11 @@
 #ifdef FIRST_BOUNCE
 #import lightgraph::surface::read_record
 #ifdef LIGHTS
+#ifdef LIGHT_CUTS
+#import lightgraph::light_cuts::reflected_light
+#else
 #import lightgraph::lights::reflected_light
+#endif
 #endif
 #else
 #import lightgraph::packed_indirect::reflected_probes
@@ -24,6 +28,8 @@ struct Params {
     cube_surface_columns: u32,
 #ifndef FIRST_BOUNCE
     behind_captured: f32,
+#else ifdef LIGHT_CUTS
+    error_captured: f32,
 #endif
 }
 var<uniform> params: Params;
@@ -107,7 +113,11 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
         light = s.emission;
 #endif
 #ifdef LIGHTS
+#ifdef LIGHT_CUTS
+        light += reflected_light(s, params.error_captured);
+#else
         light += reflected_light(s);
+#endif
 #endif
 #else
         light = textureLoad(cube_direct, at, 0).rgb + reflected_probes(packed_before, r, eye, ray, params.behind_captured);
