@@ -60,7 +60,7 @@ pub fn lamps(count: usize) -> Document {
     for (i, position) in places().take(count).enumerate() {
         document.hang(colors[i % colors.len()], position);
     }
-    document.camera("hall", p(7.3, 2.1, 5.3), p(-2.0, 1.3, -1.2), 62.0);
+    document.camera("hall", p(7.4, 2.3, 1.3), p(-3.0, 1.2, -1.0), 62.0);
     document
 }
 
