@@ -205,8 +205,10 @@ impl<'a> Sizes<'a> {
         if found.is_empty() {
             return fault;
         }
-        let said = format!("in this scene {}: where parameters don't do, take a graph that needs less of it", found.join(", "));
-        fault.help(said)
+        fault.help(format!(
+            "in this scene {}: where parameters don't do, take a graph that needs less of it",
+            found.join(", ")
+        ))
     }
 }
 
@@ -223,6 +225,10 @@ pub const MOST_STEPS: u32 = 4096;
 /// The largest texture or buffer that is not taken for a slip, in bytes.
 pub const LARGEST: u64 = 8 << 30;
 
+fn gib(bytes: u64) -> f64 {
+    bytes as f64 / (1u64 << 30) as f64
+}
+
 /// Checks a description against an adapter's limits; the fault says the limit's number and ours.
 pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Result<(), Diagnostic> {
     let over = |what: &str, ours: u64, limit: u64| {
@@ -230,7 +236,12 @@ pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Re
         Err(d.at(span, "").help("choose smaller parameters"))
     };
     if desc.bytes() > LARGEST {
-        return over("bytes", desc.bytes(), LARGEST);
+        let d = Diagnostic::error(format!(
+            "`{name}` takes {:.1} GiB; at most {} GiB are allowed",
+            gib(desc.bytes()),
+            LARGEST >> 30
+        ));
+        return Err(d.at(span, "").help("choose smaller parameters"));
     }
     match desc {
         Desc::Texture(t) => {
