@@ -219,6 +219,28 @@ pub fn inherit_groups(passes: &mut [Pass], around: Option<&Name>) {
     }
 }
 
+impl Resource {
+    /// The expressions in it: of its extent, which may name other resources, and of its counts.
+    pub fn exprs(&self) -> (Vec<&Expr>, Vec<&Expr>) {
+        let mut sizes: Vec<&Expr> = vec![];
+        let mut counts: Vec<&Expr> = self.members.iter().collect();
+        match &self.kind {
+            ResourceKind::Texture { size, layers: n, mips, .. } | ResourceKind::Cube { size, count: n, mips, .. } => {
+                sizes.extend(size.exprs());
+                counts.extend(n.iter().chain(mips));
+            }
+            ResourceKind::Texture3d { size, mips, .. } => {
+                sizes.extend(size.exprs());
+                counts.extend(mips.iter());
+            }
+            ResourceKind::Atlas { tile, count, .. } => counts.extend([tile, count]),
+            ResourceKind::Buffer { stride, count } => counts.extend([stride, count]),
+            ResourceKind::Sampler(_) => {}
+        }
+        (sizes, counts)
+    }
+}
+
 impl Size {
     /// The expressions in it.
     pub fn exprs(&self) -> &[Expr] {

@@ -150,21 +150,7 @@ impl<'g> Check<'g> {
     }
 
     fn resource(&mut self, name: &str, r: &super::ast::Resource) {
-        let mut sizes: Vec<&Expr> = vec![];
-        let mut counts: Vec<&Expr> = r.members.iter().collect();
-        match &r.kind {
-            ResourceKind::Texture { size, layers: n, mips, .. } | ResourceKind::Cube { size, count: n, mips, .. } => {
-                sizes.extend(size.exprs());
-                counts.extend(n.iter().chain(mips));
-            }
-            ResourceKind::Texture3d { size, mips, .. } => {
-                sizes.extend(size.exprs());
-                counts.extend(mips.iter());
-            }
-            ResourceKind::Atlas { tile, count, .. } => counts.extend([tile, count]),
-            ResourceKind::Buffer { stride, count } => counts.extend([stride, count]),
-            ResourceKind::Sampler(_) => {}
-        }
+        let (sizes, counts) = r.exprs();
         for e in sizes {
             self.names(e, Scope::Sizes);
             let mut itself = false;

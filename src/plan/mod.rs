@@ -203,6 +203,8 @@ pub struct TableUse {
     pub row: Layout,
     /// Bytes from row to row.
     pub stride: u32,
+    /// Rows of a shader's array of fixed length: rows of zeros make the table as long. `None`: as many as there are.
+    pub rows: Option<u32>,
 }
 
 /// One thing the device does.

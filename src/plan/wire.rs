@@ -92,6 +92,7 @@ impl Mode {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
     Sampled,
+    Uniform,
     Storage,
     Target,
     CopySource,
@@ -355,13 +356,14 @@ impl<'g> Wirer<'g, '_> {
         }
     }
 
-    /// A texture that is read and written in one pass.
+    /// A texture, or a buffer in a uniform, that is read and written in one pass.
     fn feedback(&mut self, wired: &Wired) {
         for (i, a) in wired.uses.iter().enumerate() {
             for b in &wired.uses[i + 1..] {
                 let texture = matches!(self.sizes.of(&a.resource), Some(Ok(s)) if matches!(s.desc, Desc::Texture(_)));
                 let clash = a.mode.writes() && b.mode != Mode::Size || b.mode.writes() && a.mode != Mode::Size;
-                if a.resource == b.resource && texture && clash {
+                let apart = texture || [a.how, b.how].contains(&How::Uniform);
+                if a.resource == b.resource && apart && clash {
                     let d = Diagnostic::error(format!(
                         "`{}` reads and writes `{}` at once",
                         wired.pass.name.value, a.resource

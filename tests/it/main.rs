@@ -18,6 +18,7 @@
 //! - `lesser_devices`: what a device lacks is told, and all else goes on
 //! - `library`: public types in other programs
 //! - `lobes`: glossy lobes against their integrals and another renderer
+//! - `many_lights`: lights lit in groups, held against lights lit one by one
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
@@ -52,6 +53,7 @@ mod large_graph;
 mod lesser_devices;
 mod library;
 mod lobes;
+mod many_lights;
 mod mutated;
 mod mutations;
 mod plain_scenes;

@@ -148,10 +148,8 @@ impl Bench<'_> {
 
     pub(super) fn scaling(&self, scaling: &Scaling) -> Checked<Vec<Row>> {
         let (mut rows, mut times, mut bytes) = (vec![], vec![], vec![]);
-        for step in &scaling.steps {
-            let mut run = scaling.run.clone();
-            run.set.push(step.clone());
-            let mut timed = self.session(&run, &run.graph, Moves::All)?;
+        for (step, run) in scaling.runs() {
+            let mut timed = self.session(&run, &run.graph, scaling.moves)?;
             timed.frame(self.gpu)?;
             let start = Instant::now();
             let mut frames = vec![];
