@@ -56,7 +56,7 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
         let ray = cube::direction(here.tile % 6u, here.texel, edge);
         let s = read_record(r.albedo, r.normal, probe, ray);
 #ifdef EMITTERS_DIRECT
-        light = reflected_emitters(s, leave(s.position, s.normal), params.hit_samples, seed(id.xy, 0u));
+        light = reflected_emitters(s, leave(s.position, s.normal + s.view), params.hit_samples, seed(id.xy, 0u));
 #else
         light = s.emission;
 #endif

@@ -43,7 +43,7 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
 #endif
 #endif
 #ifdef EMITTERS_DIRECT
-        light += reflected_emitters(s, leave(s.position, s.normal), emitter_samples, seed(id.xy, 0u));
+        light += reflected_emitters(s, leave(s.position, s.normal + s.view), emitter_samples, seed(id.xy, 0u));
 #endif
     }
     textureStore(direct, id.xy, vec4f(light, 1.0));

@@ -14,10 +14,13 @@
 #import lightgraph::surface::read_record
 #ifdef LIGHTS
 #import lightgraph::lights::reflected_light
+#ifdef SHADOW_VOLUMES
+#import lightgraph::shadow_volumes
+#endif
 #endif
 #endif
 #else
-#import lightgraph::packed_indirect::reflected_probes
+#import lightgraph::packed_indirect
 #endif
 
 struct Params {
@@ -37,10 +40,17 @@ var cube_direct: texture_storage_2d<rgba32float, write>;
 #endif
 #else
 var cube_direct: texture_2d<f32>;
-var packed_before: texture_3d<u32>;
+#ifdef PROBE_VISIBILITY
+/// What sees each texel.
+var cube_sight: texture_2d<u32>;
+#endif
 #endif
 var sh: texture_storage_3d<rgba32float, write>;
+#ifdef PACKED_TABLE
+var<storage, read_write> packed_table: array<vec4u>;
+#else
 var packed: texture_storage_3d<rgba32uint, write>;
+#endif
 
 const LANES_X: u32 = 8u;
 const LANES_Y: u32 = 4u;
@@ -55,6 +65,11 @@ fn light_probes(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
+#ifdef FIRST_BOUNCE
+#ifdef SHADOW_VOLUMES
+    shadow_volumes::fetch();
+#endif
+#endif
     let edge = params.cube_surface_tile;
     let tile = probes::number(probe) * 6u;
     let eye = probes::position(probe);
@@ -98,7 +113,11 @@ fn light_probes(
     }
     workgroupBarrier();
     if lane < TEXELS {
+#ifdef PACKED_TABLE
+        packed_table[probes::number(probe) * TEXELS + lane] = packed_texel(lane);
+#else
         textureStore(packed, vec3u(probe.x * TEXELS + lane, probe.yz), packed_texel(lane));
+#endif
     }
 }
 
@@ -120,7 +139,13 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
 #endif
 #endif
 #else
-        light = textureLoad(cube_direct, at, 0).rgb + reflected_probes(packed_before, r, eye, ray, params.behind_captured);
+#ifdef PROBE_VISIBILITY
+        let sight = textureLoad(cube_sight, at, 0).x;
+#else
+        let sight = packed_indirect::ALL;
+#endif
+        light = textureLoad(cube_direct, at, 0).rgb
+            + packed_indirect::reflected_in_sight(r, eye, ray, params.behind_captured, sight);
 #endif
     }
 #ifdef FIRST_BOUNCE

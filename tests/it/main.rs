@@ -6,6 +6,7 @@
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `culling`: draws that leave out what their members don't see change nothing
 //! - `endings`: a loop that ends on the device ends as one that the host ends
+//! - `fastest`: of two alternatives the faster one runs, and is remembered
 //! - `following`: probes that follow the camera capture one slab a step, and nothing pops
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
@@ -44,6 +45,7 @@ mod culling;
 mod device;
 mod edits;
 mod endings;
+mod fastest;
 mod following;
 mod graph_snapshots;
 mod large_graph;
