@@ -38,9 +38,19 @@ struct Seen {
     @location(1) surface_normal: vec4f,
 }
 
+/// Metres along the ray through the pixel's centre to the plane that holds `world` and has this normal of any length. Drivers round
+/// corners, so that `world` itself need not lie on the ray; see `along_ray` of lightgraph::cube.
+fn along_ray(pixel: vec2u, world: vec3f, normal: vec3f) -> f32 {
+    let ray = pixel_ray(pixel);
+    let shown = distance(world, ray.origin);
+    let slope = dot(ray.direction, normal);
+    let met = clamp(dot(world - ray.origin, normal) / select(slope, 1.0, slope == 0.0), 0.8 * shown, 1.25 * shown);
+    return select(met, shown, slope == 0.0);
+}
+
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Seen {
-    let depth = distance(in.world, pixel_ray(vec2u(in.at.xy)).origin);
+    let depth = along_ray(vec2u(in.at.xy), in.world, cross(dpdx(in.world), dpdy(in.world)));
     let r = record(in.material, in.uv, in.normal, depth, front);
     return Seen(r.albedo, r.normal);
 }

@@ -41,10 +41,10 @@ struct Captured {
 
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) mirrored_front: bool) -> Captured {
-    // On a plane the inverse of the depth is linear over the face, beyond its edges and its horizon too.
-    let slope = vec2f(dpdx(in.at.w), dpdy(in.at.w)) * 0.5 * f32(params.distance_face);
-    let plane = cube::plane(in.face, in.offset, slope);
+    let edge = params.distance_face;
+    let plane = cube::plane(in.face, in.offset, cube::slope(in.at, edge));
+    let distance = cube::along_ray(in.face, vec2u(in.at.xy) % edge, edge, in.offset, plane);
     // A cube's face is a mirror image, which turns every triangle round.
     let solid = mirrored_front && materials[in.material].double_sided == 0u;
-    return Captured(vec4f(select(1.0, -1.0, solid) * length(in.offset), plane));
+    return Captured(vec4f(select(1.0, -1.0, solid) * distance, plane));
 }

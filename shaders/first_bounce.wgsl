@@ -61,7 +61,7 @@ fn first_bounce(@builtin(global_invocation_id) id: vec3u) {
     if is_lit(albedo) {
         let ray = pixel_ray(id.xy);
         let s = read_record(albedo, textureLoad(surface_normal, id.xy, 0), ray.origin, ray.direction);
-        let start = leave(s.position, s.normal);
+        let start = leave(s.position, s.normal + s.view);
         let rays = params.directions * params.directions;
         let place = id.x % 4u + 4u * (id.y % 4u);
         for (var i = 0u; i < rays; i++) {

@@ -1,6 +1,6 @@
 //! A bounce in one dispatch, a workgroup a probe: the surfaces that the probe sees are lit, and what they send it is
-//! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept; else by the probes round
-//! them as well, as of the bounce before.
+//! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept, or with LIT_BEFORE as
+//! another pass has lit them; else by the probes round them as well, as of the bounce before.
 #import lightgraph::cube
 #import lightgraph::cube_sums
 #import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
@@ -10,11 +10,13 @@
 #import lightgraph::sh::COUNT
 #import lightgraph::surface::{is_back, is_lit}
 #ifdef FIRST_BOUNCE
+#ifndef LIT_BEFORE
 #import lightgraph::surface::read_record
 #ifdef LIGHTS
 #import lightgraph::lights::reflected_light
 #ifdef SHADOW_VOLUMES
 #import lightgraph::shadow_volumes
+#endif
 #endif
 #endif
 #else
@@ -31,7 +33,11 @@ struct Params {
 }
 var<uniform> params: Params;
 #ifdef FIRST_BOUNCE
+#ifdef LIT_BEFORE
+var cube_direct: texture_2d<f32>;
+#else
 var cube_direct: texture_storage_2d<rgba32float, write>;
+#endif
 #else
 var cube_direct: texture_2d<f32>;
 #ifdef PROBE_VISIBILITY
@@ -121,12 +127,16 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
     var light = vec3f(0.0);
     if is_lit(r.albedo) {
 #ifdef FIRST_BOUNCE
+#ifdef LIT_BEFORE
+        light = textureLoad(cube_direct, at, 0).rgb;
+#else
         let s = read_record(r.albedo, r.normal, eye, ray);
 #ifdef EMISSIVE
         light = s.emission;
 #endif
 #ifdef LIGHTS
         light += reflected_light(s);
+#endif
 #endif
 #else
 #ifdef PROBE_VISIBILITY
@@ -139,7 +149,9 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
 #endif
     }
 #ifdef FIRST_BOUNCE
+#ifndef LIT_BEFORE
     textureStore(cube_direct, at, vec4f(light, 1.0));
+#endif
 #endif
     return vec4f(light, select(1.0, 0.0, is_back(r.albedo, r.normal)));
 }

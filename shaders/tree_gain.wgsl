@@ -1,6 +1,6 @@
 //! What halving a cell is worth: the area of the surfaces in it, times the mean square by which the sketched light at
 //! the lattice's points within differs from what the cell's corners give by interpolation. A cell is worth at least
-//! what its parts are worth, so that no large error hides below a small one.
+//! what its parts are worth, so that no large error hides below a small one. A cell without surfaces is worth -1.
 #import lightgraph::probe_tree::{OPEN, Sketch, cells, level_start, pack, points, tree}
 
 /// 0 for the smallest cells that can be halved, one more for each size above.
@@ -56,7 +56,7 @@ fn gain(@builtin(global_invocation_id) id: vec3u) {
         squares += dot(gap, gap);
         found += 1.0;
     }
-    var worth = area * squares / max(found, 1.0);
+    var worth = select(-1.0, area * squares / max(found, 1.0), area > 0.0);
     if member > 0u {
         for (var corner = 0u; corner < 8u; corner++) {
             let part = 2u * id + vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);

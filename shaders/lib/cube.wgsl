@@ -81,13 +81,30 @@ fn clip(offset: vec3f, face: u32, near: f32, far: f32) -> vec4f {
     return vec4f(dot(offset, a.right), -dot(offset, a.down), far * (depth - near) / (far - near), depth);
 }
 
-/// Unit normal, on the side away from the cube's centre, of a plane through the point `offset` from there. `slope` is
-/// the change of the inverse of the depth along a face, per unit of its (u, v).
+/// How the inverse of the depth changes along a face of `edge`² texels, per unit of its (u, v), where a fragment is. On a
+/// plane it is linear, beyond the plane's edges and its horizon too.
+fn slope(at: vec4f, edge: u32) -> vec2f {
+    return vec2f(dpdx(at.w), dpdy(at.w)) * 0.5 * f32(edge);
+}
+
+/// Unit normal, on the side away from the cube's centre, of a plane through the point `offset` from there. `slope`: as
+/// the function of that name gives it.
 fn plane(face: u32, offset: vec3f, slope: vec2f) -> vec3f {
     let a = axes(face);
     let depth = dot(offset, a.forward);
     let at = vec2f(dot(offset, a.right), dot(offset, a.down)) / depth;
     return normalize((1.0 / depth - dot(at, slope)) * a.forward + slope.x * a.right + slope.y * a.down);
+}
+
+/// Metres from the cube's centre to a plane, along the ray through the centre of a texel. `offset`: a point of the plane that
+/// drawing says the texel shows. It need not lie on the ray: drivers round corners to between 1/256 and 1/16 of a texel,
+/// which on a surface seen nearly edge on is far.
+fn along_ray(face: u32, texel: vec2u, edge: u32, offset: vec3f, normal: vec3f) -> f32 {
+    let shown = length(offset);
+    let slope = dot(direction(face, texel, edge), normal);
+    // A ray that misses the surface by that rounding may meet its plane anywhere.
+    let met = clamp(dot(offset, normal) / max(slope, 1e-20), 0.8 * shown, 1.25 * shown);
+    return select(shown, met, slope > 0.0);
 }
 
 /// The matrix from the world to the clip position that `clip` gives, for a cube with its centre at `origin`.

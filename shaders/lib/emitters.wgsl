@@ -114,7 +114,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
         if dot(flat_normal, start - e.a) <= 0.0 {
             continue;
         }
-        let whole = form(e, s.position, s.normal);
+        let whole = form(e, start, s.normal);
         if whole <= 0.0 {
             continue;
         }

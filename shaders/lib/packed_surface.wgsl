@@ -1,8 +1,11 @@
-//! What a probe sees in 16 bytes a texel: as `lightgraph::surface` records it, with albedo in 16 bits a channel (an error
-//! of 8e-6, which bounces don't raise to anything that shows) and the normal in 2 x 16 bits (3e-5 rad).
+//! What a probe sees in 16 bytes a texel: as `lightgraph::surface` records it, with albedo in 16 bits a channel and the
+//! normal in 2 x 16 bits (3e-5 rad).
 //!
 //! x: red, green; y: blue and, in the upper half, 1 + the material's row; z: the normal on an unfolded octahedron;
 //! w: the distance, negative for the back of a double-sided material. No light: row 0, and the distance tells what.
+//!
+//! Of albedo the root of what it lacks to 1 is kept. After many bounces light grows with 1 / (1 - albedo): a step of
+//! 16 bits of albedo itself would show at 0.999, where this one is 5e-7. The error is 1.6e-5 at most, of dark albedos.
 #define_import_path lightgraph::packed_surface
 #import lightgraph::octahedron
 #import lightgraph::surface::Record
@@ -11,11 +14,12 @@
 var cube_surface: texture_2d<u32>;
 
 fn pack(r: Record) -> vec4u {
+    let lack = sqrt(max(vec3f(1.0) - r.albedo.rgb, vec3f(0.0)));
     let code = u32(abs(r.albedo.a)) << 16u;
     let back = select(1.0, -1.0, r.albedo.a < 0.0);
     return vec4u(
-        pack2x16unorm(r.albedo.rg),
-        pack2x16unorm(vec2f(r.albedo.b, 0.0)) | code,
+        pack2x16unorm(lack.rg),
+        pack2x16unorm(vec2f(lack.b, 0.0)) | code,
         pack2x16snorm(octahedron::fold(select(vec3f(0.0, 0.0, 1.0), r.normal.xyz, r.normal.w > 0.0))),
         bitcast<u32>(r.normal.w * back),
     );
@@ -24,8 +28,9 @@ fn pack(r: Record) -> vec4u {
 fn unpack(words: vec4u) -> Record {
     let depth = bitcast<f32>(words.w);
     let code = f32(words.y >> 16u);
+    let lack = vec3f(unpack2x16unorm(words.x), unpack2x16unorm(words.y).x);
     return Record(
-        vec4f(unpack2x16unorm(words.x), unpack2x16unorm(words.y).x, select(code, -code, depth < 0.0)),
+        vec4f(vec3f(1.0) - lack * lack, select(code, -code, depth < 0.0)),
         vec4f(octahedron::unfold(unpack2x16snorm(words.z)), abs(depth)),
     );
 }

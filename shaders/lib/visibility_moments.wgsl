@@ -15,9 +15,9 @@ var<uniform> test: Test;
 /// Mean distance and mean squared distance, a tile a probe.
 var probe_moments: texture_2d<f32>;
 
-/// Edges of a cell, metres.
+/// Edges of a cell, metres: the box's own along an axis of one probe, whose distances to others are without bounds.
 fn cell_size() -> vec3f {
-    return (probes::probe_grid.grid_max - probes::probe_grid.grid_min) / probes::span();
+    return (probes::probe_grid.grid_max - probes::probe_grid.grid_min) / max(probes::span(), vec3f(1.0));
 }
 
 /// Distances above this count as this, metres: no point is gathered from farther away than a cell's diagonal.

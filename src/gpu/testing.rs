@@ -37,6 +37,7 @@ impl Sketch {
                 steps: vec![],
                 order: vec![],
                 skipped: vec![],
+                alternatives: vec![],
                 outputs: vec![],
             },
         }

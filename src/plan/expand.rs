@@ -208,7 +208,7 @@ impl Expander<'_, '_> {
             PassKind::Clear { target, value } => {
                 Action::Clear { target: self.id(&target.value, member, &target.span)?, value: *value }
             }
-            PassKind::Reduce { .. } | PassKind::Loop { .. } => return None,
+            PassKind::Reduce { .. } | PassKind::Loop { .. } | PassKind::Fastest { .. } => return None,
         };
         let bindings = self.bindings(w, member, &name, &BTreeMap::new())?;
         self.out.steps.push(Step {

@@ -10,6 +10,7 @@ pub mod cull;
 mod draw;
 mod ending;
 pub mod expand;
+pub mod fastest;
 pub mod keys;
 pub mod lint;
 pub mod live;
@@ -59,6 +60,8 @@ pub struct Plan {
     pub order: Vec<Node>,
     /// Passes that do not run, and why, in the order of the graph.
     pub skipped: Vec<(String, String)>,
+    /// Groups of which another alternative could run and leave the same results.
+    pub alternatives: Vec<fastest::Alternatives>,
     /// Requested outputs by name.
     pub outputs: Vec<(String, ResourceId)>,
 }

@@ -121,7 +121,6 @@ pub fn run(
         let frames = if options.quick { QUICK_FRAMES } else { cases.fly.frames };
         for (i, graph) in flying.iter().enumerate() {
             let share = SHARES[2] + (SHARES[3] - SHARES[2]) * (i + 1) as f64 / flying.len() as f64;
-            let frames = frames / flying.len() as u32;
             let instance = Gpu::instance();
             let own = Gpu::open_for(&instance, Some(&gpu.info.name), None).map_err(Faults::from)?;
             let flight = fly::Flight { instance: &instance, gpu: &own, cases, graph, seed: options.seed, frames };
