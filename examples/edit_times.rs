@@ -1,8 +1,8 @@
 //! What a frame costs after each kind of edit, as a share of a frame in full: all figures in one run on one adapter.
 //!
-//! `cargo run --release --example edit_times`, with any of `motions updates edits hall art_gallery 4 8` for these alone:
-//! `motions` of camera and light at 640×480, `updates` of the probes after a light or an object has moved, `edits` that
-//! follow a save; in these scenes, with so many probes along an axis.
+//! `cargo run --release --example edit_times`, with any of `motions updates edits hall art_gallery 4 8 uniform_grid fast_grid` for
+//! these alone: `motions` of camera and light at 640×480, `updates` of the probes after a light or an object has moved, in these
+//! scenes, with so many probes along an axis; `edits` that follow a save, of these graphs.
 
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::{FrameReport, Gpu};
@@ -48,12 +48,30 @@ fn run() -> Checked<()> {
         return Ok(());
     }
     let scene = Arc::new(scene::load(Path::new("scenes/cornell"))?.scene);
-    edits(&gpu, &scene)
+    for graph in [BASE, "fast_grid"].into_iter().filter(|g| asked(g, &[BASE, "fast_grid"])) {
+        edits(&gpu, &scene, graph)?;
+    }
+    Ok(())
 }
 
-/// A session of the base graph that has run one frame, and what that took.
+/// The graph whose motions and updates are measured; the others are variants of it.
+const BASE: &str = "uniform_grid";
+
+/// A session of the base that has run one frame, and what that took.
 fn begin(gpu: &Gpu, scene: &Arc<Scene>, grid: u32, size: [u32; 2], skip: bool) -> Checked<(Project, Session, f64)> {
-    let project = Project::open(Path::new("graphs/uniform_grid.ron"), &[])?;
+    begin_with(gpu, &PathBuf::from("graphs").join(BASE).with_extension("ron"), scene, grid, size, skip)
+}
+
+/// The same of any graph.
+fn begin_with(
+    gpu: &Gpu,
+    graph: &Path,
+    scene: &Arc<Scene>,
+    grid: u32,
+    size: [u32; 2],
+    skip: bool,
+) -> Checked<(Project, Session, f64)> {
+    let project = Project::open(graph, &[])?;
     let settings = Settings {
         params: [("grid".to_string(), Value::UVec3(glam::UVec3::splat(grid)))].into(),
         size,
@@ -158,13 +176,12 @@ fn worked(gpu: &Gpu, session: &mut Session, index: u32, shift: Shift) -> Checked
 }
 
 /// Every shader and every parameter of the graph edited in turn, in files of their own, as an editor saves them.
-fn edits(gpu: &Gpu, scene: &Arc<Scene>) -> Checked<()> {
-    let (_, session, cold) = begin(gpu, scene, 4, [256, 256], true)?;
-    println!("\n{}, 4³ probes, 256×256: from files to the first image {cold:.0} ms", scene.name);
+fn edits(gpu: &Gpu, scene: &Arc<Scene>, graph: &str) -> Checked<()> {
+    let files = Files::copy(graph)?;
+    let (_, session, cold) = begin_with(gpu, &files.graph(), scene, 4, [256, 256], true)?;
+    println!("\n{graph}, {}, 4³ probes, 256×256: from files to the first image {cold:.0} ms", scene.name);
     println!("  {:<38}   in all = read + plan + pipelines + frame, ms; steps", "edit");
-    let files = Files::copy()?;
     let mut live = Live { gpu, scene: scene.clone(), files: &files, settings: session.settings.clone(), session };
-    // The files are others now, if equal ones.
     live.settings.params.clear();
     live.again()?;
     live.row("saved again, nothing changed", &mut |_| Ok(()))?;
@@ -191,13 +208,13 @@ fn edits(gpu: &Gpu, scene: &Arc<Scene>) -> Checked<()> {
     }
     summary("shader", all);
 
-    let text = read(&files.graph())?;
     let params: Vec<String> = live.session.plan.params.clone();
     let mut all = vec![];
     for name in &params {
-        let edit = &mut |i| write(&files.graph(), &default_edited(&text, name, i)?);
+        let (file, text) = files.declares(name)?;
+        let edit = &mut |i| write(&file, &default_edited(&text, name, i)?);
         all.push(live.row(&format!("default of `{name}`"), edit)?);
-        write(&files.graph(), &text)?;
+        write(&file, &text)?;
         live.again()?;
     }
     summary("parameter", all);
@@ -277,14 +294,19 @@ impl Live<'_> {
     }
 }
 
-/// A copy of the graph and the shaders; gone when dropped.
-struct Files(PathBuf);
+/// A copy of the graphs and the shaders; gone when dropped.
+struct Files {
+    folder: PathBuf,
+    /// The graph that is edited, without extension.
+    graph: String,
+}
 
 impl Files {
-    fn copy() -> Checked<Files> {
-        let files = Files(std::env::temp_dir().join(format!("lightgraph-edit-times-{}", std::process::id())));
+    fn copy(graph: &str) -> Checked<Files> {
+        let folder = std::env::temp_dir().join(format!("lightgraph-edit-times-{}", std::process::id()));
+        let files = Files { folder, graph: graph.to_string() };
         for from in ["graphs", "shaders", "shaders/lib"] {
-            let to = files.0.join(from);
+            let to = files.folder.join(from);
             std::fs::create_dir_all(&to).map_err(|e| fault(&to, &e))?;
             for entry in std::fs::read_dir(from).map_err(|e| fault(Path::new(from), &e))?.flatten() {
                 if entry.path().is_file() {
@@ -296,18 +318,29 @@ impl Files {
     }
 
     fn graph(&self) -> PathBuf {
-        self.0.join("graphs/uniform_grid.ron")
+        self.folder.join("graphs").join(&self.graph).with_extension("ron")
+    }
+
+    /// The file that gives a parameter its default, the graph's or its base's, and its text.
+    fn declares(&self, name: &str) -> Checked<(PathBuf, String)> {
+        for path in [self.graph(), self.folder.join("graphs").join(BASE).with_extension("ron")] {
+            let text = read(&path)?;
+            if declared(&text, name).is_some() {
+                return Ok((path, text));
+            }
+        }
+        Err(Diagnostic::error(format!("no default of `{name}` is found")).into())
     }
 
     fn shader(&self, path: &str) -> PathBuf {
-        self.0.join("shaders").join(path)
+        self.folder.join("shaders").join(path)
     }
 }
 
 impl Drop for Files {
     fn drop(&mut self) {
         // What is left lies among temporary files.
-        let _ = std::fs::remove_dir_all(&self.0);
+        let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
@@ -354,10 +387,15 @@ fn in_code(text: &str, number: &str) -> Option<usize> {
     lines.filter_map(|(start, code)| code.rmatch_indices(number).find(|m| whole(code, m.0)).map(|m| start + m.0)).last()
 }
 
+/// Where a graph or a variant declares a parameter.
+fn declared(text: &str, name: &str) -> Option<usize> {
+    [format!("\"{name}\": "), format!("AddParam(\"{name}\", ")].iter().find_map(|p| text.find(p.as_str()))
+}
+
 /// The text of a graph with another default for a parameter: close to the old one, and within its range.
 fn default_edited(text: &str, name: &str, i: u32) -> Checked<String> {
     let missing = || Diagnostic::error(format!("no default of `{name}` is found"));
-    let declared = text.find(&format!("\"{name}\": ")).ok_or_else(missing)?;
+    let declared = declared(text, name).ok_or_else(missing)?;
     let at = declared + text[declared..].find("default: ").ok_or_else(missing)? + "default: ".len();
     let rest = &text[at..];
     let end = if rest.starts_with('(') { rest.find(')').map(|i| i + 1) } else { rest.find([',', ')']) };

@@ -1,5 +1,5 @@
 //! One bounce's own share of the image: light from the probes now, less light from the probes a bounce before. With
-//! PACKED_PROBES as they are packed for few fetches; then FIRST_BOUNCE says that there was no light before.
+//! PACKED_PROBES as they are packed for few fetches: 1 where there was no light before, else 3.
 #import lightgraph::camera::pixel_ray
 #ifdef PACKED_PROBES
 #import lightgraph::packed_indirect::reflected_probes
@@ -12,12 +12,7 @@
 var<uniform> behind_seen: f32;
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
-#ifdef PACKED_PROBES
-var packed: texture_3d<u32>;
-#ifndef FIRST_BOUNCE
-var packed_before: texture_3d<u32>;
-#endif
-#else
+#ifndef PACKED_PROBES
 var sh: texture_3d<f32>;
 var sh_before: texture_3d<f32>;
 #endif
@@ -36,11 +31,7 @@ fn fragment(@builtin(position) position: vec4f) -> Image {
     let ray = pixel_ray(pixel);
     let normal = textureLoad(surface_normal, pixel, 0);
 #ifdef PACKED_PROBES
-    let r = Record(albedo, normal);
-    var light = reflected_probes(packed, r, ray.origin, ray.direction, behind_seen);
-#ifndef FIRST_BOUNCE
-    light -= reflected_probes(packed_before, r, ray.origin, ray.direction, behind_seen);
-#endif
+    let light = reflected_probes(Record(albedo, normal), ray.origin, ray.direction, behind_seen);
 #else
     let s = read_record(albedo, normal, ray.origin, ray.direction);
     let light = reflected_probes(sh, s, behind_seen) - reflected_probes(sh_before, s, behind_seen);

@@ -1,10 +1,18 @@
 //! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first bounce.
-//! With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission elsewhere.
+//! With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission elsewhere. With
+//! PACKED_SURFACE what the probes see is packed in one texel.
 #import lightgraph::cube
 #import lightgraph::probes
-#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::surface::{Record, is_lit, read_record}
+#ifdef PACKED_SURFACE
+#import lightgraph::packed_surface::surface_at
+#endif
 #ifdef LIGHTS
+#ifdef LIGHT_CUTS
+#import lightgraph::light_cuts::reflected_light
+#else
 #import lightgraph::lights::reflected_light
+#endif
 #endif
 #ifdef EMITTERS_DIRECT
 #import lightgraph::emitters::reflected_emitters
@@ -19,10 +27,19 @@ struct Params {
 #ifdef EMITTERS_DIRECT
     hit_samples: u32,
 #endif
+#ifdef LIGHT_CUTS
+    error_captured: f32,
+#endif
 }
 var<uniform> params: Params;
+#ifndef PACKED_SURFACE
 var cube_albedo: texture_2d<f32>;
 var cube_normal: texture_2d<f32>;
+
+fn surface_at(at: vec2u) -> Record {
+    return Record(textureLoad(cube_albedo, at, 0), textureLoad(cube_normal, at, 0));
+}
+#endif
 var cube_direct: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
@@ -33,18 +50,22 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var light = vec3f(0.0);
-    let albedo = textureLoad(cube_albedo, id.xy, 0);
-    if is_lit(albedo) {
+    let r = surface_at(id.xy);
+    if is_lit(r.albedo) {
         let probe = probes::position(probes::coordinates(here.tile / 6u));
         let ray = cube::direction(here.tile % 6u, here.texel, edge);
-        let s = read_record(albedo, textureLoad(cube_normal, id.xy, 0), probe, ray);
+        let s = read_record(r.albedo, r.normal, probe, ray);
 #ifdef EMITTERS_DIRECT
         light = reflected_emitters(s, leave(s.position, s.normal + s.view), params.hit_samples, seed(id.xy, 0u));
 #else
         light = s.emission;
 #endif
 #ifdef LIGHTS
+#ifdef LIGHT_CUTS
+        light += reflected_light(s, params.error_captured);
+#else
         light += reflected_light(s);
+#endif
 #endif
     }
     textureStore(cube_direct, id.xy, vec4f(light, 1.0));

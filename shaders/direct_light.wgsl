@@ -2,7 +2,11 @@
 #import lightgraph::camera::pixel_ray
 #import lightgraph::surface::{is_lit, read_record}
 #ifdef LIGHTS
+#ifdef LIGHT_CUTS
+#import lightgraph::light_cuts::reflected_light
+#else
 #import lightgraph::lights::reflected_light
+#endif
 #endif
 #ifdef EMITTERS_DIRECT
 #import lightgraph::emitters::reflected_emitters
@@ -12,6 +16,9 @@
 
 #ifdef EMITTERS_DIRECT
 var<uniform> emitter_samples: u32;
+#endif
+#ifdef LIGHT_CUTS
+var<uniform> error_seen: f32;
 #endif
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
@@ -29,7 +36,11 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
         let s = read_record(albedo, textureLoad(surface_normal, id.xy, 0), ray.origin, ray.direction);
         light = s.emission;
 #ifdef LIGHTS
+#ifdef LIGHT_CUTS
+        light += reflected_light(s, error_seen);
+#else
         light += reflected_light(s);
+#endif
 #endif
 #ifdef EMITTERS_DIRECT
         light += reflected_emitters(s, leave(s.position, s.normal + s.view), emitter_samples, seed(id.xy, 0u));

@@ -12,9 +12,7 @@
 var<uniform> behind_seen: f32;
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
-#ifdef PACKED_PROBES
-var packed: texture_3d<u32>;
-#else
+#ifndef PACKED_PROBES
 var sh: texture_3d<f32>;
 #endif
 var indirect: texture_storage_2d<rgba32float, write>;
@@ -30,8 +28,7 @@ fn indirect_light(@builtin(global_invocation_id) id: vec3u) {
         let ray = pixel_ray(id.xy);
         let normal = textureLoad(surface_normal, id.xy, 0);
 #ifdef PACKED_PROBES
-        let r = Record(albedo, normal);
-        light = reflected_probes(packed, r, ray.origin, ray.direction, behind_seen);
+        light = reflected_probes(Record(albedo, normal), ray.origin, ray.direction, behind_seen);
 #else
         light = reflected_probes(sh, read_record(albedo, normal, ray.origin, ray.direction), behind_seen);
 #endif

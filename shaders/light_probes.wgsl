@@ -1,6 +1,6 @@
 //! A bounce in one dispatch, a workgroup a probe: the surfaces that the probe sees are lit, and what they send it is
-//! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept; else by the probes round
-//! them as well, as of the bounce before.
+//! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept, or with LIT_BEFORE as
+//! another pass has lit them; else by the probes round them as well, as of the bounce before.
 #import lightgraph::cube
 #import lightgraph::cube_sums
 #import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
@@ -10,12 +10,17 @@
 #import lightgraph::sh::COUNT
 #import lightgraph::surface::{is_back, is_lit}
 #ifdef FIRST_BOUNCE
+#ifndef LIT_BEFORE
 #import lightgraph::surface::read_record
 #ifdef LIGHTS
 #import lightgraph::lights::reflected_light
+#ifdef SHADOW_VOLUMES
+#import lightgraph::shadow_volumes
+#endif
+#endif
 #endif
 #else
-#import lightgraph::packed_indirect::reflected_probes
+#import lightgraph::packed_indirect
 #endif
 
 struct Params {
@@ -28,13 +33,24 @@ struct Params {
 }
 var<uniform> params: Params;
 #ifdef FIRST_BOUNCE
+#ifdef LIT_BEFORE
+var cube_direct: texture_2d<f32>;
+#else
 var cube_direct: texture_storage_2d<rgba32float, write>;
+#endif
 #else
 var cube_direct: texture_2d<f32>;
-var packed_before: texture_3d<u32>;
+#ifdef PROBE_VISIBILITY
+/// What sees each texel.
+var cube_sight: texture_2d<u32>;
+#endif
 #endif
 var sh: texture_storage_3d<rgba32float, write>;
+#ifdef PACKED_TABLE
+var<storage, read_write> packed_table: array<vec4u>;
+#else
 var packed: texture_storage_3d<rgba32uint, write>;
+#endif
 
 const LANES_X: u32 = 8u;
 const LANES_Y: u32 = 4u;
@@ -49,6 +65,11 @@ fn light_probes(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
+#ifdef FIRST_BOUNCE
+#ifdef SHADOW_VOLUMES
+    shadow_volumes::fetch();
+#endif
+#endif
     let edge = params.cube_surface_tile;
     let tile = probes::number(probe) * 6u;
     let eye = probes::position(probe);
@@ -92,7 +113,11 @@ fn light_probes(
     }
     workgroupBarrier();
     if lane < TEXELS {
+#ifdef PACKED_TABLE
+        packed_table[probes::number(probe) * TEXELS + lane] = packed_texel(lane);
+#else
         textureStore(packed, vec3u(probe.x * TEXELS + lane, probe.yz), packed_texel(lane));
+#endif
     }
 }
 
@@ -102,6 +127,9 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
     var light = vec3f(0.0);
     if is_lit(r.albedo) {
 #ifdef FIRST_BOUNCE
+#ifdef LIT_BEFORE
+        light = textureLoad(cube_direct, at, 0).rgb;
+#else
         let s = read_record(r.albedo, r.normal, eye, ray);
 #ifdef EMISSIVE
         light = s.emission;
@@ -109,12 +137,21 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
 #ifdef LIGHTS
         light += reflected_light(s);
 #endif
+#endif
 #else
-        light = textureLoad(cube_direct, at, 0).rgb + reflected_probes(packed_before, r, eye, ray, params.behind_captured);
+#ifdef PROBE_VISIBILITY
+        let sight = textureLoad(cube_sight, at, 0).x;
+#else
+        let sight = packed_indirect::ALL;
+#endif
+        light = textureLoad(cube_direct, at, 0).rgb
+            + packed_indirect::reflected_in_sight(r, eye, ray, params.behind_captured, sight);
 #endif
     }
 #ifdef FIRST_BOUNCE
+#ifndef LIT_BEFORE
     textureStore(cube_direct, at, vec4f(light, 1.0));
+#endif
 #endif
     return vec4f(light, select(1.0, 0.0, is_back(r.albedo, r.normal)));
 }

@@ -152,9 +152,18 @@ pub struct Faults(pub Vec<Diagnostic>);
 pub type Checked<T> = Result<T, Faults>;
 
 impl Faults {
-    /// `Ok(value)` when `faults` holds no error.
+    /// `Ok(value)` when `faults` holds no error. What was found in several ways is told once.
     pub fn check<T>(faults: Vec<Diagnostic>, value: T) -> Checked<T> {
-        if faults.iter().any(|d| d.severity == Severity::Error) { Err(Faults(faults)) } else { Ok(value) }
+        if faults.iter().all(|d| d.severity != Severity::Error) {
+            return Ok(value);
+        }
+        let mut once: Vec<Diagnostic> = vec![];
+        for d in faults {
+            if !once.contains(&d) {
+                once.push(d);
+            }
+        }
+        Err(Faults(once))
     }
 }
 

@@ -16,7 +16,7 @@
 //! - [`plan`]: wiring, liveness, sets and reductions, what each view of a set sees, order, shared memory, where loops end,
 //!   what each result is made of, what changed
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback
-//! - [`session`]: from files to frames; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
+//! - [`session`]: from files to frames; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
 //! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - [`builtin`]: the graphs and shaders that the binary carries
@@ -53,6 +53,7 @@ pub mod builtin;
 pub mod cli;
 mod content;
 pub mod diag;
+pub mod fastest;
 pub mod gpu;
 pub mod graph;
 pub mod image;

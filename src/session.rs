@@ -7,6 +7,7 @@ use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Why};
+use crate::plan::fastest::Choices;
 use crate::plan::keys::{Keys, Kind, Outside, Version};
 use crate::plan::region::Seen;
 use crate::plan::request::Request;
@@ -98,6 +99,9 @@ pub struct Settings {
     pub camera: Option<String>,
     /// Outputs to produce; `None`: all.
     pub outputs: Option<Vec<String>>,
+    /// Which alternatives run, by the names of their groups; the first of those that aren't named.
+    /// [`crate::fastest::measured`] finds the fastest here.
+    pub choices: Choices,
     /// Leave out steps whose results are still in memory.
     pub skip: bool,
     /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
@@ -126,6 +130,7 @@ fn plan_of(graph: &Graph, texts: &Library, scene: &Scene, settings: &Settings, g
         facts: &scene.facts(),
         screen: settings.size,
         outputs: settings.outputs.as_deref(),
+        choices: &settings.choices,
         limits: &gpu.limits,
         features: gpu.features,
     };
@@ -305,6 +310,19 @@ impl Session {
         self.last = (index, time, self.shift.clone());
         self.why = why;
         Ok(report)
+    }
+
+    /// Runs some steps of the last frame once more, or of the first, whatever they hold: for whoever asks how long they take.
+    ///
+    /// # Errors
+    /// As [`Session::frame`].
+    pub(crate) fn repeat(&mut self, gpu: &Gpu, run: &[bool]) -> Checked<FrameReport> {
+        let (index, time, shift) = &self.last;
+        let pose = self.scene.pose_shifted(*time, shift);
+        let (values, _) = frame_values(&self.scene, &self.settings, &pose, *index)?;
+        // What other steps would have left isn't there.
+        self.held.forget();
+        gpu::execute(gpu, &self.plan, &mut self.prepared, &Frame { values, run: Some(run), ..Frame::default() })
     }
 
     /// Puts nodes and lights where a pose has them; the tables that the device does not hold as they are now.

@@ -12,6 +12,10 @@ pub struct Material(usize);
 #[derive(Debug, Clone, Copy)]
 pub struct MeshId(usize);
 
+/// Place of a light in the file.
+#[derive(Debug, Clone, Copy)]
+pub struct Light(usize);
+
 /// A glTF file under construction.
 #[derive(Debug, Default)]
 pub struct Document {
@@ -174,10 +178,30 @@ impl Document {
         self.light(light, position, facing(target - position));
     }
 
-    fn light(&mut self, light: Value, position: DVec3, rotation: DQuat) {
-        let mut node = posed(light["name"].as_str().unwrap_or("light"), position, rotation);
+    /// A point light for many places; `candela` times `color` is radiant intensity.
+    pub fn lamp(&mut self, name: &str, color: [f64; 3], candela: f64) -> Light {
+        // glTF's colours are at most 1.
+        let most = color.into_iter().fold(0.0, f64::max);
+        let color = color.map(|c| round(c / most));
+        let light = json!({ "name": name, "type": "point", "color": color, "intensity": round(candela * most) });
         self.lights.push(light);
-        node["extensions"] = json!({ "KHR_lights_punctual": { "light": self.lights.len() - 1 } });
+        Light(self.lights.len() - 1)
+    }
+
+    /// A node that shows a light.
+    pub fn hang(&mut self, light: Light, position: DVec3) {
+        self.place_light(light, position, DQuat::IDENTITY);
+    }
+
+    fn light(&mut self, light: Value, position: DVec3, rotation: DQuat) {
+        self.lights.push(light);
+        self.place_light(Light(self.lights.len() - 1), position, rotation);
+    }
+
+    fn place_light(&mut self, light: Light, position: DVec3, rotation: DQuat) {
+        let name = self.lights[light.0]["name"].as_str().unwrap_or("light");
+        let mut node = posed(name, position, rotation);
+        node["extensions"] = json!({ "KHR_lights_punctual": { "light": light.0 } });
         self.nodes.push(node);
     }
 

@@ -8,6 +8,7 @@ mod figure;
 mod gallery;
 mod glb;
 mod hall;
+mod lamps;
 mod mesh;
 mod paintings;
 mod rooms;
@@ -27,7 +28,7 @@ struct Output {
 
 /// Every generated file, in the order of the README's table.
 fn outputs() -> Vec<Output> {
-    let geometry: [(&str, Document); 11] = [
+    let geometry: [(&str, Document); 16] = [
         ("cornell", rooms::cornell()),
         ("hall", hall::hall()),
         ("art_gallery", gallery::gallery()),
@@ -39,6 +40,11 @@ fn outputs() -> Vec<Output> {
         ("two_rooms", rooms::two_rooms()),
         ("lambert_plane", rooms::lambert_plane()),
         ("metal_balls", rooms::metal_balls()),
+        ("lamps_1", lamps::lamps(1)),
+        ("lamps_16", lamps::lamps(16)),
+        ("lamps_64", lamps::lamps(64)),
+        ("lamps_256", lamps::lamps(256)),
+        ("lamps_1024", lamps::lamps(1024)),
     ];
     let mut out: Vec<Output> = geometry
         .into_iter()

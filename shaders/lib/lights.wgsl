@@ -1,8 +1,14 @@
 //! Light straight from the scene's lights. Units as in glTF's KHR_lights_punctual, taken as radiometric: point and
 //! spot lights in W/sr a channel, directional ones in W/m².
+//!
+//! With LIGHT_UNIFORMS the rows of lights lie in uniforms: for scenes that have few. With SHADOW_VOLUMES the texels of
+//! shadow maps are found where they are asked for.
 #define_import_path lightgraph::lights
 #import lightgraph::surface::Surface
 #import lightgraph::lobe::reflectance
+#ifdef SHADOW_VOLUMES
+#import lightgraph::shadow_volumes
+#endif
 
 struct Light {
     /// 0 point, 1 spot, 2 directional.
@@ -20,60 +26,34 @@ struct Light {
     views: u32,
 }
 
-#ifdef LIGHT_TEXELS
-/// The rows of the tables `lights` and `light_views`, as light_texels.wgsl puts them in a texture.
-var light_texels: texture_2d<f32>;
-
-struct Count {
-    lights: u32,
-}
-var<uniform> count: Count;
-
-fn light_count() -> u32 {
-    return count.lights;
-}
-
-fn light_at(i: u32) -> Light {
-    let a = textureLoad(light_texels, vec2u(0u, i), 0);
-    let b = textureLoad(light_texels, vec2u(1u, i), 0);
-    let c = textureLoad(light_texels, vec2u(2u, i), 0);
-    let d = textureLoad(light_texels, vec2u(3u, i), 0);
-    return Light(u32(d.x), a.xyz, b.xyz, c.xyz, a.w, b.w, c.w, u32(d.y), u32(d.z));
-}
-
-fn view_projection(i: u32) -> mat4x4f {
-    return mat4x4f(
-        textureLoad(light_texels, vec2u(4u, i), 0),
-        textureLoad(light_texels, vec2u(5u, i), 0),
-        textureLoad(light_texels, vec2u(6u, i), 0),
-        textureLoad(light_texels, vec2u(7u, i), 0),
-    );
-}
-#else
-var<storage, read> lights: array<Light>;
-
 struct LightView {
     view_projection: mat4x4f,
 }
+
+#ifdef LIGHT_UNIFORMS
+var<uniform> lights: array<Light, #{LIGHT_ROWS}>;
+var<uniform> light_views: array<LightView, #{VIEW_ROWS}>;
+
+fn light_count() -> u32 {
+    return #{LIGHT_ROWS}u;
+}
+#else
+var<storage, read> lights: array<Light>;
 var<storage, read> light_views: array<LightView>;
 
 fn light_count() -> u32 {
     return arrayLength(&lights);
 }
-
-fn light_at(i: u32) -> Light {
-    return lights[i];
-}
-
-fn view_projection(i: u32) -> mat4x4f {
-    return light_views[i].view_projection;
-}
 #endif
 
+#ifndef SHADOW_VOLUMES
 /// Depth of what each light view sees, one layer a view.
 var shadow_map: texture_depth_2d_array;
+#endif
 
 struct Shadow {
+    /// Texels along a shadow map.
+    shadow_size: u32,
     /// Offset along the normal that keeps a surface out of its own shadow, in shadow texels.
     bias: f32,
 }
@@ -130,9 +110,9 @@ fn view_of(light: Light, point: vec3f) -> u32 {
 /// The map holds the depth at its texels' centres. A plane stays clear of its own map when the point looked up is
 /// moved along the normal by the distance to those centres, a texel's diagonal at most, times the sine between the
 /// normal and the view's axis: 1.42 texels at most. A tenth covers the rounding of depths where the sine vanishes.
-fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
-    let edge = f32(textureDimensions(shadow_map).x);
-    let m = view_projection(view_of(light, point));
+fn visibility(index: u32, light: Light, point: vec3f, normal: vec3f) -> f32 {
+    let edge = f32(shadow.shadow_size);
+    let m = light_views[view_of(light, point)].view_projection;
     let across = vec3f(m[0].x, m[1].x, m[2].x);
     let along = normalize(vec3f(m[0].z, m[1].z, m[2].z));
     let depth = (m * vec4f(point, 1.0)).w;
@@ -142,34 +122,77 @@ fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     let moved = point + shadow.bias * texel * max(sine, 0.1) * normal;
 
     let view = view_of(light, moved);
-    let clip = view_projection(view) * vec4f(moved, 1.0);
+    let clip = light_views[view].view_projection * vec4f(moved, 1.0);
     if clip.w <= 0.0 {
         return 1.0;
     }
     let ndc = clip.xyz / clip.w;
     let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge - 0.5;
     let share = at - floor(at);
-    var sum = 0.0;
-    for (var corner = 0u; corner < 4u; corner++) {
-        let side = vec2u(corner & 1u, corner >> 1u);
-        let nearest = vec2u(clamp(floor(at) + vec2f(side), vec2f(0.0), vec2f(edge - 1.0)));
-        let weight = select(1.0 - share, share, side == vec2u(1u));
-        let lit = ndc.z <= textureLoad(shadow_map, nearest, view, 0);
-        sum += select(0.0, weight.x * weight.y, lit);
-    }
-    return sum;
+    let low = clamp(floor(at), vec2f(0.0), vec2f(edge - 1.0));
+    let high = clamp(floor(at) + 1.0, vec2f(0.0), vec2f(edge - 1.0));
+#ifdef SHADOW_VOLUMES
+    let lit = shadow_volumes::reached(index, texels(view, moved, clip.w, low - at, high - low));
+#else
+    let lit = vec4f(ndc.z) <= vec4f(
+        textureLoad(shadow_map, vec2u(low), view, 0),
+        textureLoad(shadow_map, vec2u(vec2f(high.x, low.y)), view, 0),
+        textureLoad(shadow_map, vec2u(vec2f(low.x, high.y)), view, 0),
+        textureLoad(shadow_map, vec2u(high), view, 0),
+    );
+#endif
+    let near = 1.0 - share;
+    return dot(
+        select(vec4f(0.0), vec4f(1.0), lit),
+        vec4f(near.x * near.y, share.x * near.y, near.x * share.y, share.x * share.y),
+    );
 }
 
-/// Radiance that a surface reflects towards its viewer straight from all lights.
+#ifdef SHADOW_VOLUMES
+/// The centres of four texels of a view, as far from the light's plane as the point: the first `first` texels from the
+/// point's place, the others `step` further.
+fn texels(view: u32, point: vec3f, depth: f32, first: vec2f, step: vec2f) -> shadow_volumes::Points {
+    let m = light_views[view].view_projection;
+    let right = vec3f(m[0].x, m[1].x, m[2].x);
+    let down = -vec3f(m[0].y, m[1].y, m[2].y);
+    let width = 2.0 * depth / f32(shadow.shadow_size);
+    let x = width / dot(right, right) * right;
+    let y = width / dot(down, down) * down;
+    return shadow_volumes::Points(vec4f(point + first.x * x + first.y * y, 1.0), step.x * x, step.y * y);
+}
+#endif
+
+/// Radiance that a surface reflects towards its viewer straight from one light.
+fn reflected_from(i: u32, s: Surface) -> vec3f {
+    let light = lights[i];
+    let a = arrival(light, s.position);
+    let reflected = reflectance(s, a.direction) * a.irradiance;
+    if all(reflected <= vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    return visibility(i, light, s.position, s.normal) * reflected;
+}
+
+/// The same from all lights.
 fn reflected_light(s: Surface) -> vec3f {
+#ifdef SHADOW_VOLUMES
+    // Few, and written out: see `lightgraph::shadow_volumes`.
+    var sum = reflected_from(0u, s);
+#if LIGHT_ROWS >= 2
+    sum += reflected_from(1u, s);
+#endif
+#if LIGHT_ROWS >= 3
+    sum += reflected_from(2u, s);
+#endif
+#if LIGHT_ROWS >= 4
+    sum += reflected_from(3u, s);
+#endif
+    return sum;
+#else
     var sum = vec3f(0.0);
     for (var i = 0u; i < light_count(); i++) {
-        let light = light_at(i);
-        let a = arrival(light, s.position);
-        let reflected = reflectance(s, a.direction) * a.irradiance;
-        if any(reflected > vec3f(0.0)) {
-            sum += visibility(light, s.position, s.normal) * reflected;
-        }
+        sum += reflected_from(i, s);
     }
     return sum;
+#endif
 }

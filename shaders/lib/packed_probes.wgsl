@@ -1,9 +1,11 @@
 //! The coefficients of probes packed for few fetches: 16 bits each, as parts of the probe's largest. The error is
 //! 1.5e-5 of that one at most, so that bright scenes keep their limit where half floats would miss it.
 //!
-//! A probe is TEXELS texels along x of a 3D texture. Three hold the red, green and blue of eight coefficients, two to a
+//! A probe is TEXELS texels along x of a 3D texture, or as many elements of a table in a uniform. Three hold the red, green and blue of eight coefficients, two to a
 //! word, the lower first; the last holds what is left: coefficient COUNT - 1 where COUNT is odd, how open the probe is,
 //! and what a step of all these numbers stands for.
+//!
+//! PACKED_PROBES says whose light is meant: 1 that of the probes now, 2 of those a bounce before, 3 the former less the latter.
 #define_import_path lightgraph::packed_probes
 #import lightgraph::probes
 #import lightgraph::sh::{COUNT, ORDER, basis}
@@ -13,6 +15,58 @@ const TEXELS: u32 = 3u * EIGHTS + 1u;
 
 /// Steps from 0 to the largest coefficient. Values stay in the upper halves of words: 65536 to a step.
 const STEPS: f32 = 32767.0;
+
+#ifdef PACKED_TABLE
+#if PACKED_PROBES != 2
+var<uniform> packed_table: array<vec4u, #{PACKED_TEXELS}>;
+#endif
+#if PACKED_PROBES >= 2
+var<uniform> packed_table_before: array<vec4u, #{PACKED_TEXELS}>;
+#endif
+#else
+#if PACKED_PROBES != 2
+var packed: texture_3d<u32>;
+#endif
+#if PACKED_PROBES >= 2
+var packed_before: texture_3d<u32>;
+#endif
+#endif
+
+#if PACKED_PROBES != 2
+fn texel_now(probe: vec3u, i: u32) -> vec4u {
+#ifdef PACKED_TABLE
+    return packed_table[probes::number(probe) * TEXELS + i];
+#else
+    return textureLoad(packed, vec3u(probe.x * TEXELS + i, probe.yz), 0);
+#endif
+}
+#endif
+
+#if PACKED_PROBES >= 2
+fn texel_before(probe: vec3u, i: u32) -> vec4u {
+#ifdef PACKED_TABLE
+    return packed_table_before[probes::number(probe) * TEXELS + i];
+#else
+    return textureLoad(packed_before, vec3u(probe.x * TEXELS + i, probe.yz), 0);
+#endif
+}
+#endif
+
+/// Texel `i` of a probe; `before` is asked for only where both bounces are there.
+fn texel_of(probe: vec3u, i: u32, before: bool) -> vec4u {
+#if PACKED_PROBES == 1
+    return texel_now(probe, i);
+#endif
+#if PACKED_PROBES == 2
+    return texel_before(probe, i);
+#endif
+#if PACKED_PROBES == 3
+    if before {
+        return texel_before(probe, i);
+    }
+    return texel_now(probe, i);
+#endif
+}
 
 /// A weight for each coefficient: of eight those with even numbers, then those with odd ones.
 struct Weights {
@@ -102,11 +156,11 @@ fn upper(words: vec4u) -> vec4f {
     return vec4f(bitcast<vec4i>(words & vec4u(0xffff0000u)));
 }
 
-/// Red, green and blue of eight coefficients, weighed.
-fn eight(packed: texture_3d<u32>, at: vec3u, even: vec4f, odd: vec4f) -> vec3f {
-    let red = textureLoad(packed, at, 0);
-    let green = textureLoad(packed, at + vec3u(1u, 0u, 0u), 0);
-    let blue = textureLoad(packed, at + vec3u(2u, 0u, 0u), 0);
+/// Red, green and blue of eight coefficients, from texel `first` on, weighed.
+fn eight(probe: vec3u, first: u32, before: bool, even: vec4f, odd: vec4f) -> vec3f {
+    let red = texel_of(probe, first, before);
+    let green = texel_of(probe, first + 1u, before);
+    let blue = texel_of(probe, first + 2u, before);
     return vec3f(
         dot(lower(red), even) + dot(upper(red), odd),
         dot(lower(green), even) + dot(upper(green), odd),
@@ -122,20 +176,27 @@ struct Weighed {
 }
 
 /// Sum over the coefficients of `w` times one probe's.
-fn weigh(packed: texture_3d<u32>, w: Weights, probe: vec3u) -> Weighed {
-    let at = vec3u(probe.x * TEXELS, probe.yz);
-    let rest = textureLoad(packed, at + vec3u(TEXELS - 1u, 0u, 0u), 0);
+fn weigh(w: Weights, probe: vec3u) -> Weighed {
+    var found = weigh_one(w, probe, false);
+#if PACKED_PROBES == 3
+    found.light -= weigh_one(w, probe, true).light;
+#endif
+    return found;
+}
+
+fn weigh_one(w: Weights, probe: vec3u, before: bool) -> Weighed {
+    let rest = texel_of(probe, TEXELS - 1u, before);
     let low = lower(rest);
     let high = upper(rest);
     var sum = w.last * vec3f(low.x, high.x, low.y);
 #if SH_ORDER >= 1
-    sum += eight(packed, at, w.even0, w.odd0);
+    sum += eight(probe, 0u, before, w.even0, w.odd0);
 #endif
 #if SH_ORDER >= 3
-    sum += eight(packed, at + vec3u(3u, 0u, 0u), w.even1, w.odd1);
+    sum += eight(probe, 3u, before, w.even1, w.odd1);
 #endif
 #if SH_ORDER >= 4
-    sum += eight(packed, at + vec3u(6u, 0u, 0u), w.even2, w.odd2);
+    sum += eight(probe, 6u, before, w.even2, w.odd2);
 #endif
     return Weighed(bitcast<f32>(rest.z) * sum, high.y / (65536.0 * STEPS));
 }

@@ -237,6 +237,11 @@ fn share_of(c: Cell, corner: u32) -> f32 {
     return select(0.0, near.x * near.y * near.z, has_probe(c, corner));
 }
 
+/// Sides on which a cell's far corners have a share, as bits: all corners but the subsets of these have none.
+fn sides(c: Cell) -> u32 {
+    return dot(select(vec3u(0u), vec3u(1u, 2u, 4u), c.fraction > vec3f(0.0)), vec3u(1u));
+}
+
 /// Sum over the coefficients of `weights`, a colour each, times one probe's.
 fn weigh(coefficients: texture_3d<f32>, weights: array<vec3f, COUNT>, probe: vec3u) -> vec3f {
     var w = weights;

@@ -72,6 +72,32 @@ fn gather(
 }
 
 #if PROBE_VISIBILITY == 1
+/// What sees a surface point. Bit i: corner i of its cell. Where none of the corners counts: 256 times 1 + the number of the
+/// nearest probe that sees it, 0 without one.
+fn sight(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
+    let sides = probes::sides(here);
+    var seen = 0u;
+    var shares = 0.0;
+    var corner = 0u;
+    loop {
+        if visibility(probes::probe_at(here, corner), point, normal) > 0.0 {
+            seen |= 1u << corner;
+            shares += probes::share_of(here, corner);
+        }
+        corner = (corner - sides) & sides;
+        if corner == 0u {
+            break;
+        }
+    }
+    if shares < NONE {
+        let found = nearest_visible(here, point, normal);
+        return select(0u, (probes::number(found.xyz) + 1u) << 8u, found.w == 1u);
+    }
+    return seen;
+}
+#endif
+
+#if PROBE_VISIBILITY == 1
 /// The nearest probe that sees the point among the 4x4x4 round its cell; w is 0 when there is none.
 fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> vec4u {
     let last = vec3i(probes::probe_grid.grid) - 1;

@@ -9,6 +9,7 @@ use super::references::References;
 use super::results::{Entry, PassTime, Phase, PhaseTimes, Spread};
 use super::score::{change, mean, score};
 use crate::diag::{Checked, Faults};
+use crate::fastest::Policy;
 use crate::gpu::{FrameReport, Gpu};
 use crate::image::Image;
 use crate::plan::Plan;
@@ -16,6 +17,7 @@ use crate::scene::{Bounds, Scene, Shift};
 use crate::session::{Project, Session, Settings};
 use glam::Vec3;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// What is measured.
@@ -33,6 +35,8 @@ pub struct Target<'a> {
     pub start_up_ms: &'a BTreeMap<String, f64>,
     /// See [`Entry::inputs`].
     pub inputs: &'a str,
+    /// Which of the graph's alternatives run.
+    pub fastest: Policy,
 }
 
 /// How long to measure.
@@ -110,7 +114,7 @@ fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>, measured: &mut Measur
     let wanted = |o: &String| o == SEEN || target.references.all.iter().any(|r| r.output == *o);
     let outputs: Vec<String> = declared.filter(wanted).collect();
     let texts: Vec<String> = target.setting.iter().map(|(n, v)| format!("{n}={v}")).collect();
-    let settings = Settings {
+    let mut settings = Settings {
         params: target.project.params(&texts)?,
         size: target.size,
         camera: target.camera.map(String::from),
@@ -118,8 +122,10 @@ fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>, measured: &mut Measur
         skip: true,
         ..Settings::default()
     };
+    let scene = Arc::new(target.scene.clone());
+    settings.choices = target.fastest.choices(gpu, target.project, &scene, &settings)?;
     let start = Instant::now();
-    let session = Session::new(gpu, target.project, target.scene.clone(), settings)?;
+    let session = Session::new(gpu, target.project, scene, settings)?;
     let Measured { entry, images } = measured;
     entry.start_up_ms.insert("prepare".into(), start.elapsed().as_secs_f64() * 1e3);
     (entry.bytes, entry.bytes_without_sharing) = session.plan.bytes();

@@ -10,6 +10,7 @@ use crate::bench::results::{Entry, Journal, Machine, Phase, Results, hash};
 use crate::bench::sweep::Sweep;
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults};
+use crate::fastest::Policy;
 use crate::gpu::Gpu;
 use crate::image::file::write_atomically;
 use crate::scene::{self, Scene};
@@ -68,6 +69,9 @@ pub struct Args {
     /// Graphs whose images the report shows on each scene at most; 0 for a small file
     #[arg(long, value_name = "N", default_value_t = 12)]
     pub images: usize,
+    /// Which of a graph's alternatives run
+    #[arg(long, value_enum, default_value_t = Policy::Measure)]
+    pub fastest: Policy,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -138,6 +142,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
                     references: &references,
                     start_up_ms: &start_up_ms,
                     inputs: &inputs,
+                    fastest: args.fastest,
                 };
                 if let Some(slow) = slow.as_ref().filter(|s| sweep.is_more(&setting, &s.setting)) {
                     bench.leave_out(&target, slow)?;

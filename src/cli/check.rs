@@ -2,7 +2,8 @@
 
 use super::{Failure, ShaderFolders, notices, print};
 use crate::diag::{Diagnostic, Faults};
-use crate::plan::build::plan;
+use crate::plan::build::faults;
+use crate::plan::fastest::FIRST;
 use crate::plan::request::{Request, sample_device, sample_facts};
 use crate::scene;
 use crate::session::Project;
@@ -47,7 +48,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     Ok(code)
 }
 
-/// The faults of one graph under each set of facts, none of them twice.
+/// The faults of one graph under each set of facts, whichever alternatives run, none of them twice.
 fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Vec<Diagnostic> {
     let mut all: Vec<Diagnostic> = vec![];
     let project = match Project::open(path, &args.shaders.folders) {
@@ -67,11 +68,14 @@ fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Vec<Diagnosti
             facts,
             screen: [640, 480],
             outputs: None,
+            choices: &FIRST,
             limits: &limits,
             features,
         };
-        if let Err(Faults(faults)) = plan(&request) {
-            all.extend(faults.into_iter().filter(|d| !all.contains(d)).collect::<Vec<_>>());
+        for fault in faults(&request) {
+            if !all.contains(&fault) {
+                all.push(fault);
+            }
         }
     }
     all

@@ -5,6 +5,7 @@
 pub mod bench;
 pub mod check;
 pub mod compare;
+mod fastest;
 pub mod new;
 mod outputs;
 pub mod plan;

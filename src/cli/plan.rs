@@ -1,7 +1,9 @@
 //! `lightgraph plan`: what a graph compiles to. No device.
 
+use super::fastest::{FastestArgs, Which};
 use super::{Failure, ShaderFolders, notices, print, size};
-use crate::diag::Checked;
+use crate::diag::{Checked, Diagnostic};
+use crate::fastest::Policy;
 use crate::plan::build::{Planned, plan};
 use crate::plan::request::{Request, sample_device, sample_facts};
 use crate::plan::show;
@@ -46,6 +48,8 @@ pub struct Args {
     #[arg(long, value_name = "GRAPH", conflicts_with = "format")]
     pub diff: Option<PathBuf>,
     #[command(flatten)]
+    pub fastest: FastestArgs,
+    #[command(flatten)]
     pub shaders: ShaderFolders,
 }
 
@@ -54,6 +58,10 @@ pub struct Args {
 /// # Errors
 /// Faults of the graphs or the scene.
 pub fn run(args: &Args) -> Result<u8, Failure> {
+    if args.fastest.fastest.contains(&Which::Rest(Policy::Measure)) {
+        let d = Diagnostic::error("`plan` has no device to measure alternatives on");
+        return Err(Failure::Usage(d.help("without it the first of each group is planned; GROUP=PASS plans another")));
+    }
     let facts = match &args.scene {
         Some(path) => scene::load(path)?.scene.facts(),
         None => sample_facts(true),
@@ -85,6 +93,7 @@ fn planned(args: &Args, graph: &Path, facts: &Values) -> Checked<Planned> {
         facts,
         screen: args.size,
         outputs: (!args.outputs.is_empty()).then_some(args.outputs.as_slice()),
+        choices: &args.fastest.named(&project.graph)?,
         limits: &limits,
         features,
     })

@@ -1,5 +1,6 @@
 //! `lightgraph render`: a graph to images, without a window.
 
+use super::fastest::FastestArgs;
 use super::outputs::{OutputArgs, output_names};
 use super::stats::{FrameStats, Stats};
 use super::{Failure, ShaderFolders, notices, print, size, table};
@@ -11,6 +12,7 @@ use crate::session::{Project, Session, Settings};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Renders a graph without a window.
@@ -52,6 +54,8 @@ pub struct Args {
     #[arg(long)]
     pub watch_numerics: bool,
     #[command(flatten)]
+    pub fastest: FastestArgs,
+    #[command(flatten)]
     pub shaders: ShaderFolders,
 }
 
@@ -70,7 +74,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     clock.lap("scene");
     let gpu = Gpu::open()?;
     clock.lap("device");
-    let settings = Settings {
+    let mut settings = Settings {
         params,
         size: args.size,
         camera: args.camera.clone(),
@@ -80,7 +84,10 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         watch: args.watch_numerics,
         ..Settings::default()
     };
-    let mut session = Session::new(&gpu, &project, loaded.scene, settings)?;
+    let scene = Arc::new(loaded.scene);
+    settings.choices = args.fastest.choices(&gpu, &project, &scene, &settings)?;
+    clock.lap("alternatives");
+    let mut session = Session::new(&gpu, &project, scene, settings)?;
     notices(&session.notices);
     clock.lap("prepare");
 

@@ -22,6 +22,7 @@ pub fn run(args: &Args, list: &Path) -> Result<u8, Failure> {
         shaders: &args.shaders.folders,
         references: &args.references,
         repeat: args.repeat,
+        fastest: args.fastest,
     };
     let found = bench.run(&list, &mut |row| print(&rows::line(row)))?;
     let all = Rows { version: env!("CARGO_PKG_VERSION").into(), commit: commit(), machine: machine(&gpu), rows: found };

@@ -1,6 +1,7 @@
 //! `lightgraph view`: a graph in a window, with live reload.
 
 use super::{Failure, ShaderFolders, size};
+use crate::fastest::Policy;
 use std::path::PathBuf;
 
 /// Opens a window on a graph.
@@ -36,6 +37,9 @@ pub struct Args {
     /// Play these events, then go on; for tests
     #[arg(long, value_name = "FILE.ron", hide = true)]
     pub script: Option<PathBuf>,
+    /// Which of a graph's alternatives run
+    #[arg(long, value_enum, default_value_t = Policy::Measure)]
+    pub fastest: Policy,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -78,6 +82,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let start = Start {
         choice,
         shaders: args.shaders.folders.clone(),
+        fastest: args.fastest,
         size: args.size,
         folder: args.folder.clone(),
         script: args.script.as_deref().map(Script::load).transpose()?,

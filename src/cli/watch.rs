@@ -8,12 +8,13 @@ use super::render;
 use super::{Failure, notices, print};
 use crate::diag::{Checked, Faults};
 use crate::gpu::{FrameReport, Gpu};
+use crate::plan::fastest::{Choices, still};
 use crate::reload::{Watcher, folder_of, folders, settled};
 use crate::scene;
 use crate::session::{Project, Session, Settings};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
 /// Renders again whenever a file changes.
@@ -93,7 +94,7 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         let loaded = scene::load(&args.scene)?;
         folders.extend(loaded.files.iter().filter_map(|f| folder_of(f)));
         let scene_ms = lap();
-        let settings = Settings {
+        let mut settings = Settings {
             params: project.params(&args.set)?,
             size: args.size,
             camera: args.camera.clone(),
@@ -103,7 +104,11 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
             watch: args.watch_numerics,
             ..Settings::default()
         };
-        let mut session = Session::after(gpu, &project, loaded.scene, settings, previous)?;
+        let scene = Arc::new(loaded.scene);
+        // What is once decided stays: a save is to be seen at once.
+        settings.choices = previous.map_or(Choices::new(), |p| still(&project.graph, &p.settings.choices));
+        settings.choices = args.fastest.choices(gpu, &project, &scene, &settings)?;
+        let mut session = Session::after(gpu, &project, scene, settings, previous)?;
         let prepare_ms = lap();
         let report = session.frame(gpu, 0, 0.0)?;
         let frame_ms = lap();

@@ -99,13 +99,13 @@ pub(super) fn bind_group(
         };
         let resource = match binding {
             Binding::Resource(id) => match things.pool.memory(plan, *id)? {
-                Memory::Buffer(buffer) => Some(buffer.as_entire_binding()),
+                Memory::Buffer(buffer) => Some(extent(buffer, &variable.kind)),
                 Memory::Texture(_) => view_key(&variable.kind, *id)
                     .and_then(|key| shared.views.get(&key))
                     .map(wgpu::BindingResource::TextureView),
             },
             Binding::Uniform { .. } => things.uniforms.binding(index, at),
-            Binding::Table(table) => things.scene.tables.get(*table).map(wgpu::Buffer::as_entire_binding),
+            Binding::Table(table) => things.scene.tables.get(*table).map(|buffer| extent(buffer, &variable.kind)),
             Binding::SceneTextures => Some(wgpu::BindingResource::TextureView(&things.scene.textures)),
             Binding::Report => things.reports.buffer(index).map(wgpu::Buffer::as_entire_binding),
             Binding::Sampler(desc) => shared.samplers.get(desc).map(wgpu::BindingResource::Sampler),
@@ -121,6 +121,15 @@ pub(super) fn bind_group(
     Faults::check(faults, ())?;
     let desc = wgpu::BindGroupDescriptor { label: Some(&step.name), layout: layout.0, entries: &entries };
     Ok(gpu.device.create_bind_group(&desc))
+}
+
+/// All of a buffer; for an array in a uniform, whose size devices limit, as much as it asks for.
+fn extent<'b>(buffer: &'b wgpu::Buffer, kind: &BindingKind) -> wgpu::BindingResource<'b> {
+    let size = match kind {
+        BindingKind::UniformArray { size, .. } => wgpu::BufferSize::new(u64::from(*size)),
+        _ => None,
+    };
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size })
 }
 
 impl Shared {
@@ -150,7 +159,10 @@ fn view_key(kind: &BindingKind, id: ResourceId) -> Option<(ResourceId, TextureDi
     match kind {
         BindingKind::Texture { dim, .. } => Some((id, *dim, false)),
         BindingKind::StorageTexture { dim, .. } => Some((id, *dim, true)),
-        BindingKind::Uniform(_) | BindingKind::Storage { .. } | BindingKind::Sampler { .. } => None,
+        BindingKind::Uniform(_)
+        | BindingKind::UniformArray { .. }
+        | BindingKind::Storage { .. }
+        | BindingKind::Sampler { .. } => None,
     }
 }
 
@@ -159,6 +171,11 @@ fn binding_type(gpu: &Gpu, plan: &Plan, kind: &BindingKind, binding: &Binding) -
         BindingKind::Uniform(_) => wgpu::BindingType::Buffer {
             ty: wgpu::BufferBindingType::Uniform,
             has_dynamic_offset: true,
+            min_binding_size: None,
+        },
+        BindingKind::UniformArray { .. } => wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
             min_binding_size: None,
         },
         BindingKind::Storage { writable, .. } => wgpu::BindingType::Buffer {

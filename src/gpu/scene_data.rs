@@ -109,7 +109,7 @@ fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Checked<wgpu::Buffer> {
             .help("use a smaller scene")
             .into());
     }
-    buffer(gpu, name, bytes, wgpu::BufferUsages::STORAGE)
+    buffer(gpu, name, bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM)
 }
 
 fn buffer(gpu: &Gpu, label: &str, bytes: &[u8], usage: wgpu::BufferUsages) -> Checked<wgpu::Buffer> {

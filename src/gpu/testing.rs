@@ -37,6 +37,7 @@ impl Sketch {
                 steps: vec![],
                 order: vec![],
                 skipped: vec![],
+                alternatives: vec![],
                 outputs: vec![],
             },
         }
@@ -80,7 +81,7 @@ impl Sketch {
 
     pub fn buffer(&mut self, name: &str, size: u64) -> ResourceId {
         use wgpu::BufferUsages as U;
-        self.resource(name, Desc::Buffer { size, usage: U::STORAGE | U::COPY_SRC | U::COPY_DST }, size)
+        self.resource(name, Desc::Buffer { size, usage: U::STORAGE | U::UNIFORM | U::COPY_SRC | U::COPY_DST }, size)
     }
 
     pub fn id(&self, name: &str) -> ResourceId {
@@ -102,8 +103,19 @@ impl Sketch {
                     address: wgpu::AddressMode::ClampToEdge,
                     compare: comparison.then_some(wgpu::CompareFunction::LessEqual),
                 }),
-                BindingKind::Storage { element, stride, .. } if scene::TABLES.iter().any(|(t, _)| *t == v.name) => {
-                    self.plan.tables.push(TableUse { table: v.name.clone(), row: element.clone(), stride: *stride });
+                BindingKind::Storage { element, stride, .. } | BindingKind::UniformArray { element, stride, .. }
+                    if scene::TABLES.iter().any(|(t, _)| *t == v.name) =>
+                {
+                    let rows = match &v.kind {
+                        BindingKind::UniformArray { size, .. } => Some(size / stride),
+                        _ => None,
+                    };
+                    self.plan.tables.push(TableUse {
+                        table: v.name.clone(),
+                        row: element.clone(),
+                        stride: *stride,
+                        rows,
+                    });
                     Binding::Table(self.plan.tables.len() - 1)
                 }
                 _ if v.name == "scene_textures" => Binding::SceneTextures,

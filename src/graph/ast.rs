@@ -82,7 +82,7 @@ pub struct Pass {
     pub name: Name,
     pub span: Span,
     pub when: Option<Expr>,
-    /// A heading under which reports sum passes up. After [`inherit_groups`]: also that of the loop around.
+    /// A heading under which reports sum passes up. After [`inherit_groups`]: also that of the pass around.
     pub group: Option<Name>,
     pub each: Option<Expr>,
     pub defines: Vec<(Name, Expr)>,
@@ -95,11 +95,34 @@ pub struct Pass {
 pub enum PassKind {
     Draw(Raster),
     Screen(Raster),
-    Compute { shader: Name, over: Size },
-    Reduce { shader: Name, from: Name, to: Name, factor: Vec<Expr>, until: Expr },
-    Copy { from: Name, to: Name },
-    Clear { target: Name, value: [f64; 4] },
-    Loop { count: Expr, until: Option<Expr>, passes: Vec<Pass> },
+    Compute {
+        shader: Name,
+        over: Size,
+    },
+    Reduce {
+        shader: Name,
+        from: Name,
+        to: Name,
+        factor: Vec<Expr>,
+        until: Expr,
+    },
+    Copy {
+        from: Name,
+        to: Name,
+    },
+    Clear {
+        target: Name,
+        value: [f64; 4],
+    },
+    Loop {
+        count: Expr,
+        until: Option<Expr>,
+        passes: Vec<Pass>,
+    },
+    /// Alternatives that leave the same results; one of them runs.
+    Fastest {
+        of: Vec<Vec<Pass>>,
+    },
 }
 
 /// What draw and screen passes share.
@@ -134,6 +157,7 @@ impl PassKind {
             PassKind::Copy { .. } => "Copy",
             PassKind::Clear { .. } => "Clear",
             PassKind::Loop { .. } => "Loop",
+            PassKind::Fastest { .. } => "Fastest",
         }
     }
 
@@ -142,17 +166,35 @@ impl PassKind {
         match self {
             PassKind::Draw(r) | PassKind::Screen(r) => Some(&r.shader),
             PassKind::Compute { shader, .. } | PassKind::Reduce { shader, .. } => Some(shader),
-            PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Loop { .. } => None,
+            PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Loop { .. } | PassKind::Fastest { .. } => None,
+        }
+    }
+
+    /// The lists of passes in it: of a loop its body, of alternatives each.
+    pub fn bodies(&self) -> &[Vec<Pass>] {
+        match self {
+            PassKind::Loop { passes, .. } => std::slice::from_ref(passes),
+            PassKind::Fastest { of } => of,
+            _ => &[],
+        }
+    }
+
+    /// As [`PassKind::bodies`], for edits.
+    pub fn bodies_mut(&mut self) -> &mut [Vec<Pass>] {
+        match self {
+            PassKind::Loop { passes, .. } => std::slice::from_mut(passes),
+            PassKind::Fastest { of } => of,
+            _ => &mut [],
         }
     }
 }
 
-/// Calls `f` with every pass, loops before their bodies.
+/// Calls `f` with every pass, those that hold others before them.
 pub fn walk<'a>(passes: &'a [Pass], f: &mut impl FnMut(&'a Pass)) {
     for pass in passes {
         f(pass);
-        if let PassKind::Loop { passes, .. } = &pass.kind {
-            walk(passes, f);
+        for body in pass.kind.bodies() {
+            walk(body, f);
         }
     }
 }
@@ -161,19 +203,41 @@ pub fn walk<'a>(passes: &'a [Pass], f: &mut impl FnMut(&'a Pass)) {
 pub fn walk_mut(passes: &mut [Pass], f: &mut impl FnMut(&mut Pass)) {
     for pass in passes {
         f(pass);
-        if let PassKind::Loop { passes, .. } = &mut pass.kind {
-            walk_mut(passes, f);
+        for body in pass.kind.bodies_mut() {
+            walk_mut(body, f);
         }
     }
 }
 
-/// Gives passes without a group that of the loop around them.
+/// Gives passes without a group that of the pass around them.
 pub fn inherit_groups(passes: &mut [Pass], around: Option<&Name>) {
     for pass in passes {
         pass.group = pass.group.take().or_else(|| around.cloned());
-        if let PassKind::Loop { passes, .. } = &mut pass.kind {
-            inherit_groups(passes, pass.group.as_ref());
+        for body in pass.kind.bodies_mut() {
+            inherit_groups(body, pass.group.as_ref());
         }
+    }
+}
+
+impl Resource {
+    /// The expressions in it: of its extent, which may name other resources, and of its counts.
+    pub fn exprs(&self) -> (Vec<&Expr>, Vec<&Expr>) {
+        let mut sizes: Vec<&Expr> = vec![];
+        let mut counts: Vec<&Expr> = self.members.iter().collect();
+        match &self.kind {
+            ResourceKind::Texture { size, layers: n, mips, .. } | ResourceKind::Cube { size, count: n, mips, .. } => {
+                sizes.extend(size.exprs());
+                counts.extend(n.iter().chain(mips));
+            }
+            ResourceKind::Texture3d { size, mips, .. } => {
+                sizes.extend(size.exprs());
+                counts.extend(mips.iter());
+            }
+            ResourceKind::Atlas { tile, count, .. } => counts.extend([tile, count]),
+            ResourceKind::Buffer { stride, count } => counts.extend([stride, count]),
+            ResourceKind::Sampler(_) => {}
+        }
+        (sizes, counts)
     }
 }
 

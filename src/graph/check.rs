@@ -150,21 +150,7 @@ impl<'g> Check<'g> {
     }
 
     fn resource(&mut self, name: &str, r: &super::ast::Resource) {
-        let mut sizes: Vec<&Expr> = vec![];
-        let mut counts: Vec<&Expr> = r.members.iter().collect();
-        match &r.kind {
-            ResourceKind::Texture { size, layers: n, mips, .. } | ResourceKind::Cube { size, count: n, mips, .. } => {
-                sizes.extend(size.exprs());
-                counts.extend(n.iter().chain(mips));
-            }
-            ResourceKind::Texture3d { size, mips, .. } => {
-                sizes.extend(size.exprs());
-                counts.extend(mips.iter());
-            }
-            ResourceKind::Atlas { tile, count, .. } => counts.extend([tile, count]),
-            ResourceKind::Buffer { stride, count } => counts.extend([stride, count]),
-            ResourceKind::Sampler(_) => {}
-        }
+        let (sizes, counts) = r.exprs();
         for e in sizes {
             self.names(e, Scope::Sizes);
             let mut itself = false;
@@ -229,6 +215,30 @@ impl<'g> Check<'g> {
                 self.passes(passes, loops);
                 loops.pop();
             }
+            PassKind::Fastest { of } => {
+                self.alternatives(p, of);
+                of.iter().for_each(|passes| self.passes(passes, loops));
+            }
+        }
+    }
+
+    fn alternatives(&mut self, group: &'g Pass, of: &'g [Vec<Pass>]) {
+        if of.len() < 2 {
+            let d = Diagnostic::error(format!("`{}` has nothing to choose from", group.name.value));
+            self.faults.push(d.at(&group.name.span, "").help("give it two alternatives or more: `of: [[…], […]]`"));
+        }
+        if of.iter().any(Vec::is_empty) {
+            let d = Diagnostic::error(format!("an alternative of `{}` has no passes", group.name.value));
+            self.faults.push(d.at(&group.name.span, ""));
+        }
+        let mut inner = vec![];
+        for passes in of {
+            walk(passes, &mut |p| inner.extend(matches!(p.kind, PassKind::Fastest { .. }).then_some(&p.name)));
+        }
+        for name in inner {
+            let d = Diagnostic::error(format!("`{}` stands in an alternative of another group", name.value));
+            let d = d.at(&name.span, "").at(&group.name.span, "this one");
+            self.faults.push(d.help("list its alternatives in the outer group, or put it beside that"));
         }
     }
 

@@ -108,7 +108,9 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
             from.value == resource || to.value == resource
         }
         PassKind::Clear { target, .. } => target.value == resource,
-        PassKind::Loop { passes, .. } => passes.iter().any(|p| ast_mentions(p, resource)),
+        PassKind::Loop { .. } | PassKind::Fastest { .. } => {
+            pass.kind.bodies().iter().flatten().any(|p| ast_mentions(p, resource))
+        }
         PassKind::Compute { .. } => false,
     };
     named || pass.bind.iter().any(|(_, to)| to.value == resource)

@@ -171,16 +171,16 @@ impl Reader {
         self.word(node, &choices, default)
     }
 
-    /// A pass, bodies of loops included.
+    /// A pass, with those in it.
     pub fn pass(&mut self, node: &Node) -> Option<Pass> {
         let before = self.faults.len();
-        const KINDS: [&str; 7] = ["Draw", "Screen", "Compute", "Reduce", "Copy", "Clear", "Loop"];
+        const KINDS: [&str; 8] = ["Draw", "Screen", "Compute", "Reduce", "Copy", "Clear", "Loop", "Fastest"];
         let (word, mut f) = self.named(node, &KINDS)?;
         let name = self.need(&mut f, "name").and_then(|n| self.name(n));
         let when = f.get("when").and_then(|n| self.expr(n));
         let group = f.get("group").and_then(|n| self.text(n));
         let (mut each, mut defines, mut bind) = (None, vec![], vec![]);
-        if word != "Loop" {
+        if !matches!(word, "Loop" | "Fastest") {
             each = f.get("each").and_then(|n| self.expr(n));
         }
         if matches!(word, "Draw" | "Screen" | "Compute" | "Reduce") {
@@ -225,6 +225,11 @@ impl Reader {
                 let target = self.need(f, "target").and_then(|n| self.name(n));
                 let value = f.get("value").map_or(Some([0.0; 4]), |n| self.color(n));
                 Some(PassKind::Clear { target: target?, value: value? })
+            }
+            "Fastest" => {
+                let of = self.need(f, "of");
+                let passes = |r: &mut Reader, n| r.list(Some(n)).iter().filter_map(|n| r.pass(n)).collect();
+                Some(PassKind::Fastest { of: self.list(of).iter().map(|n| passes(self, n)).collect() })
             }
             _ => {
                 let count = self.need(f, "count").and_then(|n| self.expr(n));

@@ -193,8 +193,5 @@ fn list_of<'p>(passes: &'p mut Vec<Pass>, name: &str) -> Option<(&'p mut Vec<Pas
     if let Some(at) = passes.iter().position(|p| p.name.value == name) {
         return Some((passes, at));
     }
-    passes.iter_mut().find_map(|p| match &mut p.kind {
-        PassKind::Loop { passes, .. } => list_of(passes, name),
-        _ => None,
-    })
+    passes.iter_mut().flat_map(|p| p.kind.bodies_mut()).find_map(|body| list_of(body, name))
 }

@@ -57,6 +57,18 @@ impl<'g> Wirer<'g, '_> {
             let binding = self.uniform(wired, shader, layout, &v.name, &target)?;
             return Some(Wire::Fixed(binding));
         }
+        if let BindingKind::UniformArray { size, .. } = v.kind {
+            let most = self.request.limits.max_uniform_buffer_binding_size;
+            if u64::from(size) > most {
+                let d = Diagnostic::error(format!(
+                    "the uniform `{}` takes {size} bytes, and this adapter allows {most}",
+                    v.name
+                ));
+                let help = "shorten the array, or declare it `var<storage, read>`";
+                self.faults.push(d.at(&place, "").help(help));
+                return None;
+            }
+        }
         if v.name == "scene_textures" && matches!(v.kind, BindingKind::Texture { dim: TextureDim::D2Array, .. }) {
             return Some(Wire::Fixed(Binding::SceneTextures));
         }
@@ -126,14 +138,12 @@ impl<'g> Wirer<'g, '_> {
     fn fits(&mut self, v: &Variable, name: &str, desc: &Desc, place: &Span, declared: &Span) -> Option<How> {
         let t = match (&v.kind, desc) {
             (BindingKind::Storage { .. }, Desc::Buffer { size, .. }) => {
-                if let BindingKind::Storage { fixed_size: Some(fixed), .. } = v.kind
-                    && u64::from(fixed) > *size
-                {
-                    let d = Diagnostic::error(format!("`{name}` has {size} bytes, the shader needs {fixed}"));
-                    self.faults.push(d.at(place, "").at(declared, "declared here"));
-                    return None;
-                }
-                return Some(How::Storage);
+                let BindingKind::Storage { fixed_size, .. } = v.kind else { return None };
+                let needed = fixed_size.unwrap_or(0);
+                return self.long_enough(name, *size, needed, place, declared).then_some(How::Storage);
+            }
+            (BindingKind::UniformArray { size: needed, .. }, Desc::Buffer { size, .. }) => {
+                return self.long_enough(name, *size, *needed, place, declared).then_some(How::Uniform);
             }
             (BindingKind::Texture { .. } | BindingKind::StorageTexture { .. }, Desc::Texture(t)) => t,
             (_, Desc::Buffer { .. }) => {
@@ -220,6 +230,15 @@ impl<'g> Wirer<'g, '_> {
         }
     }
 
+    fn long_enough(&mut self, name: &str, size: u64, needed: u32, place: &Span, declared: &Span) -> bool {
+        let enough = u64::from(needed) <= size;
+        if !enough {
+            let d = Diagnostic::error(format!("`{name}` has {size} bytes, the shader needs {needed}"));
+            self.faults.push(d.at(place, "").at(declared, "declared here"));
+        }
+        enough
+    }
+
     pub(super) fn table(
         &mut self,
         shader: &Shader,
@@ -229,11 +248,15 @@ impl<'g> Wirer<'g, '_> {
         columns: &[(&str, Type)],
         place: &Span,
     ) -> Option<Wire> {
-        let BindingKind::Storage { element, stride, writable, .. } = &v.kind else {
-            self.mismatch(table, "a table of the scene", v, place, place);
-            return None;
+        let (element, stride, fixed) = match &v.kind {
+            BindingKind::Storage { element, stride, fixed_size, .. } => (element, *stride, *fixed_size),
+            BindingKind::UniformArray { element, stride, size } => (element, *stride, Some(*size)),
+            _ => {
+                self.mismatch(table, "a table of the scene", v, place, place);
+                return None;
+            }
         };
-        if *writable {
+        if let BindingKind::Storage { writable: true, .. } = v.kind {
             let d = Diagnostic::error(format!("the scene's table `{table}` can't be written")).at(place, "");
             self.faults.push(d.help("declare it `var<storage, read>`"));
             return None;
@@ -265,7 +288,12 @@ impl<'g> Wirer<'g, '_> {
                 Some(_) => {}
             }
         }
-        let used = TableUse { table: table.to_string(), row: element.clone(), stride: *stride };
+        let used = TableUse {
+            table: table.to_string(),
+            row: element.clone(),
+            stride,
+            rows: fixed.map(|bytes| bytes / stride.max(1)),
+        };
         let index = self.out.tables.iter().position(|t| *t == used).unwrap_or_else(|| {
             self.out.tables.push(used);
             self.out.tables.len() - 1
@@ -373,6 +401,7 @@ fn describe(kind: &BindingKind) -> String {
     };
     match kind {
         BindingKind::Uniform(_) => "a uniform".into(),
+        BindingKind::UniformArray { .. } => "an array in a uniform".into(),
         BindingKind::Storage { .. } => "a storage buffer".into(),
         BindingKind::Sampler { .. } => "a sampler".into(),
         BindingKind::StorageTexture { dim: d, format, .. } => format!("texture_storage_{}<{format:?}>", dim(d)),

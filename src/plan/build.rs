@@ -6,7 +6,7 @@ use super::order::{Block, Entry, Rank, order};
 use super::request::{Request, values};
 use super::sizes::Sizes;
 use super::wire::{Item, any_use, wire};
-use super::{Action, Desc, Plan, Step, StepId, clear_usage, ending, lint, memory};
+use super::{Action, Desc, Plan, Step, StepId, clear_usage, ending, fastest, lint, memory};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::graph::Graph;
 
@@ -42,6 +42,18 @@ pub fn plan(request: &Request) -> Checked<Planned> {
     plan_with(request, Options::default())
 }
 
+/// The faults of a graph, whichever alternatives run; none of them twice.
+pub fn faults(request: &Request) -> Vec<Diagnostic> {
+    let mut all = vec![];
+    for choices in fastest::each(request.graph, request.choices) {
+        if let Err(Faults(faults)) = plan(&Request { choices: &choices, ..*request }) {
+            let new: Vec<Diagnostic> = faults.into_iter().filter(|d| !all.contains(d)).collect();
+            all.extend(new);
+        }
+    }
+    all
+}
+
 /// As [`plan`], with another legal order or private memory.
 ///
 /// # Errors
@@ -55,6 +67,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let whole = faults.is_empty();
     faults.extend(lint::unused(graph, request.texts));
     let outputs = outputs(graph, request.outputs, &mut faults);
+    faults.extend(fastest::unknown(graph, request.choices));
     // What a broken pass would have written seems unwritten: such faults would only repeat the first.
     Faults::check(if whole { vec![] } else { std::mem::take(&mut faults) }, ())?;
     faults.extend(unwritten(&wiring.items, &sizes, &wiring.off));
@@ -74,6 +87,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let mut skipped: Vec<(String, String)> =
         wiring.off.iter().map(|(p, why)| (p.name.value.clone(), why.clone())).collect();
     note_unneeded(&wiring.items, &needed, &mut skipped);
+    let alternatives = fastest::needed(&wiring.groups, &needed);
     let items = retain(wiring.items, &needed);
 
     let expanded = expand(&items, &sizes, &values, &wiring.shaders, (request.limits, request.features), &mut faults);
@@ -102,6 +116,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
         steps,
         order,
         skipped,
+        alternatives,
         outputs: outs,
     };
     if options.readable {

@@ -3,12 +3,12 @@
 use super::expand::Expander;
 use super::wire::{How, Mode, Use, Wire, Wired, Wirer};
 use super::{Action, Binding, Cull, Desc, Frusta, Indirect, Member, Resource, ResourceId, Step};
-use crate::diag::{Diagnostic, Source, Span};
+use crate::diag::{Checked, Diagnostic, Source, Span};
 use crate::graph::ast::{Name, Raster};
 use crate::scene::TABLES;
-use crate::shader::{BindingKind, Defs, Library, Stage, compose};
+use crate::shader::{BindingKind, Defs, Library, Shader, Stage, compose};
 use crate::value::{Type, Value, Values};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 /// The shader that fills a buffer of draws; its path can't be that of a file of the graph.
 const SHADER: &str = "built-in: cull.wgsl";
@@ -36,6 +36,16 @@ pub struct Culling {
     frusta: usize,
 }
 
+/// The built-in shader. It is the same for all plans, and made once.
+fn culler() -> Checked<Arc<Shader>> {
+    static COMPOSED: LazyLock<Checked<Arc<Shader>>> = LazyLock::new(|| {
+        let mut library = Library::default();
+        library.files.insert(SHADER.into(), Source::new(SHADER, include_str!("cull.wgsl")));
+        compose(&library, SHADER, &Defs::new()).map(Arc::new)
+    });
+    COMPOSED.clone()
+}
+
 /// The triangles of the draws in a buffer of them.
 pub fn triangles(draws: &[u8]) -> u64 {
     let word = |draw: &[u8], i: usize| {
@@ -57,16 +67,10 @@ impl<'g> Wirer<'g, '_> {
         if !self.request.features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE) {
             return None;
         }
-        let mut library = Library::default();
-        library.files.insert(SHADER.into(), Source::new(SHADER, include_str!("cull.wgsl")));
-        let shader = match self.out.shaders.iter().find(|s| s.path == SHADER) {
-            Some(shader) => shader.clone(),
-            None => {
-                let shader = compose(&library, SHADER, &Defs::new()).map_err(|f| self.faults.extend(f.0)).ok()?;
-                self.out.shaders.push(Arc::new(shader));
-                self.out.shaders.last()?.clone()
-            }
-        };
+        let shader = culler().map_err(|f| self.faults.extend(f.0)).ok()?;
+        if !self.out.shaders.iter().any(|s| Arc::ptr_eq(s, &shader)) {
+            self.out.shaders.push(shader.clone());
+        }
         let index = self.out.shaders.iter().position(|s| Arc::ptr_eq(s, &shader))?;
         let mut bindings = vec![];
         for v in &shader.interface.variables {

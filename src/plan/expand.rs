@@ -208,7 +208,7 @@ impl Expander<'_, '_> {
             PassKind::Clear { target, value } => {
                 Action::Clear { target: self.id(&target.value, member, &target.span)?, value: *value }
             }
-            PassKind::Reduce { .. } | PassKind::Loop { .. } => return None,
+            PassKind::Reduce { .. } | PassKind::Loop { .. } | PassKind::Fastest { .. } => return None,
         };
         let bindings = self.bindings(w, member, &name, &BTreeMap::new())?;
         self.out.steps.push(Step {
@@ -255,7 +255,7 @@ impl Expander<'_, '_> {
         match &mut self.out.resources[id.0].desc {
             Desc::Texture(t) => {
                 t.usage |= match how {
-                    How::Sampled => wgpu::TextureUsages::TEXTURE_BINDING,
+                    How::Sampled | How::Uniform => wgpu::TextureUsages::TEXTURE_BINDING,
                     How::Storage => wgpu::TextureUsages::STORAGE_BINDING,
                     How::Target => wgpu::TextureUsages::RENDER_ATTACHMENT,
                     How::CopySource => wgpu::TextureUsages::COPY_SRC,
@@ -267,6 +267,7 @@ impl Expander<'_, '_> {
                 *usage |= match how {
                     How::CopySource => wgpu::BufferUsages::COPY_SRC,
                     How::CopyTarget | How::Cleared => wgpu::BufferUsages::COPY_DST,
+                    How::Uniform => wgpu::BufferUsages::UNIFORM,
                     How::Sampled | How::Storage | How::Target => wgpu::BufferUsages::STORAGE,
                 }
             }

@@ -199,15 +199,7 @@ impl Keys {
                 Node::Step(s) => plan.steps[s.0].name.clone(),
                 Node::Loop(l) => l.name.clone(),
             };
-            let mut g = Gather {
-                plan,
-                without,
-                around: vec![],
-                order: vec![],
-                written: BTreeSet::new(),
-                needed: BTreeSet::new(),
-                unit: Unit::called(name),
-            };
+            let mut g = Gather::new(plan, name, without);
             g.node(node);
             g.done()
         };
@@ -312,6 +304,15 @@ pub fn initial(desc: &Desc, value: [f64; 4]) -> Version {
     hash(&("initial", desc.shape(), value.map(f64::to_bits))).max(1)
 }
 
+/// What a step does, as far as its time depends on it and a plan knows: code, sizes, how much it does, how it draws.
+pub fn work(plan: &Plan, id: StepId) -> u128 {
+    let mut g = Gather::new(plan, String::new(), None);
+    g.step(&plan.steps[id.0]);
+    let takes_time = |kind: Kind| matches!(kind, Kind::Shader | Kind::Size | Kind::Extent | Kind::Target);
+    let fixed = g.unit.fixed.iter().filter(|(i, _)| takes_time(i.kind));
+    hash(&fixed.map(|(i, content)| (i.kind, *content)).collect::<Vec<_>>())
+}
+
 /// Two of one name, as two rows of one table: both count.
 fn add(all: &mut Ingredients, ingredient: Ingredient, content: u128) {
     let there = all.entry(ingredient).or_insert(0);
@@ -333,6 +334,11 @@ struct Gather<'p> {
 
 // Every struct is taken apart with all its fields named: what is added to a plan is forgotten in no key.
 impl<'p> Gather<'p> {
+    fn new(plan: &'p Plan, name: String, without: Option<Kind>) -> Gather<'p> {
+        let (written, needed) = (BTreeSet::new(), BTreeSet::new());
+        Gather { plan, without, around: vec![], order: vec![], written, needed, unit: Unit::called(name) }
+    }
+
     fn done(self) -> Unit {
         let Gather { mut unit, order, written, needed, .. } = self;
         let by_role = |set: BTreeSet<ResourceId>| {

@@ -51,6 +51,7 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
             PassKind::Copy { from, to } => touched.extend([from.value.clone(), to.value.clone()]),
             PassKind::Clear { target, .. } => touched.extend([target.value.clone()]),
             PassKind::Loop { count, until, .. } => [count].into_iter().chain(until).for_each(&mut note),
+            PassKind::Fastest { .. } => {}
         }
     });
     used.extend(touched);

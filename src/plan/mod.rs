@@ -10,6 +10,7 @@ pub mod cull;
 mod draw;
 mod ending;
 pub mod expand;
+pub mod fastest;
 pub mod keys;
 pub mod lint;
 pub mod live;
@@ -59,6 +60,8 @@ pub struct Plan {
     pub order: Vec<Node>,
     /// Passes that do not run, and why, in the order of the graph.
     pub skipped: Vec<(String, String)>,
+    /// Groups of which another alternative could run and leave the same results.
+    pub alternatives: Vec<fastest::Alternatives>,
     /// Requested outputs by name.
     pub outputs: Vec<(String, ResourceId)>,
 }
@@ -200,6 +203,8 @@ pub struct TableUse {
     pub row: Layout,
     /// Bytes from row to row.
     pub stride: u32,
+    /// Rows of a shader's array of fixed length: rows of zeros make the table as long. `None`: as many as there are.
+    pub rows: Option<u32>,
 }
 
 /// One thing the device does.

@@ -1,5 +1,6 @@
 //! What a plan is made from, and the values that are known before a frame.
 
+use super::fastest::Choices;
 use crate::diag::{Checked, Diagnostic, Faults, Span};
 use crate::graph::Graph;
 use crate::graph::expr::{Expr, Val};
@@ -21,6 +22,8 @@ pub struct Request<'a> {
     pub screen: [u32; 2],
     /// Outputs to produce; `None` for all.
     pub outputs: Option<&'a [String]>,
+    /// Which alternatives run; see [`super::fastest::FIRST`].
+    pub choices: &'a Choices,
     pub limits: &'a wgpu::Limits,
     pub features: wgpu::Features,
 }

@@ -7,7 +7,7 @@ use crate::graph::ast::{Resource, ResourceKind, Size};
 use crate::graph::expr::{Expr, Val};
 use crate::value::Values;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A resource's description before it is known how it is used (no usages yet).
 #[derive(Debug, Clone, PartialEq)]
@@ -183,8 +183,32 @@ impl<'a> Sizes<'a> {
             }
             ResourceKind::Sampler(_) => return Err(Diagnostic::error("a sampler has no size").at(&r.span, "")),
         };
-        limits(name, &desc, &r.span, self.request.limits)?;
+        limits(name, &desc, &r.span, self.request.limits).map_err(|d| self.with_facts(d, r))?;
         Ok(Sized { desc, elements, members })
+    }
+
+    /// Says which numbers of the scene a size comes from: no parameter makes those smaller.
+    fn with_facts(&self, fault: Diagnostic, r: &Resource) -> Diagnostic {
+        let Request { graph, facts, .. } = self.request;
+        let (sizes, counts) = r.exprs();
+        let mut open: Vec<&Expr> = sizes.into_iter().chain(counts).collect();
+        let mut seen = BTreeSet::new();
+        while let Some(e) = open.pop() {
+            e.names(&mut |name, _| {
+                if seen.insert(name) {
+                    open.extend(graph.lets.iter().filter(|(n, _)| n.value == name).map(|(_, e)| e));
+                }
+            });
+        }
+        let found: Vec<String> =
+            seen.iter().filter_map(|name| Some(format!("`{name}` is {}", facts.get(*name)?))).collect();
+        if found.is_empty() {
+            return fault;
+        }
+        fault.help(format!(
+            "in this scene {}: where parameters don't do, take a graph that needs less of it",
+            found.join(", ")
+        ))
     }
 }
 
@@ -201,6 +225,10 @@ pub const MOST_STEPS: u32 = 4096;
 /// The largest texture or buffer that is not taken for a slip, in bytes.
 pub const LARGEST: u64 = 8 << 30;
 
+fn gib(bytes: u64) -> f64 {
+    bytes as f64 / (1u64 << 30) as f64
+}
+
 /// Checks a description against an adapter's limits; the fault says the limit's number and ours.
 pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Result<(), Diagnostic> {
     let over = |what: &str, ours: u64, limit: u64| {
@@ -208,7 +236,12 @@ pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Re
         Err(d.at(span, "").help("choose smaller parameters"))
     };
     if desc.bytes() > LARGEST {
-        return over("bytes", desc.bytes(), LARGEST);
+        let d = Diagnostic::error(format!(
+            "`{name}` takes {:.1} GiB; at most {} GiB are allowed",
+            gib(desc.bytes()),
+            LARGEST >> 30
+        ));
+        return Err(d.at(span, "").help("choose smaller parameters"));
     }
     match desc {
         Desc::Texture(t) => {

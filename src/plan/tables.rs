@@ -5,15 +5,24 @@ use crate::diag::{Checked, Diagnostic, Faults};
 use crate::scene::{Column, Table};
 use crate::value::Type;
 
-/// The rows in the byte layout that a shader asks for; one zeroed row for an empty table.
+/// The rows in the byte layout that a shader asks for; one zeroed row for an empty table, and as many as an array of
+/// fixed length has.
 ///
 /// # Errors
-/// The table lacks a column, or has it in another type.
+/// The table lacks a column, or has it in another type; it has more rows than the array.
 pub fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
     let stride = wanted.stride.max(wanted.row.size).max(4) as usize;
     let size = wanted.row.size as usize;
     let too_large = || Diagnostic::error(format!("table `{}` with {} rows is too large", wanted.table, table.rows));
-    let mut out = vec![0u8; stride.checked_mul(table.rows.max(1)).ok_or_else(too_large)?];
+    let length = wanted.rows.map_or(table.rows, |rows| rows as usize);
+    if table.rows > length {
+        let d = Diagnostic::error(format!(
+            "table `{}` has {} rows, and the shader's array holds {length}",
+            wanted.table, table.rows
+        ));
+        return Err(d.help("take the array's length from a definition that a fact of the scene gives").into());
+    }
+    let mut out = vec![0u8; stride.checked_mul(length.max(1)).ok_or_else(too_large)?];
     let mut faults: Vec<Diagnostic> = vec![];
     for member in &wanted.row.members {
         let column = table.columns.iter().find(|(n, _)| *n == member.name).map(|(_, c)| c);

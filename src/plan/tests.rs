@@ -3,6 +3,7 @@
 //! `machine` runs a plan with words for texels: a step makes a word of the words it reads. Plans of one graph must make
 //! the same words, however they are ordered and whatever memory they share.
 
+mod fastest;
 mod keys;
 mod machine;
 mod memory;
@@ -10,6 +11,7 @@ mod order;
 mod passes;
 
 use super::build::{Options, plan_with};
+use super::fastest::{Choices, FIRST};
 use super::request::{Request, sample_facts};
 use super::{Desc, Node, Plan, Resource, Step, TextureDesc};
 use crate::diag::{Checked, Source};
@@ -99,6 +101,22 @@ impl Sample {
         self.with(Options::default())
     }
 
+    /// The plan with these alternatives.
+    fn choose(&self, choices: &Choices) -> Checked<Plan> {
+        let request = Request {
+            graph: &self.graph,
+            texts: &self.texts,
+            params: &Values::new(),
+            facts: &sample_facts(true),
+            screen: [64, 48],
+            outputs: None,
+            choices,
+            limits: &wgpu::Limits::default(),
+            features: wgpu::Features::FLOAT32_FILTERABLE,
+        };
+        plan_with(&request, Options::default()).map(|p| p.plan)
+    }
+
     fn with(&self, options: Options) -> Plan {
         self.try_plan(options, None).unwrap_or_else(|f| panic!("{f}"))
     }
@@ -114,7 +132,8 @@ fn try_plan(
 ) -> Checked<Plan> {
     let limits = &wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() };
     let features = wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::MULTIVIEW;
-    let request = Request { graph, texts: library, params, facts, screen: [64, 48], outputs, limits, features };
+    let request =
+        Request { graph, texts: library, params, facts, screen: [64, 48], outputs, choices: &FIRST, limits, features };
     plan_with(&request, options).map(|p| p.plan)
 }
 

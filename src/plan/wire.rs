@@ -1,8 +1,10 @@
 //! Passes to wired passes: conditions decided, shaders composed, everything a pass touches gathered.
 //!
-//! [`super::bind`] finds a resource or value for each variable of a shader, [`super::targets`] those for its outputs.
+//! [`super::bind`] finds a resource or value for each variable of a shader, [`super::targets`] those for its outputs;
+//! [`super::fastest`] picks among alternatives.
 
 use super::cull::Culling;
+use super::fastest::{self, Group};
 use super::request::{self, Request};
 use super::sizes::Sizes;
 use super::{Binding, Comparison, Desc, TableUse};
@@ -18,6 +20,16 @@ use std::sync::Arc;
 pub enum Item<'g> {
     Pass(Wired<'g>),
     Loop { pass: &'g Pass, count: u32, until: Option<(String, Comparison, f32)>, body: Vec<Item<'g>> },
+}
+
+impl<'g> Item<'g> {
+    /// Of the graph.
+    pub fn pass(&self) -> &'g Pass {
+        match self {
+            Item::Pass(w) => w.pass,
+            Item::Loop { pass, .. } => pass,
+        }
+    }
 }
 
 /// A pass with everything it touches.
@@ -80,6 +92,7 @@ impl Mode {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
     Sampled,
+    Uniform,
     Storage,
     Target,
     CopySource,
@@ -92,8 +105,10 @@ pub struct Wiring<'g> {
     pub items: Vec<Item<'g>>,
     pub shaders: Vec<Arc<Shader>>,
     pub tables: Vec<TableUse>,
-    /// Passes left out by their condition, and why.
+    /// Passes left out by their condition or for another alternative, and why.
     pub off: Vec<(&'g Pass, String)>,
+    /// Groups of alternatives of which more than one could run.
+    pub groups: Vec<Group<'g>>,
 }
 
 /// Wires all passes whose conditions hold.
@@ -108,12 +123,15 @@ pub fn wire<'g>(
         values,
         sizes,
         faults,
-        out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![] },
+        out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![], groups: vec![] },
         index: request.texts.index(),
         mentioned: BTreeMap::new(),
     };
     let items = w.passes(&request.graph.passes, &[]);
     w.out.items = items;
+    if w.faults.is_empty() {
+        w.faults.extend(fastest::agree(&w.out, request.graph));
+    }
     w.out
 }
 
@@ -142,7 +160,7 @@ impl<'g> Wirer<'g, '_> {
         self.request.graph
     }
 
-    fn passes(&mut self, passes: &'g [Pass], loops: &[String]) -> Vec<Item<'g>> {
+    pub(super) fn passes(&mut self, passes: &'g [Pass], loops: &[String]) -> Vec<Item<'g>> {
         let mut items = vec![];
         for pass in passes {
             if let Some(when) = &pass.when {
@@ -187,6 +205,7 @@ impl<'g> Wirer<'g, '_> {
                     }
                     items.push(Item::Loop { pass, count: n, until, body });
                 }
+                PassKind::Fastest { of } => items.extend(self.fastest(pass, of, loops)),
                 _ => {
                     if let Some(wired) = self.pass(pass, loops) {
                         items.push(Item::Pass(wired));
@@ -256,7 +275,7 @@ impl<'g> Wirer<'g, '_> {
                 wired.uses.push(by_name(target, Mode::Write, How::Cleared));
                 return Some(wired);
             }
-            PassKind::Loop { .. } => return None,
+            PassKind::Loop { .. } | PassKind::Fastest { .. } => return None,
             PassKind::Draw(_) | PassKind::Screen(_) | PassKind::Compute { .. } | PassKind::Reduce { .. } => {}
         }
         let name = pass.kind.shader()?;
@@ -337,13 +356,14 @@ impl<'g> Wirer<'g, '_> {
         }
     }
 
-    /// A texture that is read and written in one pass.
+    /// A texture, or a buffer in a uniform, that is read and written in one pass.
     fn feedback(&mut self, wired: &Wired) {
         for (i, a) in wired.uses.iter().enumerate() {
             for b in &wired.uses[i + 1..] {
                 let texture = matches!(self.sizes.of(&a.resource), Some(Ok(s)) if matches!(s.desc, Desc::Texture(_)));
                 let clash = a.mode.writes() && b.mode != Mode::Size || b.mode.writes() && a.mode != Mode::Size;
-                if a.resource == b.resource && texture && clash {
+                let apart = texture || [a.how, b.how].contains(&How::Uniform);
+                if a.resource == b.resource && apart && clash {
                     let d = Diagnostic::error(format!(
                         "`{}` reads and writes `{}` at once",
                         wired.pass.name.value, a.resource

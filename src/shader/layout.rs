@@ -69,9 +69,9 @@ pub(super) fn of_uniform(module: &Module, name: &str, ty: Handle<naga::Type>) ->
     Err((format!("no value has the type of `{culprit}`"), help.to_owned()))
 }
 
-/// The layout of a storage variable's element, the bytes from one element to the next, and the size of the whole
+/// The layout of the element of a storage variable or an array, the bytes from one element to the next, and the size of the whole
 /// when it has one. An element that is no plain value or struct of them has a size but no members.
-pub(super) fn of_storage(module: &Module, name: &str, ty: Handle<naga::Type>) -> (Layout, u32, Option<u32>) {
+pub(super) fn of_array(module: &Module, name: &str, ty: Handle<naga::Type>) -> (Layout, u32, Option<u32>) {
     let whole = &module.types[ty].inner;
     let (element, stride, fixed_size) = match *whole {
         TypeInner::Array { base, size: ArraySize::Dynamic, stride } => (&module.types[base].inner, stride, None),

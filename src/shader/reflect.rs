@@ -99,6 +99,13 @@ fn kind(bound: &Bound, name: &str, handle: Handle<GlobalVariable>) -> Result<Bin
     let module = &bound.module;
     let variable = &module.global_variables[handle];
     match (&module.types[variable.ty].inner, variable.space) {
+        (TypeInner::Array { .. }, AddressSpace::Uniform) => {
+            let (element, stride, size) = layout::of_array(module, name, variable.ty);
+            match size {
+                Some(size) => Ok(BindingKind::UniformArray { element, stride, size }),
+                None => Err(unbindable("an array in a uniform has a fixed length", "write it as `array<T, LENGTH>`")),
+            }
+        }
         (_, AddressSpace::Uniform) => {
             let mut layout = layout::of_uniform(module, name, variable.ty)?;
             if let Some(read) = members_read(module, handle) {
@@ -109,7 +116,7 @@ fn kind(bound: &Bound, name: &str, handle: Handle<GlobalVariable>) -> Result<Bin
             Ok(BindingKind::Uniform(layout))
         }
         (_, AddressSpace::Storage { access }) => {
-            let (element, stride, fixed_size) = layout::of_storage(module, name, variable.ty);
+            let (element, stride, fixed_size) = layout::of_array(module, name, variable.ty);
             Ok(BindingKind::Storage { element, stride, fixed_size, writable: access.contains(StorageAccess::STORE) })
         }
         (TypeInner::Sampler { comparison }, _) => Ok(BindingKind::Sampler { comparison: *comparison }),

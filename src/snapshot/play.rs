@@ -8,6 +8,7 @@ use crate::graph::read::Reader;
 use crate::image::Image;
 use crate::plan::Plan;
 use crate::plan::build::plan;
+use crate::plan::fastest::FIRST;
 use crate::plan::request::{Request, sample_device};
 use crate::scene::{self, Scene, Shift};
 use crate::session::{Project, Session, Settings};
@@ -96,6 +97,7 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
         facts: &scene_of(&now)?.facts(),
         screen: now.size,
         outputs: None,
+        choices: &FIRST,
         limits: &limits,
         features,
     })?;

@@ -7,11 +7,12 @@ use super::feed::{Feed, Told};
 use super::panels::{self, Seen};
 use super::save;
 use super::script::{Act, Moment, Script};
-use super::stage::Wish;
+use super::stage::{Stage, Wish};
 use super::state::{Save, State};
 use super::surface::{Paint, Screen};
 use super::variants;
 use crate::diag::{Checked, Diagnostic, Faults, render};
+use crate::fastest::Policy;
 use crate::gpu::{self, ADAPTER_VARIABLE, Gpu, OpenError};
 use crate::image::exr::{Precision, write_exr};
 use crate::image::png::{ToneMap, write_png};
@@ -33,6 +34,8 @@ pub struct Start {
     pub choice: Choice,
     /// Folders of shaders besides the usual ones.
     pub shaders: Vec<PathBuf>,
+    /// Which of a graph's alternatives run.
+    pub fastest: Policy,
     /// Of the window, in pixels.
     pub size: [u32; 2],
     /// Where pictures and states are written.
@@ -229,7 +232,8 @@ impl App {
             let _ = tell.send(told);
             let _ = proxy.send_event(Wake);
         };
-        let engine = Engine::start(gpu.clone(), self.start.shaders.clone(), told).map_err(Ended::Faults)?;
+        let stage = Stage::new(gpu.clone(), self.start.shaders.clone(), self.start.fastest);
+        let engine = Engine::start(stage, told).map_err(Ended::Faults)?;
         let most = gpu.limits.max_texture_dimension_2d as usize;
         let id = egui::ViewportId::ROOT;
         let input = egui_winit::State::new(self.context.clone(), id, &window, None, None, Some(most));

@@ -3,7 +3,6 @@
 use super::feed::Told;
 use super::stage::{Stage, Wish};
 use crate::diag::{Diagnostic, Faults};
-use crate::gpu::Gpu;
 use crate::reload::{LONGEST, TOGETHER, Watcher};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -30,18 +29,14 @@ impl Engine {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(
-        gpu: Arc<Gpu>,
-        shaders: Vec<PathBuf>,
-        tell: impl FnMut(Told) + Send + 'static,
-    ) -> Result<Engine, Faults> {
+    pub fn start(stage: Stage, tell: impl FnMut(Told) + Send + 'static) -> Result<Engine, Faults> {
         let (send, receive) = channel();
         let to = send.clone();
         let watcher = Watcher::new(move |files| {
             // Nobody listens any more only when the window has closed.
             let _ = to.send(Message::Changed(files));
         });
-        let work = move || run(Stage::new(gpu, shaders), watcher, &receive, tell);
+        let work = move || run(stage, watcher, &receive, tell);
         let thread = std::thread::Builder::new().name("engine".into()).spawn(work);
         let thread = thread.map_err(|e| Diagnostic::error(format!("can't start a thread: {e}")))?;
         Ok(Engine { send, thread: Some(thread) })

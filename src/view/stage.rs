@@ -6,8 +6,10 @@ use super::feed::{Content, Inspected, Remade, Rendered, Score, Subject, Told};
 use super::shown::{Reference, copy, reference};
 use super::variants::{self, Variant};
 use crate::diag::{Checked, Diagnostic, Faults};
+use crate::fastest::Policy;
 use crate::gpu::{self, Gpu, Memory};
 use crate::image::metrics;
+use crate::plan::fastest::still;
 use crate::plan::show::picture;
 use crate::reload::{folder_of, folders};
 use crate::scene::{self, Scene};
@@ -55,6 +57,8 @@ pub struct Inspect {
 pub struct Stage {
     gpu: Arc<Gpu>,
     shaders: Vec<PathBuf>,
+    /// Which alternatives of graphs run.
+    fastest: Policy,
     scene: Option<Loaded>,
     kept: Vec<Kept>,
     /// What was tried in vain, so that it is not tried again before something changes.
@@ -115,10 +119,11 @@ struct Key {
 }
 
 impl Stage {
-    pub fn new(gpu: Arc<Gpu>, shaders: Vec<PathBuf>) -> Stage {
+    pub fn new(gpu: Arc<Gpu>, shaders: Vec<PathBuf>, fastest: Policy) -> Stage {
         Stage {
             gpu,
             shaders,
+            fastest,
             scene: None,
             kept: vec![],
             vain: vec![],
@@ -318,14 +323,19 @@ impl Stage {
         key.params = accepted(&project.graph, &wish.choice.params);
         remade.graph_ms = ms(start);
         let start = Instant::now();
-        let settings = Settings {
+        // What is once decided stays: an edit is to be seen at once.
+        let decided = at.map(|i| still(&project.graph, &self.kept[i].session.settings.choices));
+        let mut settings = Settings {
             params: key.params.clone(),
             size: wish.size,
             camera: wish.choice.camera.clone(),
             skip: true,
             inspect: true,
+            choices: decided.unwrap_or_default(),
             ..Settings::default()
         };
+        let choices = self.fastest.choices(&self.gpu, &project, &scene, &settings);
+        settings.choices = choices.map_err(|f| self.note(key.clone(), f))?;
         let before = at.map(|i| &self.kept[i].session);
         let session = Session::after(&self.gpu, &project, scene.clone(), settings, before)
             .map_err(|f| self.note(key.clone(), f))?;

@@ -6,6 +6,7 @@ use glam::{Mat4, Vec3};
 use lightgraph::gpu::{Frame, execute, prepare, read_image};
 use lightgraph::image::Image;
 use lightgraph::plan::build::{Options, plan_with};
+use lightgraph::plan::fastest::FIRST;
 use lightgraph::plan::request::Request;
 use lightgraph::scene;
 use lightgraph::session::Project;
@@ -119,6 +120,7 @@ fn sharing_and_order_leave_no_trace() {
         facts: &facts,
         screen: [48, 48],
         outputs: None,
+        choices: &FIRST,
         limits: &device.limits,
         features: device.features,
     };

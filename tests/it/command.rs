@@ -16,6 +16,13 @@ pub fn lightgraph(args: &[&str], adapter: bool) -> Output {
     command.output().unwrap_or_else(|e| panic!("can't start lightgraph: {e}"))
 }
 
+/// As [`lightgraph`], with an adapter and variables of the environment.
+pub fn lightgraph_with(args: &[&str], variables: &[(&str, &Path)]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+    command.args(args).current_dir(repository("")).envs(variables.iter().copied());
+    command.output().unwrap_or_else(|e| panic!("can't start lightgraph: {e}"))
+}
+
 /// Exit code, and both streams as one text.
 fn run(args: &[&str], adapter: bool) -> (i32, String) {
     let output = lightgraph(args, adapter);

@@ -3,6 +3,7 @@
 use lightgraph::diag::Source;
 use lightgraph::graph;
 use lightgraph::plan::build::{Planned, plan};
+use lightgraph::plan::fastest::FIRST;
 use lightgraph::plan::request::{Request, sample_facts};
 use lightgraph::session::Project;
 use lightgraph::shader::Library;
@@ -81,6 +82,7 @@ fn once(text: &str, texts: &Library) -> (Planned, [Duration; 2]) {
         facts: &sample_facts(true),
         screen: [640, 480],
         outputs: None,
+        choices: &FIRST,
         limits: &wgpu::Limits::default(),
         features: wgpu::Features::FLOAT32_FILTERABLE,
     });

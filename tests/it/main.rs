@@ -6,6 +6,7 @@
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `culling`: draws that leave out what their members don't see change nothing
 //! - `endings`: a loop that ends on the device ends as one that the host ends
+//! - `fastest`: of two alternatives the faster one runs, and is remembered
 //! - `following`: probes that follow the camera capture one slab a step, and nothing pops
 //! - `graph_snapshots`: every test of `tests/graphs` holds
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
@@ -17,6 +18,7 @@
 //! - `lesser_devices`: what a device lacks is told, and all else goes on
 //! - `library`: public types in other programs
 //! - `lobes`: glossy lobes against their integrals and another renderer
+//! - `many_lights`: lights lit in groups, held against lights lit one by one
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
@@ -43,12 +45,14 @@ mod culling;
 mod device;
 mod edits;
 mod endings;
+mod fastest;
 mod following;
 mod graph_snapshots;
 mod large_graph;
 mod lesser_devices;
 mod library;
 mod lobes;
+mod many_lights;
 mod mutated;
 mod mutations;
 mod plain_scenes;

@@ -5,6 +5,7 @@ use lightgraph::gpu::Gpu;
 use lightgraph::image::Image;
 use lightgraph::plan::Plan;
 use lightgraph::plan::build::plan;
+use lightgraph::plan::fastest::FIRST;
 use lightgraph::plan::request::{Request, sample_device, sample_facts};
 use lightgraph::scene;
 use lightgraph::session::{Project, Session, Settings};
@@ -28,6 +29,7 @@ fn planned(project: &Project, facts: &[(&str, u32)], set: &[String]) -> Plan {
         facts: &all,
         screen: [640, 480],
         outputs: Some(&["color".to_string()]),
+        choices: &FIRST,
         limits: &limits,
         features,
     };

@@ -1,8 +1,9 @@
 //! Every file in `graphs`, `shaders` and `scenes` is found here, so that none can rot unseen.
 
-use crate::support::{files, plan_without_device, repository};
+use crate::support::{files, plan_of_choices, plan_without_device, repository};
 use lightgraph::diag::{Severity, render};
 use lightgraph::plan::Plan;
+use lightgraph::plan::fastest::{FIRST, each};
 use lightgraph::scene;
 use lightgraph::session::Project;
 use lightgraph::shader::Library;
@@ -71,8 +72,10 @@ fn every_shader_is_used_by_a_graph_and_composes() {
     let mut used = BTreeSet::new();
     for (path, project) in graphs() {
         for params in settings(&project) {
-            for full in [true, false] {
-                let planned = plan_without_device(&project, &params, None, full);
+            for (full, choices) in
+                [true, false].iter().flat_map(|f| each(&project.graph, &FIRST).into_iter().map(|c| (*f, c)))
+            {
+                let planned = plan_of_choices(&project, &params, &choices, full);
                 let planned = planned.unwrap_or_else(|f| panic!("{} with {params:?}\n{f}", path.display()));
                 used.extend(planned.plan.shaders.iter().flat_map(|s| s.sources.iter().cloned()));
             }

@@ -1,7 +1,8 @@
 //! What several tests need: paths of the repository, plans without a device, files in a folder of their own.
 
 use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::plan::build::{Planned, plan};
+use lightgraph::plan::build::{Planned, faults, plan};
+use lightgraph::plan::fastest::{Choices, FIRST};
 use lightgraph::plan::request::{Request, sample_device, sample_facts};
 use lightgraph::session::Project;
 use lightgraph::value::Values;
@@ -30,28 +31,41 @@ pub fn plan_without_device(
     outputs: Option<&[String]>,
     full: bool,
 ) -> Checked<Planned> {
+    with_request(project, (params, outputs, &FIRST), full, plan)
+}
+
+/// As [`plan_without_device`], with these alternatives of groups.
+pub fn plan_of_choices(project: &Project, params: &Values, choices: &Choices, full: bool) -> Checked<Planned> {
+    with_request(project, (params, None, choices), full, plan)
+}
+
+fn with_request<T>(
+    project: &Project,
+    (params, outputs, choices): (&Values, Option<&[String]>, &Choices),
+    full: bool,
+    then: impl FnOnce(&Request) -> T,
+) -> T {
     let (limits, features) = sample_device();
-    plan(&Request {
+    then(&Request {
         graph: &project.graph,
         texts: &project.texts,
         params,
         facts: &sample_facts(full),
         screen: [640, 480],
         outputs,
+        choices,
         limits: &limits,
         features,
     })
 }
 
-/// The faults of both plans, none of them twice.
+/// The faults of both plans, whichever alternatives run, none of them twice.
 pub fn faults_of_both(project: &Project, params: &Values, outputs: Option<&[String]>) -> Vec<Diagnostic> {
     let mut all: Vec<Diagnostic> = vec![];
     for full in [true, false] {
-        if let Err(faults) = plan_without_device(project, params, outputs, full) {
-            for d in faults.0 {
-                if !all.contains(&d) {
-                    all.push(d);
-                }
+        for d in with_request(project, (params, outputs, &FIRST), full, faults) {
+            if !all.contains(&d) {
+                all.push(d);
             }
         }
     }

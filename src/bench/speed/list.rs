@@ -41,9 +41,10 @@ fn size() -> (u32, u32) {
 }
 
 /// What is new in each timed frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 pub enum Moves {
     /// Every step runs.
+    #[default]
     All,
     /// Lights move; what doesn't depend on them is kept.
     Lights,
@@ -89,7 +90,13 @@ pub struct Scaling {
     pub name: String,
     pub run: Run,
     /// Settings from small to large, each on top of `run.set`.
+    #[serde(default)]
     pub steps: Vec<String>,
+    /// In place of settings: scenes from small to large, each in place of `run.scene`.
+    #[serde(default)]
+    pub scenes: Vec<String>,
+    #[serde(default)]
+    pub moves: Moves,
     /// An expression over parameters and derived values: what time and bytes are divided by.
     pub per: String,
     /// Resources that are not counted in the bytes.
@@ -159,6 +166,18 @@ pub struct Bounds {
     pub operations: BTreeMap<String, String>,
     /// Steps this many times above their bound are named.
     pub most_ratio: f64,
+}
+
+impl Scaling {
+    /// The runs from small to large, each with what it is called.
+    pub fn runs(&self) -> Vec<(String, Run)> {
+        let set = |step: &String| {
+            let set = self.run.set.iter().chain([step]).cloned().collect();
+            (step.clone(), Run { set, ..self.run.clone() })
+        };
+        let on = |scene: &String| (scene.clone(), Run { scene: scene.clone(), ..self.run.clone() });
+        self.steps.iter().map(set).chain(self.scenes.iter().map(on)).collect()
+    }
 }
 
 impl List {

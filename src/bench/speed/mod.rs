@@ -22,6 +22,7 @@ pub use list::List;
 pub use rows::{Row, Rows, Wanted};
 
 use crate::diag::Checked;
+use crate::fastest::Policy;
 use crate::gpu::Gpu;
 use crate::session::Project;
 use std::path::{Path, PathBuf};
@@ -37,6 +38,8 @@ pub struct Bench<'a> {
     pub references: &'a Path,
     /// Timed frames of each side at most.
     pub repeat: u32,
+    /// Which of a graph's alternatives run.
+    pub fastest: Policy,
 }
 
 impl Bench<'_> {

@@ -9,10 +9,11 @@ use crate::gpu::Gpu;
 use crate::graph::expr::{Expr, Val};
 use crate::image::metrics::compare;
 use crate::plan::Plan;
-use crate::scene::{self, Shift};
+use crate::scene::{self, Scene, Shift};
 use crate::session::{Project, Session, Settings};
 use glam::Vec3;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A step of what moves, as a share of the diagonal of the scene's bounds.
@@ -67,10 +68,17 @@ impl Bench<'_> {
         })
     }
 
+    /// As [`Bench::settings`], with the alternatives that are to run.
+    pub(super) fn chosen(&self, run: &Run, project: &Project, scene: &Arc<Scene>) -> Checked<Settings> {
+        let settings = self.settings(run, project)?;
+        Ok(Settings { choices: self.fastest.choices(self.gpu, project, scene, &settings)?, ..settings })
+    }
+
     fn session(&self, run: &Run, graph: &str, moves: Moves) -> Checked<Timed> {
         let project = self.project(graph)?;
-        let scene = scene::load(&self.root.join(&run.scene))?.scene;
-        let settings = Settings { skip: moves != Moves::All, ..self.settings(run, &project)? };
+        let scene = Arc::new(scene::load(&self.root.join(&run.scene))?.scene);
+        let settings = self.chosen(run, &project, &scene)?;
+        let settings = Settings { skip: moves != Moves::All, ..settings };
         Ok(Timed { session: Session::new(self.gpu, &project, scene, settings)?, moves, frames: 0 })
     }
 
@@ -140,10 +148,8 @@ impl Bench<'_> {
 
     pub(super) fn scaling(&self, scaling: &Scaling) -> Checked<Vec<Row>> {
         let (mut rows, mut times, mut bytes) = (vec![], vec![], vec![]);
-        for step in &scaling.steps {
-            let mut run = scaling.run.clone();
-            run.set.push(step.clone());
-            let mut timed = self.session(&run, &run.graph, Moves::All)?;
+        for (step, run) in scaling.runs() {
+            let mut timed = self.session(&run, &run.graph, scaling.moves)?;
             timed.frame(self.gpu)?;
             let start = Instant::now();
             let mut frames = vec![];
@@ -195,9 +201,10 @@ impl Bench<'_> {
             let gpu = Gpu::open().map_err(crate::diag::Faults::from)?;
             let begin = Instant::now();
             let project = self.project(&start.run.graph)?;
-            let scene = scene::load(&self.root.join(&start.run.scene))?.scene;
+            let scene = Arc::new(scene::load(&self.root.join(&start.run.scene))?.scene);
             let read = begin.elapsed();
-            let mut session = Session::new(&gpu, &project, scene, self.settings(&start.run, &project)?)?;
+            let settings = self.chosen(&start.run, &project, &scene)?;
+            let mut session = Session::new(&gpu, &project, scene, settings)?;
             let prepared = begin.elapsed();
             session.frame(&gpu, 0, 0.0)?;
             let output = session.plan.outputs.first().map(|o| o.0.clone()).unwrap_or_default();

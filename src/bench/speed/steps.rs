@@ -10,6 +10,7 @@ use crate::scene;
 use crate::session::plan_for;
 use crate::value::Value;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A step, alone.
@@ -56,8 +57,8 @@ impl Bench<'_> {
     /// Times the steps of a plan one by one, a loop's once.
     fn alone(&self, run: &Run) -> Checked<(Vec<Alone>, Plan)> {
         let project = self.project(&run.graph)?;
-        let scene = scene::load(&self.root.join(&run.scene))?.scene;
-        let settings = self.settings(run, &project)?;
+        let scene = Arc::new(scene::load(&self.root.join(&run.scene))?.scene);
+        let settings = self.chosen(run, &project, &scene)?;
         let mut plan = plan_for(&project, &scene, &settings, self.gpu)?.plan;
         plan.order = apart(&plan.order);
         let pose = scene.pose(0.0);

@@ -11,12 +11,14 @@ fn the_list_that_ships_names_what_is_there() {
     let list = List::read(&root.join("benches/speed.ron")).unwrap_or_else(|f| panic!("{f}"));
     let mut runs: Vec<&super::list::Run> = list.pairs.iter().map(|p| &p.fast).collect();
     runs.extend(list.published.iter().map(|p| &p.run));
-    runs.extend(list.scaling.iter().map(|s| &s.run));
+    let scaled: Vec<super::list::Run> = list.scaling.iter().flat_map(|s| s.runs()).map(|(_, run)| run).collect();
+    runs.extend(&scaled);
     runs.extend(list.starts.iter().map(|s| &s.run));
     runs.extend(list.times.iter().map(|t| &t.run));
     assert!(runs.len() > 10, "{runs:?}");
     for run in runs {
         assert!(root.join(&run.graph).is_file(), "{run:?}");
+        assert!(crate::scene::load(&root.join(&run.scene)).is_ok(), "{run:?}");
         let project = crate::session::Project::open(&root.join(&run.graph), &[]).unwrap_or_else(|f| panic!("{f}"));
         project.params(&run.set).unwrap_or_else(|f| panic!("{run:?}\n{f}"));
         for output in &run.outputs {

@@ -1,4 +1,4 @@
-use crate::gpu::testing::{Sketch, gpu, run, run_scene};
+use crate::gpu::testing::{Sketch, gpu, run, run_scene, try_run};
 use crate::gpu::{Frame, execute, prepare, prepare_after, read_buffer};
 use crate::plan::change::{Held, carry};
 use crate::plan::keys::{Keys, Outside};
@@ -94,6 +94,34 @@ fn tables_are_packed_by_the_names_of_members() {
     execute(gpu(), &plan, &mut prepared, &frame).unwrap();
     let bytes = read_buffer(gpu(), &prepared, &plan, crate::plan::ResourceId(0)).unwrap();
     assert_eq!(bytemuck::pod_collect_to_vec::<u8, f32>(&bytes)[..5], [2.0, 2.0, 0.0, 5.0, 1.0]);
+}
+
+#[test]
+fn arrays_in_uniforms_hold_buffers_and_tables() {
+    let mut s = Sketch::new();
+    s.buffer("numbers", 128);
+    s.buffer("out", 32);
+    let count = "var<storage, read_write> numbers: array<f32>;
+        @compute @workgroup_size(32) fn main(@builtin(local_invocation_index) i: u32) { numbers[i] = f32(i); }";
+    // Shorter than the buffer, longer than the table.
+    let look = "struct Row { intensity: vec3f, kind: u32 }
+        var<uniform> lights: array<Row, 3>;
+        var<uniform> numbers: array<vec4f, 7>;
+        var<storage, read_write> out: array<f32>;
+        @compute @workgroup_size(1) fn main() {
+            for (var i = 0u; i < 3u; i++) { out[i] = lights[i].intensity.y; out[3u + i] = f32(lights[i].kind); }
+            out[6] = numbers[u32(out[0])].w;
+        }";
+    let count = s.compute("count", count, [1, 1, 1]);
+    let look = s.compute("look", look, [1, 1, 1]);
+    let plan = s.order([count, look]);
+    let row = |x: f32| Vec3::new(x, x + 1.0, x + 2.0);
+    let ran = run_scene(plan.clone(), &Geometry::default(), &[lights(&[row(1.0), row(4.0)])]);
+    assert_eq!(ran.floats("out")[..7], [2.0, 5.0, 0.0, 0.0, 1.0, 0.0, 11.0]);
+
+    let four = [lights(&[row(1.0); 4])];
+    let fault = try_run(plan, &Geometry::default(), &four).err().map(|f| f.to_string()).unwrap_or_default();
+    assert!(fault.contains("table `lights` has 4 rows, and the shader's array holds 3"), "{fault}");
 }
 
 #[test]

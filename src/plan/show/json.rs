@@ -1,6 +1,7 @@
 //! A plan for other programs. The keys are stable: they are those of the structs here, not of the plan.
 
 use super::words::{Row, comparison, description};
+use crate::plan::fastest::Alternatives;
 use crate::plan::keys::Keys;
 use crate::plan::{Action, Desc, Ending, Node, Plan, Slot};
 use crate::shader::Def;
@@ -20,6 +21,8 @@ struct PlanJson<'p> {
     steps: Vec<StepJson<'p>>,
     order: Vec<NodeJson<'p>>,
     skipped: Vec<SkippedJson<'p>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    alternatives: Vec<AlternativesJson<'p>>,
     resources: Vec<ResourceJson<'p>>,
     slots: Vec<SlotJson>,
     outputs: Vec<OutputJson<'p>>,
@@ -97,6 +100,20 @@ struct UntilJson<'p> {
 struct SkippedJson<'p> {
     pass: &'p str,
     reason: &'p str,
+}
+
+/// A group, the passes of each of its alternatives, and the one that runs: its place among them.
+#[derive(Serialize)]
+struct AlternativesJson<'p> {
+    name: &'p str,
+    of: Vec<&'p [String]>,
+    runs: usize,
+    why: &'p str,
+}
+
+fn alternatives(found: &Alternatives) -> AlternativesJson<'_> {
+    let of = found.ways.iter().map(|way| way.passes.as_slice()).collect();
+    AlternativesJson { name: &found.name, of, runs: found.chosen, why: &found.why }
 }
 
 /// `slot` is an index; `alive` counts places in the order, the end of a loop as one.
@@ -212,6 +229,7 @@ pub fn to_json(plan: &Plan) -> Json {
         steps: steps.collect(),
         order: nodes(&plan.order),
         skipped: plan.skipped.iter().map(|(pass, reason)| SkippedJson { pass, reason }).collect(),
+        alternatives: plan.alternatives.iter().map(alternatives).collect(),
         resources: resources.collect(),
         slots: plan.slots.iter().map(|Slot { desc: d, bytes }| SlotJson { desc: desc(d), bytes: *bytes }).collect(),
         outputs: plan.outputs.iter().map(|(name, r)| OutputJson { name, resource: r.0 }).collect(),

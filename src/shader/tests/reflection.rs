@@ -22,11 +22,13 @@ fn every_kind_of_variable_is_reflected() {
         var<storage, read_write> fixed: array<vec3f, 5>;
         struct Open { n: u32, rows: array<vec2f> }
         var<storage> open: Open;
+        struct Row { at: vec3f, n: u32 }
+        var<uniform> rows: array<Row, 7>;
         var<workgroup> tile: array<f32, 64>;
         fn inner(t: texture_2d_array<f32>, s: sampler) -> vec4f { return textureSampleLevel(t, s, vec2f(), 0, 0); }
         fn outer(t: texture_2d_array<f32>, s: sampler) -> vec4f { return inner(t, s); }
         @compute @workgroup_size(8, 4) fn main() {
-            tile[0] = params.k2 + f32(screen.x);
+            tile[0] = params.k2 + f32(screen.x) + rows[screen.y].at.x;
             let a = textureLoad(plain, vec2i(), 0) + outer(smooth_array, lin) + textureLoad(multi, vec2i(), 0);
             let b = textureLoad(id, vec2i(), 0).x + u32(textureLoad(sid, vec3i(), 0).x) + arrayLength(&open.rows);
             let c = textureSampleCompareLevel(shadow, cmp, vec3f(1, 0, 0), 0, 0.5);
@@ -71,6 +73,8 @@ fn every_kind_of_variable_is_reflected() {
     let element = Layout { size: 12, members: vec![member("fixed", 0, Type::Vec3)] };
     assert_eq!(kind("fixed"), BindingKind::Storage { element, stride: 16, fixed_size: Some(80), writable: true });
     assert!(matches!(kind("open"), BindingKind::Storage { fixed_size: None, writable: false, .. }));
+    let element = Layout { size: 16, members: vec![member("at", 0, Type::Vec3), member("n", 12, Type::Uint)] };
+    assert_eq!(kind("rows"), BindingKind::UniformArray { element, stride: 16, size: 112 });
     let entry = &i.entries[0];
     let access = |name: &str| entry.uses[&names(&i).iter().position(|n| *n == name).unwrap_or(usize::MAX)];
     assert_eq!(entry.workgroup_size, [8, 4, 1]);

@@ -1,0 +1,201 @@
+//! Of a graph's alternatives the fastest on the adapter at hand: timed once, then known from a file.
+//!
+//! A plan knows of no device. So each alternative is planned, all of them are run in turn, and the fastest becomes a
+//! choice, which is data for the plan that counts. Whoever wants equal bits on every machine leaves this stage out: then
+//! the first of each group runs.
+
+pub mod known;
+
+use crate::content::hash;
+use crate::diag::Checked;
+use crate::gpu::{FrameReport, Gpu};
+use crate::plan::fastest::{Alternatives, Choice, Choices, groups};
+use crate::plan::keys::work;
+use crate::plan::{Plan, StepId};
+use crate::scene::{FACTS, Scene};
+use crate::session::{Project, Session, Settings, plan_for};
+use crate::value::{Type, Value};
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Runs of each alternative, the first of them untimed, at least and at most.
+const RUNS: [u32; 2] = [2, 8];
+
+/// No more runs begin after this time.
+const ENOUGH: Duration = Duration::from_millis(300);
+
+/// Of the time of the first alternative another may take at most: what is closer is noise, and tomorrow the other way round.
+const CLEARLY: f64 = 0.95;
+
+/// How groups are decided whose choice nobody states.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Policy {
+    /// The fastest on this adapter, timed once and remembered
+    #[default]
+    Measure,
+    /// The first, which is the same on every machine
+    First,
+}
+
+impl Policy {
+    /// The choices in `settings`, and what this says of the other groups.
+    ///
+    /// # Errors
+    /// As [`measured`].
+    pub fn choices(self, gpu: &Gpu, project: &Project, scene: &Arc<Scene>, settings: &Settings) -> Checked<Choices> {
+        match self {
+            Policy::Measure => measured(gpu, project, scene, settings, known::usual().as_deref()),
+            Policy::First => Ok(settings.choices.clone()),
+        }
+    }
+}
+
+/// The choices in `settings`, and for each other group of the graph that is needed the fastest of its alternatives.
+/// Times come from `file`, where it has them for this adapter and this work, and go there.
+///
+/// # Errors
+/// Faults of any alternative, as of a plan or of the device.
+pub fn measured(
+    gpu: &Gpu,
+    project: &Project,
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    file: Option<&Path>,
+) -> Checked<Choices> {
+    let mut choices = settings.choices.clone();
+    if groups(&project.graph).iter().all(|(name, _)| choices.contains_key(*name)) {
+        return Ok(choices);
+    }
+    loop {
+        let settings = Settings { choices: choices.clone(), ..settings.clone() };
+        let plan = plan_for(project, scene, &settings, gpu)?.plan;
+        let Some(group) = plan.alternatives.iter().find(|a| !choices.contains_key(&a.name)) else { break };
+        let sides = sides(gpu, project, scene, &settings, group)?;
+        let key = key(gpu, scene, &sides);
+        let times = match known::find(file, &key).filter(|ms| ms.len() == sides.len()) {
+            Some(times) => times,
+            None => {
+                let times = race(gpu, project, scene, &sides)?;
+                let adapter = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
+                known::keep(file, known::Entry { key, adapter, group: group.name.clone(), ms: times.clone() });
+                times
+            }
+        };
+        let best = fastest(&times);
+        let index = group.ways.get(best).map_or(0, |way| way.index);
+        choices.insert(group.name.clone(), Choice { index, why: why(&times, best, &gpu.info.name) });
+    }
+    Ok(choices)
+}
+
+/// One alternative: what to render with it, and the plan.
+struct Side {
+    settings: Settings,
+    plan: Plan,
+    /// The steps that some other alternative does without.
+    own: BTreeSet<usize>,
+}
+
+fn sides(
+    gpu: &Gpu,
+    project: &Project,
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    group: &Alternatives,
+) -> Checked<Vec<Side>> {
+    let mut sides = vec![];
+    for way in &group.ways {
+        let mut choices = settings.choices.clone();
+        choices.insert(group.name.clone(), Choice { index: way.index, why: "measured now".into() });
+        let plain = Settings { choices, skip: false, verify: false, watch: false, inspect: false, ..settings.clone() };
+        let plan = plan_for(project, scene, &plain, gpu)?.plan;
+        sides.push(Side { settings: plain, plan, own: BTreeSet::new() });
+    }
+    let passes: Vec<BTreeSet<String>> =
+        sides.iter().map(|s| s.plan.steps.iter().map(|step| step.pass.clone()).collect()).collect();
+    for side in &mut sides {
+        let everywhere = |pass: &String| passes.iter().all(|p| p.contains(pass));
+        let steps = side.plan.steps.iter().enumerate();
+        side.own = steps.filter(|(_, step)| !everywhere(&step.pass)).map(|(i, _)| i).collect();
+    }
+    Ok(sides)
+}
+
+/// The same for the same work on the same adapter.
+fn key(gpu: &Gpu, scene: &Scene, sides: &[Side]) -> String {
+    let info = &gpu.info;
+    let adapter =
+        (&info.name, info.vendor, info.device, &info.driver, &info.driver_info, format!("{:?}", info.backend));
+    let facts = scene.facts();
+    let counts = FACTS.iter().filter(|(_, ty)| *ty == Type::Uint);
+    let counts: Vec<Option<&[u8]>> = counts.map(|(name, _)| facts.get(*name).map(Value::bytes)).collect();
+    let work: Vec<Vec<u128>> =
+        sides.iter().map(|s| s.own.iter().map(|i| work(&s.plan, StepId(*i))).collect()).collect();
+    format!("{:032x}", hash(&(adapter, counts, work)))
+}
+
+/// Milliseconds of the own steps of each side, the least of several runs in turn, so that what else the machine does falls
+/// on all.
+fn race(gpu: &Gpu, project: &Project, scene: &Arc<Scene>, sides: &[Side]) -> Checked<Vec<f64>> {
+    let mut sessions = vec![];
+    for side in sides {
+        sessions.push(Session::new(gpu, project, scene.clone(), side.settings.clone())?);
+    }
+    let mut times = vec![f64::INFINITY; sides.len()];
+    let [least, most] = RUNS;
+    let mut start = Instant::now();
+    for run in 0..most {
+        if run >= least && start.elapsed() > ENOUGH {
+            break;
+        }
+        for ((session, side), time) in sessions.iter_mut().zip(sides).zip(&mut times) {
+            let report = session.repeat(gpu, &upto(&session.plan, &side.own))?;
+            // In its first run a driver may still compile.
+            if run > 0 {
+                *time = time.min(taken(&report, &side.own));
+            }
+        }
+        if run == 0 {
+            start = Instant::now();
+        }
+    }
+    Ok(times)
+}
+
+/// By step: whether it is one of these or leads to one.
+fn upto(plan: &Plan, wanted: &BTreeSet<usize>) -> Vec<bool> {
+    let mut run = vec![false; plan.steps.len()];
+    let mut open: Vec<usize> = wanted.iter().copied().collect();
+    while let Some(i) = open.pop() {
+        if let Some(known) = run.get_mut(i).filter(|known| !**known) {
+            *known = true;
+            open.extend(plan.steps[i].after.iter().map(|s| s.0));
+        }
+    }
+    run
+}
+
+/// Milliseconds on the device of some steps; where it doesn't say, of the frame.
+fn taken(report: &FrameReport, steps: &BTreeSet<usize>) -> f64 {
+    let own = report.steps.iter().filter(|t| steps.contains(&t.step));
+    own.map(|t| t.gpu_ms).sum::<Option<f64>>().unwrap_or(report.wall_ms)
+}
+
+/// The first, unless another is clearly faster.
+fn fastest(times: &[f64]) -> usize {
+    let first = times.first().copied().unwrap_or(0.0);
+    let others = times.iter().copied().enumerate().filter(|(_, ms)| *ms < first * CLEARLY);
+    others.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
+}
+
+fn why(times: &[f64], best: usize, adapter: &str) -> String {
+    let shown = |ms: &f64| format!("{ms:.2} ms");
+    let others: Vec<String> = times.iter().enumerate().filter(|(i, _)| *i != best).map(|(_, ms)| shown(ms)).collect();
+    let own = times.get(best).map_or(String::new(), shown);
+    format!("measured, {own} against {} on {adapter}", others.join(" and "))
+}
+
+#[cfg(test)]
+mod tests;
