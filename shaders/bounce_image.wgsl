@@ -2,7 +2,7 @@
 //! PACKED_PROBES as they are packed for few fetches: 1 where there was no light before, else 3.
 #import lightgraph::camera::pixel_ray
 #ifdef PACKED_PROBES
-#import lightgraph::packed_indirect::reflected_probes
+#import lightgraph::packed_indirect::{ALL, reflected_probes}
 #import lightgraph::surface::{Record, is_lit}
 #else
 #import lightgraph::indirect::reflected_probes
@@ -12,7 +12,12 @@
 var<uniform> behind_seen: f32;
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
-#ifndef PACKED_PROBES
+#ifdef PACKED_PROBES
+#ifdef PROBE_VISIBILITY
+/// What sees each pixel's surface.
+var surface_sight: texture_2d<u32>;
+#endif
+#else
 var sh: texture_3d<f32>;
 var sh_before: texture_3d<f32>;
 #endif
@@ -31,7 +36,12 @@ fn fragment(@builtin(position) position: vec4f) -> Image {
     let ray = pixel_ray(pixel);
     let normal = textureLoad(surface_normal, pixel, 0);
 #ifdef PACKED_PROBES
-    let light = reflected_probes(Record(albedo, normal), ray.origin, ray.direction, behind_seen);
+#ifdef PROBE_VISIBILITY
+    let sight = textureLoad(surface_sight, pixel, 0).x;
+#else
+    let sight = ALL;
+#endif
+    let light = reflected_probes(Record(albedo, normal), ray.origin, ray.direction, behind_seen, sight);
 #else
     let s = read_record(albedo, normal, ray.origin, ray.direction);
     let light = reflected_probes(sh, s, behind_seen) - reflected_probes(sh_before, s, behind_seen);

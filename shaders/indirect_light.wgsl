@@ -2,7 +2,7 @@
 //! are packed for few fetches.
 #import lightgraph::camera::pixel_ray
 #ifdef PACKED_PROBES
-#import lightgraph::packed_indirect::reflected_probes
+#import lightgraph::packed_indirect::{ALL, reflected_probes}
 #import lightgraph::surface::{Record, is_lit}
 #else
 #import lightgraph::indirect::reflected_probes
@@ -12,7 +12,12 @@
 var<uniform> behind_seen: f32;
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
-#ifndef PACKED_PROBES
+#ifdef PACKED_PROBES
+#ifdef PROBE_VISIBILITY
+/// What sees each pixel's surface.
+var surface_sight: texture_2d<u32>;
+#endif
+#else
 var sh: texture_3d<f32>;
 #endif
 var indirect: texture_storage_2d<rgba32float, write>;
@@ -28,7 +33,12 @@ fn indirect_light(@builtin(global_invocation_id) id: vec3u) {
         let ray = pixel_ray(id.xy);
         let normal = textureLoad(surface_normal, id.xy, 0);
 #ifdef PACKED_PROBES
-        light = reflected_probes(Record(albedo, normal), ray.origin, ray.direction, behind_seen);
+#ifdef PROBE_VISIBILITY
+        let sight = textureLoad(surface_sight, id.xy, 0).x;
+#else
+        let sight = ALL;
+#endif
+        light = reflected_probes(Record(albedo, normal), ray.origin, ray.direction, behind_seen, sight);
 #else
         light = reflected_probes(sh, read_record(albedo, normal, ray.origin, ray.direction), behind_seen);
 #endif

@@ -145,7 +145,7 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
         let sight = packed_indirect::ALL;
 #endif
         light = textureLoad(cube_direct, at, 0).rgb
-            + packed_indirect::reflected_in_sight(r, eye, ray, params.behind_captured, sight);
+            + packed_indirect::reflected_probes(r, eye, ray, params.behind_captured, sight);
 #endif
     }
 #ifdef FIRST_BOUNCE

@@ -32,14 +32,14 @@ struct Volume {
 var<storage, read_write> shadow_volumes: array<Volume>;
 
 /// Nothing lies within.
-const EMPTY: vec4f = vec4f(0.0, 0.0, 0.0, -1.0);
+const EMPTY: vec4f = vec4f(0.0, 0.0, 0.0, 1.0);
 
-/// The plane through `a`, `b` and the light, with `c` on its positive side. It is moved outwards by `slack`, so that nothing slips
+/// The plane through `a`, `b` and the light, with `c` on its negative side. It is moved outwards by `slack`, so that nothing slips
 /// between the volumes of two triangles with an edge in common.
 fn side(a: vec3f, b: vec3f, c: vec3f, light: vec4f, slack: f32) -> vec4f {
     let normal = normalize(cross(b - a, light.xyz - light.w * a));
-    let turned = select(normal, -normal, dot(normal, c - a) < 0.0);
-    return vec4f(turned, slack - dot(turned, a));
+    let turned = select(normal, -normal, dot(normal, c - a) > 0.0);
+    return vec4f(turned, -slack - dot(turned, a));
 }
 
 /// x: the triangle; y: the light.
@@ -59,9 +59,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let height = dot(normal, light.xyz - light.w * t.a);
         // A triangle that the light sees from its edge throws no shadow.
         if abs(height) > slack {
-            let away = select(normal, -normal, height > 0.0);
+            let near = select(normal, -normal, height < 0.0);
             volume = Volume(
-                vec4f(away, -dot(away, t.a)),
+                vec4f(near, -dot(near, t.a)),
                 side(t.a, t.b, t.c, light, slack),
                 side(t.b, t.c, t.a, light, slack),
                 side(t.c, t.a, t.b, light, slack),

@@ -3,9 +3,6 @@
 #import lightgraph::packed_probes::{Weights, lambert, weigh}
 #import lightgraph::probes
 #import lightgraph::surface::Record
-#ifdef PROBE_VISIBILITY
-#import lightgraph::visible_probes
-#endif
 #ifdef SPECULAR
 #import lightgraph::brdf::phong_weights
 #import lightgraph::packed_probes::weights
@@ -54,18 +51,7 @@ fn gather(w: Weights, here: probes::Cell, point: vec3f, normal: vec3f, behind: f
 }
 
 /// Radiance that the recorded surface on the ray from `eye` along `ray` reflects back.
-fn reflected_probes(r: Record, eye: vec3f, ray: vec3f, behind: f32) -> vec3f {
-#ifdef PROBE_VISIBILITY
-    let point = eye + r.normal.w * ray;
-    let sight = visible_probes::sight(probes::cell(point), point, r.normal.xyz);
-    return reflected_in_sight(r, eye, ray, behind, sight);
-#else
-    return reflected_in_sight(r, eye, ray, behind, ALL);
-#endif
-}
-
-/// The same where it is known what sees the surface.
-fn reflected_in_sight(r: Record, eye: vec3f, ray: vec3f, behind: f32, sight: u32) -> vec3f {
+fn reflected_probes(r: Record, eye: vec3f, ray: vec3f, behind: f32, sight: u32) -> vec3f {
     let point = eye + r.normal.w * ray;
     let here = probes::cell(point);
     var sum = r.albedo.rgb * gather(lambert(r.normal.xyz), here, point, r.normal.xyz, behind, sight);

@@ -104,14 +104,13 @@ fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> vec4u {
     var best = vec4u(0u);
     var least = 3.4e38;
     for (var i = 0; i < 64; i++) {
-        let probe = vec3i(here.base) + vec3i(i & 3, (i >> 2u) & 3, i >> 4u) - 1;
-        if all(probe >= vec3i(0)) && all(probe <= last) {
-            let offset = probes::position(vec3u(probe)) - point;
-            let far = dot(offset, offset);
-            if far < least && visibility(vec3u(probe), point, normal) > 0.0 {
-                least = far;
-                best = vec4u(vec3u(probe), 1u);
-            }
+        // Beyond the grid those at its edge come again, which changes nothing.
+        let probe = clamp(vec3i(here.base) + vec3i(i & 3, (i >> 2u) & 3, i >> 4u) - 1, vec3i(0), last);
+        let offset = probes::position(vec3u(probe)) - point;
+        let far = dot(offset, offset);
+        if far < least && visibility(vec3u(probe), point, normal) > 0.0 {
+            least = far;
+            best = vec4u(vec3u(probe), 1u);
         }
     }
     return best;
