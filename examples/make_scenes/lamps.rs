@@ -11,12 +11,12 @@ const HALF_WIDTH: f64 = 8.0;
 const HALF_LENGTH: f64 = 6.0;
 const HEIGHT: f64 = 4.0;
 /// Candela of all lamps, the mean over the channels.
-const TOTAL: f64 = 90.0;
+const TOTAL: f64 = 60.0;
 /// Least distance of a lamp from walls, pillars and benches. Metres.
 const CLEARANCE: f64 = 0.25;
 /// Linear, each with a mean of 1.
 const COLORS: [[f64; 3]; 6] =
-    [[1.8, 0.9, 0.3], [0.4, 0.9, 1.7], [1.3, 1.2, 0.5], [1.6, 0.5, 0.9], [0.5, 1.7, 0.8], [1.0, 1.0, 1.0]];
+    [[2.4, 0.5, 0.1], [0.1, 0.8, 2.1], [1.7, 1.2, 0.1], [1.9, 0.1, 1.0], [0.2, 2.3, 0.5], [1.0, 1.0, 1.0]];
 
 /// Where the pillars stand, and the benches with their sizes.
 const PILLARS: [(f64, f64); 8] =
@@ -29,7 +29,7 @@ const BENCH: DVec3 = DVec3::new(1.8, 0.9, 0.7);
 /// The hall under `count` lamps. Those of a smaller number hang where the first of a larger do.
 pub fn lamps(count: usize) -> Document {
     let mut document = Document::new();
-    let plaster = document.matte("plaster", [0.72, 0.70, 0.66]);
+    let plaster = document.matte("plaster", [0.56, 0.55, 0.53]);
     let floor = document.matte("floor", [0.50, 0.44, 0.38]);
     let stone = document.matte("stone", [0.62, 0.60, 0.57]);
     let wood = document.matte("wood", [0.48, 0.27, 0.13]);

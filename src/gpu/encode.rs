@@ -3,9 +3,10 @@
 use super::{
     device::Gpu,
     gate::Gate,
-    pipelines::{Built, by_location, view_mask},
+    pipelines::{Built, view_mask},
     pool::{Memory, Pool, floats, target_view},
     prepare::{Pass, Ready, Shaded},
+    record::Record,
     scene_data::SceneData,
     texel,
     timing::Pair,
@@ -25,46 +26,55 @@ pub(super) struct Source<'a> {
     pub steps: &'a [Ready],
 }
 
+/// Targets that a render pass has at most; wgpu allows no more.
+const MOST_TARGETS: usize = 8;
+
 /// What one run of a step is told besides the step.
-struct Run<'a> {
-    name: &'a str,
+pub(super) struct Run<'a> {
     /// Of the loops around, outermost first.
-    iterations: &'a [u32],
-    pair: Option<&'a Pair>,
-    sizes: Option<Sizes<'a>>,
+    pub iterations: &'a [u32],
+    /// Where it writes its times.
+    pub pair: Option<&'a Pair>,
+    /// Lets the device say whether it does anything.
+    pub gate: Option<&'a Gate>,
+    /// By member of a draw: whether it is drawn again.
+    pub only: Option<&'a [bool]>,
 }
 
 impl Source<'_> {
-    /// Encodes a step at these iterations of the loops around it, outermost first. With a pair it writes its times; with a gate
-    /// the device says whether it does anything; `only` says by member of a draw whether it is drawn again.
+    /// Encodes one run of a step. `offsets` is room that is used again from run to run.
     ///
     /// # Errors
     /// The step does not belong to what was prepared, or clears what can't be cleared. Errors of the device come when the
     /// encoder is finished.
     pub(super) fn encode(
         &self,
-        encoder: &mut wgpu::CommandEncoder,
+        record: &mut Record<'_>,
         id: StepId,
-        iterations: &[u32],
-        pair: Option<&Pair>,
-        gate: Option<&Gate>,
-        only: Option<&[bool]>,
+        run: &Run<'_>,
+        offsets: &mut Vec<u32>,
     ) -> Checked<()> {
-        let sizes = gate.map(|g| Sizes { buffer: &g.sizes, at: g.place(id) });
+        let sizes = run.gate.map(|g| Sizes { buffer: &g.sizes, at: g.place(id) });
         let (Some(step), Some(ready)) = (self.plan.steps.get(id.0), self.steps.get(id.0)) else {
             return Err(Diagnostic::error(format!("step {} is not in the plan", id.0)).into());
         };
+        if let Ready::Shaded(shaded) = ready {
+            offsets.clear();
+            offsets.extend(shaded.uniforms.iter().map(|u| self.uniforms.offset(*u, run.iterations)));
+        }
+        if let (Action::Compute { groups, .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
+            self.compute(record, &step.name, *groups, shaded, (run, sizes), offsets);
+            return Ok(());
+        }
+        let encoder = record.encoder();
         encoder.push_debug_group(&step.name);
-        let run = Run { name: &step.name, iterations, pair, sizes };
         let done = match (&step.action, ready) {
-            (Action::Compute { groups, .. }, Ready::Shaded(shaded)) => {
-                self.compute(encoder, *groups, shaded, &run);
-                Ok(())
+            (Action::Draw(draw), Ready::Shaded(shaded)) => {
+                self.draw(encoder, (&step.name, draw), shaded, (run, sizes), offsets)
             }
-            (Action::Draw(draw), Ready::Shaded(shaded)) => self.draw(encoder, draw, shaded, &run, only),
-            (Action::Copy { from, to }, _) => self.timed(encoder, pair, |e| self.copy(e, *from, *to)),
-            (Action::Clear { target, value }, _) => self.timed(encoder, pair, |e| self.clear(e, *target, *value)),
-            (Action::Compute { .. } | Action::Draw(_), Ready::Plain) => {
+            (Action::Copy { from, to }, _) => self.timed(encoder, run.pair, |e| self.copy(e, *from, *to)),
+            (Action::Clear { target, value }, _) => self.timed(encoder, run.pair, |e| self.clear(e, *target, *value)),
+            (Action::Compute { .. }, _) | (Action::Draw(_), Ready::Plain) => {
                 Err(Diagnostic::error(format!("`{}` was not prepared", step.name)).into())
             }
         };
@@ -88,82 +98,96 @@ impl Source<'_> {
         Ok(())
     }
 
-    fn offsets(&self, shaded: &Shaded, iterations: &[u32]) -> Vec<u32> {
-        shaded.uniforms.iter().map(|u| self.uniforms.offset(*u, iterations)).collect()
-    }
-
-    fn compute(&self, encoder: &mut wgpu::CommandEncoder, [x, y, z]: [u32; 3], shaded: &Shaded, run: &Run<'_>) {
+    /// In the pass that neighbours share, unless times can be taken at the ends of passes only.
+    fn compute(
+        &self,
+        record: &mut Record<'_>,
+        name: &str,
+        [x, y, z]: [u32; 3],
+        shaded: &Shaded,
+        (run, sizes): (&Run<'_>, Option<Sizes<'_>>),
+        offsets: &[u32],
+    ) {
         let Built::Compute(pipeline) = &shaded.pipelines.built else { return };
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(run.name),
-            timestamp_writes: run.pair.map(|p| wgpu::ComputePassTimestampWrites {
-                query_set: &p.set,
-                beginning_of_pass_write_index: Some(p.begin),
-                end_of_pass_write_index: Some(p.end),
-            }),
-        });
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &shaded.group, &self.offsets(shaded, run.iterations));
-        match run.sizes {
-            Some(sizes) => pass.dispatch_workgroups_indirect(sizes.buffer, sizes.at),
-            None => pass.dispatch_workgroups(x, y, z),
+        let dispatch = |pass: &mut wgpu::ComputePass<'_>| {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &shaded.group, offsets);
+            match sizes {
+                Some(sizes) => pass.dispatch_workgroups_indirect(sizes.buffer, sizes.at),
+                None => pass.dispatch_workgroups(x, y, z),
+            }
+        };
+        let inside = self.gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
+        if let Some(pair) = run.pair.filter(|_| !inside) {
+            let times = wgpu::ComputePassTimestampWrites {
+                query_set: &pair.set,
+                beginning_of_pass_write_index: Some(pair.begin),
+                end_of_pass_write_index: Some(pair.end),
+            };
+            let desc = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes: Some(times) };
+            return dispatch(&mut record.encoder().begin_compute_pass(&desc));
         }
+        let pass = record.compute();
+        pass.push_debug_group(name);
+        if let Some(pair) = run.pair {
+            pass.write_timestamp(&pair.set, pair.begin);
+        }
+        dispatch(pass);
+        if let Some(pair) = run.pair {
+            pass.write_timestamp(&pair.set, pair.end);
+        }
+        pass.pop_debug_group();
     }
 
     fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        draw: &Draw,
+        (name, draw): (&str, &Draw),
         shaded: &Shaded,
-        run: &Run<'_>,
-        only: Option<&[bool]>,
+        (run, sizes): (&Run<'_>, Option<Sizes<'_>>),
+        offsets: &[u32],
     ) -> Checked<()> {
-        let Run { name, iterations, pair, sizes } = *run;
-        let offsets = self.offsets(shaded, iterations);
-        let drawn = |m: &Member| only.is_none_or(|o| o.get(row(draw, m) as usize).copied().unwrap_or(true));
-        let chosen: Vec<(&Pass, Vec<&Member>)> = shaded
-            .passes
-            .iter()
-            .map(|pass| (pass, pass.members.iter().filter(|m| drawn(m)).collect::<Vec<_>>()))
-            .filter(|(_, members)| only.is_none() || !members.is_empty())
-            .collect();
-        let last = chosen.len().saturating_sub(1);
-        for (i, (pass, members)) in chosen.iter().enumerate() {
+        let Run { iterations, pair, only, .. } = *run;
+        let drawn = |m: &&Member| only.is_none_or(|o| o.get(row(draw, m) as usize).copied().unwrap_or(true));
+        let chosen = || shaded.passes.iter().filter(|pass| only.is_none() || pass.members.iter().any(|m| drawn(&m)));
+        let last = chosen().count().saturating_sub(1);
+        for (i, pass) in chosen().enumerate() {
+            let members = || pass.members.iter().filter(drawn);
             let times = pair.filter(|_| i == 0 || i == last).map(|p| wgpu::RenderPassTimestampWrites {
                 query_set: &p.set,
                 beginning_of_pass_write_index: (i == 0).then_some(p.begin),
                 end_of_pass_write_index: (i == last).then_some(p.end),
             });
             let turn = if pass.targets.len() > 1 { iterations.last().copied().unwrap_or(0) as usize } else { 0 };
-            let whole = members.len() == pass.members.len();
+            let whole = members().count() == pass.members.len();
             let clears = pass.clears && sizes.is_none() && whole;
             let Some(mut render) = begin(encoder, name, draw, pass, turn, clears, times) else { continue };
             if let Some(wipe) = shaded.wipe.as_ref().filter(|_| pass.clears && !clears) {
                 render.set_pipeline(wipe);
-                match (sizes, members.first()) {
+                match (sizes, members().next()) {
                     (Some(sizes), Some(first)) => {
                         render.draw_indirect(sizes.buffer, sizes.at + row(draw, first) * PLAIN_DRAW_BYTES);
                     }
                     _ => {
-                        for member in members {
+                        for member in members() {
                             place(&mut render, member);
                             render.draw(0..3, 0..1);
                         }
                     }
                 }
             }
-            render.set_bind_group(0, &shaded.group, &offsets);
+            render.set_bind_group(0, &shaded.group, offsets);
             self.members(&mut render, draw, &shaded.pipelines.built, members, sizes)?;
         }
         Ok(())
     }
 
-    fn members(
+    fn members<'m, M: Iterator<Item = &'m Member>>(
         &self,
         render: &mut wgpu::RenderPass<'_>,
         draw: &Draw,
         built: &Built,
-        members: &[&Member],
+        members: impl Fn() -> M,
         sizes: Option<Sizes<'_>>,
     ) -> Checked<()> {
         let Built::Render { first, rest, attributes } = built else { return Ok(()) };
@@ -186,15 +210,15 @@ impl Source<'_> {
         let split = mesh.map_or(0, |m| m.one_sided);
         let [one_sided, others] = draws;
         let parts = match rest {
-            None => vec![(first, 0..all, one_sided)],
-            Some(rest) => vec![(first, 0..split, one_sided), (rest, split..all, others)],
+            None => [Some((first, 0..all, one_sided)), None],
+            Some(rest) => [Some((first, 0..split, one_sided)), Some((rest, split..all, others))],
         };
-        for (part, (pipeline, indices, draws)) in parts.into_iter().enumerate() {
+        for (part, (pipeline, indices, draws)) in parts.into_iter().flatten().enumerate() {
             if mesh.is_some() && indices.is_empty() {
                 continue;
             }
             render.set_pipeline(pipeline);
-            for member in members {
+            for member in members() {
                 place(render, member);
                 // The largest index has no end that fits; nothing asks for four billion members.
                 let instance = member.index..member.index.saturating_add(1);
@@ -355,30 +379,27 @@ fn begin<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     name: &str,
     draw: &Draw,
-    pass: &Pass,
+    pass: &'e Pass,
     turn: usize,
     clears: bool,
     timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
 ) -> Option<wgpu::RenderPass<'e>> {
     let targets = pass.targets.get(turn)?;
-    let attachments: Vec<_> = targets
-        .color
-        .iter()
-        .zip(by_location(&draw.color))
-        .map(|(view, target)| {
-            let ((view, depth_slice), target) = (view.as_ref()?, target?);
-            let load = match target.clear.filter(|_| clears) {
-                Some(value) => wgpu::LoadOp::Clear(color(value)),
-                None => wgpu::LoadOp::Load,
-            };
-            Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: *depth_slice,
-                resolve_target: None,
-                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-            })
-        })
-        .collect();
+    let attach = |(location, view): (usize, &'e Option<(wgpu::TextureView, Option<u32>)>)| {
+        let (view, depth_slice) = view.as_ref()?;
+        let target = draw.color.iter().find(|t| t.location as usize == location)?;
+        let load = match target.clear.filter(|_| clears) {
+            Some(value) => wgpu::LoadOp::Clear(color(value)),
+            None => wgpu::LoadOp::Load,
+        };
+        let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
+        Some(wgpu::RenderPassColorAttachment { view, depth_slice: *depth_slice, resolve_target: None, ops })
+    };
+    let mut attachments = [const { None }; MOST_TARGETS];
+    for (to, found) in attachments.iter_mut().zip(targets.color.iter().enumerate().map(attach)) {
+        *to = found;
+    }
+    let attachments = attachments.get(..targets.color.len())?;
     let depth = draw.depth.as_ref().zip(targets.depth.as_ref()).map(|(depth, view)| {
         let clear = depth.clear.filter(|_| clears);
         wgpu::RenderPassDepthStencilAttachment {
@@ -393,7 +414,7 @@ fn begin<'e>(
     });
     Some(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some(name),
-        color_attachments: &attachments,
+        color_attachments: attachments,
         depth_stencil_attachment: depth,
         timestamp_writes,
         occlusion_query_set: None,

@@ -3,10 +3,11 @@
 use super::numerics::{Numerics, Watch};
 use super::{
     device::Gpu,
-    encode::Source,
+    encode::{Run, Source},
     gate::{Gate, Gates, State, on_device},
     prepare::Prepared,
     readback::map,
+    record::Record,
     reports::Reports,
     scope::Scope,
     timing::Timer,
@@ -107,15 +108,20 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         gate: None,
         gated: vec![],
         watch: watch.as_mut(),
-        encoder: None,
+        record: Record::new(gpu),
         pending: vec![],
+        pending_iterations: vec![],
+        offsets: vec![],
         iterations: vec![],
         times: vec![None; plan.steps.len()],
-        first_runs: vec![],
+        first_runs: Vec::with_capacity(plan.steps.len()),
         loops: vec![],
         warnings: vec![],
     };
     walk.top(&plan.order, frame.run)?;
+    // Times and reports come with the frame's last submission.
+    walk.timer.resolve(gpu, &mut walk.record)?;
+    walk.reports.collect(&mut walk.record);
     walk.submit()?;
     let Walk { mut times, first_runs, mut loops, mut warnings, timer, gated, watch, .. } = walk;
     let numerics = match watch {
@@ -125,7 +131,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         }
         None => None,
     };
-    for ((ms, timed), time) in timer.finish(gpu, plan.steps.len())?.into_iter().zip(&mut times) {
+    for ((ms, timed), time) in timer.read(gpu, plan.steps.len())?.into_iter().zip(&mut times) {
         if let Some(time) = time {
             time.gpu_ms = (timed == time.runs).then_some(ms);
         }
@@ -151,10 +157,13 @@ struct Walk<'a> {
     gate: Option<&'a Gate>,
     gated: Vec<Gated>,
     watch: Option<&'a mut Watch>,
-    /// What is encoded and not yet submitted, with the scope that catches its errors.
-    encoder: Option<(wgpu::CommandEncoder, Scope<'a>)>,
-    /// The runs in `encoder`.
-    pending: Vec<(StepId, Vec<u32>)>,
+    /// What is encoded and not yet submitted.
+    record: Record<'a>,
+    /// The runs in `record`, each with where its iterations begin in `pending_iterations`.
+    pending: Vec<(StepId, usize)>,
+    pending_iterations: Vec<u32>,
+    /// Offsets of the uniforms of one run.
+    offsets: Vec<u32>,
     /// Of the loops around, outermost first.
     iterations: Vec<u32>,
     times: Vec<Option<StepTime>>,
@@ -245,15 +254,16 @@ impl Walk<'_> {
             Some(Action::Copy { .. } | Action::Clear { .. }) | None => false,
         };
         if self.times.get(id.0).is_some_and(Option::is_none) {
-            self.reports.clear(open(gpu, &mut self.encoder), id);
+            self.reports.clear(&mut self.record, id);
         }
         let pair = self.timer.pair(gpu, id, in_pass);
-        let encoder = open(gpu, &mut self.encoder);
-        self.source.encode(encoder, id, &self.iterations, pair.as_ref(), self.gate, only)?;
+        let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, only };
+        self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
         if let Some(watch) = &mut self.watch {
-            watch.encode(gpu, self.source.plan, self.source.pool, encoder, id, &self.iterations)?;
+            watch.encode(gpu, self.source.plan, self.source.pool, self.record.encoder(), id, &self.iterations)?;
         }
-        self.pending.push((id, self.iterations.clone()));
+        self.pending.push((id, self.pending_iterations.len()));
+        self.pending_iterations.extend(&self.iterations);
         if let Some(time) = self.times.get_mut(id.0) {
             if time.is_none() {
                 self.first_runs.push(id);
@@ -293,7 +303,7 @@ impl Walk<'_> {
     fn hand_over(&mut self, l: &Loop) -> Checked<()> {
         let gpu = self.source.gpu;
         let gate = self.gates.get(&l.name)?;
-        gate.open(open(gpu, &mut self.encoder));
+        gate.open(self.record.encoder());
         let mut handed = 0;
         let mut question = None;
         for i in 0..l.count {
@@ -304,11 +314,11 @@ impl Walk<'_> {
             self.gate = None;
             self.iterations.pop();
             done?;
-            gate.test(open(gpu, &mut self.encoder));
+            gate.test(self.record.compute());
             handed += 1;
             if handed % ITERATIONS_A_LOOK == 0 && handed < l.count {
                 let turn = (handed / ITERATIONS_A_LOOK) as usize;
-                gate.ask(open(gpu, &mut self.encoder), turn);
+                gate.ask(self.record.encoder(), turn);
                 let asked = self.submit()?;
                 // The answer to the question before: the device works on while the host waits for it.
                 if let Some(submission) = std::mem::replace(&mut question, asked)
@@ -318,7 +328,7 @@ impl Walk<'_> {
                 }
             }
         }
-        self.gates.report(open(gpu, &mut self.encoder), gate, self.gated.len());
+        self.gates.report(self.record.encoder(), gate, self.gated.len());
         let steps = l.body.iter().filter_map(|n| if let Node::Step(id) = n { Some(*id) } else { None });
         self.gated.push(Gated { report: self.loops.len(), handed, steps: steps.collect() });
         self.loops.push(LoopReport { name: l.name.clone(), iterations: 0, last: None });
@@ -346,40 +356,35 @@ impl Walk<'_> {
 
     /// Hands what is encoded to the device; `None` when that is nothing.
     fn submit(&mut self) -> Checked<Option<wgpu::SubmissionIndex>> {
-        let Some((encoder, scope)) = self.encoder.take() else { return Ok(None) };
-        let gpu = self.source.gpu;
-        let submission = gpu.queue.submit([encoder.finish()]);
+        let Some((commands, scope)) = self.record.finish() else { return Ok(None) };
+        let submission = self.source.gpu.queue.submit([commands]);
         let ended = scope.end("run the frame");
-        let pending = std::mem::take(&mut self.pending);
-        ended.map_err(|faults| self.blame(&pending).unwrap_or(faults))?;
+        ended.map_err(|faults| self.blame().unwrap_or(faults))?;
+        self.pending.clear();
+        self.pending_iterations.clear();
         Ok(Some(submission))
     }
 
     /// The faults of the first run that fails when each is encoded by itself. wgpu finds faults when an encoder is
     /// finished, and its text need not name the step.
-    fn blame(&self, runs: &[(StepId, Vec<u32>)]) -> Option<crate::diag::Faults> {
+    fn blame(&self) -> Option<crate::diag::Faults> {
         let gpu = self.source.gpu;
-        runs.iter().find_map(|(id, iterations)| {
+        let ends = self.pending.iter().skip(1).map(|p| p.1).chain([self.pending_iterations.len()]);
+        self.pending.iter().zip(ends).find_map(|((id, begin), end)| {
             let name = self.source.plan.steps.get(id.0).map_or("?", |s| &s.name);
             let scope = Scope::begin(gpu);
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            let encoded = self.source.encode(&mut encoder, *id, iterations, None, None, None);
-            drop(encoder.finish());
+            let mut record = Record::new(gpu);
+            let iterations = self.pending_iterations.get(*begin..end).unwrap_or_default();
+            let run = Run { iterations, pair: None, gate: None, only: None };
+            let encoded = self.source.encode(&mut record, *id, &run, &mut vec![]);
+            if let Some((_, inner)) = record.finish()
+                && let Err(faults) = inner.end(&format!("run `{name}`"))
+            {
+                return Some(faults);
+            }
             scope.end(&format!("run `{name}`")).and(encoded).err()
         })
     }
-}
-
-/// The encoder in use, or a new one with the scope that catches its errors.
-fn open<'e, 'a>(
-    gpu: &'a Gpu,
-    encoder: &'e mut Option<(wgpu::CommandEncoder, Scope<'a>)>,
-) -> &'e mut wgpu::CommandEncoder {
-    let (encoder, _) = encoder.get_or_insert_with(|| {
-        let scope = Scope::begin(gpu);
-        (gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }), scope)
-    });
-    encoder
 }
 
 fn selected(node: &Node, run: &[bool]) -> bool {

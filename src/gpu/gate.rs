@@ -4,7 +4,6 @@
 use super::{device::Gpu, pool::Pool, readback::staging, scene_data::SceneData, scope::scoped};
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Comparison, Cull, Draw, Ending, Geometry, Loop, Node, Plan, StepId};
-use std::collections::BTreeMap;
 
 /// The words of [`State`] on the device.
 const STATE_WORDS: usize = 5;
@@ -79,8 +78,8 @@ pub(super) struct Gate {
     name: String,
     /// Sizes of the draws and dispatches of an iteration, as indirect arguments; zeroed at the end.
     pub sizes: wgpu::Buffer,
-    /// Where a step's are, in bytes.
-    places: BTreeMap<usize, u64>,
+    /// By step of the plan: where its are, in bytes.
+    places: Vec<u64>,
     first_sizes: wgpu::Buffer,
     state: wgpu::Buffer,
     first_state: wgpu::Buffer,
@@ -156,11 +155,11 @@ impl Gate {
             return Err(Diagnostic::error(format!("the loop `{}` has no test", l.name)).into());
         };
         let mut words = vec![];
-        let mut places = BTreeMap::new();
+        let mut places = vec![0; plan.steps.len()];
         for node in &l.body {
             let Node::Step(id) = node else { continue };
             let Some(step) = plan.steps.get(id.0) else { continue };
-            places.insert(id.0, 4 * words.len() as u64);
+            places[id.0] = 4 * words.len() as u64;
             match &step.action {
                 Action::Compute { groups, .. } => words.extend(groups),
                 Action::Draw(draw) => words.extend(draw_sizes(draw, scene)),
@@ -221,7 +220,7 @@ impl Gate {
 
     /// Where the sizes of a step begin, in bytes.
     pub(super) fn place(&self, id: StepId) -> u64 {
-        self.places.get(&id.0).copied().unwrap_or(0)
+        self.places.get(id.0).copied().unwrap_or(0)
     }
 
     /// Before the first iteration.
@@ -231,9 +230,7 @@ impl Gate {
     }
 
     /// After each iteration.
-    pub(super) fn test(&self, encoder: &mut wgpu::CommandEncoder) {
-        let mut pass = encoder
-            .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("end of a loop"), timestamp_writes: None });
+    pub(super) fn test(&self, pass: &mut wgpu::ComputePass<'_>) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.group, &[]);
         pass.dispatch_workgroups(1, 1, 1);

@@ -15,6 +15,7 @@ mod pipelines;
 mod pool;
 mod prepare;
 mod readback;
+mod record;
 mod reports;
 mod scene_data;
 mod scope;

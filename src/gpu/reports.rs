@@ -1,6 +1,6 @@
 //! What shaders report of themselves: memory for each step whose shader checks something, cleared before the step runs.
 
-use super::{device::Gpu, readback::map, readback::staging, scope::scoped};
+use super::{device::Gpu, readback::map, readback::staging, record::Record, scope::scoped};
 use crate::diag::Checked;
 use crate::plan::{Binding, Plan, StepId};
 use crate::shader::report::{BYTES, Failed, read};
@@ -41,25 +41,26 @@ impl Reports {
     }
 
     /// Forgets what a step reported, before its first run of a frame.
-    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder, step: StepId) {
+    pub(super) fn clear(&self, record: &mut Record<'_>, step: StepId) {
         if let Some(buffer) = self.buffers.get(&step) {
-            encoder.clear_buffer(buffer, 0, None);
+            record.encoder().clear_buffer(buffer, 0, None);
         }
     }
 
-    /// The checks that do not hold, by step.
+    /// Hands over what all steps reported, to be read when the frame is done.
+    pub(super) fn collect(&self, record: &mut Record<'_>) {
+        let Some(staging) = &self.staging else { return };
+        for (i, buffer) in self.buffers.values().enumerate() {
+            record.encoder().copy_buffer_to_buffer(buffer, 0, staging, BYTES * i as u64, BYTES);
+        }
+    }
+
+    /// Waits for what was collected: the checks that do not hold, by step.
     ///
     /// # Errors
     /// The device fails.
     pub(super) fn read(&self, gpu: &Gpu) -> Checked<Vec<(StepId, Failed)>> {
         let Some(staging) = &self.staging else { return Ok(vec![]) };
-        scoped(gpu, "read what shaders report", || {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            for (i, buffer) in self.buffers.values().enumerate() {
-                encoder.copy_buffer_to_buffer(buffer, 0, staging, BYTES * i as u64, BYTES);
-            }
-            gpu.queue.submit([encoder.finish()]);
-        })?;
         let bytes = map(gpu, staging, BYTES * self.buffers.len() as u64)?;
         let each = self.buffers.keys().zip(bytes.chunks_exact(BYTES as usize));
         Ok(each.flat_map(|(step, bytes)| read(bytes).into_iter().map(|f| (*step, f))).collect())

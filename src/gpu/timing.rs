@@ -1,6 +1,6 @@
 //! Timestamps of the device: a pair for each run of a step, in as many query sets as a frame needs.
 
-use super::{device::Gpu, readback::map, scope::scoped};
+use super::{device::Gpu, readback::map, record::Record, scope::scoped};
 use crate::diag::Checked;
 use crate::plan::StepId;
 
@@ -59,31 +59,40 @@ impl Timer {
         Some(Pair { set, begin: index % CHUNK, end: index % CHUNK + 1 })
     }
 
+    /// Hands over the times of all runs, to be read when the frame is done.
+    ///
+    /// # Errors
+    /// No memory is left for them.
+    pub(super) fn resolve(&mut self, gpu: &Gpu, record: &mut Record<'_>) -> Checked<()> {
+        let queries = 2 * self.runs.len() as u64;
+        if queries == 0 {
+            return Ok(());
+        }
+        let (resolve, read) = self.buffers(gpu, 8 * queries)?;
+        let encoder = record.encoder();
+        for (chunk, set) in self.sets.iter().enumerate() {
+            let first = chunk as u64 * u64::from(CHUNK);
+            let count = queries.saturating_sub(first).min(CHUNK.into()) as u32;
+            if count > 0 {
+                encoder.resolve_query_set(set, 0..count, &resolve, 8 * first);
+            }
+        }
+        encoder.copy_buffer_to_buffer(&resolve, 0, &read, 0, 8 * queries);
+        Ok(())
+    }
+
     /// Waits for the frame; milliseconds and timed runs of each step, by its index.
     ///
     /// # Errors
     /// The device fails.
-    pub(super) fn finish(&mut self, gpu: &Gpu, steps: usize) -> Checked<Vec<(f64, u32)>> {
+    pub(super) fn read(&self, gpu: &Gpu, steps: usize) -> Checked<Vec<(f64, u32)>> {
         let mut out = vec![(0.0, 0); steps];
         let queries = 2 * self.runs.len() as u64;
-        if queries == 0 {
+        let Some((_, read)) = self.resolved.as_ref().filter(|_| queries > 0) else {
             gpu.wait()?;
             return Ok(out);
-        }
-        let (resolve, read) = self.buffers(gpu, 8 * queries)?;
-        scoped(gpu, "read the timestamps", || {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            for (chunk, set) in self.sets.iter().enumerate() {
-                let first = chunk as u64 * u64::from(CHUNK);
-                let count = queries.saturating_sub(first).min(CHUNK.into()) as u32;
-                if count > 0 {
-                    encoder.resolve_query_set(set, 0..count, &resolve, 8 * first);
-                }
-            }
-            encoder.copy_buffer_to_buffer(&resolve, 0, &read, 0, 8 * queries);
-            gpu.queue.submit([encoder.finish()]);
-        })?;
-        let bytes = map(gpu, &read, 8 * queries)?;
+        };
+        let bytes = map(gpu, read, 8 * queries)?;
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
         for (step, pair) in self.runs.iter().zip(ticks.chunks_exact(2)) {
             let [begin, end] = *pair else { continue };

@@ -6,6 +6,7 @@ use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::{Binding, Node, Plan, StepId};
 use crate::shader::Layout;
 use crate::value::{Type, Value, Values};
+use std::collections::BTreeSet;
 
 /// Where every uniform of a plan lies.
 #[derive(Debug)]
@@ -13,6 +14,10 @@ pub(super) struct Uniforms {
     buffer: wgpu::Buffer,
     uses: Vec<UniformUse>,
     bytes: Vec<u8>,
+    /// What is asked for besides the plan's own, by name, as it was when `bytes` were uploaded.
+    asked: Vec<(String, Option<Value>)>,
+    /// The buffer holds `bytes`.
+    uploaded: bool,
 }
 
 /// A uniform variable of one step.
@@ -80,7 +85,10 @@ impl Uniforms {
                 mapped_at_creation: false,
             })
         })?;
-        Ok(Uniforms { buffer, uses, bytes: vec![0; usize::try_from(size).unwrap_or(0)] })
+        let names: BTreeSet<&String> = uses.iter().flat_map(|u| &u.layout.members).map(|m| &m.name).collect();
+        let asked = names.into_iter().map(|name| (name.clone(), None)).collect();
+        let bytes = vec![0; usize::try_from(size).unwrap_or(0)];
+        Ok(Uniforms { buffer, uses, bytes, asked, uploaded: false })
     }
 
     /// What to bind for a variable of a step: its first slot; the others are reached by dynamic offsets.
@@ -109,12 +117,26 @@ impl Uniforms {
         (found.first + slot * found.stride) as u32
     }
 
-    /// Packs all slots for a frame and uploads them. Of equal names an `extra` wins over a loop's index, that over
+    /// Packs all slots for a frame and uploads them, unless no value differs from the frame before. Of equal names an `extra` wins over a loop's index, that over
     /// the frame's value, that over the plan's.
     ///
     /// # Errors
     /// Members that nothing gives a value, each with its shader.
     pub(super) fn upload(&mut self, gpu: &Gpu, plan: &Plan, frame: &Values) -> Checked<()> {
+        for (name, before) in &mut self.asked {
+            let now = frame.get(name).copied();
+            // By their bits: a zero may have a sign.
+            let same = match (&now, &before) {
+                (Some(now), Some(before)) => now.ty() == before.ty() && now.bytes() == before.bytes(),
+                (now, before) => now.is_none() && before.is_none(),
+            };
+            if !same {
+                (*before, self.uploaded) = (now, false);
+            }
+        }
+        if self.uploaded {
+            return Ok(());
+        }
         let mut faults: Vec<Diagnostic> = vec![];
         for found in &self.uses {
             let size = found.layout.size as usize;
@@ -141,6 +163,7 @@ impl Uniforms {
         }
         Faults::check(faults, ())?;
         gpu.queue.write_buffer(&self.buffer, 0, &self.bytes);
+        self.uploaded = true;
         Ok(())
     }
 }

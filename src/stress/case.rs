@@ -22,6 +22,9 @@ pub struct Cases {
     pub(super) fly: Fly,
     /// What adapters are compared on.
     pub(super) adapters: Adapters,
+    /// Graphs that an adapter is known to draw wrongly.
+    #[serde(default)]
+    pub(super) unfit: Vec<Unfit>,
     pub(super) cases: Vec<Case>,
     /// Folders of shaders for the cases' own graphs, relative to the file.
     #[serde(default)]
@@ -29,6 +32,16 @@ pub struct Cases {
     /// Where the file is.
     #[serde(skip)]
     pub(super) folder: PathBuf,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Unfit {
+    /// By file name without its ending.
+    pub graph: String,
+    /// A part of the adapter's name.
+    pub adapter: String,
+    pub why: String,
 }
 
 #[derive(Debug, Clone, Deserialize)]

@@ -53,13 +53,13 @@ struct Trace {
 }
 
 impl Flight<'_> {
-    /// Flies twice, and compares.
+    /// Flies twice, and compares. The first flight ends early when `half` says so, the second when `stop` does.
     ///
     /// # Errors
     /// What the device or a reload reports.
-    pub fn rows(&self, stop: &mut dyn FnMut() -> bool) -> Checked<Vec<Row>> {
+    pub fn rows(&self, half: &mut dyn FnMut() -> bool, stop: &mut dyn FnMut() -> bool) -> Checked<Vec<Row>> {
         let start = Instant::now();
-        let first = self.fly(self.frames, stop)?;
+        let first = self.fly(self.frames, half)?;
         let seconds = start.elapsed().as_secs_f64();
         if first.frames == 0 {
             let mut row = Row::new("fly-through", "flight", &self.graph.name, "");

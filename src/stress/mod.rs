@@ -2,7 +2,7 @@
 //!
 //! - `case` reads the file of cases; `shape`, `build` and `number` make their scenes; `run` renders and judges
 //! - `random` draws parameters, `fly` changes everything over thousands of frames, `adapters` renders elsewhere
-//! - `report` holds the rows
+//! - `lanes` runs graphs side by side; `report` holds the rows
 //!
 //! What is checked after every step of every frame: see [`crate::gpu::Numerics`].
 
@@ -11,6 +11,7 @@ mod build;
 mod case;
 mod dice;
 mod fly;
+mod lanes;
 mod number;
 mod random;
 mod report;
@@ -24,7 +25,7 @@ pub use run::Graph;
 use crate::diag::{Checked, Faults};
 use crate::gpu::Gpu;
 use case::Case;
-use std::collections::BTreeMap;
+use report::Rows;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -45,9 +46,9 @@ pub struct Options {
     pub program: PathBuf,
 }
 
-/// Shares of the time, at whose end each part stops: first runs of quick cases, all cases, other adapters, flights; random parameters
-/// take the rest.
-const SHARES: [f64; 4] = [0.35, 0.55, 0.65, 0.85];
+/// Shares of the time, at whose end each part stops: cases and random parameters of every graph, other adapters, flights; more random
+/// parameters take the rest.
+const SHARES: [f64; 3] = [0.65, 0.72, 0.97];
 /// Of a quick run.
 const QUICK_FRAMES: u32 = 300;
 
@@ -62,92 +63,34 @@ pub fn run(
     options: &Options,
     told: &mut dyn FnMut(&Row),
 ) -> Checked<Report> {
-    let start = Instant::now();
-    let over =
-        |share: f64| move || options.seconds.is_some_and(|s| start.elapsed() > Duration::from_secs_f64(s * share));
-    let mut rows: Vec<Row> = vec![];
-    let mut keep = |new: Vec<Row>| {
-        new.iter().for_each(&mut *told);
-        rows.extend(new);
+    // What an adapter is known to draw wrongly says nothing of the graph.
+    let unfit = |g: &Graph| cases.unfit.iter().find(|u| u.graph == g.name && gpu.info.name.contains(&u.adapter));
+    let run = Run {
+        gpu,
+        cases,
+        graphs: graphs.iter().filter(|g| unfit(g).is_none()).collect(),
+        options,
+        start: Instant::now(),
     };
-    let chosen = |name: &str| options.filter.as_deref().is_none_or(|f| name.contains(f));
-    let shaders: Vec<PathBuf> = cases.shaders.iter().map(|p| cases.folder.join(p)).collect();
-    let mut own: BTreeMap<&str, Graph> = BTreeMap::new();
-    for case in &cases.cases {
-        let Some(path) = case.graph.as_ref().map(|p| cases.folder.join(p)) else { continue };
-        let graph = match &case.edits {
-            Some(edits) => Graph::edited(&path, &case.name, edits, &shaders)?,
-            None => Graph::open(&path, &shaders)?,
-        };
-        own.insert(&case.name, graph);
+    let mut rows = Rows::new(told);
+    for unfit in graphs.iter().filter_map(unfit) {
+        let mut row = Row::new("case", "all", &unfit.graph, "");
+        row.state = State::Absent;
+        row.note(&unfit.why);
+        rows.keep(vec![row]);
     }
-    let usual = |g: &&Graph| !options.quick || cases.quick.contains(&g.name);
-    let taken: Vec<&Graph> = graphs.iter().filter(usual).collect();
-    // Graph by graph, so that one takes over what the case before built, each with an equal part of the time that is left;
-    // the first runs of the quick cases before all others.
-    for (first, end) in [(true, SHARES[0]), (false, SHARES[1])] {
-        if options.quick && !first {
-            break;
-        }
-        let runs = |case: &Case| match (first, case.quick) {
-            (true, true) => 0..1,
-            (true, false) => 0..0,
-            (false, quick) => usize::from(quick)..usize::MAX,
-        };
-        let turn = || cases.cases.iter().filter(|c| chosen(&c.name));
-        for case in turn().filter(|c| c.graph.is_some() || c.is_of_the_loader()) {
-            let graph = own.get(case.name.as_str()).or(graphs.first());
-            let mut runner = run::Runner::new(gpu, cases);
-            keep(graph.map_or(vec![], |g| runner.case(case, g, &runs(case), &mut over(end))));
-        }
-        for (i, graph) in taken.iter().enumerate() {
-            let now = options.seconds.map_or(0.0, |s| start.elapsed().as_secs_f64() / s);
-            let mut stop = over(now + (end - now).max(0.0) / (taken.len() - i) as f64);
-            let mut runner = run::Runner::new(gpu, cases);
-            for case in turn().filter(|c| c.graph.is_none() && !c.is_of_the_loader()) {
-                if case.is_for(&graph.name, |n| graph.has(n)) {
-                    keep(runner.case(case, graph, &runs(case), &mut stop));
-                }
-            }
-            gpu.check()?;
-        }
+    run.own_graphs(&mut rows)?;
+    run.graph_by_graph(&mut rows)?;
+    if run.chosen("adapters") {
+        let taken: Vec<&Graph> = run.graphs.iter().copied().filter(|g| run.takes_cases(g)).collect();
+        let mut stop = run.after(SHARES[1]);
+        rows.keep(adapters::rows(gpu, cases, &taken, &options.program, &options.folder, &mut stop)?);
     }
-    if chosen("adapters") {
-        let mut stop = over(SHARES[2]);
-        keep(adapters::rows(gpu, cases, &taken, &options.program, &options.folder, &mut stop)?);
+    if run.chosen("flight") {
+        run.flights(&mut rows)?;
     }
-    if chosen("flight") {
-        let flying: Vec<&Graph> = graphs.iter().filter(|g| cases.fly.graphs.contains(&g.name)).collect();
-        let frames = if options.quick { QUICK_FRAMES } else { cases.fly.frames };
-        for (i, graph) in flying.iter().enumerate() {
-            let share = SHARES[2] + (SHARES[3] - SHARES[2]) * (i + 1) as f64 / flying.len() as f64;
-            let instance = Gpu::instance();
-            let own = Gpu::open_for(&instance, Some(&gpu.info.name), None).map_err(Faults::from)?;
-            let flight = fly::Flight { instance: &instance, gpu: &own, cases, graph, seed: options.seed, frames };
-            keep(flight.rows(&mut over(share)).unwrap_or_else(|faults| {
-                let mut row = Row::new("fly-through", "flight", &graph.name, "");
-                row.fail(&run::one_line(&faults));
-                vec![row]
-            }));
-        }
-    }
-    if chosen("random") {
-        let mut drawers = graphs
-            .iter()
-            .map(|g| random::Drawer::new(gpu, cases, g, options.seed, &options.folder))
-            .collect::<Checked<Vec<_>>>()?;
-        for drawer in drawers.iter_mut().filter(|_| !options.quick) {
-            keep(drawer.ends(&mut over(1.0)));
-        }
-        let rounds = if options.seconds.is_some() && !options.quick { usize::MAX } else { 1 };
-        for round in 0..rounds {
-            if round > 0 && over(1.0)() {
-                break;
-            }
-            for drawer in &mut drawers {
-                keep(vec![drawer.draw(&mut over(1.0))]);
-            }
-        }
+    if run.chosen("random") && !options.quick {
+        run.more_draws(&mut rows)?;
     }
     let info = &gpu.info;
     Ok(Report {
@@ -155,7 +98,130 @@ pub fn run(
         adapter: format!("{}, {}", info.name, info.driver_info),
         software: gpu.is_software(),
         seed: options.seed,
-        seconds: start.elapsed().as_secs_f64(),
-        rows,
+        seconds: run.start.elapsed().as_secs_f64(),
+        rows: rows.all,
     })
+}
+
+/// A run under way.
+struct Run<'a> {
+    gpu: &'a Gpu,
+    cases: &'a Cases,
+    graphs: Vec<&'a Graph>,
+    options: &'a Options,
+    start: Instant,
+}
+
+impl Run<'_> {
+    /// Whether a share of the time is over, whenever it is asked.
+    fn after(&self, share: f64) -> impl FnMut() -> bool + use<> {
+        let (start, seconds) = (self.start, self.options.seconds);
+        move || seconds.is_some_and(|s| start.elapsed() > Duration::from_secs_f64(s * share))
+    }
+
+    /// A part of the time from now to where a share of it ends: the share at which that part ends.
+    fn part(&self, part: f64, end: f64) -> f64 {
+        let now = self.options.seconds.map_or(0.0, |s| self.start.elapsed().as_secs_f64() / s);
+        now + (end - now).max(0.0) * part
+    }
+
+    fn chosen(&self, name: &str) -> bool {
+        self.options.filter.as_deref().is_none_or(|f| name.contains(f))
+    }
+
+    fn takes_cases(&self, graph: &Graph) -> bool {
+        !self.options.quick || self.cases.quick.contains(&graph.name)
+    }
+
+    /// The cases with graphs of their own, and those of the loader.
+    fn own_graphs(&self, rows: &mut Rows<'_>) -> Checked<()> {
+        let shaders: Vec<PathBuf> = self.cases.shaders.iter().map(|p| self.cases.folder.join(p)).collect();
+        for case in self.cases.cases.iter().filter(|c| self.chosen(&c.name)) {
+            let path = case.graph.as_ref().map(|p| self.cases.folder.join(p));
+            let own = match (&path, &case.edits) {
+                (Some(path), Some(edits)) => Some(Graph::edited(path, &case.name, edits, &shaders)?),
+                (Some(path), None) => Some(Graph::open(path, &shaders)?),
+                (None, _) => None,
+            };
+            let any = self.graphs.first().copied().filter(|_| case.is_of_the_loader());
+            if let Some(graph) = own.as_ref().or(any) {
+                let runs = if self.options.quick { 0..usize::from(case.quick) } else { 0..usize::MAX };
+                let mut stop = self.after(SHARES[0]);
+                rows.keep(run::Runner::new(self.gpu, self.cases).case(case, graph, &runs, &mut stop));
+            }
+        }
+        Ok(())
+    }
+
+    /// The cases and random parameters of each graph, so that one takes over what the case before built.
+    fn graph_by_graph(&self, rows: &mut Rows<'_>) -> Checked<()> {
+        lanes::turns(self.gpu, &self.graphs, rows, &|gpu, i, part, give| {
+            let graph = self.graphs[i];
+            let mut stop = self.after(self.part(part, SHARES[0]));
+            let mut runner = run::Runner::new(gpu, self.cases);
+            let mut cases: Vec<&Case> = self.cases.cases.iter().filter(|c| self.chosen(&c.name)).collect();
+            cases.retain(|c| c.graph.is_none() && !c.is_of_the_loader() && c.is_for(&graph.name, |n| graph.has(n)));
+            cases.retain(|_| self.takes_cases(graph));
+            // The first runs of the quick cases before all others.
+            for case in cases.iter().filter(|c| c.quick) {
+                give(runner.case(case, graph, &(0..1), &mut stop));
+            }
+            for case in cases.iter().filter(|_| !self.options.quick) {
+                give(runner.case(case, graph, &(usize::from(case.quick)..usize::MAX), &mut stop));
+            }
+            if self.chosen("random") {
+                let Options { seed, folder, .. } = self.options;
+                let mut drawer = random::Drawer::new(gpu, self.cases, graph, *seed, folder)?;
+                if !self.options.quick {
+                    give(drawer.ends(&self.graphs[..i], &mut stop));
+                }
+                give(vec![drawer.draw(&mut stop)]);
+            }
+            Ok(())
+        })
+    }
+
+    /// One flight after the other: what they ask of the process is nobody else's.
+    fn flights(&self, rows: &mut Rows<'_>) -> Checked<()> {
+        let flying: Vec<&Graph> =
+            self.graphs.iter().copied().filter(|g| self.cases.fly.graphs.contains(&g.name)).collect();
+        let frames = if self.options.quick { QUICK_FRAMES } else { self.cases.fly.frames };
+        for (i, graph) in flying.iter().enumerate() {
+            let share = 1.0 / (flying.len() - i) as f64;
+            let mut half = self.after(self.part(0.5 * share, SHARES[2]));
+            let mut stop = self.after(self.part(share, SHARES[2]));
+            let instance = Gpu::instance();
+            let gpu = Gpu::open_for(&instance, Some(&self.gpu.info.name), None).map_err(Faults::from)?;
+            let (cases, seed) = (self.cases, self.options.seed);
+            let flight = fly::Flight { instance: &instance, gpu: &gpu, cases, graph, seed, frames };
+            rows.keep(flight.rows(&mut half, &mut stop).unwrap_or_else(|faults| {
+                let mut row = Row::new("fly-through", "flight", &graph.name, "");
+                row.fail(&run::one_line(&faults));
+                vec![row]
+            }));
+        }
+        Ok(())
+    }
+
+    /// Random parameters from the seeds after this one, until the time is over.
+    fn more_draws(&self, rows: &mut Rows<'_>) -> Checked<()> {
+        if self.options.seconds.is_none() {
+            return Ok(());
+        }
+        for seed in self.options.seed.saturating_add(1).. {
+            if self.after(1.0)() {
+                break;
+            }
+            lanes::turns(self.gpu, &self.graphs, rows, &|gpu, i, _, give| {
+                let mut stop = self.after(1.0);
+                if !stop() {
+                    let folder = &self.options.folder;
+                    let mut drawer = random::Drawer::new(gpu, self.cases, self.graphs[i], seed, folder)?;
+                    give(vec![drawer.draw(&mut stop)]);
+                }
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
 }

@@ -74,14 +74,24 @@ impl<'a> Drawer<'a> {
         })
     }
 
-    /// Every parameter at either end of its range, as far as there is room, the others at their small settings.
-    pub fn ends(&mut self, stop: &mut dyn FnMut() -> bool) -> Vec<Row> {
+    /// Every parameter at either end of its range, as far as there is room, the others at their small settings. Of one that
+    /// a graph before this one has just so, one end, the graphs in turn.
+    pub fn ends(&mut self, before: &[&Graph], stop: &mut dyn FnMut() -> bool) -> Vec<Row> {
         let mut rows = vec![];
         let params: Vec<(String, Param)> =
             self.graph.project.graph.params.iter().map(|(n, p)| (n.value.clone(), p.clone())).collect();
         for (name, param) in &params {
             let Some(base) = self.base.get(name).copied() else { continue };
-            for end in [param.min, param.max].into_iter().flatten() {
+            let same = |g: &&&Graph| {
+                let mut theirs = g.project.graph.params.iter();
+                theirs.any(|(n, p)| n.value == *name && (p.min, p.max) == (param.min, param.max))
+            };
+            let ends = match before.iter().filter(same).count() {
+                0 => [param.min, param.max],
+                n if n % 2 == 1 => [param.min, None],
+                _ => [None, param.max],
+            };
+            for end in ends.into_iter().flatten() {
                 let value = within(base, end, self.growth);
                 let mut values = self.base.clone();
                 values.insert(name.clone(), value);

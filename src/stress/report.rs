@@ -42,6 +42,29 @@ pub struct Row {
     pub seconds: f64,
 }
 
+/// Rows of a run under way.
+pub(super) struct Rows<'t> {
+    pub all: Vec<Row>,
+    /// Hears of each when it is known.
+    told: &'t mut dyn FnMut(&Row),
+}
+
+impl<'t> Rows<'t> {
+    pub fn new(told: &'t mut dyn FnMut(&Row)) -> Rows<'t> {
+        Rows { all: vec![], told }
+    }
+
+    pub fn tell(&mut self, rows: &[Row]) {
+        rows.iter().for_each(&mut *self.told);
+    }
+
+    /// Tells them as well.
+    pub fn keep(&mut self, rows: Vec<Row>) {
+        self.tell(&rows);
+        self.all.extend(rows);
+    }
+}
+
 /// How a row ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

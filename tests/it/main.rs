@@ -29,6 +29,7 @@
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
+//! - `steady`: a pass more is no allocation more
 //! - `stress`: numerical stability: the cases that matter most
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
 //! - `trusted`: the end of the bounce loop, held to what it promises
@@ -67,6 +68,7 @@ mod shipped;
 mod skips;
 mod snapshot_checks;
 mod snapshots;
+mod steady;
 mod stress;
 mod support;
 mod test_command;

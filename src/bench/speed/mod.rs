@@ -18,6 +18,7 @@ mod tests;
 #[path = "../../../benches/handwritten.rs"]
 mod handwritten;
 
+pub use handwritten::Handwritten;
 pub use list::List;
 pub use rows::{Row, Rows, Wanted};
 

@@ -1,0 +1,46 @@
+//! Commands on their way to the device: an encoder, the scope that catches its errors, and the compute pass that neighbours share.
+//!
+//! Each pass of wgpu becomes command buffers of its own, so steps that only dispatch go to one pass as long as nothing else
+//! comes between them. wgpu keeps the order of what they write and read all the same.
+
+use super::{device::Gpu, scope::Scope};
+
+/// What is encoded and not yet submitted.
+pub(super) struct Record<'a> {
+    gpu: &'a Gpu,
+    // Before the encoder, which nothing may end while a pass is open.
+    pass: Option<wgpu::ComputePass<'static>>,
+    open: Option<(wgpu::CommandEncoder, Scope<'a>)>,
+}
+
+impl<'a> Record<'a> {
+    pub(super) fn new(gpu: &'a Gpu) -> Record<'a> {
+        Record { gpu, pass: None, open: None }
+    }
+
+    /// The encoder in use, or a new one; a shared pass ends.
+    pub(super) fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+        self.pass = None;
+        let gpu = self.gpu;
+        let (encoder, _) = self.open.get_or_insert_with(|| {
+            let scope = Scope::begin(gpu);
+            (gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }), scope)
+        });
+        encoder
+    }
+
+    /// The shared compute pass, or a new one.
+    pub(super) fn compute(&mut self) -> &mut wgpu::ComputePass<'static> {
+        let pass = match self.pass.take() {
+            Some(pass) => pass,
+            None => self.encoder().begin_compute_pass(&Default::default()).forget_lifetime(),
+        };
+        self.pass.insert(pass)
+    }
+
+    /// What is to be submitted, and the scope to end after that; `None` when that is nothing.
+    pub(super) fn finish(&mut self) -> Option<(wgpu::CommandBuffer, Scope<'a>)> {
+        self.pass = None;
+        self.open.take().map(|(encoder, scope)| (encoder.finish(), scope))
+    }
+}
