@@ -14,9 +14,6 @@
 #import lightgraph::surface::read_record
 #ifdef LIGHTS
 #import lightgraph::lights::reflected_light
-#ifdef SHADOW_VOLUMES
-#import lightgraph::shadow_volumes
-#endif
 #endif
 #endif
 #else
@@ -65,11 +62,6 @@ fn light_probes(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-#ifdef FIRST_BOUNCE
-#ifdef SHADOW_VOLUMES
-    shadow_volumes::fetch();
-#endif
-#endif
     let edge = params.cube_surface_tile;
     let tile = probes::number(probe) * 6u;
     let eye = probes::position(probe);

@@ -1,14 +1,10 @@
 //! Light straight from the scene's lights. Units as in glTF's KHR_lights_punctual, taken as radiometric: point and
 //! spot lights in W/sr a channel, directional ones in W/m².
 //!
-//! With LIGHT_UNIFORMS the rows of lights lie in uniforms: for scenes that have few. With SHADOW_VOLUMES the texels of
-//! shadow maps are found where they are asked for.
+//! With LIGHT_UNIFORMS the rows of lights lie in uniforms: for scenes that have few.
 #define_import_path lightgraph::lights
 #import lightgraph::surface::Surface
 #import lightgraph::lobe::reflectance
-#ifdef SHADOW_VOLUMES
-#import lightgraph::shadow_volumes
-#endif
 
 struct Light {
     /// 0 point, 1 spot, 2 directional.
@@ -46,10 +42,8 @@ fn light_count() -> u32 {
 }
 #endif
 
-#ifndef SHADOW_VOLUMES
 /// Depth of what each light view sees, one layer a view.
 var shadow_map: texture_depth_2d_array;
-#endif
 
 struct Shadow {
     /// Texels along a shadow map.
@@ -110,7 +104,7 @@ fn view_of(light: Light, point: vec3f) -> u32 {
 /// The map holds the depth at its texels' centres. A plane stays clear of its own map when the point looked up is
 /// moved along the normal by the distance to those centres, a texel's diagonal at most, times the sine between the
 /// normal and the view's axis: 1.42 texels at most. A tenth covers the rounding of depths where the sine vanishes.
-fn visibility(index: u32, light: Light, point: vec3f, normal: vec3f) -> f32 {
+fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     let edge = f32(shadow.shadow_size);
     let m = light_views[view_of(light, point)].view_projection;
     let across = vec3f(m[0].x, m[1].x, m[2].x);
@@ -131,36 +125,18 @@ fn visibility(index: u32, light: Light, point: vec3f, normal: vec3f) -> f32 {
     let share = at - floor(at);
     let low = clamp(floor(at), vec2f(0.0), vec2f(edge - 1.0));
     let high = clamp(floor(at) + 1.0, vec2f(0.0), vec2f(edge - 1.0));
-#ifdef SHADOW_VOLUMES
-    let lit = shadow_volumes::reached(index, texels(view, moved, clip.w, low - at, high - low));
-#else
     let lit = vec4f(ndc.z) <= vec4f(
         textureLoad(shadow_map, vec2u(low), view, 0),
         textureLoad(shadow_map, vec2u(vec2f(high.x, low.y)), view, 0),
         textureLoad(shadow_map, vec2u(vec2f(low.x, high.y)), view, 0),
         textureLoad(shadow_map, vec2u(high), view, 0),
     );
-#endif
     let near = 1.0 - share;
     return dot(
         select(vec4f(0.0), vec4f(1.0), lit),
         vec4f(near.x * near.y, share.x * near.y, near.x * share.y, share.x * share.y),
     );
 }
-
-#ifdef SHADOW_VOLUMES
-/// The centres of four texels of a view, as far from the light's plane as the point: the first `first` texels from the
-/// point's place, the others `step` further.
-fn texels(view: u32, point: vec3f, depth: f32, first: vec2f, step: vec2f) -> shadow_volumes::Points {
-    let m = light_views[view].view_projection;
-    let right = vec3f(m[0].x, m[1].x, m[2].x);
-    let down = -vec3f(m[0].y, m[1].y, m[2].y);
-    let width = 2.0 * depth / f32(shadow.shadow_size);
-    let x = width / dot(right, right) * right;
-    let y = width / dot(down, down) * down;
-    return shadow_volumes::Points(vec4f(point + first.x * x + first.y * y, 1.0), step.x * x, step.y * y);
-}
-#endif
 
 /// Radiance that a surface reflects towards its viewer straight from one light.
 fn reflected_from(i: u32, s: Surface) -> vec3f {
@@ -170,29 +146,14 @@ fn reflected_from(i: u32, s: Surface) -> vec3f {
     if all(reflected <= vec3f(0.0)) {
         return vec3f(0.0);
     }
-    return visibility(i, light, s.position, s.normal) * reflected;
+    return visibility(light, s.position, s.normal) * reflected;
 }
 
 /// The same from all lights.
 fn reflected_light(s: Surface) -> vec3f {
-#ifdef SHADOW_VOLUMES
-    // Few, and written out: see `lightgraph::shadow_volumes`.
-    var sum = reflected_from(0u, s);
-#if LIGHT_ROWS >= 2
-    sum += reflected_from(1u, s);
-#endif
-#if LIGHT_ROWS >= 3
-    sum += reflected_from(2u, s);
-#endif
-#if LIGHT_ROWS >= 4
-    sum += reflected_from(3u, s);
-#endif
-    return sum;
-#else
     var sum = vec3f(0.0);
     for (var i = 0u; i < light_count(); i++) {
         sum += reflected_from(i, s);
     }
     return sum;
-#endif
 }
