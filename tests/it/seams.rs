@@ -88,7 +88,6 @@ fn soft_visibility_leaves_no_seams() {
 
 /// Where the 0/1 graph's own seams are small, and a pixel is a few millimetres. Steps are slopes there.
 #[test]
-#[ignore = "a minute: a million pixels of two graphs; cargo test seams -- --ignored"]
 fn soft_visibility_leaves_no_seams_between_many_probes() {
     let [hard, soft] = hard_and_soft("grid=8,8,8 face=8 bounces=8", 1024);
     assert!(hard.seam > 0.1, "no seam to compare with: {hard:?}");
