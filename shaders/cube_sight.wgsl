@@ -22,10 +22,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let r = surface_at(id.xy);
+    var seen = 0u;
     if is_lit(r.albedo) {
         let eye = probes::position(probes::coordinates(here.tile / 6u));
         let point = eye + r.normal.w * cube::direction(here.tile % 6u, here.texel, edge);
-        let seen = sight(probes::cell(point), point, r.normal.xyz);
-        textureStore(cube_sight, id.xy, vec4u(seen, 0u, 0u, 0u));
+        seen = sight(probes::cell(point), point, r.normal.xyz);
     }
+    textureStore(cube_sight, id.xy, vec4u(seen, 0u, 0u, 0u));
 }

@@ -14,10 +14,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(surface_sight)) {
         return;
     }
+    var seen = 0u;
     if is_lit(textureLoad(surface_albedo, id.xy, 0)) {
         let ray = pixel_ray(id.xy);
         let normal = textureLoad(surface_normal, id.xy, 0);
         let point = ray.origin + normal.w * ray.direction;
-        textureStore(surface_sight, id.xy, vec4u(sight(probes::cell(point), point, normal.xyz), 0u, 0u, 0u));
+        seen = sight(probes::cell(point), point, normal.xyz);
     }
+    textureStore(surface_sight, id.xy, vec4u(seen, 0u, 0u, 0u));
 }
