@@ -25,7 +25,7 @@ SIZE = 128
 SEED = 1
 # Pixels along a side of the blocks whose means have a standard error in a file.
 BLOCK = 8
-# Samples that such an error is told from.
+# Samples that such an error is told from, at most.
 ERROR_SAMPLES = 256
 # Images with fewer bounces get this share of the samples.
 SHARE_OF_BOUNCE_IMAGES = 4
