@@ -360,10 +360,10 @@ impl<'g> Wirer<'g, '_> {
     fn feedback(&mut self, wired: &Wired) {
         for (i, a) in wired.uses.iter().enumerate() {
             for b in &wired.uses[i + 1..] {
-                let texture = matches!(self.sizes.of(&a.resource), Some(Ok(s)) if matches!(s.desc, Desc::Texture(_)));
                 let clash = a.mode.writes() && b.mode != Mode::Size || b.mode.writes() && a.mode != Mode::Size;
-                let apart = texture || [a.how, b.how].contains(&How::Uniform);
-                if a.resource == b.resource && apart && clash {
+                let texture = |r: &str| matches!(self.sizes.of(r), Some(Ok(s)) if matches!(s.desc, Desc::Texture(_)));
+                let apart = || [a.how, b.how].contains(&How::Uniform) || texture(&a.resource);
+                if a.resource == b.resource && clash && apart() {
                     let d = Diagnostic::error(format!(
                         "`{}` reads and writes `{}` at once",
                         wired.pass.name.value, a.resource
