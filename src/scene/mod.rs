@@ -251,6 +251,7 @@ pub const FACTS: &[(&str, Type)] = &[
     ("emissive_materials", Type::Uint),
     ("specular_materials", Type::Uint),
     ("max_shininess", Type::Float),
+    ("metallic_materials", Type::Uint),
     ("textured_materials", Type::Uint),
     ("double_sided_materials", Type::Uint),
     ("nodes", Type::Uint),

@@ -192,6 +192,7 @@ impl Scene {
                     self.materials.iter().filter(|m| m.specular > 0.0).map(|m| m.shininess).fold(0.0, f32::max),
                 ),
             ),
+            ("metallic_materials", materials(|m| m.metallic > 0.0)),
             ("textured_materials", materials(|m| m.base_color_texture.is_some())),
             ("double_sided_materials", materials(|m| m.double_sided)),
             ("nodes", count(self.nodes.len())),
