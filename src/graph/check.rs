@@ -8,8 +8,9 @@ use crate::plan::cull::frustum_tables;
 use crate::scene::{FACTS, FRAME_VALUES, TABLES};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Values that are neither parameters nor facts: the image's size, a member's index, the scene's textures.
-pub const BUILT_IN: [&str; 3] = ["screen", "member", "scene_textures"];
+/// Values that are neither parameters nor facts: the image's size, a member's index, the members of a dispatch, the scene's
+/// textures.
+pub const BUILT_IN: [&str; 4] = ["screen", "member", "members", "scene_textures"];
 
 /// The faults of names in a graph.
 pub fn check(graph: &Graph) -> Vec<Diagnostic> {
@@ -175,6 +176,12 @@ impl<'g> Check<'g> {
                 if !provided && !self.values.contains(to.value.as_str()) {
                     self.resource_name(to, "a binding");
                 }
+            }
+            p.own.iter().for_each(|name| self.resource_name(name, "read in parts"));
+            if let (Some(first), None) = (p.own.first(), &p.each) {
+                let d =
+                    Diagnostic::error(format!("`own` says what a member of `{}` reads, which has none", p.name.value));
+                self.faults.push(d.at(&first.span, "").help("give it `each`, or leave `own` out"));
             }
             if let Some(shader) = p.kind.shader()
                 && !is_inside(&shader.value)
