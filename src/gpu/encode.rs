@@ -37,7 +37,7 @@ pub(super) struct Run<'a> {
     pub pair: Option<&'a Pair>,
     /// Lets the device say whether it does anything.
     pub gate: Option<&'a Gate>,
-    /// By member of a draw: whether it is drawn again.
+    /// By member: whether the step does it; `None`: all.
     pub only: Option<&'a [bool]>,
 }
 
@@ -62,8 +62,10 @@ impl Source<'_> {
             offsets.clear();
             offsets.extend(shaded.uniforms.iter().map(|u| self.uniforms.offset(*u, run.iterations)));
         }
-        if let (Action::Compute { groups, .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
-            self.compute(record, &step.name, *groups, shaded, (run, sizes), offsets);
+        if let (Action::Compute { groups: [x, y, all], .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
+            // A layer each, of those that the step's list begins with.
+            let some = run.only.map(|only| only.iter().filter(|does| **does).count() as u32);
+            self.compute(record, &step.name, [*x, *y, some.unwrap_or(*all)], shaded, (run, sizes), offsets);
             return Ok(());
         }
         let encoder = record.encoder();

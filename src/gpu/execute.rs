@@ -37,8 +37,8 @@ pub struct Frame<'a> {
     pub tables: Option<&'a [Table]>,
     /// By step: whether it runs; `None`: all run. A loop runs when any step of its body does.
     pub run: Option<&'a [bool]>,
-    /// By index of a draw that runs for some of its members only: whether each does, in the order of its members. What the
-    /// others drew must be in its targets still.
+    /// By index of a step that runs for some of its members only: whether each does, in their order. What the others made must
+    /// be there still.
     pub members: BTreeMap<usize, Vec<bool>>,
 }
 
@@ -96,6 +96,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
+    prepared.members.choose(gpu, &frame.members);
     let Prepared { pool, scene, uniforms, reports, steps, timer, probe, gates, watch, .. } = prepared;
     timer.start();
     let mut walk = Walk {

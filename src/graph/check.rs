@@ -9,8 +9,9 @@ use crate::scene::{FACTS, FRAME_VALUES, TABLES};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::LazyLock;
 
-/// Values that are neither parameters nor facts: the image's size, a member's index, the scene's textures.
-pub const BUILT_IN: [&str; 3] = ["screen", "member", "scene_textures"];
+/// Values that are neither parameters nor facts: the image's size, a member's index, the members of a dispatch, the scene's
+/// textures.
+pub const BUILT_IN: [&str; 4] = ["screen", "member", "members", "scene_textures"];
 
 /// The names that no graph may declare.
 static PROVIDED: LazyLock<HashSet<&str>> = LazyLock::new(|| {
@@ -180,6 +181,12 @@ impl<'g> Check<'g> {
                 if !known && !loops.contains(&to.value) {
                     self.resource_name(to, "a binding");
                 }
+            }
+            p.own.iter().for_each(|name| self.resource_name(name, "read in parts"));
+            if let (Some(first), None) = (p.own.first(), &p.each) {
+                let d =
+                    Diagnostic::error(format!("`own` says what a member of `{}` reads, which has none", p.name.value));
+                self.faults.push(d.at(&first.span, "").help("give it `each`, or leave `own` out"));
             }
             if let Some(shader) = p.kind.shader()
                 && !is_inside(&shader.value)

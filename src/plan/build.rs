@@ -236,6 +236,7 @@ fn initial_clears(
                 bindings: vec![],
                 reads: vec![],
                 writes: vec![id],
+                own: None,
                 after: vec![],
             });
         }
