@@ -9,7 +9,8 @@ use super::wire::{Item, any_use, wire};
 use super::{Action, Desc, Plan, Step, StepId, clear_usage, ending, fastest, lint, memory};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::graph::Graph;
-use std::collections::{BTreeSet, HashMap};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeSet;
 
 /// A plan and what the user should know about it.
 #[derive(Debug, Clone)]
@@ -187,7 +188,7 @@ fn initial_clears(
     graph: &Graph,
     items: &[Item],
     wanted: &[String],
-    ids: &mut HashMap<String, super::ResourceId>,
+    ids: &mut FxHashMap<String, super::ResourceId>,
     resources: &mut Vec<super::Resource>,
     sizes: &Sizes,
     steps: &mut Vec<Step>,
