@@ -33,6 +33,7 @@ fn run() -> Checked<()> {
         args.iter().any(|a| a == what) || !group.iter().any(|g| args.iter().any(|a| a == g))
     };
     let kinds = ["motions", "updates", "edits"];
+    let graphs = [BASE, "fast_grid"];
     for name in ["hall", "art_gallery"].into_iter().filter(|n| asked(n, &["hall", "art_gallery"])) {
         let scene = Arc::new(scene::load(&Path::new("scenes").join(name))?.scene);
         for grid in [4u32, 8].into_iter().filter(|g| asked(&g.to_string(), &["4", "8"])) {
@@ -40,7 +41,9 @@ fn run() -> Checked<()> {
                 motions(&gpu, &scene, grid)?;
             }
             if asked("updates", &kinds) {
-                updates(&gpu, &scene, grid)?;
+                for graph in graphs.into_iter().filter(|g| asked(g, &graphs)) {
+                    updates(&gpu, graph, &scene, grid)?;
+                }
             }
         }
     }
@@ -48,18 +51,25 @@ fn run() -> Checked<()> {
         return Ok(());
     }
     let scene = Arc::new(scene::load(Path::new("scenes/cornell"))?.scene);
-    for graph in [BASE, "fast_grid"].into_iter().filter(|g| asked(g, &[BASE, "fast_grid"])) {
+    for graph in graphs.into_iter().filter(|g| asked(g, &graphs)) {
         edits(&gpu, &scene, graph)?;
     }
     Ok(())
 }
 
-/// The graph whose motions and updates are measured; the others are variants of it.
+/// The graph whose motions are measured; the others are variants of it.
 const BASE: &str = "uniform_grid";
 
-/// A session of the base that has run one frame, and what that took.
-fn begin(gpu: &Gpu, scene: &Arc<Scene>, grid: u32, size: [u32; 2], skip: bool) -> Checked<(Project, Session, f64)> {
-    begin_with(gpu, &PathBuf::from("graphs").join(BASE).with_extension("ron"), scene, grid, size, skip)
+/// A session of a graph that has run one frame, and what that took.
+fn begin(
+    gpu: &Gpu,
+    graph: &str,
+    scene: &Arc<Scene>,
+    grid: u32,
+    size: [u32; 2],
+    skip: bool,
+) -> Checked<(Project, Session, f64)> {
+    begin_with(gpu, &PathBuf::from("graphs").join(graph).with_extension("ron"), scene, grid, size, skip)
 }
 
 /// The same of any graph.
@@ -86,8 +96,8 @@ fn begin_with(
 }
 
 fn motions(gpu: &Gpu, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
-    let (_, mut whole, cold) = begin(gpu, scene, grid, [640, 480], false)?;
-    let (_, mut session, warm) = begin(gpu, scene, grid, [640, 480], true)?;
+    let (_, mut whole, cold) = begin(gpu, BASE, scene, grid, [640, 480], false)?;
+    let (_, mut session, warm) = begin(gpu, BASE, scene, grid, [640, 480], true)?;
     let (full, all) = median(|i| timed(gpu, &mut whole, i, Shift::default()))?;
     let final_of = |session: &Session, report: &FrameReport| -> f64 {
         let ours = |s: usize| session.plan.steps[s].group.as_deref() == Some("final");
@@ -120,11 +130,15 @@ fn motions(gpu: &Gpu, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
 }
 
 /// What an update of the probes costs after a light or an object has moved, beside one in full. The image is too small to count.
-fn updates(gpu: &Gpu, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
-    let (_, mut whole, _) = begin(gpu, scene, grid, [16, 12], false)?;
-    let (_, mut session, _) = begin(gpu, scene, grid, [16, 12], true)?;
+fn updates(gpu: &Gpu, graph: &str, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
+    let (_, mut whole, _) = begin(gpu, graph, scene, grid, [16, 12], false)?;
+    let (_, mut session, _) = begin(gpu, graph, scene, grid, [16, 12], true)?;
     let (full, report) = median(|i| worked(gpu, &mut whole, i, Shift::default()))?;
-    println!("\n{}, {grid}³ probes, {}:", scene.name, if busy().is_some() { "processor time" } else { "time" });
+    println!(
+        "\n{graph}, {}, {grid}³ probes, {}:",
+        scene.name,
+        if busy().is_some() { "processor time" } else { "time" }
+    );
     println!("  all probes         {full:9.2} ms; {}", shares(&whole, &report));
     let by = |i: u32| glam::Vec3::X * 0.02 * (1 + i) as f32;
     let (light, report) = median(|i| worked(gpu, &mut session, i, Shift { lights: by(i), ..Shift::default() }))?;
@@ -133,18 +147,22 @@ fn updates(gpu: &Gpu, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
         let Some(node) = scene.nodes.iter().position(|n| n.name == name) else { continue };
         let shift = |i| Shift { nodes: vec![(node, by(i))], ..Shift::default() };
         let (object, report) = median(|i| worked(gpu, &mut session, i, shift(i)))?;
-        let capture = session.plan.steps.iter().position(|s| s.name == "capture");
-        let why = capture.map(|i| session.why()[i].to_string()).unwrap_or_default();
+        let why = |name: &str| {
+            let step = session.plan.steps.iter().position(|s| s.name == name);
+            step.map(|i| format!("{name} {}; ", session.why()[i])).unwrap_or_default()
+        };
         println!(
-            "  {name:<18} {object:9.2} ms, {:.1} %; capture {why}; {}",
+            "  {name:<18} {object:9.2} ms, {:.1} %; {}{}{}",
             100.0 * object / full,
+            why("capture"),
+            why("direct_at_probes"),
             shares(&session, &report)
         );
     }
     Ok(())
 }
 
-/// The passes that took most of a frame.
+/// The passes that took most of a frame, each with its milliseconds.
 fn shares(session: &Session, report: &FrameReport) -> String {
     let mut passes: std::collections::BTreeMap<&str, f64> = Default::default();
     for step in &report.steps {
@@ -153,7 +171,7 @@ fn shares(session: &Session, report: &FrameReport) -> String {
     let all: f64 = passes.values().sum();
     let mut passes: Vec<(&str, f64)> = passes.into_iter().filter(|(_, ms)| *ms > 0.02 * all).collect();
     passes.sort_by(|a, b| b.1.total_cmp(&a.1));
-    passes.iter().map(|(name, ms)| format!("{name} {:.0} %", 100.0 * ms / all)).collect::<Vec<_>>().join(", ")
+    passes.iter().map(|(name, ms)| format!("{name} {ms:.1}")).collect::<Vec<_>>().join(", ")
 }
 
 /// Milliseconds that the threads of this process have worked: to a software driver's figures other programs make no difference

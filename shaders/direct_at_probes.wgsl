@@ -1,6 +1,6 @@
 //! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first bounce.
 //! With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission elsewhere. With
-//! PACKED_SURFACE what the probes see is packed in one texel.
+//! PACKED_SURFACE what the probes see is packed in one texel. A face of a probe is a member.
 #import lightgraph::cube
 #import lightgraph::probes
 #import lightgraph::surface::{Record, is_lit, read_record}
@@ -23,7 +23,6 @@
 struct Params {
     cube_direct_tile: u32,
     cube_direct_columns: u32,
-    cube_direct_count: u32,
 #ifdef EMITTERS_DIRECT
     hit_samples: u32,
 #endif
@@ -41,22 +40,24 @@ fn surface_at(at: vec2u) -> Record {
 }
 #endif
 var cube_direct: texture_storage_2d<rgba32float, write>;
+var<storage, read> members: array<u32>;
 
 @compute @workgroup_size(8, 8)
 fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
     let edge = params.cube_direct_tile;
-    let here = cube::place(id.xy, edge, params.cube_direct_columns);
-    if any(id.xy >= textureDimensions(cube_direct)) || here.tile >= params.cube_direct_count {
+    if any(id.xy >= vec2u(edge)) {
         return;
     }
+    let face = members[id.z];
+    let at = cube::unplace(face, id.xy, edge, params.cube_direct_columns);
     var light = vec3f(0.0);
-    let r = surface_at(id.xy);
+    let r = surface_at(at);
     if is_lit(r.albedo) {
-        let probe = probes::position(probes::coordinates(here.tile / 6u));
-        let ray = cube::direction(here.tile % 6u, here.texel, edge);
+        let probe = probes::position(probes::coordinates(face / 6u));
+        let ray = cube::direction(face % 6u, id.xy, edge);
         let s = read_record(r.albedo, r.normal, probe, ray);
 #ifdef EMITTERS_DIRECT
-        light = reflected_emitters(s, leave(s.position, s.normal + s.view), params.hit_samples, seed(id.xy, 0u));
+        light = reflected_emitters(s, leave(s.position, s.normal + s.view), params.hit_samples, seed(at, 0u));
 #else
         light = s.emission;
 #endif
@@ -68,5 +69,5 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
 #endif
 #endif
     }
-    textureStore(cube_direct, id.xy, vec4f(light, 1.0));
+    textureStore(cube_direct, at, vec4f(light, 1.0));
 }

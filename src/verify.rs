@@ -6,6 +6,7 @@ use crate::plan::change::{Held, carry_history, everything};
 use crate::plan::keys::{Keys, Outside, UNDEFINED};
 use crate::plan::{Desc, Plan, ResourceId};
 use crate::scene::{Assets, Table};
+use std::collections::BTreeMap;
 
 /// Memory in which every step of every frame runs.
 pub struct Scratch {
@@ -52,7 +53,8 @@ impl Scratch {
     ) -> Checked<()> {
         let all = everything(plan, keys, &self.held, outside, &frame.values);
         self.held.start(&all);
-        gpu::execute(gpu, plan, &mut self.prepared, &Frame { run: None, ..frame.clone() })?;
+        let whole = Frame { run: None, members: BTreeMap::new(), ..frame.clone() };
+        gpu::execute(gpu, plan, &mut self.prepared, &whole)?;
         self.held.finish(all);
         let mut faults = vec![];
         for (name, id) in &plan.outputs {

@@ -3,6 +3,7 @@
 
 use super::{
     device::Gpu,
+    members::Members,
     pool::{Memory, Pool, view, view_dimension},
     reports::Reports,
     scene_data::SceneData,
@@ -57,6 +58,7 @@ pub(super) struct Bindable<'a> {
     pub scene: &'a SceneData,
     pub uniforms: &'a Uniforms,
     pub reports: &'a Reports,
+    pub members: &'a Members,
 }
 
 /// Views and samplers that many bind groups share. Only looked up, never walked.
@@ -108,6 +110,7 @@ pub(super) fn bind_group(
             Binding::Table(table) => things.scene.tables.get(*table).map(|buffer| extent(buffer, &variable.kind)),
             Binding::SceneTextures => Some(wgpu::BindingResource::TextureView(&things.scene.textures)),
             Binding::Report => things.reports.buffer(index).map(wgpu::Buffer::as_entire_binding),
+            Binding::Members => things.members.buffer(index).map(wgpu::Buffer::as_entire_binding),
             Binding::Sampler(desc) => shared.samplers.get(desc).map(wgpu::BindingResource::Sampler),
         };
         match resource {
@@ -148,7 +151,11 @@ impl Shared {
                     self.samplers.insert(*desc, gpu.kept.samplers.get(desc, || Ok(sampler(gpu, desc)))?);
                 }
             }
-            Binding::Uniform { .. } | Binding::Table(_) | Binding::SceneTextures | Binding::Report => {}
+            Binding::Uniform { .. }
+            | Binding::Table(_)
+            | Binding::SceneTextures
+            | Binding::Report
+            | Binding::Members => {}
         }
         Ok(())
     }

@@ -37,7 +37,7 @@ pub(super) struct Run<'a> {
     pub pair: Option<&'a Pair>,
     /// Lets the device say whether it does anything.
     pub gate: Option<&'a Gate>,
-    /// By member of a draw: whether it is drawn again.
+    /// By member: whether the step does it; `None`: all.
     pub only: Option<&'a [bool]>,
 }
 
@@ -62,8 +62,10 @@ impl Source<'_> {
             offsets.clear();
             offsets.extend(shaded.uniforms.iter().map(|u| self.uniforms.offset(*u, run.iterations)));
         }
-        if let (Action::Compute { groups, .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
-            self.compute(record, &step.name, *groups, shaded, (run, sizes), offsets);
+        if let (Action::Compute { groups: [x, y, all], .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
+            // A layer each, of those that the step's list begins with.
+            let some = run.only.map(|only| only.iter().filter(|does| **does).count() as u32);
+            self.compute(record, &step.name, [*x, *y, some.unwrap_or(*all)], shaded, (run, sizes), offsets);
             return Ok(());
         }
         let encoder = record.encoder();
@@ -127,16 +129,16 @@ impl Source<'_> {
             let desc = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes: Some(times) };
             return dispatch(&mut record.encoder().begin_compute_pass(&desc));
         }
+        if let Some(pair) = run.pair.filter(|p| !p.begun) {
+            record.stamp(&pair.set, pair.begin);
+        }
         let pass = record.compute();
         pass.push_debug_group(name);
-        if let Some(pair) = run.pair {
-            pass.write_timestamp(&pair.set, pair.begin);
-        }
         dispatch(pass);
-        if let Some(pair) = run.pair {
-            pass.write_timestamp(&pair.set, pair.end);
-        }
         pass.pop_debug_group();
+        if let Some(pair) = run.pair {
+            record.stamp(&pair.set, pair.end);
+        }
     }
 
     fn draw(

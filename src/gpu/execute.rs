@@ -37,8 +37,8 @@ pub struct Frame<'a> {
     pub tables: Option<&'a [Table]>,
     /// By step: whether it runs; `None`: all run. A loop runs when any step of its body does.
     pub run: Option<&'a [bool]>,
-    /// By index of a draw that runs for some of its members only: whether each does, in the order of its members. What the
-    /// others drew must be in its targets still.
+    /// By index of a step that runs for some of its members only: whether each does, in their order. What the others made must
+    /// be there still.
     pub members: BTreeMap<usize, Vec<bool>>,
 }
 
@@ -96,6 +96,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
+    prepared.members.choose(gpu, &frame.members);
     let Prepared { pool, scene, uniforms, reports, steps, timer, probe, gates, watch, .. } = prepared;
     timer.start();
     let mut walk = Walk {
@@ -249,14 +250,16 @@ impl Walk<'_> {
         }
         // Handing over is no encoding: a software driver works meanwhile.
         let start = Instant::now();
-        let in_pass = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
-            Some(Action::Draw(_) | Action::Compute { .. }) => true,
-            Some(Action::Copy { .. } | Action::Clear { .. }) | None => false,
+        let (in_pass, dispatches) = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
+            Some(Action::Compute { .. }) => (true, true),
+            Some(Action::Draw(_)) => (true, false),
+            Some(Action::Copy { .. } | Action::Clear { .. }) | None => (false, false),
         };
         if self.times.get(id.0).is_some_and(Option::is_none) {
             self.reports.clear(&mut self.record, id);
         }
-        let pair = self.timer.pair(gpu, id, in_pass);
+        let follows = dispatches && self.record.stamped();
+        let pair = self.timer.pair(gpu, id, in_pass, follows);
         let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, only };
         self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
         if let Some(watch) = &mut self.watch {

@@ -10,6 +10,7 @@ mod encode;
 mod execute;
 mod gate;
 mod kept;
+mod members;
 mod numerics;
 mod pipelines;
 mod pool;

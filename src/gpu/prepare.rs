@@ -4,6 +4,7 @@ use super::{
     bindings::{Bindable, Shared, bind_group},
     device::Gpu,
     gate::{Gates, on_device},
+    members::Members,
     numerics::Watch,
     pipelines::{self, StepPipelines, by_location},
     pool::{Memory, Pool, target_view},
@@ -28,6 +29,7 @@ pub struct Prepared {
     pub(super) scene: SceneData,
     pub(super) uniforms: Uniforms,
     pub(super) reports: Reports,
+    pub(super) members: Members,
     pub(super) steps: Vec<Ready>,
     pub(super) timer: Timer,
     /// Where loops that the host ends read their number; `None` without such loops.
@@ -100,11 +102,12 @@ pub fn prepare_after(
     let scene = SceneData::upload(gpu, plan, assets, tables)?;
     let uniforms = Uniforms::allocate(gpu, plan)?;
     let reports = Reports::allocate(gpu, plan)?;
+    let members = Members::allocate(gpu, plan)?;
     let loops = enclosing_loops(plan);
     let pipelines = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step))?;
     let gates = Gates::prepare(gpu, plan, &pool, &scene)?;
     let mut shared = Shared::default();
-    let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms, reports: &reports };
+    let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms, reports: &reports, members: &members };
     let mut steps = vec![];
     let mut faults = vec![];
     for (index, built) in pipelines.into_iter().enumerate() {
@@ -121,7 +124,7 @@ pub fn prepare_after(
     }
     Faults::check(faults, ())?;
     gpu.check()?;
-    Ok(Prepared { pool, scene, uniforms, reports, steps, timer: Timer::new(gpu), probe, gates, watch: None })
+    Ok(Prepared { pool, scene, uniforms, reports, members, steps, timer: Timer::new(gpu), probe, gates, watch: None })
 }
 
 impl Prepared {
@@ -143,10 +146,10 @@ impl Prepared {
         if !self.scene.update(gpu, plan, changed)? {
             return Ok(());
         }
-        let things =
-            Bindable { pool: &self.pool, scene: &self.scene, uniforms: &self.uniforms, reports: &self.reports };
+        let Prepared { pool, scene, uniforms, reports, members, steps, .. } = self;
+        let things = Bindable { pool, scene, uniforms, reports, members };
         let mut shared = Shared::default();
-        for (index, ready) in self.steps.iter_mut().enumerate() {
+        for (index, ready) in steps.iter_mut().enumerate() {
             if let Ready::Shaded(shaded) = ready {
                 shaded.group = bound(gpu, plan, index, &shaded.pipelines, &things, &mut shared)?;
             }
@@ -171,7 +174,8 @@ fn shaded(
             let scope = Scope::begin(gpu);
             let passes = passes(plan, &step.name, draw, innermost, things.pool);
             scope.end(&format!("make the targets of `{}`", step.name))?;
-            let wipe = if gated || splits(plan, draw) { Some(wipe::pipeline(gpu, &step.name, draw)?) } else { None };
+            let some = (draw.indirect.is_some() || step.own.is_some()) && splits(plan, draw);
+            let wipe = if gated || some { Some(wipe::pipeline(gpu, &step.name, draw)?) } else { None };
             (passes?, wipe)
         }
         _ => (vec![], None),

@@ -136,6 +136,7 @@ impl Sketch {
             bindings,
             reads: vec![],
             writes: vec![],
+            own: None,
             after: vec![],
         });
         Node::Step(StepId(self.plan.steps.len() - 1))

@@ -85,6 +85,8 @@ pub struct Pass {
     /// A heading under which reports sum passes up. After [`inherit_groups`]: also that of the pass around.
     pub group: Option<Name>,
     pub each: Option<Expr>,
+    /// Resources of which a member reads nothing but its own part.
+    pub own: Vec<Name>,
     pub defines: Vec<(Name, Expr)>,
     /// Shader variable, resource.
     pub bind: Vec<(Name, Name)>,

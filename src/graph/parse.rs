@@ -8,6 +8,7 @@ use super::tree::{Kind, Node};
 use crate::diag::{Diagnostic, Span, nearest};
 use crate::plan::{Cull, SamplerDesc};
 use crate::value::{Type, Value};
+use std::sync::LazyLock;
 
 impl Reader {
     /// A whole graph.
@@ -55,10 +56,12 @@ impl Reader {
     /// A literal of a type.
     pub fn value(&mut self, node: &Node, ty: Type) -> Option<Value> {
         let value = match (&node.kind, ty) {
-            (Kind::Word(w), Type::Bool) => w.parse().ok().map(Value::Bool),
-            (Kind::Word(w), Type::Uint) => w.parse().ok().map(Value::Uint),
-            (Kind::Word(w), Type::Int) => w.parse().ok().map(Value::Int),
-            (Kind::Word(w), Type::Float) => w.parse::<f32>().ok().filter(|x| x.is_finite()).map(Value::Float),
+            (Kind::Word, Type::Bool) => node.span.text().parse().ok().map(Value::Bool),
+            (Kind::Word, Type::Uint) => node.span.text().parse().ok().map(Value::Uint),
+            (Kind::Word, Type::Int) => node.span.text().parse().ok().map(Value::Int),
+            (Kind::Word, Type::Float) => {
+                node.span.text().parse::<f32>().ok().filter(|x| x.is_finite()).map(Value::Float)
+            }
             (Kind::Tuple(None, items), _) => {
                 let words: Vec<&str> = items.iter().map(|n| n.span.text()).collect();
                 parse_vector(&words, ty)
@@ -72,15 +75,14 @@ impl Reader {
     }
 
     fn format(&mut self, node: &Node) -> Option<wgpu::TextureFormat> {
-        let word = if let Kind::Word(w) = &node.kind { w.as_str() } else { "" };
-        let found = FORMATS.iter().find(|f| format!("{f:?}") == word).copied();
+        let word = node.word().unwrap_or("");
+        let found = FORMAT_NAMES.iter().position(|name| name == word).map(|i| FORMATS[i]);
         if found.is_none() {
-            let names: Vec<String> = FORMATS.iter().map(|f| format!("{f:?}")).collect();
             let d = Diagnostic::error(format!("unknown texture format `{}`", node.span.text())).at(&node.span, "");
-            let near = nearest(word, names.iter().map(String::as_str));
+            let near = nearest(word, FORMAT_NAMES.iter().map(String::as_str));
             let d = match near {
                 Some(n) => d.help(format!("did you mean `{n}`?")),
-                None => d.help(format!("formats are {}", names.join(", "))),
+                None => d.help(format!("formats are {}", FORMAT_NAMES.join(", "))),
             };
             self.fault(d);
         }
@@ -179,9 +181,12 @@ impl Reader {
         let name = self.need(&mut f, "name").and_then(|n| self.name(n));
         let when = f.get("when").and_then(|n| self.expr(n));
         let group = f.get("group").and_then(|n| self.text(n));
-        let (mut each, mut defines, mut bind) = (None, vec![], vec![]);
+        let (mut each, mut own, mut defines, mut bind) = (None, vec![], vec![], vec![]);
         if !matches!(word, "Loop" | "Fastest") {
             each = f.get("each").and_then(|n| self.expr(n));
+        }
+        if matches!(word, "Screen" | "Compute") {
+            own = self.list(f.get("own")).iter().filter_map(|n| self.name(n)).collect();
         }
         if matches!(word, "Draw" | "Screen" | "Compute" | "Reduce") {
             defines = self.exprs(f.get("defines"));
@@ -192,7 +197,7 @@ impl Reader {
         if self.faults.len() > before {
             self.broken.extend(name.iter().map(|n| n.value.clone()));
         }
-        Some(Pass { name: name?, span: node.span.clone(), when, group, each, defines, bind, kind: kind? })
+        Some(Pass { name: name?, span: node.span.clone(), when, group, each, own, defines, bind, kind: kind? })
     }
 
     fn pass_kind(&mut self, word: &str, f: &mut Fields) -> Option<PassKind> {
@@ -284,6 +289,9 @@ impl Reader {
         })
     }
 }
+
+/// The names of [`FORMATS`].
+static FORMAT_NAMES: LazyLock<[String; FORMATS.len()]> = LazyLock::new(|| FORMATS.map(|f| format!("{f:?}")));
 
 /// The formats a graph may name.
 pub const FORMATS: [wgpu::TextureFormat; 33] = {

@@ -8,6 +8,10 @@ use crate::scene::{FRAME_VALUES, TABLES};
 use crate::shader::{Access, BindingKind, Layout, Shader, Stage, TextureDim, TextureSample, Variable, report};
 use crate::value::{Type, Value, Values};
 use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The variable that holds the numbers of the members that a dispatch does.
+const MEMBERS: &str = "members";
 
 impl<'g> Wirer<'g, '_> {
     /// A wire for each variable of a shader, in the order of its interface.
@@ -75,6 +79,9 @@ impl<'g> Wirer<'g, '_> {
         if v.name == report::VARIABLE && matches!(v.kind, BindingKind::Storage { .. }) {
             return Some(Wire::Fixed(Binding::Report));
         }
+        if v.name == MEMBERS && matches!(wired.pass.kind, PassKind::Compute { .. }) {
+            return self.members(wired, v, &place);
+        }
         if let Some((table, columns)) = TABLES.iter().find(|t| t.0 == target) {
             return self.table(shader, wired.pass, v, table, columns, &place);
         }
@@ -117,6 +124,26 @@ impl<'g> Wirer<'g, '_> {
         };
         wired.uses.push(Use { resource: target.clone(), mode, how, span: place });
         Some(Wire::Resource(target))
+    }
+
+    /// The members of a dispatch, where the pass has any.
+    fn members(&mut self, wired: &Wired<'g>, v: &Variable, place: &Span) -> Option<Wire> {
+        let numbers = |element: &Layout| matches!(&element.members[..], [only] if only.ty == Type::Uint);
+        let BindingKind::Storage { element, fixed_size: None, writable: false, .. } = &v.kind else {
+            self.mismatch(MEMBERS, "a list of numbers", v, place, &wired.pass.name.span);
+            return None;
+        };
+        if !numbers(element) {
+            let d = Diagnostic::error("the members of a dispatch are numbers").at(place, "");
+            self.faults.push(d.help("declare them `var<storage, read> members: array<u32>`"));
+            return None;
+        }
+        if wired.each.is_none() {
+            let d = Diagnostic::error(format!("`{}` has no members", wired.pass.name.value)).at(place, "read here");
+            self.faults.push(d.at(&wired.pass.name.span, "").help("give it `each`: how many it has"));
+            return None;
+        }
+        Some(Wire::Fixed(Binding::Members))
     }
 
     fn reduce_variable(&mut self, wired: &Wired<'g>, v: &Variable, place: &Span, source: bool) -> Option<Wire> {
@@ -306,12 +333,13 @@ impl<'g> Wirer<'g, '_> {
         &mut self,
         wired: &Wired<'g>,
         shader: &Shader,
-        layout: &Layout,
+        layout: &Arc<Layout>,
         variable: &str,
         target: &str,
     ) -> Option<Binding> {
         let mut layout = layout.clone();
-        if let [only] = &mut layout.members[..]
+        if target != variable
+            && let [only] = &mut Arc::make_mut(&mut layout).members[..]
             && only.name == variable
         {
             only.name = target.to_string();
@@ -365,7 +393,9 @@ impl<'g> Wirer<'g, '_> {
                 PassKind::Reduce { to, .. } if v.name == "result" => &to.value,
                 _ => bound.unwrap_or(&v.name),
             };
-            if let Some(Ok(sized)) = self.sizes.of(resource)
+            let atlas = self.sizes.declared(resource).is_some_and(|r| matches!(r.kind, ResourceKind::Atlas { .. }));
+            if atlas
+                && let Some(Ok(sized)) = self.sizes.of(resource)
                 && let Desc::Texture(t) = &sized.desc
                 && let Some(tiles) = t.tiles
             {

@@ -57,8 +57,10 @@ impl Content {
 struct Ran {
     key: Version,
     ingredients: Ingredients,
+    /// A version of what each of its members alone depended on; empty when it ran as a whole.
+    members: Vec<u64>,
     /// What the members of a draw saw.
-    members: Option<Seen>,
+    seen: Option<Seen>,
     frame: u32,
 }
 
@@ -112,7 +114,7 @@ pub struct Selection {
     pub run: Vec<bool>,
     /// By step.
     pub why: Vec<Why>,
-    /// By index of a draw that runs for some of its members only: whether each does.
+    /// By index of a step that runs for some of its members only: whether each does.
     pub members: BTreeMap<usize, Vec<bool>>,
     /// What the units that run write, in their order: slot, content.
     writes: Vec<(usize, Version)>,
@@ -255,7 +257,7 @@ pub fn select(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: 
             (true, None) => Why::First,
             (true, Some(_)) if same.is_some() => Why::Overwritten,
             (true, Some(ran)) => {
-                let now = unit.ingredients(plan, &versions.before[i], outside, values);
+                let now = unit.ingredients(plan, (&versions, i), outside, values);
                 Why::Changed(differences(&ran.ingredients, &now))
             }
             (false, _) => {
@@ -295,12 +297,13 @@ fn selection(
     };
     for (i, (unit, mut why)) in keys.units.iter().zip(why).enumerate() {
         let step = if let [step] = unit.steps[..] { Some(step.0) } else { None };
-        let seen = step.and_then(|s| outside.members.get(&s));
-        let ingredients = || unit.ingredients(plan, &versions.before[i], outside, values);
-        if let (Why::Changed(names), Some(step), Some(seen)) = (&mut why, step, seen)
-            && let Some(some) = outdated(plan, unit, held, &all, &ingredients(), seen)
+        let members = &versions.members[i];
+        let ingredients = || unit.ingredients(plan, (versions, i), outside, values);
+        if let (Why::Changed(names), Some(step)) = (&mut why, step)
+            && let Some(some) = outdated(plan, unit, held, &all, &ingredients(), members)
         {
-            *names = vec![format!("what {} of {} members see", some.iter().filter(|m| **m).count(), some.len())];
+            let (count, verb) = (some.iter().filter(|m| **m).count(), unit.verb());
+            *names = vec![format!("what {count} of {} members {verb}", some.len())];
             all.members.insert(step, some);
         }
         for s in &unit.steps {
@@ -310,40 +313,39 @@ fn selection(
         if why.runs() {
             let slots = unit.writes.iter().map(|r| plan.resources[r.0].slot);
             all.writes.extend(slots.zip(versions.after[i].iter().copied()));
-            let members = seen.cloned();
-            let ran = Ran { key: versions.keys[i], ingredients: ingredients(), members, frame: held.frames };
+            let seen = step.and_then(|s| outside.members.get(&s)).cloned();
+            let (key, members) = (versions.keys[i], members.clone());
+            let ran = Ran { key, ingredients: ingredients(), members, seen, frame: held.frames };
             all.ran.push((unit.name.clone(), Arc::new(ran)));
         }
     }
     all
 }
 
-/// Which members of a draw must run, when the others' part of its last run is in memory still and nothing but what they see is
-/// new since. `before` is what the frame has chosen so far.
+/// Which members of a unit must run, when the others' part of its last run is in memory still and nothing but what tells them
+/// apart is new since. `before` is what the frame has chosen so far.
 fn outdated(
     plan: &Plan,
     unit: &Unit,
     held: &Held,
     before: &Selection,
     now: &Ingredients,
-    seen: &Seen,
+    members: &[u64],
 ) -> Option<Vec<bool>> {
-    let (_, saw) = standing(plan, unit, held, now)?;
+    let ran = standing(plan, unit, held, now)?;
     let untouched = |r: &ResourceId| before.writes.iter().all(|(slot, _)| *slot != plan.resources[r.0].slot);
-    let fits = saw.versions.len() == seen.versions.len() && unit.writes.iter().all(untouched);
-    fits.then(|| seen.versions.iter().zip(&saw.versions).map(|(now, then)| now != then).collect())
+    let fits = !members.is_empty() && ran.members.len() == members.len() && unit.writes.iter().all(untouched);
+    fits.then(|| members.iter().zip(&ran.members).map(|(now, then)| now != then).collect())
 }
 
-/// The last run of a draw and what its members saw, when what it made is in memory still and nothing but what they see is new
-/// since.
-fn standing<'h>(plan: &Plan, unit: &Unit, held: &'h Held, now: &Ingredients) -> Option<(&'h Ran, &'h Seen)> {
+/// The last run of a unit, when what it made is in memory still and nothing but what tells its members apart is new since.
+fn standing<'h>(plan: &Plan, unit: &Unit, held: &'h Held, now: &Ingredients) -> Option<&'h Ran> {
     let ran = held.ran.get(&unit.name)?;
-    let saw = ran.members.as_ref()?;
     let whole = |i: &&Ingredient| i.kind != Kind::Member;
     let same = ran.ingredients.keys().filter(whole).eq(now.keys().filter(whole))
         && now.iter().filter(|(i, _)| whole(i)).all(|(i, content)| ran.ingredients.get(i) == Some(content));
     let there = unit.writes.iter().all(|r| held.version(plan.resources[r.0].slot) == unit.content(ran.key, *r));
-    (same && there).then_some((ran, saw))
+    (same && there).then_some(ran)
 }
 
 /// Takes back what is no change to what members see: what moved shows neither where it was nor where it is. `depths` gives the
@@ -368,13 +370,13 @@ pub fn settle(
         else {
             continue;
         };
-        let saw = held.ran.get(&unit.name).and_then(|ran| ran.members.as_ref());
+        let saw = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref());
         if saw.is_none_or(|saw| saw.versions == seen.versions) {
             continue;
         }
         let versions = keys.versions(plan, held.history(plan), outside, values);
-        let now = unit.ingredients(plan, &versions.before[i], outside, values);
-        let Some((_, saw)) = standing(plan, unit, held, &now) else { continue };
+        let now = unit.ingredients(plan, (&versions, i), outside, values);
+        let Some(saw) = standing(plan, unit, held, &now).and_then(|ran| ran.seen.as_ref()) else { continue };
         let target = region::depths(plan, draw);
         let image = target.map(|id| depths(id, held.version(plan.resources[id.0].slot))).transpose()?;
         seen.settle(saw, plan, draw, image.as_deref());

@@ -158,7 +158,11 @@ impl Expander<'_, '_> {
         let frusta = match bindings.get(culling.frusta)? {
             Binding::Table(i) => Frusta::Table(*i),
             Binding::Resource(id) => Frusta::Buffer(*id),
-            Binding::Uniform { .. } | Binding::SceneTextures | Binding::Sampler(_) | Binding::Report => return None,
+            Binding::Uniform { .. }
+            | Binding::SceneTextures
+            | Binding::Sampler(_)
+            | Binding::Report
+            | Binding::Members => return None,
         };
         let groups = (rows.checked_mul(draws)?).div_ceil(64);
         let across = groups.clamp(1, self.limits.max_compute_workgroups_per_dimension);
@@ -171,6 +175,7 @@ impl Expander<'_, '_> {
             bindings,
             reads,
             writes: vec![buffer],
+            own: None,
             after: vec![],
         });
         Some(Indirect { buffer, first: draws - parts[1].1, second: parts[1].1, frusta })

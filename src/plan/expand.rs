@@ -5,13 +5,13 @@
 use super::order::{Block, Entry};
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
-use super::{Action, Binding, Desc, Ending, Resource, ResourceId, Step, StepId, TextureKind, Until};
+use super::{Action, Binding, Desc, Ending, Own, Resource, ResourceId, Step, StepId, TextureKind, Until};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 /// The steps of a plan, in the order of the file.
@@ -20,7 +20,7 @@ pub struct Expanded {
     pub steps: Vec<Step>,
     pub block: Block,
     /// The first resource of each name.
-    pub ids: BTreeMap<String, ResourceId>,
+    pub ids: HashMap<String, ResourceId>,
 }
 
 /// Expands live items.
@@ -32,7 +32,7 @@ pub fn expand(
     (limits, features): (&wgpu::Limits, wgpu::Features),
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
-    let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: BTreeMap::new() };
+    let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: HashMap::new() };
     let mut e = Expander { sizes, values, shaders, limits, features, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
@@ -93,9 +93,10 @@ impl Expander<'_, '_> {
 
     /// The resource of a name; for sets, its member.
     pub(super) fn id(&mut self, name: &str, member: u32, span: &Span) -> Option<ResourceId> {
-        if let Some(first) = self.out.ids.get(name) {
-            let members = self.sizes.of(name)?.ok()?.members;
-            return self.member(name, *first, members, member, span);
+        if let Some(first) = self.out.ids.get(name).copied() {
+            let single = member == 0 && self.out.resources[first.0].name == name;
+            let members = if single { None } else { self.sizes.of(name)?.ok()?.members };
+            return self.member(name, first, members, member, span);
         }
         let declared = self.sizes.declared(name)?;
         let sized = self.sizes.of(name)?;
@@ -141,7 +142,15 @@ impl Expander<'_, '_> {
     /// The steps of a pass with the member each belongs to.
     fn pass(&mut self, w: &Wired) -> Vec<(u32, StepId)> {
         let sets = w.uses.iter().any(|u| matches!(self.sizes.of(&u.resource), Some(Ok(s)) if s.members.is_some()));
-        let batched = matches!(w.pass.kind, PassKind::Draw(_) | PassKind::Screen(_)) && !sets;
+        let listed = w.bindings.iter().any(|b| matches!(b, Wire::Fixed(Binding::Members)));
+        if listed && sets {
+            let d = Diagnostic::error(format!("the members of `{}` have resources of their own", w.pass.name.value));
+            let help =
+                "a dispatch for all `members` binds the same for each; without them each has a dispatch of its own";
+            self.faults.push(d.at(&w.pass.name.span, "").help(help));
+            return vec![];
+        }
+        let batched = listed || matches!(w.pass.kind, PassKind::Draw(_) | PassKind::Screen(_)) && !sets;
         let before = self.out.steps.len();
         let mut members = vec![];
         let count = if batched { 1 } else { w.each.unwrap_or(1) };
@@ -191,7 +200,10 @@ impl Expander<'_, '_> {
             }
             PassKind::Compute { shader, over } => {
                 let index = w.shader?;
-                let groups = self.groups(index, over, &shader.span)?;
+                let groups = match (batched, w.each) {
+                    (true, Some(members)) => self.groups_of_members(index, over, members, &shader.span)?,
+                    _ => self.groups(index, over, &shader.span)?,
+                };
                 let entry = self.shaders[index].interface.entry(Stage::Compute)?.name.clone();
                 Action::Compute { shader: index, entry, groups }
             }
@@ -211,6 +223,7 @@ impl Expander<'_, '_> {
             PassKind::Reduce { .. } | PassKind::Loop { .. } | PassKind::Fastest { .. } => return None,
         };
         let bindings = self.bindings(w, member, &name, &BTreeMap::new())?;
+        let own = self.own(w, batched)?;
         self.out.steps.push(Step {
             name,
             pass: pass.name.value.clone(),
@@ -219,9 +232,35 @@ impl Expander<'_, '_> {
             bindings,
             reads,
             writes,
+            own,
             after: vec![],
         });
         Some(())
+    }
+
+    /// What the pass says that its members read of their own. `None` after a fault.
+    fn own(&mut self, w: &Wired, batched: bool) -> Option<Option<Own>> {
+        let (Some(members), Some(first)) = (w.each, w.pass.own.first()) else { return Some(None) };
+        if !batched {
+            let d = Diagnostic::error(format!("the members of `{}` are steps of their own already", w.pass.name.value));
+            let help = "let the shader do the work of all `members` in one dispatch, or leave `own` out";
+            self.faults.push(d.at(&first.span, "").help(help));
+            return None;
+        }
+        let mut reads = vec![];
+        for name in &w.pass.own {
+            if !w.uses.iter().any(|u| u.resource == name.value && u.mode == Mode::Read) {
+                let d = Diagnostic::error(format!("`{}` reads nothing of `{}`", w.pass.name.value, name.value));
+                let read = w.uses.iter().filter(|u| u.mode == Mode::Read).map(|u| u.resource.as_str());
+                self.faults.push(d.at(&name.span, "").nearest(&name.value, read));
+                return None;
+            }
+            let id = self.id(&name.value, 0, &name.span)?;
+            if !reads.contains(&id) {
+                reads.push(id);
+            }
+        }
+        Some(Some(Own { members, reads }))
     }
 
     pub(super) fn bindings(
@@ -298,6 +337,24 @@ impl Expander<'_, '_> {
             Size::Axes(axes, _) => self.threads(over, axes.len())?,
         };
         self.in_groups(shader, threads, span)
+    }
+
+    /// Workgroups of a dispatch that does many members, a layer of workgroups each.
+    fn groups_of_members(&mut self, shader: usize, over: &Size, members: u32, span: &Span) -> Option<[u32; 3]> {
+        let [x, y, layers] = self.groups(shader, over, span)?;
+        let [.., deep] = self.shaders[shader].interface.entry(Stage::Compute)?.workgroup_size;
+        let most = self.limits.max_compute_workgroups_per_dimension;
+        if layers > 1 || deep > 1 {
+            let d = Diagnostic::error("a member of a dispatch has one layer of workgroups").at(span, "");
+            self.faults.push(d.help("give `over` and the workgroup two axes"));
+            return None;
+        }
+        if members > most {
+            let what = format!("{members} members exceed the adapter's limit of {most} layers of workgroups");
+            self.faults.push(Diagnostic::error(what).at(span, "").help("let each member do more"));
+            return None;
+        }
+        Some([x, y, members])
     }
 
     fn threads(&mut self, over: &Size, axes: usize) -> Option<[u32; 3]> {

@@ -7,14 +7,16 @@
 
 use super::region;
 use super::tables::pack;
-use super::{Action, Binding, Comparison, Desc, Draw, Geometry, Loop, Node, Plan, ResourceId, Step, StepId, Until};
+use super::{
+    Action, Binding, Comparison, Desc, Draw, Geometry, Loop, Node, Own, Plan, ResourceId, Step, StepId, Until,
+};
 use crate::content::hash;
 use crate::diag::Checked;
 use crate::scene::{AssetHashes, Table};
 use crate::shader::Layout;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
-use std::hash::Hash;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Identifies a content. [`UNDEFINED`]: nothing has been written.
 pub type Version = u128;
@@ -35,7 +37,7 @@ pub enum Kind {
     Geometry,
     /// The scene's textures.
     Textures,
-    /// What the members of a draw see of the scene, each through its frustum.
+    /// What members see of the scene, each through its frustum, or read of their own parts of resources.
     Member,
     /// The version of a resource that is read, or written in part only.
     Input,
@@ -82,7 +84,7 @@ impl std::fmt::Display for Ingredient {
             Kind::Table => write!(f, "table {name}"),
             Kind::Geometry => f.write_str("the scene's triangles"),
             Kind::Textures => f.write_str("the scene's textures"),
-            Kind::Member => f.write_str("what its members see"),
+            Kind::Member => write!(f, "what its members {name}"),
             Kind::Size => write!(f, "size of {name}"),
             Kind::Target => f.write_str("how it draws"),
             Kind::Extent => f.write_str("how much it does"),
@@ -151,6 +153,24 @@ pub struct Unit {
     /// All of `fixed` in its order.
     start: u128,
     given: Vec<(Ingredient, Given)>,
+    /// `None`: it has no members, or runs for all of them at once.
+    apart: Option<Apart>,
+}
+
+/// What tells the members of a unit apart.
+#[derive(Debug)]
+enum Apart {
+    /// What each sees; by the step.
+    Seen(usize),
+    /// So many, and what they read of their own.
+    Own(u32, Vec<ResourceId>),
+}
+
+/// Who made a content part by part.
+struct Made {
+    unit: usize,
+    /// A version of all that its parts have in common.
+    common: Version,
 }
 
 /// An ingredient that a frame brings.
@@ -164,8 +184,7 @@ enum Given {
     Textures,
     /// When the plan began.
     Began,
-    /// By the step.
-    Members(usize),
+    Members,
 }
 
 /// The units of a plan, in their order.
@@ -182,6 +201,8 @@ pub struct Keys {
 pub struct Versions {
     /// By unit.
     pub keys: Vec<Version>,
+    /// By unit that can run for some of its members: a version of what each of them alone depends on; else empty.
+    pub members: Vec<Vec<u64>>,
     /// By unit: of what it needs, in that order.
     pub before: Vec<Vec<Version>>,
     /// By unit: of what it writes, in that order.
@@ -224,19 +245,28 @@ impl Keys {
         for (i, _) in plan.resources.iter().enumerate().filter(|(_, r)| r.history) {
             now[i] = history(ResourceId(i));
         }
-        let mut all = Versions { keys: vec![], before: vec![], after: vec![], end: vec![] };
-        for unit in &self.units {
+        let mut all = Versions { keys: vec![], members: vec![], before: vec![], after: vec![], end: vec![] };
+        let mut made: BTreeMap<ResourceId, Made> = BTreeMap::new();
+        for (i, unit) in self.units.iter().enumerate() {
             let before: Vec<Version> = unit.needs.iter().map(|r| now[r.0]).collect();
-            let given = unit.given.iter().filter(|(i, _)| Some(i.kind) != self.without);
-            let given: Vec<u128> = given.map(|(i, g)| g.hash(&i.name, outside, values)).collect();
+            let members = unit.members(&now, &made, &all.members, outside);
+            let given = unit.given.iter().filter(|(i, g)| Some(i.kind) != self.without && !matches!(g, Given::Members));
+            let given: Vec<u128> = given.map(|(i, g)| g.hash(&i.name, &members, outside, values)).collect();
             let untold = unit.needs.iter().zip(&before).filter(|(r, _)| !unit.told.contains(r)).map(|(_, v)| *v);
             let inputs = (self.without != Some(Kind::Input)).then(|| untold.collect::<Vec<_>>());
-            let key = hash(&(unit.start, given, inputs)).max(1);
+            let common = hash(&(unit.start, given, inputs)).max(1);
+            let told = unit.apart.is_some() && self.without != Some(Kind::Member);
+            let key = if told { hash(&(common, &members)).max(1) } else { common };
             let after: Vec<Version> = unit.writes.iter().map(|r| unit.content(key, *r)).collect();
             for (r, v) in unit.writes.iter().zip(&after) {
                 now[r.0] = *v;
+                made.remove(r);
+                if !members.is_empty() {
+                    made.insert(*r, Made { unit: i, common: unit.content(common, *r) });
+                }
             }
             all.keys.push(key);
+            all.members.push(members);
             all.before.push(before);
             all.after.push(after);
         }
@@ -258,6 +288,7 @@ impl Unit {
             fixed: Ingredients::new(),
             start: 0,
             given: vec![],
+            apart: None,
         }
     }
 
@@ -273,11 +304,49 @@ impl Unit {
         all.into_iter().filter(telling).map(Ingredient::to_string).collect()
     }
 
-    /// All that its result depends on in a frame; `before` are the versions of what it needs.
-    pub fn ingredients(&self, plan: &Plan, before: &[Version], outside: &Outside, values: &Values) -> Ingredients {
+    /// What its members do with what tells them apart: they see it, or read it.
+    pub fn verb(&self) -> &'static str {
+        if matches!(self.apart, Some(Apart::Seen(_))) { "see" } else { "read" }
+    }
+
+    /// A version of what each member alone depends on, given those of the units before and what they made part by part.
+    fn members(
+        &self,
+        now: &[Version],
+        made: &BTreeMap<ResourceId, Made>,
+        units: &[Vec<u64>],
+        outside: &Outside,
+    ) -> Vec<u64> {
+        let (members, reads) = match &self.apart {
+            None => return vec![],
+            Some(Apart::Seen(step)) => return outside.members.get(step).map_or(vec![], |seen| seen.versions.clone()),
+            Some(Apart::Own(members, reads)) => (*members as usize, reads),
+        };
+        let input = |r: &ResourceId| match made.get(r).map(|m| (m.common, units[m.unit].as_slice())) {
+            Some((common, parts)) if shares(parts, members, 0).is_some() => (common, parts),
+            _ => (now[r.0], &[][..]),
+        };
+        let inputs: Vec<(Version, &[u64])> = reads.iter().map(input).collect();
+        let member = |i: usize| {
+            let mut h = DefaultHasher::new();
+            inputs.iter().for_each(|(common, parts)| (common, shares(parts, members, i)).hash(&mut h));
+            h.finish()
+        };
+        (0..members).map(member).collect()
+    }
+
+    /// All that its result depends on in a frame, of whose versions it is unit number `index`.
+    pub fn ingredients(
+        &self,
+        plan: &Plan,
+        (versions, index): (&Versions, usize),
+        outside: &Outside,
+        values: &Values,
+    ) -> Ingredients {
+        let (before, members) = (&versions.before[index], &versions.members[index]);
         let mut all = self.fixed.clone();
         for (ingredient, given) in &self.given {
-            add(&mut all, ingredient.clone(), given.hash(&ingredient.name, outside, values));
+            add(&mut all, ingredient.clone(), given.hash(&ingredient.name, members, outside, values));
         }
         for (r, version) in self.needs.iter().zip(before).filter(|(r, _)| !self.told.contains(r)) {
             add(&mut all, Ingredient { kind: Kind::Input, name: plan.resources[r.0].name.clone() }, *version);
@@ -286,15 +355,28 @@ impl Unit {
     }
 }
 
+/// What one of so many members has of some parts: a few in a row, or one that a few members share. `None`: they don't go into
+/// each other.
+fn shares(parts: &[u64], members: usize, member: usize) -> Option<&[u64]> {
+    let (parts_each, members_each) = (parts.len() / members.max(1), members / parts.len().max(1));
+    if parts_each > 0 && parts_each * members == parts.len() {
+        parts.get(parts_each * member..parts_each * (member + 1))
+    } else if members_each > 0 && members_each * parts.len() == members {
+        parts.get(member / members_each..=member / members_each)
+    } else {
+        None
+    }
+}
+
 impl Given {
-    fn hash(&self, name: &str, outside: &Outside, values: &Values) -> u128 {
+    fn hash(&self, name: &str, members: &[u64], outside: &Outside, values: &Values) -> u128 {
         match self {
             Given::Value(known) => hash(&values.get(name).or(known.as_ref()).map(|v| (v.ty(), v.bytes()))),
             Given::Table(i) => outside.tables.get(*i).copied().unwrap_or(0),
             Given::Geometry => outside.assets.geometry,
             Given::Textures => outside.assets.textures,
             Given::Began => outside.began.into(),
-            Given::Members(step) => hash(&outside.members.get(step).map(|seen| &seen.versions)),
+            Given::Members => hash(members),
         }
     }
 }
@@ -404,12 +486,13 @@ impl<'p> Gather<'p> {
     }
 
     fn step(&mut self, step: &'p Step) {
-        let Step { name: _, pass: _, group: _, action, bindings, reads, writes, after: _ } = step;
+        let Step { name: _, pass: _, group: _, action, bindings, reads, writes, own, after: _ } = step;
         let mut variables = [].as_slice();
         let seen = match action {
             Action::Draw(draw) if self.around.is_empty() => region::parts(self.plan, step, draw),
             _ => None,
         };
+        let own = own.as_ref().filter(|_| self.around.is_empty() && region::apart(self.plan, step));
         match action {
             Action::Draw(draw) => {
                 self.draw(draw);
@@ -438,6 +521,8 @@ impl<'p> Gather<'p> {
                     let name = self.plan.tables.get(*i).map_or("", |t| t.table.as_str());
                     self.give(Kind::Table, name, Given::Table(*i));
                 }
+                // Which it does in a run makes no difference in the end.
+                Binding::Members => {}
                 Binding::SceneTextures => self.give(Kind::Textures, "", Given::Textures),
                 // A plan knows of no checks but those of its own runs.
                 Binding::Report => self.give(Kind::Value, "the plan, as the shader checks itself", Given::Began),
@@ -448,8 +533,13 @@ impl<'p> Gather<'p> {
             }
         }
         if let (Some(seen), Some(id)) = (seen, self.unit.steps.last().copied()) {
-            self.give(Kind::Member, "", Given::Members(id.0));
+            self.give(Kind::Member, "see", Given::Members);
+            self.unit.apart = Some(Apart::Seen(id.0));
             self.unit.told.insert(seen.draws);
+        } else if let Some(Own { members, reads }) = own {
+            self.give(Kind::Member, "read", Given::Members);
+            self.unit.apart = Some(Apart::Own(*members, reads.clone()));
+            self.unit.told.extend(reads);
         }
         let whole = matches!(action, Action::Copy { .. } | Action::Clear { .. });
         let partly = if whole { [].iter() } else { writes.iter() };
@@ -508,5 +598,20 @@ impl<'p> Gather<'p> {
                 self.give(Kind::Value, name, Given::Value(self.plan.values.get(name).copied()));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn members_share_parts_in_their_order() {
+        let parts = [10, 11, 12, 13, 14, 15];
+        assert_eq!(shares(&parts, 6, 4), Some(&[14][..]));
+        assert_eq!(shares(&parts, 2, 1), Some(&[13, 14, 15][..]), "three parts each");
+        assert_eq!(shares(&parts, 12, 7), Some(&[13][..]), "two members a part");
+        assert_eq!(shares(&parts, 4, 0), None, "neither goes into the other");
+        assert_eq!(shares(&[], 4, 0), None);
     }
 }

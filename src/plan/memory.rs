@@ -53,7 +53,9 @@ pub fn allocate(plan: &mut Plan, share: bool) {
         let r = &plan.resources[i];
         // What the device made up to draw can be counted after the frame.
         let counted = matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu::BufferUsages::INDIRECT));
-        let until = (!r.history && !counted).then_some(r.alive.1);
+        // Members that need not run again leave what they made where it is.
+        let in_parts = plan.steps.iter().any(|s| s.own.is_some() && s.writes.contains(&ResourceId(i)));
+        let until = (!r.history && !counted && !in_parts).then_some(r.alive.1);
         let found = (0..plan.slots.len()).find(|s| {
             share
                 && until.is_some()

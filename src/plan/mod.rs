@@ -222,8 +222,18 @@ pub struct Step {
     pub bindings: Vec<Binding>,
     pub reads: Vec<ResourceId>,
     pub writes: Vec<ResourceId>,
+    /// `None`: it does all of its work, or none.
+    pub own: Option<Own>,
     /// Steps that must come before, for reasons of data.
     pub after: Vec<StepId>,
+}
+
+/// The members that a step does, any of which it can do alone: each has a part of all that the step writes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Own {
+    pub members: u32,
+    /// Resources of which a member reads nothing but its own part: the members in their order share the parts in theirs.
+    pub reads: Vec<ResourceId>,
 }
 
 #[derive(Debug, Clone)]
@@ -341,7 +351,7 @@ pub enum Binding {
     Resource(ResourceId),
     /// Packed from [`Plan::values`], the frame's values, the loops' indices and `extra`, in that order of weakness.
     Uniform {
-        layout: Layout,
+        layout: Arc<Layout>,
         extra: Values,
     },
     /// Index into [`Plan::tables`].
@@ -350,6 +360,8 @@ pub enum Binding {
     SceneTextures,
     /// What the step's shader reports of itself: memory of the step's own.
     Report,
+    /// The numbers of the members that a dispatch does, a layer of workgroups each.
+    Members,
     Sampler(SamplerDesc),
 }
 

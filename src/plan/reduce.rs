@@ -82,6 +82,7 @@ impl Expander<'_, '_> {
                 bindings,
                 reads,
                 writes,
+                own: None,
                 after: vec![],
             });
             from_id = to_id;

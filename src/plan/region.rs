@@ -26,12 +26,22 @@ pub fn splits(plan: &Plan, draw: &Draw) -> bool {
         _ => false,
     };
     let places: BTreeSet<Place> = draw.members.iter().map(|m| m.place).collect();
-    draw.indirect.is_some()
-        && draw.views == 1
+    draw.views == 1
         && draw.color.iter().all(clears)
         && draw.depth.iter().all(fresh)
         && places.len() == draw.members.len()
         && targets().all(|id| places.iter().all(|p| room(id, p)))
+}
+
+/// Whether some members of a step that has any can run again while what the others made stays.
+pub fn apart(plan: &Plan, step: &Step) -> bool {
+    // What its checks say is said of all members together.
+    let checked = step.bindings.iter().any(|b| matches!(b, Binding::Report));
+    let places = match &step.action {
+        Action::Draw(draw) => splits(plan, draw),
+        Action::Compute { .. } | Action::Copy { .. } | Action::Clear { .. } => true,
+    };
+    places && !checked
 }
 
 /// What a step that can run member by member reads of the scene's places.
@@ -47,9 +57,7 @@ pub struct Parts {
 
 /// `None` for a draw that runs as a whole.
 pub fn parts(plan: &Plan, step: &Step, draw: &Draw) -> Option<Parts> {
-    // What its checks say is said of all members together.
-    let checked = step.bindings.iter().any(|b| matches!(b, Binding::Report));
-    let indirect = draw.indirect.filter(|_| splits(plan, draw) && !checked)?;
+    let indirect = draw.indirect.filter(|_| apart(plan, step))?;
     let tables = |wanted: &str| {
         let bound = step.bindings.iter().filter_map(|b| if let Binding::Table(i) = b { Some(*i) } else { None });
         bound.filter(|i| plan.tables.get(*i).is_some_and(|t| t.table == wanted)).collect::<Vec<_>>()

@@ -26,7 +26,9 @@ fn members(session: &Session, pass: &str) -> Option<(u32, u32)> {
         Why::Changed(names) => {
             let words: Vec<&str> = names[0].split(' ').collect();
             match words[..] {
-                ["what", some, "of", all, "members", "see"] => Some((some.parse().unwrap(), all.parse().unwrap())),
+                ["what", some, "of", all, "members", "see" | "read"] => {
+                    Some((some.parse().unwrap(), all.parse().unwrap()))
+                }
                 _ => panic!("`{pass}` ran as a whole: {names:?}"),
             }
         }
@@ -62,6 +64,70 @@ fn an_object_is_captured_again_only_by_the_faces_that_see_it() {
     assert_eq!(members(&s, "capture"), None);
     frame(gpu, &mut s, &[]);
     assert_eq!(members(&s, "capture"), Some((some, all)), "back where it was, seen by the same faces");
+}
+
+/// Light is sent anew to the faces that were captured anew, as long as nothing else of it changed; many frames in a row, so that
+/// what is left from before is of several frames.
+#[test]
+fn only_faces_that_were_captured_again_are_lit_again() {
+    let gpu = &device::gpu();
+    let mut s = session(gpu, "uniform_grid.ron", "hall.ron", &["grid=2", "face=8", "bounces=1", "shadow_size=256"]);
+    let (corbel, ball) = (node(&s, "corbel"), node(&s, "ball"));
+    frame(gpu, &mut s, &[]);
+    for i in 1..4 {
+        let by = Vec3::new(0.03 * i as f32, 0.0, 0.0);
+        frame(gpu, &mut s, &[(corbel, by)]);
+        let (some, all) = members(&s, "capture").expect("the corbel is in sight");
+        assert!(some > 0 && some < all / 2, "{some} of {all} faces show the corbel");
+        assert_eq!(members(&s, "shadow_maps"), None, "the light does not see the corbel");
+        assert_eq!(members(&s, "direct_at_probes"), Some((some, all)));
+    }
+    // The ball stands in the light: its shadow may fall anywhere.
+    s.shift.nodes = vec![(ball, Vec3::new(0.1, 0.0, 0.0))];
+    s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+    let lit = s.plan.steps.iter().position(|step| step.name == "direct_at_probes").unwrap();
+    assert!(
+        matches!(&s.why()[lit], Why::Changed(names) if names.contains(&"shadow_map".to_string())),
+        "{}",
+        s.why()[lit]
+    );
+}
+
+/// The tiles of a pass over the screen are members too.
+#[test]
+fn a_screen_pass_draws_again_only_the_tiles_whose_source_changed() {
+    let gpu = &device::gpu();
+    let scratch = support::Scratch::new("halves");
+    let graph = r#"Variant(
+        base: "lightgraph:graphs/uniform_grid.ron",
+        edits: [
+            AddResource("halves", Atlas(format: Rgba32Float, tile: "face", count: "probes * 6")),
+            After("capture", Screen(name: "halve", shader: "halve.wgsl", each: "probes * 6", own: ["cube_albedo"])),
+            AddOutput("halves", "halves"),
+        ],
+    )"#;
+    let shader = "var cube_albedo: texture_2d<f32>;
+        struct Out { @location(0) halves: vec4f }
+        @fragment fn halve(@builtin(position) at: vec4f) -> Out {
+            return Out(0.5 * textureLoad(cube_albedo, vec2u(at.xy), 0));
+        }";
+    std::fs::create_dir_all(scratch.path().join("shaders")).unwrap();
+    std::fs::write(scratch.path().join("halves.ron"), graph).unwrap();
+    std::fs::write(scratch.path().join("shaders/halve.wgsl"), shader).unwrap();
+    let project = Project::open(&scratch.path().join("halves.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let params = project.params(&["grid=2".into(), "face=8".into()]).unwrap_or_else(|f| panic!("{f}"));
+    let scene = scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let outputs = Some(vec!["halves".to_string()]);
+    let settings = Settings { params, size: [16, 12], outputs, skip: true, verify: true, ..Settings::default() };
+    let mut s = Session::new(gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
+    let corbel = node(&s, "corbel");
+    frame(gpu, &mut s, &[]);
+    for i in 1..3 {
+        frame(gpu, &mut s, &[(corbel, Vec3::new(0.03 * i as f32, 0.0, 0.0))]);
+        let captured = members(&s, "capture");
+        assert!(captured.is_some_and(|(some, all)| some > 0 && some < all / 2), "{captured:?}");
+        assert_eq!(members(&s, "halve"), captured);
+    }
 }
 
 /// The faces of probes at these places whose frusta meet a box at one of two places.

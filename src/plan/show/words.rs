@@ -2,7 +2,7 @@
 
 use crate::plan::expand::shape;
 use crate::plan::{
-    Action, Comparison, Cull, Desc, Draw, Ending, Geometry, Loop, Member, Place, Plan, ResourceId, StepId,
+    Action, Binding, Comparison, Cull, Desc, Draw, Ending, Geometry, Loop, Member, Place, Plan, ResourceId, StepId,
 };
 use crate::shader::{Def, Shader};
 
@@ -29,7 +29,9 @@ impl Row {
                 (kind, shader_name(plan, d.shader), drawing(plan, d))
             }
             Action::Compute { shader, groups: [x, y, z], .. } => {
-                ("compute", shader_name(plan, *shader), format!("{x}×{y}×{z} groups"))
+                let listed = s.bindings.iter().any(|b| matches!(b, Binding::Members));
+                let groups = if listed { format!("{z} members of {x}×{y}") } else { format!("{x}×{y}×{z}") };
+                ("compute", shader_name(plan, *shader), format!("{groups} groups"))
             }
             Action::Copy { .. } => ("copy", String::new(), String::new()),
             Action::Clear { value, .. } => ("clear", String::new(), format!("to {}", color(value))),
