@@ -37,7 +37,7 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
         shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
-                r.layer.iter().chain(&r.views).for_each(&mut note);
+                r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
                 touched.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.clone()));
             }
             PassKind::Compute { over, .. } => {

@@ -83,6 +83,7 @@ fn once(text: &str, texts: &Library) -> (Planned, [Duration; 2]) {
         screen: [640, 480],
         outputs: None,
         choices: &FIRST,
+        levels: &[],
         limits: &wgpu::Limits::default(),
         features: wgpu::Features::FLOAT32_FILTERABLE,
     });
