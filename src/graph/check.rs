@@ -306,6 +306,9 @@ impl<'g> Check<'g> {
         if let Some(layer) = &r.layer {
             self.names(layer, Scope::Loops(loops));
         }
+        if let Some(tolerance) = &r.tolerance {
+            self.names(tolerance, Scope::Values);
+        }
         if let Some(frusta) = &r.frusta {
             self.frusta(frusta);
         }

@@ -34,7 +34,7 @@ pub fn unused<'g>(graph: &'g Graph, library: &Library) -> Vec<Diagnostic> {
         shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
-                r.layer.iter().chain(&r.views).for_each(&mut note);
+                r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
                 touched.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.as_str()));
             }
             PassKind::Compute { over, .. } => over.exprs().iter().for_each(&mut note),
