@@ -253,7 +253,7 @@ fn weigh_one(coefficients: texture_3d<f32>, weight: vec3f, probe: vec3u, k: u32)
 /// Sum over the coefficients of `weights`, a colour each, times one probe's.
 fn weigh(coefficients: texture_3d<f32>, weights: ptr<function, array<vec3f, COUNT>>, probe: vec3u) -> vec3f {
     var light = vec3f(0.0);
-#ifdef LOBE_TABLE
+#if SH_ORDER >= 5
     // As in `lightgraph::lobe_table`, so that loops stay loops.
     let count = textureDimensions(coefficients).z / probe_grid.grid.z;
     for (var l = 0u; l * l < count; l++) {

@@ -374,7 +374,7 @@ fn growth(base: Value, v: Value) -> f64 {
 /// A value, cut so that it is at most `room` times larger than another.
 fn within(base: Value, v: Value, room: f64) -> Value {
     let mut cut = parts(v);
-    for _ in 0..64 {
+    for _ in 0..256 {
         let now = of_parts(v.ty(), &cut).unwrap_or(base);
         if growth(base, now) <= room {
             return now;
@@ -384,6 +384,7 @@ fn within(base: Value, v: Value, room: f64) -> Value {
         for (c, f) in cut.iter_mut().zip(factors) {
             if f == largest {
                 *c = (*c * 0.7).floor();
+                break;
             }
         }
     }
