@@ -10,9 +10,9 @@ use crate::plan::change::{self, Held, Why};
 use crate::plan::fastest::Choices;
 use crate::plan::keys::{Keys, Kind, Outside, Version};
 use crate::plan::region::Seen;
-use crate::plan::request::Request;
+use crate::plan::request::{Request, tolerances};
 use crate::plan::{Action, Plan, ResourceId, StepId, cull, region};
-use crate::scene::{Pose, Scene, Shift, Table, Tables};
+use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};
 use crate::shader::Library;
 use crate::shader::report::{self, Failed};
 use crate::value::{Value, Values};
@@ -119,10 +119,17 @@ pub struct Settings {
 /// # Errors
 /// As [`crate::plan::build::plan`].
 pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
-    plan_of(&project.graph, &project.texts, scene, settings, gpu)
+    plan_of(&project.graph, &project.texts, scene, settings, gpu).map(|(planned, _)| planned)
 }
 
-fn plan_of(graph: &Graph, texts: &Library, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
+/// A plan, and the levels of the scene that it draws.
+fn plan_of(
+    graph: &Graph,
+    texts: &Library,
+    scene: &Scene,
+    settings: &Settings,
+    gpu: &Gpu,
+) -> Checked<(Planned, Vec<Arc<Level>>)> {
     let request = Request {
         graph,
         texts,
@@ -131,11 +138,14 @@ fn plan_of(graph: &Graph, texts: &Library, scene: &Scene, settings: &Settings, g
         screen: settings.size,
         outputs: settings.outputs.as_deref(),
         choices: &settings.choices,
+        levels: &[],
         limits: &gpu.limits,
         features: gpu.features,
     };
+    let levels: Vec<Arc<Level>> = tolerances(&request).into_iter().map(|metres| scene.level(metres)).collect();
     let readable = settings.verify || settings.inspect || settings.watch;
-    plan_with(&request, Options { readable, share: !settings.inspect, ..Options::default() })
+    let options = Options { readable, share: !settings.inspect, ..Options::default() };
+    Ok((plan_with(&Request { levels: &levels, ..request }, options)?, levels))
 }
 
 /// A plan on a device, ready for frames.
@@ -206,7 +216,7 @@ impl Session {
             None => scene.assets().hashes,
         };
         let start = Instant::now();
-        let Planned { plan, mut notices } = plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
+        let (Planned { plan, mut notices }, levels) = plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
         let plan_ms = start.elapsed().as_secs_f64() * 1e3;
         // The next frame is most likely the last one again.
         let last = previous.map(|p| p.last.clone()).unwrap_or_default();
@@ -214,7 +224,7 @@ impl Session {
         let (values, more) = frame_values(&scene, &settings, &pose, last.0)?;
         notices.extend(more);
         let earlier = previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)).map(|p| &p.tables);
-        let tables = tables(&scene, &plan, pose, earlier);
+        let tables = tables(&scene, &plan, pose, levels, earlier);
         let began = previous.map_or(0, |p| p.held.frames());
         let mut outside = Outside::new(&plan, hashes, began, &tables.list)?;
         let keys = Keys::of(&plan, settings.without);
@@ -229,7 +239,7 @@ impl Session {
         };
         let held = Held::new(&plan, &keys, &kept, earlier.map(|e| &e.held));
         let memory = earlier.map(|e| e.prepared.pool.taken(&kept)).unwrap_or_default();
-        let assets = scene.assets_with(hashes);
+        let assets = scene.assets_with(hashes, &tables.levels);
         let mut prepared = gpu::prepare_after(gpu, &plan, &assets, &tables.list, &memory)?;
         if settings.watch {
             prepared.watch(gpu)?;
@@ -329,7 +339,8 @@ impl Session {
     fn pose(&mut self, pose: Pose) -> Checked<Option<Vec<Table>>> {
         let mut changed = vec![];
         if !pose.same_tables(&self.tables.pose) {
-            let tables = tables(&self.scene, &self.plan, pose, Some(&self.tables));
+            let levels = self.tables.levels.clone();
+            let tables = tables(&self.scene, &self.plan, pose, levels, Some(&self.tables));
             self.outside.follow(&self.plan, &self.tables.list, &tables.list)?;
             let kept = |t: &Table| self.tables.list.iter().any(|before| before.is_clone(t));
             changed.extend(tables.list.iter().filter(|t| !kept(t)).cloned());
@@ -512,10 +523,10 @@ fn frame_values(scene: &Scene, settings: &Settings, pose: &Pose, index: u32) -> 
 }
 
 /// The tables that the plan's shaders read; of earlier ones of the same scene what is the same.
-fn tables(scene: &Scene, plan: &Plan, pose: Pose, earlier: Option<&Tables>) -> Tables {
+fn tables(scene: &Scene, plan: &Plan, pose: Pose, levels: Vec<Arc<Level>>, earlier: Option<&Tables>) -> Tables {
     let wanted = |name: &str| plan.tables.iter().any(|t| t.table == name);
-    let list = scene.tables_after(&pose, wanted, earlier);
-    Tables { pose, list }
+    let list = scene.tables_after(&pose, wanted, &levels, earlier);
+    Tables { pose, levels, list }
 }
 
 /// The scene of an earlier session, where it is the same.

@@ -69,6 +69,7 @@ fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Vec<Diagnosti
             screen: [640, 480],
             outputs: None,
             choices: &FIRST,
+            levels: &[],
             limits: &limits,
             features,
         };

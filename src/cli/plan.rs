@@ -5,11 +5,10 @@ use super::{Failure, ShaderFolders, notices, print, size};
 use crate::diag::{Checked, Diagnostic};
 use crate::fastest::Policy;
 use crate::plan::build::{Planned, plan};
-use crate::plan::request::{Request, sample_device, sample_facts};
+use crate::plan::request::{Request, sample_device, sample_facts, tolerances};
 use crate::plan::show;
-use crate::scene;
+use crate::scene::{self, Scene};
 use crate::session::Project;
-use crate::value::Values;
 use std::path::{Path, PathBuf};
 
 /// How a plan is printed.
@@ -62,13 +61,10 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         let d = Diagnostic::error("`plan` has no device to measure alternatives on");
         return Err(Failure::Usage(d.help("without it the first of each group is planned; GROUP=PASS plans another")));
     }
-    let facts = match &args.scene {
-        Some(path) => scene::load(path)?.scene.facts(),
-        None => sample_facts(true),
-    };
-    let planned = planned(args, &args.graph, &facts)?;
+    let scene = args.scene.as_deref().map(scene::load).transpose()?.map(|loaded| loaded.scene);
+    let planned = planned(args, &args.graph, scene.as_ref())?;
     if let Some(other) = &args.diff {
-        let other = self::planned(args, other, &facts)?;
+        let other = self::planned(args, other, scene.as_ref())?;
         print(&show::diff(&planned.plan, &other.plan));
         return Ok(0);
     }
@@ -83,18 +79,23 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     Ok(0)
 }
 
-fn planned(args: &Args, graph: &Path, facts: &Values) -> Checked<Planned> {
+/// A plan for a scene, or for one of many sorts of things.
+fn planned(args: &Args, graph: &Path, scene: Option<&Scene>) -> Checked<Planned> {
     let project = Project::open(graph, &args.shaders.folders)?;
     let (limits, features) = sample_device();
-    plan(&Request {
+    let request = Request {
         graph: &project.graph,
         texts: &project.texts,
         params: &project.params(&args.set)?,
-        facts,
+        facts: &scene.map_or_else(|| sample_facts(true), Scene::facts),
         screen: args.size,
         outputs: (!args.outputs.is_empty()).then_some(args.outputs.as_slice()),
         choices: &args.fastest.named(&project.graph)?,
+        levels: &[],
         limits: &limits,
         features,
-    })
+    };
+    let tolerances = tolerances(&request).into_iter();
+    let levels: Vec<_> = tolerances.filter_map(|metres| Some(scene?.level(metres))).collect();
+    plan(&Request { levels: &levels, ..request })
 }

@@ -208,12 +208,14 @@ impl Source<'_> {
         }
         let seen = draw.indirect.map(|i| Ok::<_, Faults>((self.pool.buffer(self.plan, i.buffer)?, i))).transpose()?;
         let draws = seen.map_or([0..0, 0..0], |(_, i)| [0..i.first, i.first..i.first + i.second]);
-        let all = mesh.map_or(0, |m| m.index_count);
-        let split = mesh.map_or(0, |m| m.one_sided);
+        let [begin, split, end] = mesh.map_or([0; 3], |m| {
+            let part = m.part(draw.level);
+            [part.first, part.first + part.one_sided, part.first + part.count]
+        });
         let [one_sided, others] = draws;
         let parts = match rest {
-            None => [Some((first, 0..all, one_sided)), None],
-            Some(rest) => [Some((first, 0..split, one_sided)), Some((rest, split..all, others))],
+            None => [Some((first, begin..end, one_sided)), None],
+            Some(rest) => [Some((first, begin..split, one_sided)), Some((rest, split..end, others))],
         };
         for (part, (pipeline, indices, draws)) in parts.into_iter().flatten().enumerate() {
             if mesh.is_some() && indices.is_empty() {

@@ -267,8 +267,9 @@ fn draw_sizes(draw: &Draw, scene: &SceneData) -> Vec<u32> {
     };
     let Some(mesh) = &scene.mesh else { return words };
     // First index and number of indices.
-    let one_sided = if cull == Cull::Material { mesh.one_sided } else { 0 };
-    let parts = [(0, one_sided), (one_sided, mesh.index_count - one_sided)];
+    let part = mesh.part(draw.level);
+    let one_sided = if cull == Cull::Material { part.one_sided } else { 0 };
+    let parts = [(part.first, one_sided), (part.first + one_sided, part.count - one_sided)];
     for (first, count) in parts.into_iter().skip(usize::from(cull != Cull::Material)) {
         words.extend(draw.members.iter().flat_map(|m| [count, 1, first, 0, m.index]));
     }

@@ -1,10 +1,12 @@
 //! The scene on the device: vertices, indices, tables in the layout that shaders ask for, base-colour textures.
 
 use super::{device::Gpu, scope::scoped};
+use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::tables::pack;
 use crate::plan::{Plan, TableUse};
-use crate::scene::{Assets, Geometry, Table, TextureArray};
+use crate::scene::{Assets, Geometry, Level, Table, TextureArray};
+use std::sync::Arc;
 
 /// The uploaded scene.
 #[derive(Debug)]
@@ -23,8 +25,18 @@ pub(super) struct Mesh {
     pub vertices: wgpu::Buffer,
     /// 32 bits each.
     pub indices: wgpu::Buffer,
-    pub index_count: u32,
-    /// The first so many indices belong to single-sided materials.
+    /// Of the scene as it is.
+    pub whole: Part,
+    /// Of its levels, in the plan's order.
+    pub levels: Vec<Part>,
+}
+
+/// Indices of a mesh.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    pub first: u32,
+    pub count: u32,
+    /// The first so many belong to single-sided materials.
     pub one_sided: u32,
 }
 
@@ -38,7 +50,9 @@ impl SceneData {
     pub(super) fn upload(gpu: &Gpu, plan: &Plan, assets: &Assets<'_>, tables: &[Table]) -> Checked<SceneData> {
         let mut faults = vec![];
         let mut keep = |f: Faults| faults.extend(f.0);
-        let mesh = gpu.kept.meshes.get(&assets.hashes.geometry, || Mesh::upload(gpu, assets.geometry));
+        let tolerances: Vec<u32> = assets.levels.iter().map(|l| l.tolerance.to_bits()).collect();
+        let content = hash(&(assets.hashes.geometry, tolerances));
+        let mesh = gpu.kept.meshes.get(&content, || Mesh::upload(gpu, assets.geometry, assets.levels));
         let mesh = mesh.map_err(&mut keep).ok();
         let views = gpu.kept.textures.get(&assets.hashes.textures, || upload_textures(gpu, assets.textures));
         let views = views.map_err(&mut keep).ok();
@@ -77,20 +91,33 @@ impl SceneData {
 }
 
 impl Mesh {
-    fn upload(gpu: &Gpu, geometry: &Geometry) -> Checked<Option<Mesh>> {
+    fn upload(gpu: &Gpu, geometry: &Geometry, levels: &[Arc<Level>]) -> Checked<Option<Mesh>> {
         if geometry.indices.is_empty() || geometry.vertices.is_empty() {
             return Ok(None);
         }
-        let index_count = u32::try_from(geometry.indices.len())
-            .map_err(|_| Diagnostic::error(format!("{} indices are too many", geometry.indices.len())))?;
+        let mut parts = vec![];
+        let mut end = 0u32;
+        let all = std::iter::once((&geometry.indices, geometry.one_sided));
+        for (indices, one_sided) in all.chain(levels.iter().map(|l| (&l.indices, l.one_sided))) {
+            let many = || Diagnostic::error(format!("{} more indices are too many", indices.len()));
+            let count = u32::try_from(indices.len()).map_err(|_| many())?;
+            parts.push(Part { first: end, count, one_sided: one_sided.min(count) });
+            end = end.checked_add(count).ok_or_else(many)?;
+        }
         let vertices: &[u8] = bytemuck::cast_slice(&geometry.vertices);
-        let indices: &[u8] = bytemuck::cast_slice(&geometry.indices);
+        let lists = std::iter::once(&geometry.indices).chain(levels.iter().map(|l| &l.indices));
+        let lists: Vec<&[u8]> = lists.map(|indices| bytemuck::cast_slice(indices)).collect();
         Ok(Some(Mesh {
-            vertices: buffer(gpu, "vertices", vertices, wgpu::BufferUsages::VERTEX)?,
-            indices: buffer(gpu, "indices", indices, wgpu::BufferUsages::INDEX)?,
-            index_count,
-            one_sided: geometry.one_sided.min(index_count),
+            vertices: buffer(gpu, "vertices", &[vertices], wgpu::BufferUsages::VERTEX)?,
+            indices: buffer(gpu, "indices", &lists, wgpu::BufferUsages::INDEX)?,
+            whole: parts.remove(0),
+            levels: parts,
         }))
+    }
+
+    /// What a draw of this level draws; `None`: of the scene as it is.
+    pub(super) fn part(&self, level: Option<usize>) -> Part {
+        level.and_then(|i| self.levels.get(i)).copied().unwrap_or(self.whole)
     }
 }
 
@@ -109,11 +136,12 @@ fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Checked<wgpu::Buffer> {
             .help("use a smaller scene")
             .into());
     }
-    buffer(gpu, name, bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM)
+    buffer(gpu, name, &[bytes], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM)
 }
 
-fn buffer(gpu: &Gpu, label: &str, bytes: &[u8], usage: wgpu::BufferUsages) -> Checked<wgpu::Buffer> {
-    let (ours, most) = (bytes.len() as u64, gpu.limits.max_buffer_size);
+/// A buffer of one piece of bytes after the other.
+fn buffer(gpu: &Gpu, label: &str, pieces: &[&[u8]], usage: wgpu::BufferUsages) -> Checked<wgpu::Buffer> {
+    let (ours, most) = (pieces.iter().map(|bytes| bytes.len() as u64).sum(), gpu.limits.max_buffer_size);
     if ours > most {
         return Err(Diagnostic::error(format!("the {label} take {ours} bytes, and this device allows {most}"))
             .help("use a smaller scene")
@@ -126,7 +154,11 @@ fn buffer(gpu: &Gpu, label: &str, bytes: &[u8], usage: wgpu::BufferUsages) -> Ch
             usage: usage | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        gpu.queue.write_buffer(&buffer, 0, bytes);
+        let mut at = 0;
+        for bytes in pieces {
+            gpu.queue.write_buffer(&buffer, at, bytes);
+            at += bytes.len() as u64;
+        }
         buffer
     })
 }

@@ -38,6 +38,7 @@ impl Sketch {
                 order: vec![],
                 skipped: vec![],
                 alternatives: vec![],
+                levels: vec![],
                 outputs: vec![],
             },
         }
@@ -184,6 +185,7 @@ impl Sketch {
             indirect: None,
             members: places.iter().enumerate().map(|(i, p)| Member { index: i as u32, place: *p }).collect(),
             views: 1,
+            level: None,
         };
         self.step(name, Action::Draw(draw), bindings)
     }

@@ -139,6 +139,8 @@ pub struct Raster {
     /// What each member sees: a buffer of matrices, or a table of the scene that has them.
     pub frusta: Option<Name>,
     pub cull: Cull,
+    /// How far simplified surfaces may lie off, metres; 0 or `None`: none is simplified.
+    pub tolerance: Option<Expr>,
     /// Targets whose content is kept.
     pub load: Vec<Name>,
     pub clear: Vec<(Name, [f64; 4])>,

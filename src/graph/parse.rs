@@ -255,6 +255,7 @@ impl Reader {
         let culls = [("None", Cull::None), ("Front", Cull::Front), ("Back", Cull::Back), ("Material", Cull::Material)];
         let cull = if geometry { self.word(f.get("cull"), &culls, Cull::Material) } else { Cull::None };
         let frusta = if geometry { f.get("frusta").and_then(|n| self.name(n)) } else { None };
+        let tolerance = if geometry { f.get("tolerance").and_then(|n| self.expr(n)) } else { None };
         let load = self.list(f.get("load")).iter().filter_map(|n| self.name(n)).collect();
         let clear = self.pairs(f.get("clear"), Reader::color);
         let component = |operation| wgpu::BlendComponent {
@@ -281,6 +282,7 @@ impl Reader {
             depth_write,
             frusta,
             cull,
+            tolerance,
             load,
             clear,
             blend,

@@ -6,10 +6,12 @@ use super::order::{Block, Entry, order};
 use super::request::{Request, values};
 use super::sizes::Sizes;
 use super::wire::{Item, any_use, wire};
-use super::{Action, Desc, Plan, Step, StepId, clear_usage, ending, fastest, lint, memory};
+use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, ending, fastest, lint, memory};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::graph::Graph;
-use std::collections::{BTreeSet, HashMap};
+use crate::value::{Value, Values};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeSet;
 
 /// A plan and what the user should know about it.
 #[derive(Debug, Clone)]
@@ -91,7 +93,9 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let alternatives = fastest::needed(&wiring.groups, &needed);
     let items = retain(wiring.items, &needed);
 
-    let expanded = expand(&items, &sizes, &values, &wiring.shaders, (request.limits, request.features), &mut faults);
+    let levels = level_uses(request, &values);
+    let outside = (request.limits, request.features, levels.as_slice());
+    let expanded = expand(&items, &sizes, &values, &wiring.shaders, outside, &mut faults);
     let Expanded { mut resources, mut steps, mut block, mut ids } = expanded;
     let cleared = initial_clears(graph, &items, &wanted, &mut ids, &mut resources, &sizes, &mut steps);
     block = prepend(cleared, block);
@@ -113,6 +117,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
         slots: vec![],
         shaders: wiring.shaders,
         tables: wiring.tables,
+        levels,
         steps,
         order,
         skipped,
@@ -130,6 +135,28 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     ending::decide(&mut plan, request.features);
     let notices = lint::notices(&plan);
     Ok(Planned { plan, notices })
+}
+
+/// What the plan knows of the levels: their clusters stand in the table behind those of the scene itself.
+fn level_uses(request: &Request, values: &Values) -> Vec<LevelUse> {
+    let mut first_cluster = match values.get("clusters") {
+        Some(Value::Uint(n)) => *n,
+        _ => 0,
+    };
+    let mut levels = vec![];
+    for level in request.levels {
+        let clusters = level.clusters.len() as u32;
+        levels.push(LevelUse {
+            tolerance: level.tolerance,
+            error: level.error,
+            triangles: (level.indices.len() / 3) as u32,
+            first_cluster,
+            clusters,
+            one_sided_clusters: level.one_sided_clusters() as u32,
+        });
+        first_cluster += clusters;
+    }
+    levels
 }
 
 fn readable(desc: &mut Desc) {
@@ -187,7 +214,7 @@ fn initial_clears(
     graph: &Graph,
     items: &[Item],
     wanted: &[String],
-    ids: &mut HashMap<String, super::ResourceId>,
+    ids: &mut FxHashMap<String, super::ResourceId>,
     resources: &mut Vec<super::Resource>,
     sizes: &Sizes,
     steps: &mut Vec<Step>,

@@ -114,22 +114,32 @@ impl<'g> Wirer<'g, '_> {
 
 impl Expander<'_, '_> {
     /// Adds the step that fills the draws of these members, and says where they are.
-    pub(super) fn culled(&mut self, w: &Wired, r: &Raster, name: &str, members: &[Member]) -> Option<Indirect> {
+    pub(super) fn culled(
+        &mut self,
+        w: &Wired,
+        r: &Raster,
+        name: &str,
+        (members, level): (&[Member], Option<usize>),
+    ) -> Option<Indirect> {
         let culling = w.culling.as_ref()?;
         let number = |name: &str| match self.values.get(name) {
             Some(Value::Uint(n)) => *n,
             _ => 0,
         };
-        let all = number("clusters");
+        let (first_cluster, all, one_sided, triangles) = match level.and_then(|i| self.levels.get(i)) {
+            Some(l) => (l.first_cluster, l.clusters, l.one_sided_clusters, l.triangles),
+            None => (0, number("clusters"), number("one_sided_clusters"), number("triangles")),
+        };
         // Only there do both sides differ in what draws them.
-        let first = if r.cull == Cull::Material { number("one_sided_clusters").min(all) } else { all };
-        let worthwhile = number("triangles").div_ceil(LEAST_TRIANGLES_A_DRAW).clamp(1, MOST_DRAWS_EACH);
+        let first = if r.cull == Cull::Material { one_sided.min(all) } else { all };
+        let worthwhile = triangles.div_ceil(LEAST_TRIANGLES_A_DRAW).clamp(1, MOST_DRAWS_EACH);
         let parts = [first, all - first].map(|n| (n, n.min(worthwhile)));
         let rows = members.len() as u32;
         let draws = (parts[0].1 + parts[1].1).max(1);
         let buffer = self.draws(name, u64::from(rows) * u64::from(draws) * DRAW_BYTES, &w.pass.span)?;
         let values = [
             ("members", rows),
+            ("first_cluster", first_cluster),
             ("first_member", members.first().map_or(0, |m| m.index)),
             ("first_clusters", parts[0].0),
             ("first_draws", draws - parts[1].1),

@@ -29,6 +29,8 @@ struct Culling {
     members: u32,
     /// The first one's number.
     first_member: u32,
+    /// Of all that it draws.
+    first_cluster: u32,
     /// Clusters that the draws of a member's first part share, and how many draws these are.
     first_clusters: u32,
     first_draws: u32,
@@ -90,7 +92,7 @@ fn cull(
     var first = 0xffffffffu;
     var last = 0u;
     for (var i = begin; i < end; i++) {
-        let c = clusters[i];
+        let c = clusters[culling.first_cluster + i];
         if !known || meets(rows, c.lower, c.upper) {
             first = min(first, c.first);
             last = c.first + c.count;

@@ -50,8 +50,11 @@ impl Expander<'_, '_> {
         }
         let views = self.views(r, &extents)?;
         let members = self.places(w, r, member, (batched, views), &extents)?;
+        let tolerance = request::tolerance(r, self.values);
+        let tolerance = self.keep(tolerance)?;
+        let level = tolerance.and_then(|wanted| self.levels.iter().position(|l| l.tolerance == wanted));
         let indirect = match w.culling {
-            Some(_) => Some(self.culled(w, r, name, &members)?),
+            Some(_) => Some(self.culled(w, r, name, (&members, level))?),
             None => None,
         };
         // The host asks it what the members don't show.
@@ -62,7 +65,7 @@ impl Expander<'_, '_> {
         {
             self.usage(id, How::CopySource);
         }
-        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, indirect, views })
+        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, indirect, views, level })
     }
 
     /// Layers that each member draws to at once: what the adapter can do, and the targets hold.

@@ -5,13 +5,14 @@
 use super::order::{Block, Entry};
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
-use super::{Action, Binding, Desc, Ending, Own, Resource, ResourceId, Step, StepId, TextureKind, Until};
+use super::{Action, Binding, Desc, Ending, LevelUse, Own, Resource, ResourceId, Step, StepId, TextureKind, Until};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
-use std::collections::{BTreeMap, HashMap};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The steps of a plan, in the order of the file.
@@ -20,7 +21,7 @@ pub struct Expanded {
     pub steps: Vec<Step>,
     pub block: Block,
     /// The first resource of each name.
-    pub ids: HashMap<String, ResourceId>,
+    pub ids: FxHashMap<String, ResourceId>,
 }
 
 /// Expands live items.
@@ -29,11 +30,11 @@ pub fn expand(
     sizes: &Sizes,
     values: &Values,
     shaders: &[Arc<Shader>],
-    (limits, features): (&wgpu::Limits, wgpu::Features),
+    (limits, features, levels): (&wgpu::Limits, wgpu::Features, &[LevelUse]),
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
-    let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: HashMap::new() };
-    let mut e = Expander { sizes, values, shaders, limits, features, faults, out, counts: vec![] };
+    let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: FxHashMap::default() };
+    let mut e = Expander { sizes, values, shaders, limits, features, levels, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
     e.out
@@ -46,6 +47,7 @@ pub(super) struct Expander<'a, 'f> {
     pub(super) shaders: &'a [Arc<Shader>],
     pub(super) limits: &'a wgpu::Limits,
     pub(super) features: wgpu::Features,
+    pub(super) levels: &'a [LevelUse],
     pub(super) faults: &'f mut Vec<Diagnostic>,
     pub(super) out: Expanded,
     /// Iterations of the loops around, outermost first.
@@ -141,7 +143,7 @@ impl Expander<'_, '_> {
 
     /// The steps of a pass with the member each belongs to.
     fn pass(&mut self, w: &Wired) -> Vec<(u32, StepId)> {
-        let sets = w.uses.iter().any(|u| matches!(self.sizes.of(&u.resource), Some(Ok(s)) if s.members.is_some()));
+        let sets = w.uses.iter().any(|u| self.sizes.declared(&u.resource).is_some_and(|r| r.members.is_some()));
         let listed = w.bindings.iter().any(|b| matches!(b, Wire::Fixed(Binding::Members)));
         if listed && sets {
             let d = Diagnostic::error(format!("the members of `{}` have resources of their own", w.pass.name.value));
@@ -251,8 +253,9 @@ impl Expander<'_, '_> {
         for name in &w.pass.own {
             if !w.uses.iter().any(|u| u.resource == name.value && u.mode == Mode::Read) {
                 let d = Diagnostic::error(format!("`{}` reads nothing of `{}`", w.pass.name.value, name.value));
-                let read = w.uses.iter().filter(|u| u.mode == Mode::Read).map(|u| u.resource.as_str());
-                self.faults.push(d.at(&name.span, "").nearest(&name.value, read));
+                let read: Vec<&str> =
+                    w.uses.iter().filter(|u| u.mode == Mode::Read).map(|u| u.resource.as_str()).collect();
+                self.faults.push(d.at(&name.span, "").help(format!("what it reads: {}", read.join(", "))));
                 return None;
             }
             let id = self.id(&name.value, 0, &name.span)?;

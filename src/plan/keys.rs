@@ -561,7 +561,7 @@ impl<'p> Gather<'p> {
     }
 
     fn draw(&mut self, draw: &'p Draw) {
-        let Draw { shader, vertex, fragment, geometry, color, depth, members, indirect, views } = draw;
+        let Draw { shader, vertex, fragment, geometry, color, depth, members, indirect, views, level } = draw;
         self.shader(*shader, &(vertex, fragment));
         match geometry {
             Geometry::Scene { cull } => {
@@ -584,6 +584,10 @@ impl<'p> Gather<'p> {
             self.fix(Kind::Extent, "", &(first, second));
         }
         self.fix(Kind::Extent, "", &(members, views));
+        // The rest of a level follows from the scene's triangles.
+        if let Some(level) = level.and_then(|i| self.plan.levels.get(i)) {
+            self.fix(Kind::Extent, "", &level.tolerance.to_bits());
+        }
     }
 
     /// The values in a uniform's bytes. Their places in it are the shader's.

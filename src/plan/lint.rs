@@ -6,12 +6,13 @@ use crate::graph::Graph;
 use crate::graph::ast::{PassKind, ResourceKind, walk};
 use crate::graph::expr::Expr;
 use crate::shader::Library;
-use std::collections::{BTreeSet, HashSet};
+use rustc_hash::FxHashSet;
+use std::collections::BTreeSet;
 
 /// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions.
 pub fn unused<'g>(graph: &'g Graph, library: &Library) -> Vec<Diagnostic> {
-    let mut used: HashSet<&str> = HashSet::new();
-    let mut touched: HashSet<&str> = HashSet::new();
+    let mut used: FxHashSet<&str> = FxHashSet::default();
+    let mut touched: FxHashSet<&str> = FxHashSet::default();
     let mut note = |e: &'g Expr| e.names(&mut |n, _| used.extend([n]));
     graph.lets.iter().chain(&graph.defines).for_each(|(_, e)| note(e));
     for (_, r) in &graph.resources {
@@ -33,7 +34,7 @@ pub fn unused<'g>(graph: &'g Graph, library: &Library) -> Vec<Diagnostic> {
         shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
-                r.layer.iter().chain(&r.views).for_each(&mut note);
+                r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
                 touched.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.as_str()));
             }
             PassKind::Compute { over, .. } => over.exprs().iter().for_each(&mut note),

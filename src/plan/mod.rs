@@ -27,6 +27,7 @@ mod targets;
 #[cfg(test)]
 mod tests;
 pub mod wire;
+mod work;
 
 use crate::shader::{Layout, Shader};
 use crate::value::{Value, Values};
@@ -55,6 +56,8 @@ pub struct Plan {
     pub shaders: Vec<Arc<Shader>>,
     /// Scene tables that shaders read, each in the byte layout one shader expects.
     pub tables: Vec<TableUse>,
+    /// Simplified triangles that draws ask for, in the order in which their clusters stand in the table.
+    pub levels: Vec<LevelUse>,
     pub steps: Vec<Step>,
     /// The order of execution.
     pub order: Vec<Node>,
@@ -265,6 +268,23 @@ pub struct Draw {
     pub indirect: Option<Indirect>,
     /// Layers that each member draws to at once; a member's place is the first of them. 1 without `views`.
     pub views: u32,
+    /// The level of the scene that it draws, by place in [`Plan::levels`]; `None`: the scene as it is.
+    pub level: Option<usize>,
+}
+
+/// Simplified triangles that the plan draws.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelUse {
+    /// Metres; tells the levels of a scene apart.
+    pub tolerance: f32,
+    /// How far off a surface lies, metres.
+    pub error: f32,
+    pub triangles: u32,
+    /// The first of its clusters in the table of them, how many there are, and how many of these are single-sided; those come
+    /// first.
+    pub first_cluster: u32,
+    pub clusters: u32,
+    pub one_sided_clusters: u32,
 }
 
 /// Draws that the device makes up: of each member those of one range after the other of the scene's indices.

@@ -3,11 +3,14 @@
 use super::fastest::Choices;
 use crate::diag::{Checked, Diagnostic, Faults, Span};
 use crate::graph::Graph;
+use crate::graph::ast::{PassKind, Raster, walk};
 use crate::graph::expr::{Expr, Val};
+use crate::scene::Level;
 use crate::shader::Library;
 use crate::value::{Value, Values};
 use glam::UVec2;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Everything a plan depends on. Plain data: no device.
 #[derive(Clone, Copy)]
@@ -24,8 +27,47 @@ pub struct Request<'a> {
     pub outputs: Option<&'a [String]>,
     /// Which alternatives run; see [`super::fastest::FIRST`].
     pub choices: &'a Choices,
+    /// Levels of the scene: those of [`tolerances`]. A draw that finds its own missing draws the scene as it is.
+    pub levels: &'a [Arc<Level>],
     pub limits: &'a wgpu::Limits,
     pub features: wgpu::Features,
+}
+
+/// The tolerances of all draws that run, rising, each once; nothing where a plan will find faults.
+pub fn tolerances(request: &Request) -> Vec<f32> {
+    let Ok(values) = values(request) else { return vec![] };
+    let value = |name: &str| values.get(name).map(|v| Val::from(*v));
+    let mut all = vec![];
+    walk(&request.graph.passes, &mut |pass| {
+        let runs = pass.when.as_ref().is_none_or(|when| when.truth(&value).unwrap_or(false));
+        if let PassKind::Draw(r) = &pass.kind
+            && runs
+            && let Ok(Some(tolerance)) = tolerance(r, &values)
+        {
+            all.push(tolerance);
+        }
+    });
+    all.sort_by(f32::total_cmp);
+    all.dedup();
+    all
+}
+
+/// The tolerance of a draw; `None` for 0 or without one.
+///
+/// # Errors
+/// It is no number of metres.
+pub(super) fn tolerance(r: &Raster, values: &Values) -> Result<Option<f32>, Diagnostic> {
+    let Some(expr) = &r.tolerance else { return Ok(None) };
+    let metres = match expr.eval(&|n| values.get(n).map(|v| Val::from(*v)))? {
+        Val::Int(i) => i as f32,
+        Val::Float(f) => f as f32,
+        _ => return Err(Diagnostic::error("expected a number of metres").at(&expr.span, "")),
+    };
+    if !(metres >= 0.0 && metres.is_finite()) {
+        let d = Diagnostic::error(format!("a tolerance of {metres} metres")).at(&expr.span, "");
+        return Err(d.help("0 draws every triangle, more draws fewer"));
+    }
+    Ok((metres > 0.0).then_some(metres))
 }
 
 /// Parameters, facts, `screen` and lets.

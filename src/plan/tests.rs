@@ -111,6 +111,7 @@ impl Sample {
             screen: [64, 48],
             outputs: None,
             choices,
+            levels: &[],
             limits: &wgpu::Limits::default(),
             features: wgpu::Features::FLOAT32_FILTERABLE,
         };
@@ -132,8 +133,18 @@ fn try_plan(
 ) -> Checked<Plan> {
     let limits = &wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() };
     let features = wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::MULTIVIEW;
-    let request =
-        Request { graph, texts: library, params, facts, screen: [64, 48], outputs, choices: &FIRST, limits, features };
+    let request = Request {
+        graph,
+        texts: library,
+        params,
+        facts,
+        screen: [64, 48],
+        outputs,
+        choices: &FIRST,
+        levels: &[],
+        limits,
+        features,
+    };
     plan_with(&request, options).map(|p| p.plan)
 }
 

@@ -1,12 +1,15 @@
 //! What of a scene stays as it is for as long as it is loaded.
 
-use super::{Geometry, Scene, TextureArray};
+use super::{Geometry, Level, Scene, TextureArray};
 use crate::content::hash;
+use std::sync::Arc;
 
 /// Triangles and textures, with hashes that stand for them.
 #[derive(Debug, Clone, Copy)]
 pub struct Assets<'a> {
     pub geometry: &'a Geometry,
+    /// Simplified triangles that stand beside those of `geometry`.
+    pub levels: &'a [Arc<Level>],
     pub textures: Option<&'a TextureArray>,
     pub hashes: AssetHashes,
 }
@@ -26,7 +29,7 @@ impl<'a> Assets<'a> {
             geometry: hash(&(vertices, &geometry.indices, geometry.one_sided)),
             textures: hash(&textures.map(|t| (t.width, t.height, t.layers, &t.mips))),
         };
-        Assets { geometry, textures, hashes }
+        Assets { geometry, levels: &[], textures, hashes }
     }
 }
 
@@ -36,8 +39,8 @@ impl Scene {
         Assets::new(&self.geometry, self.textures.as_ref())
     }
 
-    /// As [`Scene::assets`], with hashes that are known.
-    pub fn assets_with(&self, hashes: AssetHashes) -> Assets<'_> {
-        Assets { geometry: &self.geometry, textures: self.textures.as_ref(), hashes }
+    /// As [`Scene::assets`], with hashes that are known, and levels of this scene.
+    pub fn assets_with<'a>(&'a self, hashes: AssetHashes, levels: &'a [Arc<Level>]) -> Assets<'a> {
+        Assets { geometry: &self.geometry, levels, textures: self.textures.as_ref(), hashes }
     }
 }

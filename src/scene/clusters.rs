@@ -1,6 +1,6 @@
 //! Clusters: the triangles cut into small compact groups, so that a draw can leave out what a view doesn't show.
 
-use super::{bvh::Tree, geometry::Geometry, model::Bounds};
+use super::{Vertex, bvh::Tree, geometry::Geometry, model::Bounds};
 use glam::Vec3;
 
 /// Triangles of a cluster at most: few enough that a cluster seldom lies half inside a view, many enough that testing it
@@ -21,10 +21,16 @@ pub struct Cluster {
 /// Sorts the triangles into clusters, those of single-sided materials first. The same triangles give the same clusters;
 /// triangles that fit one cluster keep their order.
 pub(super) fn cluster(geometry: &mut Geometry) {
-    let Geometry { vertices, indices, one_sided, .. } = &*geometry;
+    let (indices, clusters) = clustered(&geometry.vertices, &geometry.indices, geometry.one_sided);
+    geometry.indices = indices;
+    geometry.clusters = clusters;
+}
+
+/// The triangles of some indices, of which the first `one_sided` are single-sided, sorted into clusters; and these.
+pub(super) fn clustered(vertices: &[Vertex], indices: &[u32], one_sided: u32) -> (Vec<u32>, Vec<Cluster>) {
     let node = |t: &[u32; 3]| vertices[t[0] as usize].node;
     let (triangles, _) = indices.as_chunks::<3>();
-    let (front, both) = triangles.split_at((*one_sided as usize / 3).min(triangles.len()));
+    let (front, both) = triangles.split_at((one_sided as usize / 3).min(triangles.len()));
     let mut clusters = vec![];
     let mut sorted: Vec<u32> = Vec::with_capacity(indices.len());
     for group in [front, both].into_iter().flat_map(|part| part.chunk_by(|a, b| node(a) == node(b))) {
@@ -41,8 +47,7 @@ pub(super) fn cluster(geometry: &mut Geometry) {
             clusters.push(Cluster { first, count: 3 * count, node: node(&group[0]) });
         }
     }
-    geometry.indices = sorted;
-    geometry.clusters = clusters;
+    (sorted, clusters)
 }
 
 /// The box round a cluster, given the corners of each triangle by its place in [`Geometry::indices`]. It is wider than the

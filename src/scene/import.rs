@@ -52,6 +52,7 @@ pub(super) fn import(
         bounds: Bounds::EMPTY,
         grid: Bounds::EMPTY,
         origin: Vec3::ZERO,
+        levels: Default::default(),
     }
 }
 

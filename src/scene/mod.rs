@@ -5,7 +5,7 @@
 //! [`Scene::camera_values`] at a pose.
 //!
 //! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes and materials of
-//!   them, `attached` lights and cameras, `geometry` the vertices, `clusters` their compact groups, `textures` the base-colour array; `description`
+//!   them, `attached` lights and cameras, `geometry` the vertices, `clusters` their compact groups, `levels` fewer triangles, `textures` the base-colour array; `description`
 //!   reads the scene RON
 //! - `model` holds the scene and its facts; `motion` poses it; `tables`, `corners`, `light_views` and `bvh` fill the shaders'
 //!   tables; `camera` makes the view matrices
@@ -46,6 +46,7 @@ mod description;
 mod document;
 mod geometry;
 mod import;
+mod levels;
 mod light_views;
 mod load;
 mod model;
@@ -59,6 +60,7 @@ pub use assets::{AssetHashes, Assets};
 pub use clusters::{CLUSTER, Cluster};
 pub use corners::{Corners, Held};
 pub use geometry::Geometry;
+pub use levels::{Level, Levels};
 pub use load::{Loaded, from_bytes, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};

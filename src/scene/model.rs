@@ -1,6 +1,6 @@
 //! The scene as plain data, and the facts it states.
 
-use super::{Geometry, TextureArray};
+use super::{Geometry, Levels, TextureArray};
 use crate::value::{Value, Values};
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -27,6 +27,8 @@ pub struct Scene {
     pub grid: Bounds,
     /// What was subtracted from the file's coordinates: not 0 for scenes that lie far from their origin.
     pub origin: Vec3,
+    /// Made of the rest when asked for.
+    pub levels: Levels,
 }
 
 /// A place in the hierarchy: `x_parent = linear · x + translation`.

@@ -1,7 +1,7 @@
 //! The tables shaders read, in world space at a pose.
 
 use super::{
-    Column, TABLES, Table,
+    Column, Level, TABLES, Table,
     bvh::{Bvh, Tree},
     clusters,
     corners::{Corners, Held, normal_matrix},
@@ -19,6 +19,8 @@ const NO_TEXTURE: u32 = u32::MAX;
 #[derive(Debug)]
 pub struct Tables {
     pub pose: Pose,
+    /// Whose clusters follow those of the scene itself.
+    pub levels: Vec<Arc<Level>>,
     pub list: Vec<Table>,
 }
 
@@ -30,18 +32,26 @@ impl Scene {
 
     /// The tables whose names pass, in the order of [`TABLES`]; the others cost nothing.
     pub fn tables_named(&self, pose: &Pose, wanted: impl Fn(&str) -> bool) -> Vec<Table> {
-        self.tables_after(pose, wanted, None)
+        self.tables_after(pose, wanted, &[], None)
     }
 
-    /// As [`Scene::tables_named`]. Of earlier tables of this scene those are taken that are the same still.
-    pub fn tables_after(&self, pose: &Pose, wanted: impl Fn(&str) -> bool, earlier: Option<&Tables>) -> Vec<Table> {
+    /// As [`Scene::tables_named`], with the clusters of levels of this scene. Of earlier tables of this scene those are taken
+    /// that are the same still.
+    pub fn tables_after(
+        &self,
+        pose: &Pose,
+        wanted: impl Fn(&str) -> bool,
+        levels: &[Arc<Level>],
+        earlier: Option<&Tables>,
+    ) -> Vec<Table> {
         let kept = |name: &str| {
-            let Tables { pose: before, list } = earlier?;
+            let Tables { pose: before, levels: beside, list } = earlier?;
             let (nodes, lights) = (before.nodes == pose.nodes, before.lights == pose.lights);
             let same = match name {
                 "materials" => true,
                 "lights" => lights,
                 "light_views" => nodes && lights,
+                "clusters" => nodes && *beside == levels,
                 _ => nodes,
             };
             list.iter().find(|t| same && t.name == name).cloned()
@@ -59,7 +69,7 @@ impl Scene {
                 let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world));
                 Some(if name == "bvh" { bvh.clone() } else { triangles.clone() })
             }
-            "clusters" => Some(self.cluster_table(corners)),
+            "clusters" => Some(self.cluster_table(&world, levels)),
             "emitters" => Some(self.emitter_table(corners)),
             _ => None,
         };
@@ -113,9 +123,16 @@ impl Scene {
         }
     }
 
-    fn cluster_table(&self, corners: impl Fn(usize) -> [Vec3; 3]) -> Table {
-        let clusters = &self.geometry.clusters;
-        let bounds: Vec<_> = clusters.iter().map(|c| clusters::bounds(c, &corners)).collect();
+    fn cluster_table(&self, world: &World<'_>, levels: &[Arc<Level>]) -> Table {
+        let geometry = &self.geometry;
+        let own = (geometry.indices.as_slice(), geometry.clusters.as_slice());
+        let lists = std::iter::once(own).chain(levels.iter().map(|l| (l.indices.as_slice(), l.clusters.as_slice())));
+        let (mut clusters, mut bounds, mut before) = (vec![], vec![], 0);
+        for (indices, list) in lists {
+            bounds.extend(list.iter().map(|c| clusters::bounds(c, |triangle| world.corners_of(indices, triangle))));
+            clusters.extend(list.iter().map(|c| clusters::Cluster { first: before + c.first, ..*c }));
+            before += indices.len() as u32;
+        }
         Table {
             name: "clusters",
             rows: clusters.len(),
@@ -193,8 +210,13 @@ impl World<'_> {
 
     /// The corners of a triangle by its place in the scene's indices.
     fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.corners_of(&self.scene.geometry.indices, triangle)
+    }
+
+    /// The same of other indices.
+    fn corners_of(&self, indices: &[u32], triangle: usize) -> [Vec3; 3] {
         let i = 3 * triangle;
-        [i, i + 1, i + 2].map(|i| self.position(self.scene.geometry.indices[i] as usize))
+        [i, i + 1, i + 2].map(|i| self.position(indices[i] as usize))
     }
 
     fn position(&self, vertex: usize) -> Vec3 {

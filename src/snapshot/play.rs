@@ -98,6 +98,7 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
         screen: now.size,
         outputs: None,
         choices: &FIRST,
+        levels: &[],
         limits: &limits,
         features,
     })?;

@@ -121,6 +121,7 @@ fn sharing_and_order_leave_no_trace() {
         screen: [48, 48],
         outputs: None,
         choices: &FIRST,
+        levels: &[],
         limits: &device.limits,
         features: device.features,
     };

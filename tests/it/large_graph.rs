@@ -98,6 +98,7 @@ fn a_thousand_passes_are_planned_at_once() {
             screen: [640, 480],
             outputs: None,
             choices: &FIRST,
+            levels: &[],
             limits: &wgpu::Limits::default(),
             features: wgpu::Features::FLOAT32_FILTERABLE,
         })

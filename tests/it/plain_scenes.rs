@@ -30,6 +30,7 @@ fn planned(project: &Project, facts: &[(&str, u32)], set: &[String]) -> Plan {
         screen: [640, 480],
         outputs: Some(&["color".to_string()]),
         choices: &FIRST,
+        levels: &[],
         limits: &limits,
         features,
     };

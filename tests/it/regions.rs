@@ -93,6 +93,22 @@ fn only_faces_that_were_captured_again_are_lit_again() {
     );
 }
 
+/// Simplified triangles move with their nodes as all others do.
+#[test]
+fn an_object_of_fewer_triangles_is_captured_again_in_the_same_way() {
+    let gpu = &device::gpu();
+    let set = ["grid=2", "face=8", "bounces=1", "shadow_size=256", "capture_tolerance=0.02"];
+    let mut s = session(gpu, "uniform_grid.ron", "hall.ron", &set);
+    let level = s.plan.levels[0];
+    assert!(level.triangles > 0 && level.triangles as usize * 3 < s.scene.geometry.indices.len(), "{level:?}");
+    let ball = node(&s, "ball");
+    frame(gpu, &mut s, &[]);
+    for i in 1..3 {
+        frame(gpu, &mut s, &[(ball, Vec3::new(0.1 * i as f32, 0.0, 0.0))]);
+        assert!(members(&s, "capture").is_some_and(|(some, all)| some > 0 && some < all));
+    }
+}
+
 /// The tiles of a pass over the screen are members too.
 #[test]
 fn a_screen_pass_draws_again_only_the_tiles_whose_source_changed() {

@@ -54,6 +54,7 @@ fn with_request<T>(
         screen: [640, 480],
         outputs,
         choices,
+        levels: &[],
         limits: &limits,
         features,
     })

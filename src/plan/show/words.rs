@@ -116,6 +116,10 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
     if d.color.iter().any(|c| c.blend.is_some()) {
         words.push("blends".into());
     }
+    if let Some(level) = d.level.and_then(|i| plan.levels.get(i)) {
+        let all = plan.value("triangles").map_or(String::new(), |n| format!(" of {n}"));
+        words.push(format!("{}{all} triangles, within {} m", level.triangles, level.tolerance));
+    }
     if let Geometry::Scene { cull } = d.geometry
         && cull != Cull::Material
     {

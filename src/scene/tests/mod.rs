@@ -3,6 +3,7 @@
 mod bad_input;
 mod files;
 mod fixture;
+mod levels;
 mod meshes;
 mod motion;
 mod rays;

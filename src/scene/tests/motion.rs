@@ -150,7 +150,7 @@ fn tables_that_a_move_leaves_alone_are_those_of_before() {
     let mut f = Fixture::quad();
     f.light(json!({"name": "lamp", "translation": [0, 0, 2]}), json!({"type": "point", "intensity": 1}));
     let scene = f.scene();
-    let earlier = Tables { pose: scene.pose(0.0), list: scene.tables(&scene.pose(0.0)) };
+    let earlier = Tables { pose: scene.pose(0.0), levels: vec![], list: scene.tables(&scene.pose(0.0)) };
     let lights = scene.pose_shifted(0.0, &Shift { lights: Vec3::X, ..Shift::default() });
     let mut nodes = scene.pose(0.0);
     nodes.nodes[0] = Mat4::from_translation(Vec3::Y);
@@ -159,7 +159,7 @@ fn tables_that_a_move_leaves_alone_are_those_of_before() {
         (&lights, vec!["lights", "light_views"]),
         (&nodes, vec!["nodes", "light_views", "triangles", "bvh", "clusters", "emitters"]),
     ] {
-        let found = scene.tables_after(pose, |_| true, Some(&earlier));
+        let found = scene.tables_after(pose, |_| true, &[], Some(&earlier));
         assert_eq!(found, scene.tables(pose), "what is kept is what would be made");
         let kept = |t: &Table| earlier.list.iter().any(|e| e.is_clone(t));
         assert_eq!(found.iter().filter(|t| !kept(t)).map(|t| t.name).collect::<Vec<_>>(), expected);
