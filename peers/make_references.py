@@ -1,9 +1,10 @@
 """Makes the reference images of tests/references with Mitsuba, and their manifest references.json.
 
-    peers/run.sh make_references.py [SCENE[:CAMERA]…] [--check] [--out FOLDER]
+    peers/run.sh make_references.py [SCENE[:CAMERA]…] [--check | --errors] [--out FOLDER]
 
 Without names: every reference of the table below. `--check` writes nothing: it renders the named references anew with
 few samples and another seed, and exits with 1 where the files differ by more than the noise of both explains.
+`--errors` makes the images of standard errors alone, of all that the manifest lists.
 """
 
 import argparse
@@ -22,6 +23,10 @@ ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "tests/references"
 SIZE = 128
 SEED = 1
+# Pixels along a side of the blocks whose means have a standard error in a file.
+BLOCK = 8
+# Samples that such an error is told from, at most.
+ERROR_SAMPLES = 256
 # Images with fewer bounces get this share of the samples.
 SHARE_OF_BOUNCE_IMAGES = 4
 BOUNCES = (1, 2, 3)
@@ -46,11 +51,17 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("names", nargs="*", metavar="SCENE[:CAMERA]")
     parser.add_argument("--check", action="store_true")
+    parser.add_argument("--errors", action="store_true")
     parser.add_argument("--out", type=Path, default=FOLDER)
     args = parser.parse_args()
     if args.check:
         chosen = [e for e in manifest(args.out) if asked(args.names, e["scene"], e["camera"])]
         sys.exit(0 if all([check(e, args.out) for e in chosen]) else 1)
+    if args.errors:
+        for e in manifest(args.out):
+            if "files" in e and asked(args.names, e["scene"], e["camera"]):
+                enter(args.out, e | {"errors": block_errors(e, args.out)})
+        return
     args.out.mkdir(parents=True, exist_ok=True)
     for scene, camera, samples in REFERENCES:
         if asked(args.names, scene, camera):
@@ -97,8 +108,7 @@ def make(scene, camera, samples, folder):
         files[name] = f"{stem}_{name}.exr"
         about = f"{scene}, camera {camera}: {name}, Mitsuba {version('mitsuba')}, {counts[name]} samples, seed {SEED}"
         image_files.write(folder / files[name], image.reshape(tracer.shape), about, image_files.HALF)
-    print(f"{stem}: indirect ± {errors['indirect']:.2f} %, {time.time() - start:.0f} s", flush=True)
-    return {
+    entry = {
         "scene": scene,
         "camera": camera,
         "size": [SIZE, SIZE],
@@ -109,6 +119,32 @@ def make(scene, camera, samples, folder):
         "samples": counts,
         "stderr_percent": errors,
     }
+    entry["errors"] = block_errors(entry, folder)
+    print(f"{stem}: indirect ± {errors['indirect']:.2f} %, {time.time() - start:.0f} s", flush=True)
+    return entry
+
+
+def block_errors(entry, folder):
+    """Standard errors of an entry's indirect light, in an image a quantity: a pixel is a block of BLOCK × BLOCK, its
+    value that of the mean over the block and the three channels. Told from fewer samples of another seed, so that what
+    chance does to an image does not show in its error; files by quantity."""
+    height, width = entry["size"]
+    tracer = light.Tracer(gltf.load(ROOT / "scenes" / entry["scene"]), entry["camera"], width, height)
+    files = {}
+    for name, depth in [("indirect", light.ALL)] + [(f"b{n}_indirect", n + 2) for n in BOUNCES]:
+        samples = min(entry["samples"][name], ERROR_SAMPLES)
+        parts, _ = light.passes(tracer, depth, samples, SEED + 55_555 + depth)
+        if not np.any(parts):
+            continue
+        pixels = light.standard_error([part.mean(axis=1) for part in parts])
+        pixels *= np.sqrt(samples / entry["samples"][name])
+        # Pixels are independent of each other.
+        blocks = (pixels**2).reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK).sum(axis=(1, 3))
+        image = np.repeat(np.sqrt(blocks)[:, :, None] / BLOCK**2, 3, axis=2)
+        files[name] = entry["files"][name].replace(".exr", "_error.exr")
+        about = f"standard errors of the means over {BLOCK} × {BLOCK} pixels of {entry['files'][name]}, from {samples} samples"
+        image_files.write(folder / files[name], image, about)
+    return files
 
 
 def percent(error, mean):

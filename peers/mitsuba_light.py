@@ -59,16 +59,26 @@ class Tracer:
         return mi.RayDifferential3f(mi.Ray3f(mi.Point3f(self.origin), mi.Vector3f(each.T)))
 
 
-def mean_and_error(tracer, depth, samples, seed, passes=16):
-    """Light of all bounces after the first, in `passes` independent parts: the mean, its standard error pixel by pixel,
-    and the direct light."""
-    each = max(samples // passes, 1)
+def mean_and_error(tracer, depth, samples, seed):
+    """Light of all bounces after the first: the mean, its standard error pixel by pixel, and the direct light."""
+    parts, directs = passes(tracer, depth, samples, seed)
+    return np.mean(parts, axis=0), standard_error(parts), np.mean(directs, axis=0)
+
+
+def standard_error(parts):
+    """Of the mean of independent parts."""
+    return np.std(parts, axis=0, ddof=1) / np.sqrt(len(parts))
+
+
+def passes(tracer, depth, samples, seed, count=16):
+    """Light of all bounces after the first, and the direct light, in `count` independent parts each."""
+    each = max(samples // count, 1)
     parts, directs = [], []
-    for k in range(passes):
+    for k in range(count):
         stream = seed + k * 1_000_003
         # Of one stream the direct light is the same in both, so the difference has the noise of the bounces alone.
         if k == 0 or not tracer.direct_is_exact:
             direct = tracer.radiance(2, 1 if tracer.direct_is_exact else each, stream)
         directs.append(direct)
         parts.append(tracer.radiance(depth, each, stream) - direct)
-    return np.mean(parts, axis=0), np.std(parts, axis=0, ddof=1) / np.sqrt(passes), np.mean(directs, axis=0)
+    return parts, directs

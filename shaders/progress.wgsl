@@ -37,6 +37,9 @@ fn main() {
     for (var i = 0u; i < arrayLength(&materials); i++) {
         let m = materials[i];
         hash = add(add(add(hash, m.base_color.rgb), m.emission), vec3f(m.specular, m.shininess, 0.0));
+#ifdef GGX
+        hash = add(hash, vec3f(m.roughness, m.metallic, 0.0));
+#endif
     }
     hash = add_matrix(hash, view.camera_view_projection);
     hash = scramble(view.screen.x + scramble(view.screen.y + hash));

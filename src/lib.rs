@@ -8,7 +8,7 @@
 //! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
 //! ```
 //!
-//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again
+//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again, `parallel` works on all cores
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, names
 //! - [`shader`]: composition, bindings, reflection, byte layouts
@@ -58,6 +58,7 @@ pub mod gpu;
 pub mod graph;
 pub mod image;
 pub mod math;
+mod parallel;
 pub mod plan;
 mod recent;
 pub mod reload;

@@ -1,97 +1,118 @@
 //! What surfaces reflect, as a matte share and up to three glossy lobes: radiance towards the viewer over radiance from a
-//! direction, times the cosine, is matte/pi * cos + tints * lobes.
+//! direction, times the cosine, is matte/pi * cos + tints * lobes. And directions drawn in proportion to lobes.
 //!
 //! A lobe depends on the surface's shape and finish, not on its colour, and on a direction only through its angles
 //! to the normal and the plane of incidence; so the harmonics of lobes can be kept in a table (`lobe_table`).
-//! Without GGX: Phong's lobe. With GGX: glTF's metallic-roughness model.
+//! Without GGX: Phong's lobe. With GGX: glTF's (`metallic_roughness`); with PHONG, too, Phong's where a material has it.
 #define_import_path lightgraph::gloss
 #import lightgraph::surface::Surface
-
+#import lightgraph::sampling::lobe_direction
 #ifdef GGX
-/// Reflectance of a surface that is no metal, seen head on.
-const DIELECTRIC: f32 = 0.04;
-/// Least width of the distribution of normals: a lobe four degrees wide.
-const SHARPEST: f32 = 0.02;
-/// Lobes that `lobes` gives.
-const LOBES: u32 = 3u;
+#import lightgraph::metallic_roughness
+#endif
 
-/// Albedo of the matte share: of what is no metal, what the lobe does not reflect.
-fn matte(s: Surface) -> vec3f {
-    return (1.0 - s.metallic) * (1.0 - DIELECTRIC) * s.albedo;
-}
-
-/// Reflectance head on for the first lobe, what is missing to 1 for the second; the third is what the second takes from
-/// the matte share.
-fn tints(s: Surface) -> mat3x3f {
-    let head_on = mix(vec3f(DIELECTRIC), s.albedo, s.metallic);
-    return mat3x3f(head_on, 1.0 - head_on, -matte(s));
-}
-
-/// The lobes of microfacets (Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007): as if they
-/// reflected all; times Schlick's (1 - cos)^5; and a matte surface times that.
-fn lobes(s: Surface, direction: vec3f) -> vec3f {
-    let incoming = dot(s.normal, direction);
-    let outgoing = max(dot(s.normal, s.view), 1e-4);
-    if incoming <= 0.0 {
-        return vec3f(0.0);
-    }
-    let half = normalize(direction + s.view);
-    let width = max(s.roughness * s.roughness, SHARPEST);
-    let square = width * width;
-    let up = dot(s.normal, half);
-    let spread = up * up * (square - 1.0) + 1.0;
-    let facets = square / (3.14159265359 * spread * spread);
-    let lobe = facets * unshadowed(incoming, square) * unshadowed(outgoing, square) / (4.0 * outgoing);
-    let edge = pow(clamp(1.0 - dot(s.view, half), 0.0, 1.0), 5.0);
-    return vec3f(lobe, lobe * edge, edge * incoming / 3.14159265359);
-}
-
-/// Smith's share of facets that others don't hide at this cosine.
-fn unshadowed(cosine: f32, square: f32) -> f32 {
-    let tangent = (1.0 - cosine * cosine) / (cosine * cosine);
-    return 2.0 / (1.0 + sqrt(1.0 + square * max(tangent, 0.0)));
-}
-
-/// Whether a surface has lobes.
-fn shines(s: Surface) -> bool {
-    return true;
-}
-
-/// The surface whose lobes harmonics up to degree `order` hold: this one; what they don't hold of sharper lobes is lost.
-fn held(s: Surface, order: u32) -> Surface {
-    return s;
-}
+/// Whether a surface's lobe is Phong's.
+fn is_phong(s: Surface) -> bool {
+#ifdef GGX
+#ifdef PHONG
+    return s.specular > 0.0;
 #else
-const LOBES: u32 = 1u;
+    return false;
+#endif
+#else
+    return true;
+#endif
+}
 
+/// Albedo of the matte share.
 fn matte(s: Surface) -> vec3f {
+#ifdef GGX
+    if !is_phong(s) {
+        return metallic_roughness::matte(s);
+    }
+#endif
     return s.albedo;
 }
 
-/// Phong's strength.
+/// How much each lobe counts, a column each. Of Phong's: its strength.
 fn tints(s: Surface) -> mat3x3f {
+#ifdef GGX
+    if !is_phong(s) {
+        return metallic_roughness::tints(s);
+    }
+#endif
     return mat3x3f(vec3f(s.specular), vec3f(0.0), vec3f(0.0));
 }
 
-/// Phong's (n + 1)/(2 pi) * cos(alpha)^n, where alpha is the angle to the mirror direction. Nothing comes from behind.
+/// The lobes of a surface. Nothing comes from behind.
 fn lobes(s: Surface, direction: vec3f) -> vec3f {
     if dot(s.normal, direction) <= 0.0 {
         return vec3f(0.0);
     }
-    let cosine = dot(reflect(-s.view, s.normal), direction);
-    return vec3f((s.shininess + 1.0) / 6.28318530718 * pow(max(cosine, 1e-6), s.shininess), 0.0, 0.0);
+#ifdef GGX
+    if !is_phong(s) {
+        return metallic_roughness::lobes(s, direction);
+    }
+#endif
+    return vec3f(phong_lobe(s, direction), 0.0, 0.0);
 }
 
-/// Whether a surface has a lobe.
+/// Phong's (n + 1)/(2 pi) * cos(alpha)^n, where alpha is the angle to the mirror direction.
+fn phong_lobe(s: Surface, direction: vec3f) -> f32 {
+    let cosine = dot(reflect(-s.view, s.normal), direction);
+    return (s.shininess + 1.0) / 6.28318530718 * pow(max(cosine, 1e-6), s.shininess);
+}
+
+/// How often to draw from the lobes rather than evenly: their share of what the surface reflects, about.
+fn lobe_share(s: Surface) -> f32 {
+#ifdef GGX
+    if !is_phong(s) {
+        return metallic_roughness::lobe_share(s);
+    }
+#endif
+    let diffuse = max(max(s.albedo.r, s.albedo.g), s.albedo.b);
+    return select(0.0, s.specular / (s.specular + diffuse), s.specular > 0.0);
+}
+
+/// A direction drawn from the first lobe; it may lie below the surface.
+fn draw_lobe(s: Surface, u: vec2f) -> vec3f {
+#ifdef GGX
+    if !is_phong(s) {
+        return metallic_roughness::draw_lobe(s, u);
+    }
+#endif
+    return lobe_direction(reflect(-s.view, s.normal), s.shininess, u);
+}
+
+/// The density with which `draw_lobe` draws a direction above the surface, in 1/sr.
+fn draw_density(s: Surface, direction: vec3f) -> f32 {
+#ifdef GGX
+    if !is_phong(s) {
+        return metallic_roughness::draw_density(s, direction);
+    }
+#endif
+    return phong_lobe(s, direction);
+}
+
+/// Whether a surface has lobes.
 fn shines(s: Surface) -> bool {
+#ifdef GGX
+    if !is_phong(s) {
+        return metallic_roughness::shines(s);
+    }
+#endif
     return s.specular > 0.0;
 }
 
-/// The surface whose lobe harmonics up to degree `order` hold: 99 % of the square of a lobe of exponent n where
-/// (order + 1)² = 5 n. Sharper ones are widened, which rings less than cutting degrees off.
+/// The surface whose lobes a table of harmonics up to degree `order` holds. Of Phong's, 99 % of the square of a lobe of
+/// exponent n where (order + 1)² = 5 n. Sharper ones are widened, which rings less than cutting degrees off. Of glTF's, this
+/// one, but for lobes so narrow that the table's sums would miss them; what harmonics don't hold of them is lost.
 fn held(s: Surface, order: u32) -> Surface {
     var wider = s;
     wider.shininess = min(s.shininess, f32((order + 1u) * (order + 1u)) / 5.0);
+#ifdef GGX
+    // Four degrees.
+    wider.roughness = max(s.roughness, 0.1414);
+#endif
     return wider;
 }
-#endif

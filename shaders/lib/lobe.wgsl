@@ -1,8 +1,8 @@
-//! Reflection of light from single directions; `scatter` and its density are those of Lambert's and Phong's lobes.
+//! Reflection of light from single directions, and directions drawn in proportion to it.
 #define_import_path lightgraph::lobe
 #import lightgraph::surface::Surface
-#import lightgraph::gloss::{lobes, matte, tints}
-#import lightgraph::sampling::{cosine_direction, lobe_direction}
+#import lightgraph::gloss::{lobes, matte, tints, lobe_share, draw_lobe, draw_density}
+#import lightgraph::sampling::cosine_direction
 
 /// Radiance towards the viewer over radiance from the unit `direction`, times the cosine, in 1/sr: Lambert's
 /// albedo/pi * cos(theta), and the lobes of `gloss`. Nothing comes from behind.
@@ -18,30 +18,25 @@ fn reflectance(s: Surface, direction: vec3f) -> vec3f {
     return sum;
 }
 
-/// How often `scatter` takes the Phong lobe.
-fn gloss_share(s: Surface) -> f32 {
-#ifdef SPECULAR
-    let diffuse = max(max(s.albedo.r, s.albedo.g), s.albedo.b);
-    return select(0.0, s.specular / (s.specular + diffuse), s.specular > 0.0);
-#else
-    return 0.0;
-#endif
-}
-
-/// A direction drawn in proportion to the two lobes, from a number that chooses one and a pair for it.
+/// A direction drawn about in proportion to `reflectance`, from a number that chooses between Lambert's lobe and the
+/// surface's own, and a pair for it.
 fn scatter(s: Surface, choice: f32, u: vec2f) -> vec3f {
-    if choice < gloss_share(s) {
-        return lobe_direction(reflect(-s.view, s.normal), s.shininess, u);
+#ifdef SPECULAR
+    if choice < lobe_share(s) {
+        return draw_lobe(s, u);
     }
+#endif
     return cosine_direction(s.normal, u);
 }
 
 /// The density with which `scatter` draws a direction on the normal's side, in 1/sr.
 fn scatter_density(s: Surface, direction: vec3f) -> f32 {
     let cosine = max(dot(s.normal, direction), 0.0);
+    var density = cosine / 3.14159265359;
 #ifdef SPECULAR
-    return mix(cosine / 3.14159265359, lobes(s, direction).x, gloss_share(s));
-#else
-    return cosine / 3.14159265359;
+    if cosine > 0.0 {
+        density = mix(density, draw_density(s, direction), lobe_share(s));
+    }
 #endif
+    return density;
 }

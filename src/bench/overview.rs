@@ -5,8 +5,11 @@ use super::report::{METRICS, View, of, round, views};
 use super::results::{Entry, Phase, Results};
 use serde_json::{Map, Value, json};
 
-/// Errors below this, in percent, count as it: a product with 0 would forget the other scenes.
-const LEAST: f64 = 1e-3;
+/// Errors below this count as it, so that a scene that some graphs solve exactly does not outweigh all others: a hundredth of
+/// the mean, for errors in percent of it, or of FLIP's range.
+fn least(metric: &str) -> f64 {
+    if metric == "flip" { 0.01 } else { 1.0 }
+}
 
 /// The results of all scenes as those of one more: each graph at each setting that every scene with a reference for
 /// `output` has. Scenes with less than half the entries of another, of which only a few things were asked, don't count.
@@ -25,7 +28,7 @@ pub fn overview(results: &Results, output: &str) -> Option<Value> {
     let mut fronts = Map::new();
     for phase in Phase::ALL {
         for (name, metric) in METRICS {
-            let error = |set: &[&Entry]| mean_of(set, |e| metric(e.score(output, phase)?).map(|v| v.max(LEAST)));
+            let error = |set: &[&Entry]| mean_of(set, |e| metric(e.score(output, phase)?).map(|v| v.max(least(name))));
             let point = |set: &Vec<&Entry>| {
                 let own = set.iter().all(|e| e.peer.is_none());
                 time(set, phase).filter(|_| own).zip(error(set)).unwrap_or((f64::NAN, f64::NAN))
@@ -38,7 +41,7 @@ pub fn overview(results: &Results, output: &str) -> Option<Value> {
     let count = scenes.len();
     Some(json!({
         "name": "", "label": format!("{count} scenes"), "noise": {}, "entries": entries, "fronts": fronts, "pictures": [],
-        "origin": "geometric means of times and errors over all scenes and cameras with one; bias is an arithmetic mean",
+        "origin": "geometric means of times and errors over all scenes and cameras with one, errors below 1 % as 1 %; bias is an arithmetic mean",
     }))
 }
 
@@ -51,7 +54,7 @@ fn entry(set: &[&Entry], output: &str) -> Option<Value> {
         }
         let mut numbers = Map::new();
         for (name, metric) in METRICS {
-            let error = mean_of(set, |e| metric(e.score(output, phase)?).map(|v| v.max(LEAST)));
+            let error = mean_of(set, |e| metric(e.score(output, phase)?).map(|v| v.max(least(name))));
             numbers.insert(name.into(), json!(error.map(round)));
         }
         let bias: f64 = set.iter().filter_map(|e| Some(e.score(output, phase)?.metrics.bias_percent)).sum();

@@ -4,7 +4,8 @@
 //!
 //! ```json
 //! [{"scene": "cornell_point", "camera": "cam", "renderer": "Mitsuba", "version": "3.9.1",
-//!   "stderr_percent": {"indirect": 1.1}, "files": {"indirect": "cornell_point_indirect.exr", "normal": "…"}},
+//!   "stderr_percent": {"indirect": 1.1}, "files": {"indirect": "cornell_point_indirect.exr", "normal": "…"},
+//!   "errors": {"indirect": "cornell_point_indirect_error.exr"}},
 //!  {"scene": "furnace", "camera": "inside", "exact": {"indirect": 1.0}}]
 //! ```
 //!
@@ -53,6 +54,9 @@ pub struct Listed {
     /// Images by quantity.
     #[serde(default)]
     pub files: BTreeMap<String, String>,
+    /// Images of standard errors by quantity: a pixel for each block of the quantity's image, of the mean over it.
+    #[serde(default)]
+    pub errors: BTreeMap<String, String>,
     /// Radiance that holds in every pixel, by quantity.
     #[serde(default)]
     pub exact: BTreeMap<String, f64>,

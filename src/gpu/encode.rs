@@ -129,16 +129,16 @@ impl Source<'_> {
             let desc = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes: Some(times) };
             return dispatch(&mut record.encoder().begin_compute_pass(&desc));
         }
+        if let Some(pair) = run.pair.filter(|p| !p.begun) {
+            record.stamp(&pair.set, pair.begin);
+        }
         let pass = record.compute();
         pass.push_debug_group(name);
-        if let Some(pair) = run.pair {
-            pass.write_timestamp(&pair.set, pair.begin);
-        }
         dispatch(pass);
-        if let Some(pair) = run.pair {
-            pass.write_timestamp(&pair.set, pair.end);
-        }
         pass.pop_debug_group();
+        if let Some(pair) = run.pair {
+            record.stamp(&pair.set, pair.end);
+        }
     }
 
     fn draw(

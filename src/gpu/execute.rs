@@ -250,14 +250,16 @@ impl Walk<'_> {
         }
         // Handing over is no encoding: a software driver works meanwhile.
         let start = Instant::now();
-        let in_pass = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
-            Some(Action::Draw(_) | Action::Compute { .. }) => true,
-            Some(Action::Copy { .. } | Action::Clear { .. }) | None => false,
+        let (in_pass, dispatches) = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
+            Some(Action::Compute { .. }) => (true, true),
+            Some(Action::Draw(_)) => (true, false),
+            Some(Action::Copy { .. } | Action::Clear { .. }) | None => (false, false),
         };
         if self.times.get(id.0).is_some_and(Option::is_none) {
             self.reports.clear(&mut self.record, id);
         }
-        let pair = self.timer.pair(gpu, id, in_pass);
+        let follows = dispatches && self.record.stamped();
+        let pair = self.timer.pair(gpu, id, in_pass, follows);
         let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, only };
         self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
         if let Some(watch) = &mut self.watch {

@@ -2,14 +2,12 @@
 
 use super::{bindings::layout_entries, device::Gpu, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
+use crate::parallel;
 use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, Geometry, Plan, Step};
 use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
 use crate::shader::{Entry, Shader, Stage};
 use std::num::NonZeroU32;
-use std::sync::{
-    Arc, PoisonError,
-    atomic::{AtomicUsize, Ordering},
-};
+use std::sync::{Arc, PoisonError};
 
 /// The vertex stage of a pass that covers its target: one triangle, nearest in depth.
 const SCREEN: &str = "@vertex fn screen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
@@ -380,31 +378,9 @@ fn in_parallel<T: Send>(
     numbers: impl IntoIterator<Item = usize>,
     work: impl Fn(usize) -> Checked<T> + Sync,
 ) -> Checked<Vec<T>> {
-    let numbers: Vec<usize> = numbers.into_iter().collect();
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(numbers.len());
-    let next = AtomicUsize::new(0);
-    let run = || {
-        let mut done = vec![];
-        while let Some(number) = numbers.get(next.fetch_add(1, Ordering::Relaxed)) {
-            done.push((*number, work(*number)));
-        }
-        done
-    };
-    let mut done = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(run)).collect();
-        let mut done = run();
-        for other in others {
-            match other.join() {
-                Ok(more) => done.extend(more),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        done
-    });
-    done.sort_by_key(|(number, _)| *number);
     let mut faults = vec![];
     let mut out = vec![];
-    for (_, result) in done {
+    for result in parallel::each(numbers, work) {
         match result {
             Ok(value) => out.push(value),
             Err(f) => faults.extend(f.0),

@@ -11,16 +11,19 @@ pub(super) struct Record<'a> {
     // Before the encoder, which nothing may end while a pass is open.
     pass: Option<wgpu::ComputePass<'static>>,
     open: Option<(wgpu::CommandEncoder, Scope<'a>)>,
+    /// The last command in the shared pass is a timestamp.
+    stamped: bool,
 }
 
 impl<'a> Record<'a> {
     pub(super) fn new(gpu: &'a Gpu) -> Record<'a> {
-        Record { gpu, pass: None, open: None }
+        Record { gpu, pass: None, open: None, stamped: false }
     }
 
     /// The encoder in use, or a new one; a shared pass ends.
     pub(super) fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
         self.pass = None;
+        self.stamped = false;
         let gpu = self.gpu;
         let (encoder, _) = self.open.get_or_insert_with(|| {
             let scope = Scope::begin(gpu);
@@ -31,6 +34,7 @@ impl<'a> Record<'a> {
 
     /// The shared compute pass, or a new one.
     pub(super) fn compute(&mut self) -> &mut wgpu::ComputePass<'static> {
+        self.stamped = false;
         let pass = match self.pass.take() {
             Some(pass) => pass,
             None => self.encoder().begin_compute_pass(&Default::default()).forget_lifetime(),
@@ -38,9 +42,21 @@ impl<'a> Record<'a> {
         self.pass.insert(pass)
     }
 
+    /// Writes the time to a query in the shared compute pass.
+    pub(super) fn stamp(&mut self, set: &wgpu::QuerySet, query: u32) {
+        self.compute().write_timestamp(set, query);
+        self.stamped = true;
+    }
+
+    /// Whether nothing has come since [`Record::stamp`].
+    pub(super) fn stamped(&self) -> bool {
+        self.stamped
+    }
+
     /// What is to be submitted, and the scope to end after that; `None` when that is nothing.
     pub(super) fn finish(&mut self) -> Option<(wgpu::CommandBuffer, Scope<'a>)> {
         self.pass = None;
+        self.stamped = false;
         self.open.take().map(|(encoder, scope)| (encoder.finish(), scope))
     }
 }

@@ -1,4 +1,5 @@
-//! Timestamps of the device: a pair for each run of a step, in as many query sets as a frame needs.
+//! Timestamps of the device: a pair for each run of a step, in as many query sets as a frame needs. A run that begins where
+//! another ends shares its stamp: on some drivers a stamp costs as much as a small dispatch.
 
 use super::{device::Gpu, readback::map, record::Record, scope::scoped};
 use crate::diag::Checked;
@@ -7,7 +8,7 @@ use crate::plan::StepId;
 /// Queries in one set; the most that WebGPU allows.
 const CHUNK: u32 = wgpu::QUERY_SET_MAX_QUERIES;
 /// Runs beyond this many sets go untimed, so that an endless loop doesn't eat the memory.
-const MOST_CHUNKS: u32 = 64;
+const MOST_CHUNKS: usize = 64;
 
 /// Hands out pairs of queries and reads them at the end of a frame. Its query sets stay for the next frame.
 #[derive(Debug)]
@@ -16,16 +17,20 @@ pub(super) struct Timer {
     encoders: bool,
     passes: bool,
     sets: Vec<wgpu::QuerySet>,
+    /// Of each set: the queries in use.
+    used: Vec<u32>,
     resolved: Option<(wgpu::Buffer, wgpu::Buffer)>,
-    /// The step of each pair, in the order of use.
-    runs: Vec<StepId>,
+    /// Each run's step, set, and queries in it, in the order of use.
+    runs: Vec<(StepId, usize, [u32; 2])>,
 }
 
 /// Where a run of a step writes its begin and its end.
 #[derive(Debug, Clone)]
 pub(super) struct Pair {
     pub set: wgpu::QuerySet,
+    /// Is written already where the run before has ended with it.
     pub begin: u32,
+    pub begun: bool,
     pub end: u32,
 }
 
@@ -33,30 +38,43 @@ impl Timer {
     pub(super) fn new(gpu: &Gpu) -> Timer {
         let passes = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY);
         let encoders = passes && gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
-        Timer { encoders, passes, sets: vec![], resolved: None, runs: vec![] }
+        Timer { encoders, passes, sets: vec![], used: vec![], resolved: None, runs: vec![] }
     }
 
     pub(super) fn start(&mut self) {
         self.runs.clear();
+        self.used.clear();
     }
 
-    /// A pair for one run of a step; `None` when the device can't time it.
-    pub(super) fn pair(&mut self, gpu: &Gpu, step: StepId, in_pass: bool) -> Option<Pair> {
-        let index = u32::try_from(self.runs.len()).ok()?.checked_mul(2)?;
-        let chunk = index / CHUNK;
-        if !(if in_pass { self.passes } else { self.encoders }) || chunk >= MOST_CHUNKS {
+    /// A pair for one run of a step; `None` when the device can't time it. With `follows` nothing has come since the last
+    /// run ended.
+    pub(super) fn pair(&mut self, gpu: &Gpu, step: StepId, in_pass: bool, follows: bool) -> Option<Pair> {
+        if !(if in_pass { self.passes } else { self.encoders }) {
             return None;
         }
-        if chunk as usize >= self.sets.len() {
+        let full = |used: &u32| used + 2 > CHUNK;
+        if self.used.last().is_none_or(full) {
+            if self.used.len() >= MOST_CHUNKS {
+                return None;
+            }
+            self.used.push(0);
+        }
+        let chunk = self.used.len() - 1;
+        if chunk >= self.sets.len() {
             self.sets.push(gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
                 ty: wgpu::QueryType::Timestamp,
                 count: CHUNK,
             }));
         }
-        self.runs.push(step);
-        let set = self.sets.get(chunk as usize)?.clone();
-        Some(Pair { set, begin: index % CHUNK, end: index % CHUNK + 1 })
+        let set = self.sets.get(chunk)?.clone();
+        let used = self.used.last_mut()?;
+        let begun = follows && *used > 0;
+        let begin = *used - u32::from(begun);
+        let end = begin + 1;
+        *used = end + 1;
+        self.runs.push((step, chunk, [begin, end]));
+        Some(Pair { set, begin, begun, end })
     }
 
     /// Hands over the times of all runs, to be read when the frame is done.
@@ -64,21 +82,23 @@ impl Timer {
     /// # Errors
     /// No memory is left for them.
     pub(super) fn resolve(&mut self, gpu: &Gpu, record: &mut Record<'_>) -> Checked<()> {
-        let queries = 2 * self.runs.len() as u64;
+        let queries = self.queries();
         if queries == 0 {
             return Ok(());
         }
         let (resolve, read) = self.buffers(gpu, 8 * queries)?;
         let encoder = record.encoder();
-        for (chunk, set) in self.sets.iter().enumerate() {
-            let first = chunk as u64 * u64::from(CHUNK);
-            let count = queries.saturating_sub(first).min(CHUNK.into()) as u32;
-            if count > 0 {
-                encoder.resolve_query_set(set, 0..count, &resolve, 8 * first);
-            }
+        for (chunk, (set, used)) in self.sets.iter().zip(&self.used).enumerate() {
+            encoder.resolve_query_set(set, 0..*used, &resolve, 8 * chunk as u64 * u64::from(CHUNK));
         }
         encoder.copy_buffer_to_buffer(&resolve, 0, &read, 0, 8 * queries);
         Ok(())
+    }
+
+    /// How many queries there are to read, with those left over at the ends of full sets.
+    fn queries(&self) -> u64 {
+        let full = self.used.len().saturating_sub(1) as u64;
+        full * u64::from(CHUNK) + u64::from(self.used.last().copied().unwrap_or(0))
     }
 
     /// Waits for the frame; milliseconds and timed runs of each step, by its index.
@@ -87,17 +107,17 @@ impl Timer {
     /// The device fails.
     pub(super) fn read(&self, gpu: &Gpu, steps: usize) -> Checked<Vec<(f64, u32)>> {
         let mut out = vec![(0.0, 0); steps];
-        let queries = 2 * self.runs.len() as u64;
+        let queries = self.queries();
         let Some((_, read)) = self.resolved.as_ref().filter(|_| queries > 0) else {
             gpu.wait()?;
             return Ok(out);
         };
         let bytes = map(gpu, read, 8 * queries)?;
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
-        for (step, pair) in self.runs.iter().zip(ticks.chunks_exact(2)) {
-            let [begin, end] = *pair else { continue };
-            if let Some((ms, runs)) = out.get_mut(step.0) {
-                *ms += end.saturating_sub(begin) as f64 * f64::from(gpu.timestamp_period) * 1e-6;
+        for (step, chunk, pair) in &self.runs {
+            let [begin, end] = pair.map(|query| ticks.get(chunk * CHUNK as usize + query as usize));
+            if let (Some((ms, runs)), Some(begin), Some(end)) = (out.get_mut(step.0), begin, end) {
+                *ms += end.saturating_sub(*begin) as f64 * f64::from(gpu.timestamp_period) * 1e-6;
                 *runs += 1;
             }
         }

@@ -7,6 +7,7 @@ use crate::plan::{Binding, Node, Plan, StepId};
 use crate::shader::Layout;
 use crate::value::{Type, Value, Values};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Where every uniform of a plan lies.
 #[derive(Debug)]
@@ -27,7 +28,7 @@ struct UniformUse {
     variable: usize,
     /// As the user knows it: the shader's path and the variable's name.
     shown: (String, String),
-    layout: Layout,
+    layout: Arc<Layout>,
     extra: Values,
     /// The loops whose indices tell its slots apart, outermost first: name and count. Empty when it reads none.
     loops: Vec<(String, u32)>,

@@ -1,16 +1,23 @@
 //! Names: every one resolves, none stands twice, none collides with what scenes and frames provide.
 
-use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, Size, walk};
+use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, walk};
 use super::expr::{Binary, Expr, ExprKind};
 use super::is_inside;
 use crate::diag::{Diagnostic, Span};
 use crate::plan::cull::frustum_tables;
 use crate::scene::{FACTS, FRAME_VALUES, TABLES};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::sync::LazyLock;
 
 /// Values that are neither parameters nor facts: the image's size, a member's index, the members of a dispatch, the scene's
 /// textures.
 pub const BUILT_IN: [&str; 4] = ["screen", "member", "members", "scene_textures"];
+
+/// The names that no graph may declare.
+static PROVIDED: LazyLock<HashSet<&str>> = LazyLock::new(|| {
+    let values = FACTS.iter().chain(FRAME_VALUES).map(|f| f.0);
+    values.chain(TABLES.iter().map(|t| t.0)).chain(BUILT_IN).collect()
+});
 
 /// The faults of names in a graph.
 pub fn check(graph: &Graph) -> Vec<Diagnostic> {
@@ -66,13 +73,12 @@ impl<'g> Check<'g> {
     /// Names share one space, so that a shader's variable can mean one thing only.
     fn unique(&mut self) {
         let g = self.graph;
-        let mut seen: BTreeMap<&str, (&Span, &str)> = BTreeMap::new();
+        let mut seen: HashMap<&str, (&Span, &str)> = HashMap::new();
         let params = g.params.iter().map(|(n, _)| (n, "parameter"));
         let lets = g.lets.iter().map(|(n, _)| (n, "let"));
         let resources = g.resources.iter().map(|(n, _)| (n, "resource"));
         for (name, noun) in params.chain(lets).chain(resources) {
-            let built_in = FACTS.iter().chain(FRAME_VALUES).map(|f| f.0).chain(TABLES.iter().map(|t| t.0));
-            if built_in.chain(BUILT_IN).any(|n| n == name.value) {
+            if PROVIDED.contains(name.value.as_str()) {
                 let d = Diagnostic::error(format!("`{}` is a name that the scene or the frame provides", name.value));
                 self.faults.push(d.at(&name.span, "choose another name"));
             } else if let Some((span, other)) = seen.insert(&name.value, (&name.span, noun)) {
@@ -88,7 +94,7 @@ impl<'g> Check<'g> {
     }
 
     fn twice(&mut self, names: impl Iterator<Item = &'g Name>, noun: &str) {
-        let mut seen: BTreeMap<&str, &Span> = BTreeMap::new();
+        let mut seen: HashMap<&str, &Span> = HashMap::new();
         for n in names {
             if let Some(there) = seen.insert(&n.value, &n.span) {
                 let d = Diagnostic::error(format!("two of the name `{}` ({noun})", n.value));
@@ -171,9 +177,8 @@ impl<'g> Check<'g> {
                 self.names(e, Scope::Values);
             }
             for (_, to) in &p.bind {
-                let provided = TABLES.iter().map(|t| t.0).chain(FRAME_VALUES.iter().map(|v| v.0));
-                let provided = provided.chain(BUILT_IN).chain(loops.iter().map(String::as_str)).any(|n| n == to.value);
-                if !provided && !self.values.contains(to.value.as_str()) {
+                let known = PROVIDED.contains(to.value.as_str()) || self.values.contains(to.value.as_str());
+                if !known && !loops.contains(&to.value) {
                     self.resource_name(to, "a binding");
                 }
             }
@@ -365,13 +370,4 @@ impl<'g> Check<'g> {
             }
         }
     }
-}
-
-/// The names that a size mentions.
-pub fn size_names(size: &Size) -> Vec<String> {
-    let mut names = vec![];
-    for e in size.exprs() {
-        e.names(&mut |n, _| names.push(n.to_string()));
-    }
-    names
 }

@@ -389,7 +389,7 @@ impl Parser<'_> {
         }
         self.skip();
         let start = self.at;
-        let mut e = self.level(0)?;
+        let mut e = self.joined(0)?;
         if self.take("?") {
             let a = self.choose()?;
             if !self.take(":") {
@@ -402,32 +402,41 @@ impl Parser<'_> {
         Ok(e)
     }
 
-    fn level(&mut self, level: usize) -> Result<Expr, Diagnostic> {
-        // Longer tokens come first; `<` must not take the start of `<=`.
-        const LEVELS: [&[(&str, Binary)]; 5] = [
-            &[("||", Binary::Or)],
-            &[("&&", Binary::And)],
-            &[
-                ("==", Binary::Equal),
-                ("!=", Binary::NotEqual),
-                ("<=", Binary::LessEqual),
-                (">=", Binary::GreaterEqual),
-                ("<", Binary::Less),
-                (">", Binary::Greater),
-            ],
-            &[("+", Binary::Add), ("-", Binary::Sub)],
-            &[("*", Binary::Mul), ("/", Binary::Div), ("%", Binary::Rem)],
-        ];
-        let Some(operators) = LEVELS.get(level) else { return self.unary() };
+    /// Operands joined by operators that bind at least as closely as `least`.
+    fn joined(&mut self, least: u8) -> Result<Expr, Diagnostic> {
         self.skip();
         let start = self.at;
-        let mut e = self.level(level + 1)?;
-        while let Some((_, op)) = operators.iter().find(|(token, _)| self.take(token)) {
+        let mut e = self.unary()?;
+        while let Some((token, binds, op)) = self.operator().filter(|o| o.1 >= least) {
+            self.at += token.len();
             self.count_operator()?;
-            let right = self.level(level + 1)?;
-            e = self.expr(start, ExprKind::Binary(*op, Box::new(e), Box::new(right)));
+            let right = self.joined(binds + 1)?;
+            e = self.expr(start, ExprKind::Binary(op, Box::new(e), Box::new(right)));
         }
         Ok(e)
+    }
+
+    /// The operator that comes next, and how closely it binds.
+    fn operator(&mut self) -> Option<(&'static str, u8, Binary)> {
+        // Longer tokens come first; `<` must not take the start of `<=`.
+        const OPERATORS: [(&str, u8, Binary); 13] = [
+            ("||", 0, Binary::Or),
+            ("&&", 1, Binary::And),
+            ("==", 2, Binary::Equal),
+            ("!=", 2, Binary::NotEqual),
+            ("<=", 2, Binary::LessEqual),
+            (">=", 2, Binary::GreaterEqual),
+            ("<", 2, Binary::Less),
+            (">", 2, Binary::Greater),
+            ("+", 3, Binary::Add),
+            ("-", 3, Binary::Sub),
+            ("*", 4, Binary::Mul),
+            ("/", 4, Binary::Div),
+            ("%", 4, Binary::Rem),
+        ];
+        self.skip();
+        let rest = &self.text[self.at..];
+        OPERATORS.into_iter().find(|(token, ..)| rest.starts_with(token))
     }
 
     fn unary(&mut self) -> Result<Expr, Diagnostic> {

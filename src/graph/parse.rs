@@ -8,6 +8,7 @@ use super::tree::{Kind, Node};
 use crate::diag::{Diagnostic, Span, nearest};
 use crate::plan::{Cull, SamplerDesc};
 use crate::value::{Type, Value};
+use std::sync::LazyLock;
 
 impl Reader {
     /// A whole graph.
@@ -55,10 +56,12 @@ impl Reader {
     /// A literal of a type.
     pub fn value(&mut self, node: &Node, ty: Type) -> Option<Value> {
         let value = match (&node.kind, ty) {
-            (Kind::Word(w), Type::Bool) => w.parse().ok().map(Value::Bool),
-            (Kind::Word(w), Type::Uint) => w.parse().ok().map(Value::Uint),
-            (Kind::Word(w), Type::Int) => w.parse().ok().map(Value::Int),
-            (Kind::Word(w), Type::Float) => w.parse::<f32>().ok().filter(|x| x.is_finite()).map(Value::Float),
+            (Kind::Word, Type::Bool) => node.span.text().parse().ok().map(Value::Bool),
+            (Kind::Word, Type::Uint) => node.span.text().parse().ok().map(Value::Uint),
+            (Kind::Word, Type::Int) => node.span.text().parse().ok().map(Value::Int),
+            (Kind::Word, Type::Float) => {
+                node.span.text().parse::<f32>().ok().filter(|x| x.is_finite()).map(Value::Float)
+            }
             (Kind::Tuple(None, items), _) => {
                 let words: Vec<&str> = items.iter().map(|n| n.span.text()).collect();
                 parse_vector(&words, ty)
@@ -72,15 +75,14 @@ impl Reader {
     }
 
     fn format(&mut self, node: &Node) -> Option<wgpu::TextureFormat> {
-        let word = if let Kind::Word(w) = &node.kind { w.as_str() } else { "" };
-        let found = FORMATS.iter().find(|f| format!("{f:?}") == word).copied();
+        let word = node.word().unwrap_or("");
+        let found = FORMAT_NAMES.iter().position(|name| name == word).map(|i| FORMATS[i]);
         if found.is_none() {
-            let names: Vec<String> = FORMATS.iter().map(|f| format!("{f:?}")).collect();
             let d = Diagnostic::error(format!("unknown texture format `{}`", node.span.text())).at(&node.span, "");
-            let near = nearest(word, names.iter().map(String::as_str));
+            let near = nearest(word, FORMAT_NAMES.iter().map(String::as_str));
             let d = match near {
                 Some(n) => d.help(format!("did you mean `{n}`?")),
-                None => d.help(format!("formats are {}", names.join(", "))),
+                None => d.help(format!("formats are {}", FORMAT_NAMES.join(", "))),
             };
             self.fault(d);
         }
@@ -289,6 +291,9 @@ impl Reader {
         })
     }
 }
+
+/// The names of [`FORMATS`].
+static FORMAT_NAMES: LazyLock<[String; FORMATS.len()]> = LazyLock::new(|| FORMATS.map(|f| format!("{f:?}")));
 
 /// The formats a graph may name.
 pub const FORMATS: [wgpu::TextureFormat; 33] = {

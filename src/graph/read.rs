@@ -17,7 +17,7 @@ pub struct Reader {
 
 /// The fields of one struct that are still to be read.
 pub struct Fields<'t> {
-    what: String,
+    what: &'static str,
     pub(super) span: &'t Span,
     fields: &'t [Field],
     asked: Vec<&'static str>,
@@ -27,7 +27,7 @@ impl<'t> Fields<'t> {
     /// An optional field. A second field of the same name is a fault when the struct is finished.
     pub fn get(&mut self, name: &'static str) -> Option<&'t Node> {
         self.asked.push(name);
-        self.fields.iter().find(|f| f.name == name).map(|f| &f.value)
+        self.fields.iter().find(|f| f.name.text() == name).map(|f| &f.value)
     }
 }
 
@@ -40,8 +40,8 @@ impl Reader {
     /// A struct `Name(…)`, whose name must be among `names`; `None` and a fault otherwise.
     pub fn named<'t>(&mut self, node: &'t Node, names: &[&'static str]) -> Option<(&'static str, Fields<'t>)> {
         let (name, fields) = match &node.kind {
-            Kind::Struct(Some(name), fields) => (name, fields.as_slice()),
-            Kind::Word(name) => (name, [].as_slice()),
+            Kind::Struct(Some(name), fields) => (name.text(), fields.as_slice()),
+            Kind::Word => (node.span.text(), [].as_slice()),
             _ => {
                 self.fault(
                     Diagnostic::error(format!("expected {}", one_of(names)))
@@ -51,28 +51,28 @@ impl Reader {
                 return None;
             }
         };
-        let Some(known) = names.iter().find(|n| *n == name) else {
+        let Some(known) = names.iter().find(|n| **n == name) else {
             let d = Diagnostic::error(format!("unknown kind `{name}`, expected {}", one_of(names)));
             self.fault(d.at(&node.span, "").nearest(name, names.iter().copied()));
             return None;
         };
-        Some((known, Fields { what: name.clone(), span: &node.span, fields, asked: vec![] }))
+        Some((known, Fields { what: known, span: &node.span, fields, asked: Vec::with_capacity(24) }))
     }
 
     /// Reports the fields nobody asked for and those that stand twice.
     pub fn finish(&mut self, fields: &Fields) {
         for (i, f) in fields.fields.iter().enumerate() {
-            if !fields.asked.contains(&f.name.as_str()) {
-                let d =
-                    Diagnostic::error(format!("`{}` has no field `{}`", fields.what, f.name)).at(&f.span, "unknown");
-                let near = nearest(&f.name, fields.asked.iter().copied());
+            let name = f.name.text();
+            if !fields.asked.contains(&name) {
+                let d = Diagnostic::error(format!("`{}` has no field `{name}`", fields.what)).at(&f.name, "unknown");
+                let near = nearest(name, fields.asked.iter().copied());
                 let d = match near {
                     Some(n) => d.help(format!("did you mean `{n}`?")),
                     None => d.help(format!("it has {}", fields.asked.join(", "))),
                 };
                 self.fault(d);
-            } else if fields.fields[..i].iter().any(|g| g.name == f.name) {
-                self.fault(Diagnostic::error(format!("`{}` stands twice", f.name)).at(&f.span, "the second"));
+            } else if fields.fields[..i].iter().any(|g| g.name.text() == name) {
+                self.fault(Diagnostic::error(format!("`{name}` stands twice")).at(&f.name, "the second"));
             }
         }
     }
@@ -88,13 +88,11 @@ impl Reader {
 
     /// A quoted string.
     pub fn text(&mut self, node: &Node) -> Option<Name> {
-        match &node.kind {
-            Kind::Text(value) => Some(Spanned { value: value.clone(), span: inner(&node.span) }),
-            _ => {
-                self.fault(Diagnostic::error("expected a string in quotes").at(&node.span, ""));
-                None
-            }
+        let text = node.quoted().map(|span| Spanned { value: span.text().to_string(), span });
+        if text.is_none() {
+            self.fault(Diagnostic::error("expected a string in quotes").at(&node.span, ""));
         }
+        text
     }
 
     /// A name as WGSL and expressions can write it.
@@ -116,15 +114,12 @@ impl Reader {
 
     /// An expression: a string, a bare number or a boolean.
     pub fn expr(&mut self, node: &Node) -> Option<Expr> {
-        let (text, span) = match &node.kind {
-            Kind::Text(t) => (t, inner(&node.span)),
-            Kind::Word(t) => (t, node.span.clone()),
-            _ => {
-                self.fault(Diagnostic::error("expected an expression: a string or a number").at(&node.span, ""));
-                return None;
-            }
+        let place = node.quoted().or_else(|| node.word().map(|_| node.span.clone()));
+        let Some(place) = place else {
+            self.fault(Diagnostic::error("expected an expression: a string or a number").at(&node.span, ""));
+            return None;
         };
-        match Expr::parse(&span, text) {
+        match Expr::parse(&place, place.text()) {
             Ok(e) => Some(e),
             Err(d) => {
                 self.fault(d);
@@ -135,11 +130,11 @@ impl Reader {
 
     /// `true` or `false`.
     pub fn bool(&mut self, node: Option<&Node>, default: bool) -> bool {
-        match node.map(|n| (&n.kind, n)) {
-            None => default,
-            Some((Kind::Word(w), _)) if w == "true" || w == "false" => w == "true",
-            Some((_, n)) => {
-                self.fault(Diagnostic::error("expected `true` or `false`").at(&n.span, ""));
+        let Some(node) = node else { return default };
+        match node.word() {
+            Some(w @ ("true" | "false")) => w == "true",
+            _ => {
+                self.fault(Diagnostic::error("expected `true` or `false`").at(&node.span, ""));
                 default
             }
         }
@@ -147,10 +142,7 @@ impl Reader {
 
     /// A finite number.
     pub fn number(&mut self, node: &Node) -> Option<f64> {
-        let number = match &node.kind {
-            Kind::Word(w) => w.parse::<f64>().ok().filter(|x| x.is_finite()),
-            _ => None,
-        };
+        let number = node.word().and_then(|w| w.parse::<f64>().ok()).filter(|x| x.is_finite());
         if number.is_none() {
             self.fault(Diagnostic::error("expected a finite number").at(&node.span, ""));
         }
@@ -181,7 +173,7 @@ impl Reader {
     /// One of some bare words; `default` without one.
     pub fn word<T: Copy>(&mut self, node: Option<&Node>, choices: &[(&'static str, T)], default: T) -> T {
         let Some(node) = node else { return default };
-        let word = if let Kind::Word(w) = &node.kind { w.as_str() } else { "" };
+        let word = node.word().unwrap_or("");
         if let Some((_, v)) = choices.iter().find(|(n, _)| *n == word) {
             return *v;
         }
@@ -242,11 +234,6 @@ impl Reader {
         }
         pairs
     }
-}
-
-/// The place of a string's content, without its quotes.
-fn inner(span: &Span) -> Span {
-    Span::new(&span.source, span.start + 1..(span.end - 1).max(span.start + 1))
 }
 
 /// "`a`, `b` or `c`"

@@ -1,6 +1,7 @@
 //! RON text to a tree in which every value keeps its place.
 //!
-//! The `ron` crate says whether the text is RON. What it accepts is then read once, from its first byte to its last.
+//! The text is read once, from its first byte to its last. Where it can't be read, the `ron` crate says what is wrong
+//! with it. Bare words are taken as they stand: whoever reads a word says whether it is a number, a name or neither.
 
 use crate::diag::{Checked, Diagnostic, Source, Span};
 use ron::value::RawValue;
@@ -17,41 +18,57 @@ pub struct Node {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Kind {
     /// A quoted string without escapes; the span includes the quotes.
-    Text(String),
+    Text,
     /// A number, `true`, `false` or a bare name, as written.
-    Word(String),
+    Word,
     /// `[a, b]`
     List(Vec<Node>),
     /// `{k: v}`
     Map(Vec<(Node, Node)>),
     /// `(a, b)` or `Name(a, b)`
-    Tuple(Option<String>, Vec<Node>),
+    Tuple(Option<Span>, Vec<Node>),
     /// `(a: 1)` or `Name(a: 1)`
-    Struct(Option<String>, Vec<Field>),
+    Struct(Option<Span>, Vec<Field>),
 }
 
 /// A named field of a struct.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
-    pub name: String,
-    pub span: Span,
+    pub name: Span,
     pub value: Node,
 }
+
+impl Node {
+    /// The bare word, if it is one.
+    pub fn word(&self) -> Option<&str> {
+        matches!(self.kind, Kind::Word).then(|| self.span.text())
+    }
+
+    /// The place of a string's content, without its quotes, if it is one.
+    pub fn quoted(&self) -> Option<Span> {
+        let Span { source, start, end } = &self.span;
+        matches!(self.kind, Kind::Text).then(|| Span::new(source, start + 1..end - 1))
+    }
+}
+
+/// Values in values in values are enough; more is a slip, and a few more than these one for `ron` too.
+const DEEPEST: usize = 60;
 
 /// Parses a whole RON file.
 ///
 /// # Errors
 /// The first fault of syntax (the rest of the file can't be trusted after it), or strings with escapes.
 pub fn parse(source: &Arc<Source>) -> Checked<Node> {
-    let raw: &RawValue = ron::from_str(&source.text).map_err(|e| syntax_fault(source, 0, &e))?;
-    let start = (raw.get_ron().as_ptr() as usize).wrapping_sub(source.text.as_ptr() as usize);
-    Tree { source, at: start.min(source.text.len()) }.node().map_err(Into::into)
+    let tree = Tree { source, text: &source.text, at: 0, depth: 0 };
+    tree.file().map_err(|fault| {
+        let said: Result<&RawValue, _> = ron::from_str(&source.text);
+        said.err().map_or(fault, |e| syntax_fault(source, &e)).into()
+    })
 }
 
-fn syntax_fault(source: &Arc<Source>, base: usize, e: &ron::error::SpannedError) -> Diagnostic {
-    let text = &source.text[base..];
-    let start = base + offset(text, e.span.start.line, e.span.start.col);
-    let end = base + offset(text, e.span.end.line, e.span.end.col);
+fn syntax_fault(source: &Arc<Source>, e: &ron::error::SpannedError) -> Diagnostic {
+    let start = offset(&source.text, e.span.start.line, e.span.start.col);
+    let end = offset(&source.text, e.span.end.line, e.span.end.col);
     Diagnostic::error(format!("RON syntax: {}", e.code)).at(&Span::new(source, start..end.max(start)), "here")
 }
 
@@ -66,29 +83,53 @@ fn offset(text: &str, line: usize, column: usize) -> usize {
     text.len()
 }
 
-/// A place in a text that is RON.
+/// A place in a text.
 struct Tree<'s> {
     source: &'s Arc<Source>,
+    text: &'s str,
     at: usize,
+    /// Brackets around it.
+    depth: usize,
 }
 
 impl<'s> Tree<'s> {
-    fn rest(&self) -> &'s str {
-        self.source.text.get(self.at..).unwrap_or("")
+    /// The one value of a file, with what may stand around it.
+    fn file(mut self) -> Result<Node, Diagnostic> {
+        if self.next() == Some(b'#') {
+            // Extensions that the file asks for: `ron` knows them, and none is of use here.
+            let said: Result<&RawValue, _> = ron::from_str(self.text);
+            said.map_err(|e| syntax_fault(self.source, &e))?;
+            while self.next() == Some(b'#') {
+                self.at += self.rest().find(']').map_or(self.rest().len(), |end| end + 1);
+            }
+        }
+        let node = self.node()?;
+        match self.next() {
+            None if self.at == self.text.len() => Ok(node),
+            _ => Err(self.fault(self.at, "RON syntax: nothing may stand behind the value")),
+        }
     }
 
-    /// Goes over white space and comments; the byte that follows.
+    fn rest(&self) -> &'s str {
+        self.text.get(self.at..).unwrap_or("")
+    }
+
+    /// Goes over white space and comments; the byte that follows, none at the end or in a comment that has none.
     fn next(&mut self) -> Option<u8> {
+        let bytes = self.text.as_bytes();
         loop {
-            let rest = self.rest();
-            let text = rest.trim_start();
-            self.at += rest.len() - text.len();
-            if text.starts_with("//") {
-                self.at += text.find('\n').unwrap_or(text.len());
-            } else if text.starts_with("/*") {
-                self.at += comment(text);
-            } else {
-                return text.bytes().next();
+            match *bytes.get(self.at)? {
+                b' ' | b'\t'..=b'\r' => self.at += 1,
+                b'/' => match bytes.get(self.at + 1) {
+                    Some(b'/') => self.at += self.rest().find('\n').unwrap_or(self.rest().len()),
+                    Some(b'*') => self.at += comment(self.rest())?,
+                    _ => return Some(b'/'),
+                },
+                other if other.is_ascii() => return Some(other),
+                other => match self.rest().chars().next() {
+                    Some(c) if MARKS_OF_SPACE.contains(&c) => self.at += c.len_utf8(),
+                    _ => return Some(other),
+                },
             }
         }
     }
@@ -111,22 +152,24 @@ impl<'s> Tree<'s> {
         let next = self.next();
         let start = self.at;
         let kind = match next {
-            Some(b'"') => Kind::Text(self.string()?),
+            Some(b'"') => self.string().map(|()| Kind::Text)?,
             Some(b'[') => Kind::List(self.items(b']', Tree::node)?),
             Some(b'{') => Kind::Map(self.items(b'}', |t| {
                 let key = t.node()?;
-                t.accept(b':');
+                if !t.accept(b':') {
+                    return Err(t.fault(t.at, "RON syntax: expected `:`"));
+                }
                 Ok((key, t.node()?))
             })?),
             Some(b'(') => self.group(None)?,
             _ => {
                 let word = self.word()?;
                 let end = self.at;
-                if is_name(&word) && self.next() == Some(b'(') {
+                if self.next() == Some(b'(') && is_name(word.text()) {
                     self.group(Some(word))?
                 } else {
                     self.at = end;
-                    Kind::Word(word)
+                    Kind::Word
                 }
             }
         };
@@ -139,42 +182,45 @@ impl<'s> Tree<'s> {
         end: u8,
         mut item: impl FnMut(&mut Tree<'s>) -> Result<T, Diagnostic>,
     ) -> Result<Vec<T>, Diagnostic> {
+        if self.depth == DEEPEST {
+            return Err(self.fault(self.at, "RON syntax: too many brackets in each other"));
+        }
+        self.depth += 1;
         self.at += 1;
         let mut items = vec![];
         while !self.accept(end) {
-            let before = self.at;
             items.push(item(self)?);
-            self.accept(b',');
-            if self.at == before {
-                return Err(self.fault(before, "RON syntax: expected a value"));
+            if !self.accept(b',') && self.next() != Some(end) {
+                return Err(self.fault(self.at, "RON syntax: expected a comma"));
             }
         }
+        self.depth -= 1;
         Ok(items)
     }
 
     /// `(…)`: a struct when its items are `name: value`, otherwise a tuple.
-    fn group(&mut self, name: Option<String>) -> Result<Kind, Diagnostic> {
+    fn group(&mut self, name: Option<Span>) -> Result<Kind, Diagnostic> {
         let start = self.at;
-        let items = self.items(b')', |t| {
+        let (mut fields, mut values) = (vec![], vec![]);
+        self.items(b')', |t| {
             let value = t.node()?;
-            match &value.kind {
-                Kind::Word(name) if is_name(name) && t.accept(b':') => {
-                    Ok(Ok(Field { name: name.clone(), span: value.span.clone(), value: t.node()? }))
-                }
-                _ => Ok(Err(value)),
+            if t.next() == Some(b':') && value.word().is_some_and(is_name) {
+                t.at += 1;
+                fields.push(Field { name: value.span, value: t.node()? });
+            } else {
+                values.push(value);
             }
+            Ok(())
         })?;
-        if items.iter().all(Result::is_ok) {
-            return Ok(Kind::Struct(name, items.into_iter().flatten().collect()));
+        match (fields.is_empty(), values.is_empty()) {
+            (_, true) => Ok(Kind::Struct(name, fields)),
+            (true, false) => Ok(Kind::Tuple(name, values)),
+            (false, false) => Err(self.fault(start, "RON syntax: either all of these values have names, or none has")),
         }
-        if items.iter().any(Result::is_ok) {
-            return Err(self.fault(start, "RON syntax: either all of these values have names, or none has"));
-        }
-        Ok(Kind::Tuple(name, items.into_iter().filter_map(Result::err).collect()))
     }
 
-    /// A string in quotes.
-    fn string(&mut self) -> Result<String, Diagnostic> {
+    /// Goes over a string in quotes.
+    fn string(&mut self) -> Result<(), Diagnostic> {
         let start = self.at;
         let mut escaped = false;
         let end = self.rest().bytes().skip(1).position(|b| {
@@ -182,9 +228,11 @@ impl<'s> Tree<'s> {
             escaped = b == b'\\' && !escaped;
             ends
         });
-        self.at = end.map_or(self.source.text.len(), |i| start + i + 2);
-        let text = self.source.text.get(start + 1..(self.at - 1).max(start + 1)).unwrap_or("");
-        if text.contains('\\') { Err(self.escapes(start)) } else { Ok(text.to_string()) }
+        self.at = end.map_or(self.text.len(), |i| start + i + 2);
+        if end.is_none() {
+            return Err(self.fault(start, "RON syntax: a string without its second quote"));
+        }
+        if self.text.as_bytes()[start..self.at].contains(&b'\\') { Err(self.escapes(start)) } else { Ok(()) }
     }
 
     fn escapes(&self, start: usize) -> Diagnostic {
@@ -192,41 +240,50 @@ impl<'s> Tree<'s> {
     }
 
     /// Up to a mark or a space; a character in quotes.
-    fn word(&mut self) -> Result<String, Diagnostic> {
+    fn word(&mut self) -> Result<Span, Diagnostic> {
         let (start, rest) = (self.at, self.rest());
-        let ends = |c: char| c.is_whitespace() || ",:()[]{}\"/#".contains(c);
+        let plain = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b'+' | b'-') || !b.is_ascii();
         let length = match rest.strip_prefix('\'') {
             Some(quoted) => quoted.char_indices().skip(1).find(|c| c.1 == '\'').map_or(rest.len(), |c| c.0 + 2),
-            None => rest.find(ends).unwrap_or(rest.len()),
+            None => rest.bytes().position(|b| !plain(&b)).unwrap_or(rest.len()),
         };
         self.at += length;
-        if self.rest().starts_with(['"', '#']) {
+        if length > 0 && self.rest().starts_with(['"', '#']) {
             // A string with a letter before it.
             self.at += self.rest().find('"').unwrap_or(0);
             self.string()?;
             return Err(self.escapes(start));
         }
-        Ok(rest.get(..length).unwrap_or("").to_string())
+        if length == 0 { Err(self.fault(start, "RON syntax: expected a value")) } else { Ok(self.span(start)) }
     }
 }
+
+/// Beyond ASCII, what RON takes for white space.
+const MARKS_OF_SPACE: [char; 5] = ['\u{85}', '\u{200e}', '\u{200f}', '\u{2028}', '\u{2029}'];
 
 fn is_name(word: &str) -> bool {
     word.starts_with(|c: char| c.is_alphabetic() || c == '_') && word.chars().all(|c| c.is_alphanumeric() || c == '_')
 }
 
-/// The length of a block comment, those in it included.
-fn comment(text: &str) -> usize {
-    let mut depth = 0usize;
+/// The length of a block comment, those in it included; `None` when it has no end.
+fn comment(text: &str) -> Option<usize> {
+    let (mut depth, mut at) = (0usize, 0);
     let bytes = text.as_bytes();
-    for (i, pair) in bytes.windows(2).enumerate() {
+    while let Some(pair) = bytes.get(at..at + 2) {
         match pair {
             b"/*" => depth += 1,
-            b"*/" if depth == 1 => return i + 2,
             b"*/" => depth -= 1,
-            _ => {}
+            _ => {
+                at += 1;
+                continue;
+            }
+        }
+        at += 2;
+        if depth == 0 {
+            return Some(at);
         }
     }
-    text.len()
+    None
 }
 
 #[cfg(test)]
@@ -239,7 +296,7 @@ mod tests {
         let source = Source::new("t.ron", text);
         let node = parse(&source).unwrap();
         let Kind::Struct(Some(name), fields) = node.kind else { panic!("{node:?}") };
-        assert_eq!(name, "Graph");
+        assert_eq!(name.text(), "Graph");
         let spans: Vec<&str> = fields.iter().map(|f| f.value.span.text()).collect();
         assert_eq!(spans, ["\"x\"", "(1, 2)", "{\"a\": Uint(default: 4), /* c */ \"b\": true}", "[A(x: 1), B]"]);
         let Kind::Map(pairs) = &fields[2].value.kind else { panic!() };
@@ -252,5 +309,111 @@ mod tests {
         let source = Source::new("t.ron", "Graph(\n  about: \"x\"\n  size: 3,\n)");
         let faults = parse(&source).unwrap_err();
         assert!(faults.to_string().contains("t.ron:3:3"), "{faults}");
+    }
+
+    fn words<'t>(node: &'t Node, out: &mut Vec<&'t str>) {
+        out.extend(node.word());
+        match &node.kind {
+            Kind::Text | Kind::Word => {}
+            Kind::List(items) | Kind::Tuple(_, items) => items.iter().for_each(|n| words(n, out)),
+            Kind::Map(pairs) => pairs.iter().flat_map(|(k, v)| [k, v]).for_each(|n| words(n, out)),
+            Kind::Struct(_, fields) => fields.iter().for_each(|f| words(&f.value, out)),
+        }
+    }
+
+    /// A raw value may not end in a comment that its line doesn't end; a file may.
+    fn is_ron(text: &str) -> bool {
+        ron::from_str::<&RawValue>(&format!("{text}\n")).is_ok()
+    }
+
+    /// What is a tree here is RON but for its words; what is RON is a tree here but for escapes in strings and the deepest.
+    fn agrees(text: &str) {
+        match parse(&Source::new("t.ron", text)) {
+            Ok(node) if !is_ron(text) => {
+                let mut all = vec![];
+                words(&node, &mut all);
+                assert!(all.iter().any(|w| !is_ron(w)), "no RON, but a tree: {text}");
+            }
+            Err(faults) if is_ron(text) => {
+                let said = faults.to_string();
+                assert!(said.contains("escapes") || said.contains("too many brackets"), "{said}: {text}");
+            }
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn what_a_tree_is_ron_says_too() {
+        for text in [
+            "",
+            " ",
+            "a",
+            "()",
+            "(,)",
+            "(a:)",
+            "(a:1,2)",
+            "(1,a:2)",
+            "[1 2]",
+            "[1,,2]",
+            "{1:2,3:4,}",
+            "{1,2}",
+            "A (b: 1)",
+            "A\n(b)",
+            "/* a /* b */ c */ 1",
+            "/* 1",
+            "1 /*",
+            "1 // c",
+            "#![enable(implicit_some)] (a: 1)",
+            "#![enable(other)] 1",
+            "#1",
+            "'a'",
+            "'(",
+            "r\"a\"",
+            "r#\"a\"#",
+            "\"a\\n\"",
+            "\"",
+            "1 2",
+            "a: 1",
+            "(a: b: 1)",
+            "-1.5e-3",
+            "\u{a0}1",
+            "\u{2028}1",
+            "(é: 1)",
+            ")",
+        ] {
+            agrees(text);
+        }
+        for depth in [10, 59, 60, 61, 127, 128, 129] {
+            agrees(&format!("{}1{}", "(".repeat(depth), ")".repeat(depth)));
+        }
+        agrees(&"[".repeat(100_000));
+        let graphs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs");
+        let mut seed = 1u64;
+        let mut draw = move |n: usize| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as usize % n.max(1)
+        };
+        for entry in std::fs::read_dir(graphs).unwrap() {
+            let text = std::fs::read_to_string(entry.unwrap().path()).unwrap();
+            agrees(&text);
+            let all: Vec<char> = text.chars().take(2000).collect();
+            for _ in 0..20 {
+                let mut edited = all.clone();
+                for _ in 0..=draw(3) {
+                    let (at, marks) = (
+                        draw(edited.len()),
+                        ['(', ')', '[', ']', '{', '}', ':', ',', '"', '/', '*', '\\', '#', 'a', '1', '\''],
+                    );
+                    match draw(3) {
+                        0 => drop(edited.remove(at)),
+                        1 => edited.insert(at, marks[draw(marks.len())]),
+                        _ => edited[at] = marks[draw(marks.len())],
+                    }
+                }
+                // A whole value again, whatever was cut off.
+                edited.extend(["", ")", "])", "],)", "})"][draw(5)].chars());
+                agrees(&edited.into_iter().collect::<String>());
+            }
+        }
     }
 }

@@ -29,7 +29,7 @@ const EDITS: [&str; 18] = [
 /// Applies one edit of a variant to the graph. Faults go to the reader.
 pub fn apply(reader: &mut Reader, graph: &mut Graph, edit: &Node) {
     let (word, args) = match &edit.kind {
-        Kind::Tuple(Some(word), args) => (word.as_str(), args.as_slice()),
+        Kind::Tuple(Some(word), args) => (word.text(), args.as_slice()),
         _ => {
             let d = Diagnostic::error("expected an edit such as `After(\"pass\", Compute(…))`").at(&edit.span, "");
             return reader.faults.push(d);

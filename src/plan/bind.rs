@@ -8,6 +8,7 @@ use crate::scene::{FRAME_VALUES, TABLES};
 use crate::shader::{Access, BindingKind, Layout, Shader, Stage, TextureDim, TextureSample, Variable, report};
 use crate::value::{Type, Value, Values};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// The variable that holds the numbers of the members that a dispatch does.
 const MEMBERS: &str = "members";
@@ -332,12 +333,13 @@ impl<'g> Wirer<'g, '_> {
         &mut self,
         wired: &Wired<'g>,
         shader: &Shader,
-        layout: &Layout,
+        layout: &Arc<Layout>,
         variable: &str,
         target: &str,
     ) -> Option<Binding> {
         let mut layout = layout.clone();
-        if let [only] = &mut layout.members[..]
+        if target != variable
+            && let [only] = &mut Arc::make_mut(&mut layout).members[..]
             && only.name == variable
         {
             only.name = target.to_string();
@@ -391,7 +393,9 @@ impl<'g> Wirer<'g, '_> {
                 PassKind::Reduce { to, .. } if v.name == "result" => &to.value,
                 _ => bound.unwrap_or(&v.name),
             };
-            if let Some(Ok(sized)) = self.sizes.of(resource)
+            let atlas = self.sizes.declared(resource).is_some_and(|r| matches!(r.kind, ResourceKind::Atlas { .. }));
+            if atlas
+                && let Some(Ok(sized)) = self.sizes.of(resource)
                 && let Desc::Texture(t) = &sized.desc
                 && let Some(tiles) = t.tiles
             {

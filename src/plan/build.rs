@@ -2,7 +2,7 @@
 
 use super::expand::{Expanded, expand};
 use super::live::{live, retain, starts_unwritten, unwritten};
-use super::order::{Block, Entry, Rank, order};
+use super::order::{Block, Entry, order};
 use super::request::{Request, values};
 use super::sizes::Sizes;
 use super::wire::{Item, any_use, wire};
@@ -10,6 +10,7 @@ use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, ending, fas
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::graph::Graph;
 use crate::value::{Value, Values};
+use std::collections::{BTreeSet, HashMap};
 
 /// A plan and what the user should know about it.
 #[derive(Debug, Clone)]
@@ -106,8 +107,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     }
     Faults::check(faults, ())?;
     let mut seed = options.order_seed;
-    let order =
-        order(block, &mut steps, &mut |ready: &[Rank]| if seed == 0 { 0 } else { next(&mut seed) % ready.len() });
+    let order = order(block, &mut steps, &mut |ready| if seed == 0 { 0 } else { next(&mut seed) % ready });
     let mut plan = Plan {
         graph: graph.source.path.clone(),
         params: graph.params.iter().map(|(n, _)| n.value.clone()).collect(),
@@ -193,13 +193,13 @@ fn outputs(graph: &Graph, wanted: Option<&[String]>, faults: &mut Vec<Diagnostic
     all.filter(|(n, _)| wanted.contains(n)).collect()
 }
 
-fn note_unneeded(items: &[Item], needed: &std::collections::BTreeSet<String>, skipped: &mut Vec<(String, String)>) {
+fn note_unneeded(items: &[Item], needed: &BTreeSet<&str>, skipped: &mut Vec<(String, String)>) {
     for item in items {
         let (pass, body) = match item {
             Item::Pass(w) => (w.pass, None),
             Item::Loop { pass, body, .. } => (*pass, Some(body)),
         };
-        if !needed.contains(&pass.name.value) {
+        if !needed.contains(pass.name.value.as_str()) {
             skipped.push((pass.name.value.clone(), "no requested output needs it".into()));
         } else if let Some(body) = body {
             note_unneeded(body, needed, skipped);
@@ -213,7 +213,7 @@ fn initial_clears(
     graph: &Graph,
     items: &[Item],
     wanted: &[String],
-    ids: &mut std::collections::BTreeMap<String, super::ResourceId>,
+    ids: &mut HashMap<String, super::ResourceId>,
     resources: &mut Vec<super::Resource>,
     sizes: &Sizes,
     steps: &mut Vec<Step>,

@@ -11,7 +11,7 @@ use crate::graph::ast::{PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 /// The steps of a plan, in the order of the file.
@@ -20,7 +20,7 @@ pub struct Expanded {
     pub steps: Vec<Step>,
     pub block: Block,
     /// The first resource of each name.
-    pub ids: BTreeMap<String, ResourceId>,
+    pub ids: HashMap<String, ResourceId>,
 }
 
 /// Expands live items.
@@ -32,7 +32,7 @@ pub fn expand(
     (limits, features, levels): (&wgpu::Limits, wgpu::Features, &[LevelUse]),
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
-    let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: BTreeMap::new() };
+    let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: HashMap::new() };
     let mut e = Expander { sizes, values, shaders, limits, features, levels, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
@@ -94,9 +94,10 @@ impl Expander<'_, '_> {
 
     /// The resource of a name; for sets, its member.
     pub(super) fn id(&mut self, name: &str, member: u32, span: &Span) -> Option<ResourceId> {
-        if let Some(first) = self.out.ids.get(name) {
-            let members = self.sizes.of(name)?.ok()?.members;
-            return self.member(name, *first, members, member, span);
+        if let Some(first) = self.out.ids.get(name).copied() {
+            let single = member == 0 && self.out.resources[first.0].name == name;
+            let members = if single { None } else { self.sizes.of(name)?.ok()?.members };
+            return self.member(name, first, members, member, span);
         }
         let declared = self.sizes.declared(name)?;
         let sized = self.sizes.of(name)?;

@@ -222,7 +222,8 @@ pub fn each(graph: &Graph, choices: &Choices) -> Vec<Choices> {
 }
 
 /// Of the groups those whose results are needed; `live` are the passes that are.
-pub fn needed(groups: &[Group], live: &BTreeSet<String>) -> Vec<Alternatives> {
-    let runs = |a: &&Alternatives| a.ways.get(a.chosen).is_some_and(|w| w.passes.iter().any(|p| live.contains(p)));
+pub fn needed(groups: &[Group], live: &BTreeSet<&str>) -> Vec<Alternatives> {
+    let runs =
+        |a: &&Alternatives| a.ways.get(a.chosen).is_some_and(|w| w.passes.iter().any(|p| live.contains(p.as_str())));
     groups.iter().map(|g| &g.found).filter(runs).cloned().collect()
 }

@@ -4,18 +4,15 @@ use super::{Desc, Plan};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
 use crate::graph::ast::{PassKind, ResourceKind, walk};
-use crate::graph::check::size_names;
+use crate::graph::expr::Expr;
 use crate::shader::Library;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 /// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions.
-pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
-    let mut used: BTreeSet<String> = BTreeSet::new();
-    let mut note = |e: &crate::graph::expr::Expr| {
-        e.names(&mut |n, _| {
-            used.insert(n.to_string());
-        })
-    };
+pub fn unused<'g>(graph: &'g Graph, library: &Library) -> Vec<Diagnostic> {
+    let mut used: HashSet<&str> = HashSet::new();
+    let mut touched: HashSet<&str> = HashSet::new();
+    let mut note = |e: &'g Expr| e.names(&mut |n, _| used.extend([n]));
     graph.lets.iter().chain(&graph.defines).for_each(|(_, e)| note(e));
     for (_, r) in &graph.resources {
         r.members.iter().for_each(&mut note);
@@ -30,32 +27,28 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
         }
     }
     let mut shaders: BTreeSet<&str> = BTreeSet::new();
-    let mut touched: BTreeSet<String> = BTreeSet::new();
     walk(&graph.passes, &mut |p| {
         p.when.iter().chain(&p.each).chain(p.defines.iter().map(|d| &d.1)).for_each(&mut note);
-        touched.extend(p.bind.iter().map(|b| b.1.value.clone()));
+        touched.extend(p.bind.iter().map(|b| b.1.value.as_str()));
         shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
-                touched.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.clone()));
+                touched.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.as_str()));
             }
-            PassKind::Compute { over, .. } => {
-                over.exprs().iter().for_each(&mut note);
-                touched.extend(size_names(over));
-            }
+            PassKind::Compute { over, .. } => over.exprs().iter().for_each(&mut note),
             PassKind::Reduce { from, to, factor, until, .. } => {
                 factor.iter().chain([until]).for_each(&mut note);
-                touched.extend([from.value.clone(), to.value.clone()]);
+                touched.extend([from.value.as_str(), to.value.as_str()]);
             }
-            PassKind::Copy { from, to } => touched.extend([from.value.clone(), to.value.clone()]),
-            PassKind::Clear { target, .. } => touched.extend([target.value.clone()]),
+            PassKind::Copy { from, to } => touched.extend([from.value.as_str(), to.value.as_str()]),
+            PassKind::Clear { target, .. } => touched.extend([target.value.as_str()]),
             PassKind::Loop { count, until, .. } => [count].into_iter().chain(until).for_each(&mut note),
             PassKind::Fastest { .. } => {}
         }
     });
     used.extend(touched);
-    used.extend(graph.outputs.iter().map(|o| o.1.value.clone()));
+    used.extend(graph.outputs.iter().map(|o| o.1.value.as_str()));
     let index = library.index();
     let files = index.reachable(shaders.iter().copied());
     let defs = index.mentioned(shaders);
@@ -65,7 +58,7 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
     let names = names.chain(graph.resources.iter().map(|(n, _)| (n, "resource")));
     let mut faults = vec![];
     for (name, noun) in names {
-        if !used.contains(&name.value) && !in_shader(&name.value) {
+        if !used.contains(name.value.as_str()) && !in_shader(&name.value) {
             let d = Diagnostic::error(format!("nothing uses the {noun} `{}`", name.value)).at(&name.span, "");
             faults.push(d.help("remove it, or name it in a pass or a shader"));
         }

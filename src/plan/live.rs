@@ -4,15 +4,15 @@ use super::sizes::Sizes;
 use super::wire::{Item, Mode, Use, Wired};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::Pass;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// Names of the passes (loops included) that `outputs` (resource names) need.
 ///
 /// Walks backwards: a pass is needed when something it writes is. A resource that a needed pass reads before anything
 /// of this frame wrote it (history) must be written in the frame before, so the walk is repeated until nothing new
 /// is needed.
-pub fn live(items: &[Item], outputs: &[String]) -> BTreeSet<String> {
-    let mut end: BTreeSet<String> = outputs.iter().cloned().collect();
+pub fn live<'g>(items: &[Item<'g>], outputs: &[String]) -> BTreeSet<&'g str> {
+    let mut end: HashSet<&str> = outputs.iter().map(String::as_str).collect();
     loop {
         let mut needed = end.clone();
         let mut live = BTreeSet::new();
@@ -26,27 +26,27 @@ pub fn live(items: &[Item], outputs: &[String]) -> BTreeSet<String> {
     }
 }
 
-fn block(items: &[Item], needed: &mut BTreeSet<String>, live: &mut BTreeSet<String>) {
+fn block<'a, 'g>(items: &'a [Item<'g>], needed: &mut HashSet<&'a str>, live: &mut BTreeSet<&'g str>) {
     for item in items.iter().rev() {
         match item {
             Item::Pass(w) => {
-                if !w.uses.iter().any(|u| u.mode.writes() && needed.contains(&u.resource)) {
+                if !w.uses.iter().any(|u| u.mode.writes() && needed.contains(u.resource.as_str())) {
                     continue;
                 }
-                live.insert(w.pass.name.value.clone());
+                live.insert(&w.pass.name.value);
                 for u in w.uses.iter().filter(|u| u.mode == Mode::Write) {
-                    needed.remove(&u.resource);
+                    needed.remove(u.resource.as_str());
                 }
-                needed.extend(w.uses.iter().filter(|u| u.mode.reads()).map(|u| u.resource.clone()));
+                needed.extend(w.uses.iter().filter(|u| u.mode.reads()).map(|u| u.resource.as_str()));
             }
             Item::Loop { pass, until, body, .. } => {
                 let after = needed.clone();
                 let mut inside = BTreeSet::new();
                 loop {
                     // What the next iteration needs at its start is needed at this one's end.
-                    let mut at_end: BTreeSet<String> = after.union(needed).cloned().collect();
+                    let mut at_end: HashSet<&str> = after.union(needed).copied().collect();
                     if !inside.is_empty() {
-                        at_end.extend(until.iter().map(|u| u.0.clone()));
+                        at_end.extend(until.iter().map(|u| u.0.as_str()));
                     }
                     let before = (inside.len(), needed.len());
                     block(body, &mut at_end, &mut inside);
@@ -56,7 +56,7 @@ fn block(items: &[Item], needed: &mut BTreeSet<String>, live: &mut BTreeSet<Stri
                     }
                 }
                 if !inside.is_empty() {
-                    live.insert(pass.name.value.clone());
+                    live.insert(&pass.name.value);
                     live.append(&mut inside);
                 }
             }
@@ -65,10 +65,10 @@ fn block(items: &[Item], needed: &mut BTreeSet<String>, live: &mut BTreeSet<Stri
 }
 
 /// Keeps the live passes only.
-pub fn retain<'g>(items: Vec<Item<'g>>, live: &BTreeSet<String>) -> Vec<Item<'g>> {
+pub fn retain<'g>(items: Vec<Item<'g>>, live: &BTreeSet<&str>) -> Vec<Item<'g>> {
     let keep = |item: &Item| match item {
-        Item::Pass(w) => live.contains(&w.pass.name.value),
-        Item::Loop { pass, .. } => live.contains(&pass.name.value),
+        Item::Pass(w) => live.contains(w.pass.name.value.as_str()),
+        Item::Loop { pass, .. } => live.contains(pass.name.value.as_str()),
     };
     let inner = |item| match item {
         Item::Loop { pass, count, until, body } => Item::Loop { pass, count, until, body: retain(body, live) },
@@ -82,7 +82,7 @@ pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<
     let mut passes = vec![];
     flatten(items, &mut passes);
     let mut faults = vec![];
-    let mut written = BTreeSet::new();
+    let mut written = HashSet::new();
     walk(items, &mut written, &mut |w: &Wired, u: &Use| {
         let declared = sizes.declared(&u.resource);
         if declared.is_none_or(|r| r.history || r.initial.is_some()) {
@@ -169,16 +169,16 @@ pub fn flatten<'a, 'g>(items: &'a [Item<'g>], out: &mut Vec<&'a Wired<'g>>) {
 /// Calls `unwritten` for each read of something not yet written.
 fn walk<'a, 'g>(
     items: &'a [Item<'g>],
-    written: &mut BTreeSet<String>,
+    written: &mut HashSet<&'a str>,
     unwritten: &mut impl FnMut(&'a Wired<'g>, &'a Use),
 ) {
     for item in items {
         match item {
             Item::Pass(w) => {
-                for u in w.uses.iter().filter(|u| u.mode.reads() && !written.contains(&u.resource)) {
+                for u in w.uses.iter().filter(|u| u.mode.reads() && !written.contains(u.resource.as_str())) {
                     unwritten(w, u);
                 }
-                written.extend(w.uses.iter().filter(|u| u.mode.writes()).map(|u| u.resource.clone()));
+                written.extend(w.uses.iter().filter(|u| u.mode.writes()).map(|u| u.resource.as_str()));
             }
             Item::Loop { body, .. } => walk(body, written, unwritten),
         }

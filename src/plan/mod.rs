@@ -369,7 +369,7 @@ pub enum Binding {
     Resource(ResourceId),
     /// Packed from [`Plan::values`], the frame's values, the loops' indices and `extra`, in that order of weakness.
     Uniform {
-        layout: Layout,
+        layout: Arc<Layout>,
         extra: Values,
     },
     /// Index into [`Plan::tables`].

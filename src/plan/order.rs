@@ -1,7 +1,7 @@
 //! Steps of a block to an order: what must come before what, and a stable choice among the legal orders.
 
 use super::{Loop, Node, ResourceId, Step, StepId, Until};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// The entries of a graph or of a loop's body, in the order of the file, each with its rank.
 #[derive(Debug, Default)]
@@ -31,27 +31,28 @@ impl Block {
 
 /// What an entry touches, and the steps it stands for.
 struct Touch {
-    reads: BTreeSet<ResourceId>,
-    writes: BTreeSet<ResourceId>,
+    /// In rising order, none twice; as are the others.
+    reads: Vec<ResourceId>,
+    writes: Vec<ResourceId>,
     steps: Vec<StepId>,
 }
 
 /// Orders a block; fills in `after` of its steps.
 ///
-/// `choose` picks among the entries that may come next, given their ranks in rising order: 0 for the stable order,
+/// `choose` picks one of so many entries that may come next, in the order of their ranks: 0 for the stable order,
 /// anything else for another legal one.
-pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(&[Rank]) -> usize) -> Vec<Node> {
+pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(usize) -> usize) -> Vec<Node> {
     let touches: Vec<Touch> = block.entries.iter().map(|(e, _)| touch(e, steps)).collect();
     let before = dependencies(&touches);
     for (i, t) in touches.iter().enumerate() {
-        let after: BTreeSet<StepId> = before[i].iter().flat_map(|j| touches[*j].steps.iter().copied()).collect();
+        let after = sorted(before[i].iter().flat_map(|j| &touches[*j].steps).copied().collect());
         for s in &t.steps {
-            steps[s.0].after.extend(after.iter().copied());
+            steps[s.0].after.extend(&after);
         }
     }
     let ranks: Vec<Rank> = block.entries.iter().map(|(_, r)| *r).collect();
     let mut entries: Vec<Option<Entry>> = block.entries.into_iter().map(|(e, _)| Some(e)).collect();
-    let mut waiting: Vec<usize> = before.iter().map(BTreeSet::len).collect();
+    let mut waiting: Vec<usize> = before.iter().map(Vec::len).collect();
     let mut dependents: Vec<Vec<usize>> = vec![vec![]; before.len()];
     for (j, b) in before.iter().enumerate() {
         b.iter().for_each(|i| dependents[*i].push(j));
@@ -59,10 +60,9 @@ pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(&[Rank]) -
     let mut ready: BTreeSet<(Rank, usize)> =
         (0..ranks.len()).filter(|i| waiting[*i] == 0).map(|i| (ranks[i], i)).collect();
     let mut nodes = vec![];
-    while !ready.is_empty() {
-        let open: Vec<(Rank, usize)> = ready.iter().copied().collect();
-        let pick = choose(&open.iter().map(|o| o.0).collect::<Vec<_>>()).min(open.len() - 1);
-        let next = open[pick];
+    while let Some(last) = ready.len().checked_sub(1) {
+        let pick = choose(ready.len()).min(last);
+        let Some(next) = ready.iter().nth(pick).copied() else { break };
         ready.remove(&next);
         if let Some(entry) = entries[next.1].take() {
             nodes.push(match entry {
@@ -83,46 +83,47 @@ pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(&[Rank]) -
 }
 
 fn touch(entry: &Entry, steps: &[Step]) -> Touch {
-    match entry {
-        Entry::Step(s) => {
-            let step = &steps[s.0];
-            Touch {
-                reads: step.reads.iter().copied().collect(),
-                writes: step.writes.iter().copied().collect(),
-                steps: vec![*s],
+    fn gather(entry: &Entry, steps: &[Step], all: &mut Touch) {
+        match entry {
+            Entry::Step(s) => {
+                all.reads.extend(&steps[s.0].reads);
+                all.writes.extend(&steps[s.0].writes);
+                all.steps.push(*s);
             }
-        }
-        Entry::Loop { until, body, .. } => {
-            let mut all = Touch { reads: BTreeSet::new(), writes: BTreeSet::new(), steps: vec![] };
-            all.reads.extend(until.iter().map(|u| u.buffer));
-            for (e, _) in &body.entries {
-                let t = touch(e, steps);
-                all.reads.extend(t.reads);
-                all.writes.extend(t.writes);
-                all.steps.extend(t.steps);
+            Entry::Loop { until, body, .. } => {
+                all.reads.extend(until.iter().map(|u| u.buffer));
+                body.entries.iter().for_each(|(e, _)| gather(e, steps, all));
             }
-            all
         }
     }
+    let mut all = Touch { reads: vec![], writes: vec![], steps: vec![] };
+    gather(entry, steps, &mut all);
+    Touch { reads: sorted(all.reads), writes: sorted(all.writes), steps: sorted(all.steps) }
+}
+
+/// In rising order, none twice.
+fn sorted<T: Ord>(mut all: Vec<T>) -> Vec<T> {
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
 /// For each entry those it must come after: reads after writes, writes after reads, writes after writes.
-fn dependencies(touches: &[Touch]) -> Vec<BTreeSet<usize>> {
-    let mut writer: BTreeMap<ResourceId, usize> = BTreeMap::new();
-    let mut readers: BTreeMap<ResourceId, Vec<usize>> = BTreeMap::new();
-    let mut before = vec![BTreeSet::new(); touches.len()];
+fn dependencies(touches: &[Touch]) -> Vec<Vec<usize>> {
+    let resources = touches.iter().flat_map(|t| t.reads.iter().chain(&t.writes)).map(|r| r.0 + 1).max().unwrap_or(0);
+    let mut writer: Vec<Option<usize>> = vec![None; resources];
+    let mut readers: Vec<Vec<usize>> = vec![vec![]; resources];
+    let mut before = Vec::with_capacity(touches.len());
     for (i, t) in touches.iter().enumerate() {
-        for r in t.reads.union(&t.writes) {
-            before[i].extend(writer.get(r).copied());
-        }
+        let mut earlier: Vec<usize> = t.reads.iter().chain(&t.writes).filter_map(|r| writer[r.0]).collect();
         for r in &t.writes {
-            before[i].extend(readers.remove(r).unwrap_or_default());
-            writer.insert(*r, i);
+            earlier.append(&mut readers[r.0]);
+            writer[r.0] = Some(i);
         }
         for r in &t.reads {
-            readers.entry(*r).or_default().push(i);
+            readers[r.0].push(i);
         }
-        before[i].remove(&i);
+        before.push(sorted(earlier));
     }
     before
 }

@@ -7,7 +7,7 @@ use crate::graph::ast::{Resource, ResourceKind, Size};
 use crate::graph::expr::{Expr, Val};
 use crate::value::Values;
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeSet, HashMap};
 
 /// A resource's description before it is known how it is used (no usages yet).
 #[derive(Debug, Clone, PartialEq)]
@@ -39,21 +39,34 @@ impl Sized {
 pub struct Sizes<'a> {
     request: &'a Request<'a>,
     values: &'a Values,
-    declared: BTreeMap<&'a str, &'a Resource>,
-    known: RefCell<BTreeMap<String, Option<Result<Sized, Diagnostic>>>>,
+    declared: HashMap<&'a str, Declared<'a>>,
+}
+
+struct Declared<'a> {
+    resource: &'a Resource,
+    /// What came out when it was asked for.
+    sized: RefCell<State>,
+}
+
+enum State {
+    Unasked,
+    /// Being computed: who asks for it now asks in a circle.
+    Open,
+    Known(Result<Sized, Diagnostic>),
 }
 
 impl<'a> Sizes<'a> {
     /// Nothing is computed yet.
     pub fn new(request: &'a Request<'a>, values: &'a Values) -> Sizes<'a> {
         // Of two with the same name the first counts; the other is a fault of the graph.
-        let declared = request.graph.resources.iter().rev().map(|(n, r)| (n.value.as_str(), r)).collect();
-        Sizes { request, values, declared, known: RefCell::default() }
+        let unasked = |resource| Declared { resource, sized: RefCell::new(State::Unasked) };
+        let declared = request.graph.resources.iter().rev().map(|(n, r)| (n.value.as_str(), unasked(r))).collect();
+        Sizes { request, values, declared }
     }
 
     /// The declaration of a resource.
     pub fn declared(&self, name: &str) -> Option<&'a Resource> {
-        self.declared.get(name).copied()
+        self.declared.get(name).map(|d| d.resource)
     }
 
     /// The description of a texture or buffer; `None` for samplers and unknown names.
@@ -61,19 +74,22 @@ impl<'a> Sizes<'a> {
     /// # Errors
     /// Zero, negative, overflowing sizes; limits of the adapter exceeded; sizes that go in a circle.
     pub fn of(&self, name: &str) -> Option<Result<Sized, Diagnostic>> {
-        let resource = self.declared(name)?;
+        let Declared { resource, sized } = self.declared.get(name)?;
         if matches!(resource.kind, ResourceKind::Sampler(_)) {
             return None;
         }
-        if let Some(known) = self.known.borrow().get(name) {
-            return Some(known.clone().unwrap_or_else(|| {
-                Err(Diagnostic::error(format!("the size of `{name}` depends on itself")).at(&resource.span, ""))
-            }));
+        match &*sized.borrow() {
+            State::Known(known) => return Some(known.clone()),
+            State::Open => {
+                let d = Diagnostic::error(format!("the size of `{name}` depends on itself"));
+                return Some(Err(d.at(&resource.span, "")));
+            }
+            State::Unasked => {}
         }
-        self.known.borrow_mut().insert(name.to_string(), None);
-        let sized = self.compute(name, resource);
-        self.known.borrow_mut().insert(name.to_string(), Some(sized.clone()));
-        Some(sized)
+        sized.replace(State::Open);
+        let found = self.compute(name, resource);
+        sized.replace(State::Known(found.clone()));
+        Some(found)
     }
 
     /// A name in a size expression: a value, or a resource's extent.

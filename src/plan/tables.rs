@@ -2,7 +2,7 @@
 
 use super::TableUse;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::scene::{Column, Table};
+use crate::scene::{Column, Held, Table};
 use crate::value::Type;
 
 /// The rows in the byte layout that a shader asks for; one zeroed row for an empty table, and as many as an array of
@@ -38,29 +38,20 @@ pub fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
 
 /// Writes a column, each row to the start of its place; false where it is too short or does not fit the type.
 fn write<'a>(column: &Column, ty: Type, places: impl Iterator<Item = &'a mut [u8]>) -> bool {
-    match column {
-        Column::Picked { from, picks, part } => {
-            write_rows(from, ty, picks.iter().filter_map(|p| Some(*p.get(*part)? as usize)).zip(places))
-        }
-        column => write_rows(column, ty, places.enumerate()),
-    }
-}
-
-/// Writes some rows of a column, each to the start of its place.
-fn write_rows<'a>(column: &Column, ty: Type, mut rows: impl Iterator<Item = (usize, &'a mut [u8])>) -> bool {
-    fn plain<'a, T: bytemuck::Pod>(from: &[T], mut rows: impl Iterator<Item = (usize, &'a mut [u8])>) -> bool {
-        rows.all(|(row, to)| {
-            from.get(row).map(|v| to[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(v))).is_some()
-        })
-    }
     match (column, ty) {
-        (Column::Uint(v), Type::Uint) => plain(v, rows),
-        (Column::Float(v), Type::Float) => plain(v, rows),
-        (Column::Vec2(v), Type::Vec2) => plain(v, rows),
-        (Column::Vec3(v), Type::Vec3) => plain(v, rows),
-        (Column::Vec4(v), Type::Vec4) => plain(v, rows),
-        (Column::Mat4(v), Type::Mat4) => plain(v, rows),
-        (column, ty) => rows.all(|(row, to)| match column.get(row).and_then(|v| v.cast(ty)) {
+        (Column::Uint(v), Type::Uint) => fill(v.iter().copied(), places),
+        (Column::Float(v), Type::Float) => fill(v.iter().copied(), places),
+        (Column::Vec2(v), Type::Vec2) => fill(v.iter().copied(), places),
+        (Column::Vec3(v), Type::Vec3) => fill(v.iter().copied(), places),
+        (Column::Vec4(v), Type::Vec4) => fill(v.iter().copied(), places),
+        (Column::Mat4(v), Type::Mat4) => fill(v.iter().copied(), places),
+        (Column::Corner { of, corner, held: Held::Position }, Type::Vec3) => {
+            fill((0..of.rows()).map(|row| of.position(of.vertex(row, *corner))), places)
+        }
+        (Column::Corner { of, corner, held: Held::Normal }, Type::Vec3) => {
+            fill((0..of.rows()).map(|row| of.normal(of.vertex(row, *corner))), places)
+        }
+        (column, ty) => places.enumerate().all(|(row, to)| match column.get(row).and_then(|v| v.cast(ty)) {
             Some(v) => {
                 let bytes = v.bytes();
                 to[..bytes.len()].copy_from_slice(bytes);
@@ -69,4 +60,12 @@ fn write_rows<'a>(column: &Column, ty: Type, mut rows: impl Iterator<Item = (usi
             None => false,
         }),
     }
+}
+
+/// Writes values, each to the start of its place; false where there are too few.
+fn fill<'a, T: bytemuck::Pod>(
+    mut values: impl Iterator<Item = T>,
+    mut places: impl Iterator<Item = &'a mut [u8]>,
+) -> bool {
+    places.all(|to| values.next().map(|v| to[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(&v))).is_some())
 }

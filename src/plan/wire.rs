@@ -11,6 +11,7 @@ use super::{Binding, Comparison, Desc, TableUse};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Graph, Name, Pass, PassKind};
 use crate::graph::expr::{Binary, ExprKind, Val};
+use crate::parallel;
 use crate::shader::{Def, Defs, Index, Shader, Stage};
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
@@ -127,6 +128,7 @@ pub fn wire<'g>(
         index: request.texts.index(),
         mentioned: BTreeMap::new(),
     };
+    w.compose_ahead();
     let items = w.passes(&request.graph.passes, &[]);
     w.out.items = items;
     if w.faults.is_empty() {
@@ -315,26 +317,61 @@ impl<'g> Wirer<'g, '_> {
         Some(wired)
     }
 
-    fn shader(&mut self, pass: &'g Pass, name: &'g Name) -> Option<(usize, Arc<Shader>)> {
+    /// Composes the shaders of all passes that may run, on all cores: the library keeps them for [`Wirer::shader`], which
+    /// finds their faults again.
+    fn compose_ahead(&mut self) {
+        let mut asked: Vec<(&'g str, Defs)> = vec![];
+        let mut open: Vec<&'g Pass> = self.graph().passes.iter().rev().collect();
+        while let Some(pass) = open.pop() {
+            if pass.when.as_ref().is_some_and(|when| when.truth(&|n| self.value(n)) != Ok(true)) {
+                continue;
+            }
+            match &pass.kind {
+                PassKind::Loop { passes, .. } => open.extend(passes.iter().rev()),
+                PassKind::Fastest { of } => open.extend(of.iter().flatten().rev()),
+                kind => {
+                    let Some(name) = kind.shader() else { continue };
+                    let shader = (name.value.as_str(), self.defs(pass, name, &mut vec![]));
+                    if !asked.contains(&shader) {
+                        asked.push(shader);
+                    }
+                }
+            }
+        }
+        let texts = self.request.texts;
+        parallel::each(0..asked.len(), |i| drop(texts.shader(asked[i].0, &asked[i].1)));
+    }
+
+    /// The definitions that a pass gives its shader, as far as the shader asks for them.
+    fn defs(&mut self, pass: &'g Pass, name: &'g Name, faults: &mut Vec<Diagnostic>) -> Defs {
         let all = || self.index.mentioned([name.value.as_str()]).into_iter().map(str::to_owned).collect();
         let mentioned = self.mentioned.entry(&name.value).or_insert_with(|| Arc::new(all())).clone();
         let mut defs = Defs::new();
         for (key, e) in self.graph().defines.iter().chain(&pass.defines) {
-            let val = e.eval(&|n| self.value(n));
-            let Some(val) = self.keep(val) else { continue };
-            let def = match val {
-                Val::Bool(b) => Some(Def::Bool(b)),
-                Val::Int(i) => i32::try_from(i).ok().map(Def::Int),
-                _ => None,
+            let def = match e.eval(&|n| self.value(n)) {
+                Ok(Val::Bool(b)) => Some(Def::Bool(b)),
+                Ok(Val::Int(i)) => i32::try_from(i).ok().map(Def::Int),
+                Ok(_) => None,
+                Err(d) => {
+                    faults.push(d);
+                    continue;
+                }
             };
             match def {
                 Some(def) if mentioned.contains(&key.value) => drop(defs.insert(key.value.clone(), def)),
                 Some(_) => {}
-                None => self.faults.push(
+                None => faults.push(
                     Diagnostic::error(format!("`{}` must be a boolean or a 32-bit integer", key.value)).at(&e.span, ""),
                 ),
             }
         }
+        defs
+    }
+
+    fn shader(&mut self, pass: &'g Pass, name: &'g Name) -> Option<(usize, Arc<Shader>)> {
+        let mut faults = vec![];
+        let defs = self.defs(pass, name, &mut faults);
+        self.faults.append(&mut faults);
         if let Some(i) = self.out.shaders.iter().position(|s| s.path == name.value && s.defs == defs) {
             return Some((i, self.out.shaders[i].clone()));
         }
@@ -360,10 +397,10 @@ impl<'g> Wirer<'g, '_> {
     fn feedback(&mut self, wired: &Wired) {
         for (i, a) in wired.uses.iter().enumerate() {
             for b in &wired.uses[i + 1..] {
-                let texture = matches!(self.sizes.of(&a.resource), Some(Ok(s)) if matches!(s.desc, Desc::Texture(_)));
                 let clash = a.mode.writes() && b.mode != Mode::Size || b.mode.writes() && a.mode != Mode::Size;
-                let apart = texture || [a.how, b.how].contains(&How::Uniform);
-                if a.resource == b.resource && apart && clash {
+                let texture = |r: &str| matches!(self.sizes.of(r), Some(Ok(s)) if matches!(s.desc, Desc::Texture(_)));
+                let apart = || [a.how, b.how].contains(&How::Uniform) || texture(&a.resource);
+                if a.resource == b.resource && clash && apart() {
                     let d = Diagnostic::error(format!(
                         "`{}` reads and writes `{}` at once",
                         wired.pass.name.value, a.resource

@@ -5,6 +5,7 @@
 //! top is split by one thread with the help of the others, the parts below it by all of them at once.
 
 use super::model::Bounds;
+use crate::parallel::threads;
 use glam::Vec3;
 use std::sync::{Mutex, PoisonError};
 
@@ -15,22 +16,18 @@ pub struct Bvh {
     /// Corners of the boxes.
     pub lower: Vec<Vec3>,
     pub upper: Vec<Vec3>,
-    /// [`BvhNode::first`]
+    pub tree: Tree,
+}
+
+/// A hierarchy without its boxes. By row, as in [`Bvh`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Tree {
+    /// Of a leaf: its first place in [`Tree::order`]. Else: the row of its first child.
     pub first: Vec<u32>,
-    /// [`BvhNode::count`]
+    /// Of a leaf: its triangles, at least 1. Else 0.
     pub count: Vec<u32>,
     /// The triangles in the order of the leaves.
     pub order: Vec<u32>,
-}
-
-/// A box, and what is in it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BvhNode {
-    pub bounds: Bounds,
-    /// Of a leaf: its first place in [`Bvh::order`]. Else: the row of its first child.
-    pub first: u32,
-    /// Of a leaf: its triangles, at least 1. Else 0.
-    pub count: u32,
 }
 
 /// Leaves are at most so many levels below the root: what a traversal's stack must hold.
@@ -45,10 +42,11 @@ const MAX_LEAF: usize = 8;
 /// Cost of a step down, in intersections of a triangle.
 const STEP_COST: f32 = 1.0;
 
-/// Parts that the items are split into before threads take one each: enough that none waits long for the last.
+/// Parts that the triangles are split into before threads take one each: enough that none waits long for the last, and that
+/// their items take little memory.
 const PARTS: usize = 64;
 
-/// Items that are not worth a thread.
+/// Triangles that are not worth a thread.
 const FEW: usize = 1 << 14;
 
 /// A triangle as the builder sees it.
@@ -65,35 +63,61 @@ impl Item {
     }
 }
 
-/// A range of items still to be split.
+/// A row of a [`Tree`].
+#[derive(Clone, Copy, Default)]
+struct Row {
+    first: u32,
+    count: u32,
+}
+
+/// A range still to be split.
 #[derive(Clone, Copy)]
 struct Task {
-    node: usize,
+    row: usize,
     start: usize,
     end: usize,
     depth: u32,
 }
 
 impl Bvh {
-    /// The hierarchy over triangles given by their corners, all of them finite.
-    pub fn new(triangles: impl Iterator<Item = [Vec3; 3]>) -> Bvh {
-        Bvh::with_leaves(triangles, 1)
-    }
-
-    /// As [`Bvh::new`], but parts of at most `enough` triangles are not split.
-    pub fn with_leaves(triangles: impl Iterator<Item = [Vec3; 3]>, enough: usize) -> Bvh {
-        let mut items = Vec::with_capacity(triangles.size_hint().0);
-        items.extend((0..).zip(triangles).map(|(triangle, corners)| Item { bounds: Bounds::of(corners), triangle }));
-        if items.is_empty() {
-            let mut bvh = Bvh::default();
-            bvh.push(&BvhNode { bounds: Bounds { min: Vec3::ZERO, max: Vec3::ZERO }, first: 0, count: 1 });
-            return bvh;
+    /// The hierarchy over so many triangles, all corners finite.
+    pub fn new(triangles: usize, corners: impl Fn(usize) -> [Vec3; 3] + Sync) -> Bvh {
+        let tree = Tree::new(triangles, &corners, 1);
+        let (mut lower, mut upper) = (vec![Vec3::ZERO; tree.rows()], vec![Vec3::ZERO; tree.rows()]);
+        // Children stand after their parents.
+        for row in (0..tree.rows()).rev() {
+            let (first, count) = (tree.first[row] as usize, tree.count[row] as usize);
+            let bounds = match count {
+                0 => Bounds { min: lower[first].min(lower[first + 1]), max: upper[first].max(upper[first + 1]) },
+                _ if tree.order.is_empty() => continue,
+                _ => Bounds::of(tree.order[first..first + count].iter().flat_map(|i| corners(*i as usize))),
+            };
+            (lower[row], upper[row]) = (bounds.min, bounds.max);
         }
-        let whole = Task { node: 0, start: 0, end: items.len(), depth: 0 };
-        let part = (items.len() / PARTS).max(FEW);
-        let mut top = vec![];
-        let mut parts = vec![];
-        grow(&mut items, whole, enough, &mut top, |task| {
+        // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
+        let largest = lower[0].abs().max(upper[0].abs()).max_element();
+        let margin = Vec3::splat(largest * 4.0 * f32::EPSILON);
+        lower.iter_mut().for_each(|p| *p -= margin);
+        upper.iter_mut().for_each(|p| *p += margin);
+        Bvh { lower, upper, tree }
+    }
+}
+
+impl Tree {
+    /// The hierarchy over so many triangles, all corners finite. Parts of at most `enough` triangles are not split.
+    ///
+    /// Corners are asked for again and again instead of kept: at the top by all threads, then once for each part, so that
+    /// boxes of a few parts only are held at a time.
+    pub fn new(triangles: usize, corners: impl Fn(usize) -> [Vec3; 3] + Sync, enough: usize) -> Tree {
+        let mut order: Vec<u32> = (0..triangles as u32).collect();
+        if order.is_empty() {
+            return Tree { first: vec![0], count: vec![1], order };
+        }
+        let item = |triangle: &u32| Item { bounds: Bounds::of(corners(*triangle as usize)), triangle: *triangle };
+        let whole = Task { row: 0, start: 0, end: order.len(), depth: 0 };
+        let part = (order.len() / PARTS).max(FEW);
+        let (mut top, mut parts) = (vec![], vec![]);
+        grow(&mut order, &item, whole, enough, &mut top, |task| {
             let small = task.end - task.start <= part;
             if small {
                 parts.push(*task);
@@ -101,95 +125,70 @@ impl Bvh {
             small
         });
         parts.sort_by_key(|p| p.start);
-        let subtrees = subtrees(&mut items, &parts, enough);
-        let order = items.iter().map(|i| i.triangle).collect();
-        drop(items);
-        let mut bvh = Bvh { order, ..Bvh::default() };
-        bvh.reserve(top.len() + subtrees.iter().map(|s| s.len() - 1).sum::<usize>());
-        top.iter().for_each(|n| bvh.push(n));
+        let subtrees = subtrees(&mut order, &item, &parts, enough);
+        let rows = top.len() + subtrees.iter().map(|s| s.len() - 1).sum::<usize>();
+        let mut tree = Tree { first: Vec::with_capacity(rows), count: Vec::with_capacity(rows), order };
+        top.iter().for_each(|row| tree.push(*row));
         for (part, below) in parts.iter().zip(subtrees) {
             // All but the root of a part go to the end; what they call row i is then row `base + i`.
-            let base = bvh.rows() as u32 - 1;
-            let mut below = below.into_iter().map(|n| match n.count {
-                0 => BvhNode { first: n.first + base, ..n },
-                _ => BvhNode { first: n.first + part.start as u32, ..n },
+            let base = tree.rows() as u32 - 1;
+            let mut below = below.into_iter().map(|row| match row.count {
+                0 => Row { first: row.first + base, ..row },
+                _ => Row { first: row.first + part.start as u32, ..row },
             });
             if let Some(root) = below.next() {
-                bvh.set(part.node, &root);
+                (tree.first[part.row], tree.count[part.row]) = (root.first, root.count);
             }
-            below.for_each(|n| bvh.push(&n));
+            below.for_each(|row| tree.push(row));
         }
-        // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
-        let largest = bvh.lower[0].abs().max(bvh.upper[0].abs()).max_element();
-        let margin = Vec3::splat(largest * 4.0 * f32::EPSILON);
-        bvh.lower.iter_mut().for_each(|p| *p -= margin);
-        bvh.upper.iter_mut().for_each(|p| *p += margin);
-        bvh
+        tree
     }
 
     pub fn rows(&self) -> usize {
         self.count.len()
     }
 
-    /// The box of a row below [`Bvh::rows`].
-    #[cfg(test)]
-    pub fn node(&self, row: usize) -> BvhNode {
-        let bounds = Bounds { min: self.lower[row], max: self.upper[row] };
-        BvhNode { bounds, first: self.first[row], count: self.count[row] }
-    }
-
-    fn reserve(&mut self, rows: usize) {
-        self.lower.reserve_exact(rows);
-        self.upper.reserve_exact(rows);
-        self.first.reserve_exact(rows);
-        self.count.reserve_exact(rows);
-    }
-
-    fn push(&mut self, node: &BvhNode) {
-        self.lower.push(node.bounds.min);
-        self.upper.push(node.bounds.max);
-        self.first.push(node.first);
-        self.count.push(node.count);
-    }
-
-    fn set(&mut self, row: usize, node: &BvhNode) {
-        self.lower[row] = node.bounds.min;
-        self.upper[row] = node.bounds.max;
-        self.first[row] = node.first;
-        self.count[row] = node.count;
+    fn push(&mut self, row: Row) {
+        self.first.push(row.first);
+        self.count.push(row.count);
     }
 }
 
-/// Splits a task and what comes of it into `nodes`, whose first free row is the task's, down to `enough` items, but for those
-/// that `skip` takes: their rows stay empty.
-fn grow(items: &mut [Item], whole: Task, enough: usize, nodes: &mut Vec<BvhNode>, mut skip: impl FnMut(&Task) -> bool) {
-    let empty = BvhNode { bounds: Bounds::EMPTY, first: 0, count: 0 };
-    nodes.push(empty);
+/// Splits a task and what comes of it into `rows`, whose first free row is the task's, down to `enough` triangles, but for
+/// those that `skip` takes: their rows stay empty. `look` tells what is sorted.
+fn grow<T: Sync>(
+    all: &mut [T],
+    look: &(impl Fn(&T) -> Item + Sync),
+    whole: Task,
+    enough: usize,
+    rows: &mut Vec<Row>,
+    mut skip: impl FnMut(&Task) -> bool,
+) {
+    rows.push(Row::default());
     let mut tasks = vec![whole];
     while let Some(task) = tasks.pop() {
         if skip(&task) {
             continue;
         }
-        let range = &mut items[task.start..task.end];
-        let bounds = joined(range, |b, i| *b = b.union(i.bounds), Bounds::EMPTY, Bounds::union);
-        let Some(left) = split(range, bounds, task.depth, enough) else {
-            nodes[task.node] = BvhNode { bounds, first: task.start as u32, count: range.len() as u32 };
+        let range = &mut all[task.start..task.end];
+        let Some(left) = split(range, look, task.depth, enough) else {
+            rows[task.row] = Row { first: task.start as u32, count: range.len() as u32 };
             continue;
         };
-        let first = nodes.len();
-        nodes[task.node] = BvhNode { bounds, first: first as u32, count: 0 };
-        nodes.extend([empty, empty]);
+        let first = rows.len();
+        rows[task.row] = Row { first: first as u32, count: 0 };
+        rows.extend([Row::default(); 2]);
         let (middle, depth) = (task.start + left, task.depth + 1);
-        tasks.push(Task { node: first + 1, start: middle, end: task.end, depth });
-        tasks.push(Task { node: first, start: task.start, end: middle, depth });
+        tasks.push(Task { row: first + 1, start: middle, end: task.end, depth });
+        tasks.push(Task { row: first, start: task.start, end: middle, depth });
     }
 }
 
-/// The hierarchies over parts in the order of their items, each with its root in row 0 and its items from 0 on.
-fn subtrees(items: &mut [Item], parts: &[Task], enough: usize) -> Vec<Vec<BvhNode>> {
-    let mut done: Vec<Vec<BvhNode>> = parts.iter().map(|_| vec![]).collect();
+/// The hierarchies over parts in the order of their triangles, each with its root in row 0 and its triangles from 0 on.
+fn subtrees(order: &mut [u32], item: &(impl Fn(&u32) -> Item + Sync), parts: &[Task], enough: usize) -> Vec<Vec<Row>> {
+    let mut done: Vec<Vec<Row>> = parts.iter().map(|_| vec![]).collect();
     let mut open = vec![];
-    let (mut rest, mut at) = (items, 0);
+    let (mut rest, mut at) = (order, 0);
     for (part, out) in parts.iter().zip(&mut done) {
         let (own, after) = rest.split_at_mut(part.end - at);
         (rest, at) = (after, part.end);
@@ -197,11 +196,16 @@ fn subtrees(items: &mut [Item], parts: &[Task], enough: usize) -> Vec<Vec<BvhNod
     }
     let open = Mutex::new(open);
     let work = || {
+        let mut items = vec![];
         loop {
             let next = open.lock().unwrap_or_else(PoisonError::into_inner).pop();
             let Some((own, depth, out)) = next else { return };
-            let whole = Task { node: 0, start: 0, end: own.len(), depth };
-            grow(own, whole, enough, out, |_| false);
+            items.clear();
+            items.extend(own.iter().map(item));
+            let whole = Task { row: 0, start: 0, end: own.len(), depth };
+            grow(&mut items, &|item| *item, whole, enough, out, |_| false);
+            out.shrink_to_fit();
+            own.iter_mut().zip(&items).for_each(|(triangle, item)| *triangle = item.triangle);
         }
     };
     std::thread::scope(|scope| {
@@ -213,51 +217,52 @@ fn subtrees(items: &mut [Item], parts: &[Task], enough: usize) -> Vec<Vec<BvhNod
     done
 }
 
-fn threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
 /// Folds items on all cores when they are many. `join` must not care how they were parted.
-fn joined<T: Clone + Send + Sync>(
-    items: &[Item],
-    add: impl Fn(&mut T, &Item) + Sync,
-    none: T,
-    join: impl Fn(T, T) -> T,
-) -> T {
-    let run = |chunk: &[Item]| {
+fn joined<T: Sync, S: Clone + Send + Sync>(
+    all: &[T],
+    add: impl Fn(&mut S, &T) + Sync,
+    none: S,
+    join: impl Fn(S, S) -> S,
+) -> S {
+    let run = |chunk: &[T]| {
         let mut sum = none.clone();
-        chunk.iter().for_each(|item| add(&mut sum, item));
+        chunk.iter().for_each(|one| add(&mut sum, one));
         sum
     };
     // How many threads there are is a question to the system: it isn't asked for each of many small ranges.
-    let count = if items.len() < 2 * FEW { 1 } else { threads() };
+    let count = if all.len() < 2 * FEW { 1 } else { threads() };
     if count == 1 {
-        return run(items);
+        return run(all);
     }
     std::thread::scope(|scope| {
         let run = &run;
-        let chunks: Vec<_> = items.chunks(items.len().div_ceil(count)).map(|c| scope.spawn(move || run(c))).collect();
+        let chunks: Vec<_> = all.chunks(all.len().div_ceil(count)).map(|c| scope.spawn(move || run(c))).collect();
         let parts = chunks.into_iter().map(|c| c.join().unwrap_or_else(|e| std::panic::resume_unwind(e)));
         parts.fold(none.clone(), join)
     })
 }
 
-/// Sorts the items into two halves; the size of the first, or `None` for a leaf.
-fn split(items: &mut [Item], bounds: Bounds, depth: u32, enough: usize) -> Option<usize> {
-    let count = items.len();
+/// Sorts what is in a range into two halves; the size of the first, or `None` for a leaf.
+fn split<T: Sync>(all: &mut [T], look: &(impl Fn(&T) -> Item + Sync), depth: u32, enough: usize) -> Option<usize> {
+    let count = all.len();
     if count <= enough {
         return None;
     }
     let levels_left = MAX_DEPTH - depth;
-    let grown = |b: &mut Bounds, i: &Item| *b = b.union(Bounds::of([i.centre()]));
-    let centres = joined(items, grown, Bounds::EMPTY, Bounds::union);
+    // The box of everything, and that of the centres.
+    let grown = |(bounds, centres): &mut (Bounds, Bounds), one: &T| {
+        let item = look(one);
+        *bounds = bounds.union(item.bounds);
+        *centres = centres.union(Bounds::of([item.centre()]));
+    };
+    let (bounds, centres) = joined(all, grown, (Bounds::EMPTY, Bounds::EMPTY), |a, b| (a.0.union(b.0), a.1.union(b.1)));
     // Halving always ends in time; the heuristic may not.
     let balanced = usize::BITS - (count - 1).leading_zeros() >= levels_left;
-    if !balanced && let Some((axis, bin, cost)) = best_plane(items, centres) {
+    if !balanced && let Some((axis, bin, cost)) = best_plane(all, look, centres) {
         if count <= MAX_LEAF && count as f32 <= STEP_COST + cost / area(bounds).max(f32::MIN_POSITIVE) {
             return None;
         }
-        let left = partition(items, |i| bin_of(i.centre()[axis], centres, axis) <= bin);
+        let left = partition(all, |one| bin_of(look(one).centre()[axis], centres, axis) <= bin);
         if left > 0 && left < count {
             return Some(left);
         }
@@ -268,14 +273,14 @@ fn split(items: &mut [Item], bounds: Bounds, depth: u32, enough: usize) -> Optio
     let extent = centres.max - centres.min;
     let axis = if extent.x >= extent.y && extent.x >= extent.z { 0 } else { 1 + usize::from(extent.z > extent.y) };
     let order = |a: &Item, b: &Item| a.centre()[axis].total_cmp(&b.centre()[axis]).then(a.triangle.cmp(&b.triangle));
-    items.select_nth_unstable_by(count / 2, order);
+    all.select_nth_unstable_by(count / 2, |a, b| order(&look(a), &look(b)));
     Some(count / 2)
 }
 
 /// The cheapest plane between two bins: its axis, the last bin before it, and the sum of areas times counts on both
 /// sides. `None` when all centres coincide.
-fn best_plane(items: &[Item], centres: Bounds) -> Option<(usize, usize, f32)> {
-    let bins = filled(items, centres);
+fn best_plane<T: Sync>(all: &[T], look: &(impl Fn(&T) -> Item + Sync), centres: Bounds) -> Option<(usize, usize, f32)> {
+    let bins = filled(all, look, centres);
     let mut best: Option<(usize, usize, f32)> = None;
     for axis in 0..3 {
         if centres.max[axis] <= centres.min[axis] {
@@ -292,7 +297,7 @@ fn best_plane(items: &[Item], centres: Bounds) -> Option<(usize, usize, f32)> {
         for i in 0..BINS - 1 {
             sum = (sum.0.union(bins[i].0), sum.1 + bins[i].1);
             let cost = area(sum.0) * sum.1 as f32 + above[i];
-            let splits = sum.1 > 0 && sum.1 < items.len();
+            let splits = sum.1 > 0 && sum.1 < all.len();
             if splits && best.is_none_or(|b| cost < b.2) {
                 best = Some((axis, i, cost));
             }
@@ -304,8 +309,9 @@ fn best_plane(items: &[Item], centres: Bounds) -> Option<(usize, usize, f32)> {
 /// Along each axis: the box and the number of the items whose centres lie in each bin.
 type Bins = [[(Bounds, usize); BINS]; 3];
 
-fn filled(items: &[Item], centres: Bounds) -> Bins {
-    let add = |bins: &mut Bins, item: &Item| {
+fn filled<T: Sync>(all: &[T], look: &(impl Fn(&T) -> Item + Sync), centres: Bounds) -> Bins {
+    let add = |bins: &mut Bins, one: &T| {
+        let item = look(one);
         let centre = item.centre();
         for (axis, bins) in bins.iter_mut().enumerate() {
             let bin = &mut bins[bin_of(centre[axis], centres, axis)];
@@ -318,7 +324,7 @@ fn filled(items: &[Item], centres: Bounds) -> Bins {
         }
         a
     };
-    joined(items, add, [[(Bounds::EMPTY, 0); BINS]; 3], join)
+    joined(all, add, [[(Bounds::EMPTY, 0); BINS]; 3], join)
 }
 
 fn bin_of(centre: f32, centres: Bounds, axis: usize) -> usize {
@@ -334,11 +340,11 @@ fn area(b: Bounds) -> f32 {
 }
 
 /// Brings those that pass to the front; how many they are.
-fn partition(items: &mut [Item], pass: impl Fn(&Item) -> bool) -> usize {
+fn partition<T>(all: &mut [T], pass: impl Fn(&T) -> bool) -> usize {
     let mut front = 0;
-    for i in 0..items.len() {
-        if pass(&items[i]) {
-            items.swap(front, i);
+    for i in 0..all.len() {
+        if pass(&all[i]) {
+            all.swap(front, i);
             front += 1;
         }
     }

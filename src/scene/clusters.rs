@@ -1,6 +1,6 @@
 //! Clusters: the triangles cut into small compact groups, so that a draw can leave out what a view doesn't show.
 
-use super::{Vertex, bvh::Bvh, geometry::Geometry, model::Bounds};
+use super::{Vertex, bvh::Tree, geometry::Geometry, model::Bounds};
 use glam::Vec3;
 
 /// Triangles of a cluster at most: few enough that a cluster seldom lies half inside a view, many enough that testing it
@@ -34,13 +34,13 @@ pub(super) fn clustered(vertices: &[Vertex], indices: &[u32], one_sided: u32) ->
     let mut clusters = vec![];
     let mut sorted: Vec<u32> = Vec::with_capacity(indices.len());
     for group in [front, both].into_iter().flat_map(|part| part.chunk_by(|a, b| node(a) == node(b))) {
-        let corners = group.iter().map(|t| t.map(|i| Vec3::from(vertices[i as usize].position)));
-        let mut bvh = Bvh::with_leaves(corners, CLUSTER);
-        let mut leaves: Vec<(u32, u32)> = bvh.first.iter().copied().zip(bvh.count.iter().copied()).collect();
+        let corners = |t: usize| group[t].map(|i| Vec3::from(vertices[i as usize].position));
+        let Tree { first, count, mut order } = Tree::new(group.len(), corners, CLUSTER);
+        let mut leaves: Vec<(u32, u32)> = first.into_iter().zip(count).collect();
         leaves.retain(|(_, count)| *count > 0);
         leaves.sort_unstable();
         for (start, count) in leaves {
-            let members = &mut bvh.order[start as usize..][..count as usize];
+            let members = &mut order[start as usize..][..count as usize];
             members.sort_unstable();
             let first = sorted.len() as u32;
             sorted.extend(members.iter().flat_map(|i| group[*i as usize]));

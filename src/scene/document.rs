@@ -35,6 +35,10 @@ struct Elements<'d> {
     component: ComponentType,
 }
 
+/// Vertex indices in a buffer, decoded where they are read.
+#[derive(Clone, Copy)]
+pub(super) struct Indices<'d>(Elements<'d>);
+
 /// Vectors of `f32` in a buffer, decoded where they are read.
 #[derive(Clone, Copy)]
 pub(super) struct Vectors<'d, const N: usize>(Elements<'d>);
@@ -120,12 +124,10 @@ impl<'a> Document<'a> {
     }
 
     /// An accessor of vertex indices.
-    pub fn indices(&self, accessor: usize) -> Result<Vec<u32>, String> {
+    pub fn indices(&self, accessor: usize) -> Result<Indices<'_>, String> {
         let elements = self.elements(accessor, Type::Scalar)?;
         match elements.component {
-            ComponentType::U8 => Ok(elements.iter().map(|e| u32::from(e[0])).collect()),
-            ComponentType::U16 => Ok(elements.iter().map(|e| u32::from(u16::from_le_bytes([e[0], e[1]]))).collect()),
-            ComponentType::U32 => Ok(elements.iter().map(|e| u32::from_le_bytes([e[0], e[1], e[2], e[3]])).collect()),
+            ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => Ok(Indices(elements)),
             other => Err(format!("accessor {accessor} holds {other:?}, not unsigned integers")),
         }
     }
@@ -243,6 +245,27 @@ impl<'d> Elements<'d> {
     fn iter(self) -> impl Iterator<Item = &'d [u8]> {
         self.bytes.chunks(self.stride).take(self.count).map(move |c| &c[..self.size])
     }
+
+    /// The element of a place below its count.
+    fn get(self, place: usize) -> &'d [u8] {
+        &self.bytes[place * self.stride..][..self.size]
+    }
+}
+
+impl Indices<'_> {
+    pub fn len(self) -> usize {
+        self.0.count
+    }
+
+    /// The index of a place below [`Indices::len`].
+    pub fn get(self, place: usize) -> u32 {
+        let e = self.0.get(place);
+        match self.0.component {
+            ComponentType::U8 => e[0].into(),
+            ComponentType::U16 => u16::from_le_bytes([e[0], e[1]]).into(),
+            _ => u32::from_le_bytes([e[0], e[1], e[2], e[3]]),
+        }
+    }
 }
 
 impl<'d, const N: usize> Vectors<'d, N> {
@@ -252,7 +275,7 @@ impl<'d, const N: usize> Vectors<'d, N> {
 
     /// The vector of a place below [`Vectors::len`].
     pub fn get(self, place: usize) -> [f32; N] {
-        self.decoded(&self.0.bytes[place * self.0.stride..][..self.0.size])
+        self.decoded(self.0.get(place))
     }
 
     pub fn iter(self) -> impl Iterator<Item = [f32; N]> + use<'d, N> {

@@ -3,7 +3,7 @@
 use super::{
     Vertex,
     clusters::Cluster,
-    document::{Document, Vectors, place},
+    document::{Document, Indices, Vectors, place},
 };
 use crate::diag::Diagnostic;
 use glam::{DVec3, Mat4, Vec3};
@@ -31,17 +31,62 @@ impl Geometry {
     }
 }
 
-/// A mesh's primitive as a checked triangle list in the mesh's own space. Vertices stay in the document.
+/// A mesh's primitive, checked, in the mesh's own space. Vertices and indices stay in the document.
 pub(super) struct Primitive<'d> {
     positions: Vectors<'d, 3>,
     normals: Option<Vectors<'d, 3>>,
     uvs: Option<Vectors<'d, 2>>,
-    triangles: Vec<[u32; 3]>,
+    triangles: Triangles<'d>,
+    /// How many of the triangles have an area; the others are not drawn.
+    drawn: usize,
     /// Row of the `materials` table.
     material: u32,
 }
 
+/// Vertices, by their indices where there are any, taken as triangles.
+#[derive(Clone, Copy)]
+struct Triangles<'d> {
+    mode: Mode,
+    indices: Option<Indices<'d>>,
+    /// How many indices, or vertices without them.
+    count: usize,
+}
+
+impl<'d> Triangles<'d> {
+    /// The index at a place below the count.
+    fn index(self, place: usize) -> u32 {
+        self.indices.map_or(place as u32, |indices| indices.get(place))
+    }
+
+    fn indices(self) -> impl Iterator<Item = u32> + use<'d> {
+        (0..self.count).map(move |i| self.index(i))
+    }
+
+    fn len(self) -> usize {
+        match self.mode {
+            Mode::Triangles => self.count / 3,
+            Mode::TriangleStrip | Mode::TriangleFan => self.count.saturating_sub(2),
+            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
+        }
+    }
+
+    /// Source: glTF 2.0, section 3.7.2.1: strips {vᵢ, vᵢ₊₁₊ᵢ%₂, vᵢ₊₂₋ᵢ%₂}, fans {vᵢ₊₁, vᵢ₊₂, v₀}.
+    fn iter(self) -> impl Iterator<Item = [u32; 3]> + use<'d> {
+        let places = move |i: usize| match self.mode {
+            Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
+            Mode::TriangleFan => [i + 1, i + 2, 0],
+            _ => [3 * i, 3 * i + 1, 3 * i + 2],
+        };
+        (0..self.len()).map(move |i| places(i).map(|place| self.index(place)))
+    }
+}
+
 impl Primitive<'_> {
+    /// The corners of a triangle.
+    fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
+        triangle.map(|i| self.positions.get(i as usize).into())
+    }
+
     /// Row of the `materials` table.
     pub fn material(&self) -> usize {
         self.material as usize
@@ -104,17 +149,17 @@ pub(super) fn primitive<'d>(
     let normals = attribute(Semantic::Normals).and_then(|a| vectors(document, at, "NORMAL", a, faults));
     let normals = normals.filter(|n| same_count(document, at, "NORMAL", n.len(), count, faults));
     let uvs = surface.uv_set.and_then(|set| texture_coordinates(document, at, set, attribute, count, faults));
-    let indices = match &raw.indices {
-        Some(index) => match document.indices(index.value()) {
-            Ok(indices) => indices,
-            Err(why) => {
-                faults.push(document.error(at, format!("indices: {why}")));
-                vec![]
-            }
-        },
-        None => (0..u32::try_from(count).unwrap_or(u32::MAX)).collect(),
+    let indices = match raw.indices.as_ref().map(|index| document.indices(index.value())).transpose() {
+        Ok(indices) => indices,
+        Err(why) => {
+            faults.push(document.error(at, format!("indices: {why}")));
+            None
+        }
     };
-    if let Some(wrong) = indices.iter().find(|i| **i as usize >= count)
+    // Without indices as many vertices as an index can name.
+    let listed = indices.map_or(count.min(u32::MAX as usize), Indices::len);
+    let triangles = Triangles { mode, indices, count: listed };
+    if let Some(wrong) = triangles.indices().find(|i| *i as usize >= count)
         && faults.len() == before
     {
         let why = format!("index {wrong} is out of range: it has {count} vertices");
@@ -123,28 +168,31 @@ pub(super) fn primitive<'d>(
     if faults[before..].iter().any(|d| d.severity == crate::diag::Severity::Error) {
         return None;
     }
-    if mode == Mode::Triangles && indices.len() % 3 != 0 {
-        let left = indices.len() % 3;
-        faults.push(document.warning(
-            at,
-            format!("{} vertices do not make whole triangles; the last {left} are ignored", indices.len()),
-        ));
+    if mode == Mode::Triangles && listed % 3 != 0 {
+        let left = listed % 3;
+        faults.push(
+            document.warning(at, format!("{listed} vertices do not make whole triangles; the last {left} are ignored")),
+        );
     }
-    let mut triangles = triangles(mode, &indices);
-    let all = triangles.len();
-    triangles.retain(|t| has_area(t.map(|i| positions.get(i as usize).into())));
+    let mut primitive = Primitive { positions, normals, uvs, triangles, drawn: 0, material: surface.material };
+    primitive.drawn = triangles.iter().filter(|t| has_area(primitive.corners(*t))).count();
     // Strips repeat vertices on purpose to jump; only a strip of nothing else is worth a word.
-    if triangles.len() < all && (mode == Mode::Triangles || triangles.is_empty()) {
-        let dropped = all - triangles.len();
+    let (all, drawn) = (triangles.len(), primitive.drawn);
+    if drawn < all && (mode == Mode::Triangles || drawn == 0) {
+        let dropped = all - drawn;
         faults.push(document.warning(at, format!("{dropped} of {all} triangles have no area and are dropped")));
     }
-    Some(Primitive { positions, normals, uvs, triangles, material: surface.material })
+    Some(primitive)
 }
 
 /// Lays all instances out in one list, not yet in clusters. Mirroring transforms get their winding turned round, so that
 /// front stays front.
 pub(super) fn assemble(document: &Document<'_>, instances: &[Instance<'_>], faults: &mut Vec<Diagnostic>) -> Geometry {
-    let total = instances.iter().map(|i| i.primitive.triangles.len()).fold(0, usize::saturating_add);
+    let drawn = |sides: bool| {
+        let of = instances.iter().filter(|i| i.double_sided == sides);
+        of.map(|i| i.primitive.drawn).fold(0, usize::saturating_add)
+    };
+    let total = drawn(false).saturating_add(drawn(true));
     if total > MAX_TRIANGLES {
         let why = format!("{total} triangles over all nodes; at most {MAX_TRIANGLES} fit");
         faults.push(document.error("scene", why).help("thin the meshes out, or place them at fewer nodes"));
@@ -152,7 +200,7 @@ pub(super) fn assemble(document: &Document<'_>, instances: &[Instance<'_>], faul
     }
     let mut vertices = vec![];
     let mut one_sided = Vec::with_capacity(3 * total);
-    let mut two_sided = vec![];
+    let mut two_sided = Vec::with_capacity(3 * drawn(true));
     for instance in instances {
         let indices = if instance.double_sided { &mut two_sided } else { &mut one_sided };
         let dropped = place_instance(instance, &mut vertices, indices);
@@ -176,10 +224,13 @@ fn place_instance(instance: &Instance<'_>, vertices: &mut Vec<Vertex>, indices: 
     let mut placed = vec![NOWHERE; primitive.positions.len()];
     // A flat normal belongs to one triangle: its vertices are its own.
     let most = if primitive.normals.is_some() { placed.len() } else { usize::MAX };
-    vertices.reserve(most.min(3 * primitive.triangles.len()));
+    vertices.reserve(most.min(3 * primitive.drawn));
     let mut dropped = 0;
-    for triangle in &primitive.triangles {
-        let corners: [Vec3; 3] = triangle.map(|i| primitive.positions.get(i as usize).into());
+    for triangle in primitive.triangles.iter() {
+        let corners = primitive.corners(triangle);
+        if !has_area(corners) {
+            continue;
+        }
         if !has_area(corners.map(|p| instance.world.transform_point3(p))) {
             dropped += 1;
             continue;
@@ -208,20 +259,6 @@ fn place_instance(instance: &Instance<'_>, vertices: &mut Vec<Vertex>, indices: 
         indices.extend(if mirrored { [a, c, b] } else { [a, b, c] });
     }
     dropped
-}
-
-fn triangles(mode: Mode, v: &[u32]) -> Vec<[u32; 3]> {
-    match mode {
-        // Source: glTF 2.0, section 3.7.2.1: strips {vᵢ, vᵢ₊₁₊ᵢ%₂, vᵢ₊₂₋ᵢ%₂}, fans {vᵢ₊₁, vᵢ₊₂, v₀}.
-        Mode::TriangleStrip => v
-            .windows(3)
-            .enumerate()
-            .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
-            .collect(),
-        Mode::TriangleFan => v.windows(2).skip(1).map(|w| [w[0], w[1], v[0]]).collect(),
-        Mode::Triangles => v.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
-        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => vec![],
-    }
 }
 
 /// Whether a triangle is more than a line or a point, as far as `f32` corners can tell.

@@ -42,7 +42,7 @@ pub(super) fn import(
     let cameras = attached::cameras(document, &placed, faults);
     Scene {
         name: name.to_owned(),
-        geometry,
+        geometry: geometry.into(),
         nodes: placed.into_iter().map(|p| p.node).collect(),
         materials,
         lights,

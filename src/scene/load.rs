@@ -12,6 +12,7 @@ use glam::Vec3;
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 /// A scene, and what its user should know.
@@ -91,7 +92,7 @@ pub(super) fn read(
 ) -> Option<Scene> {
     let mut scene = imported(&bytes, shown, name, directory, description, files, faults)?;
     drop(bytes);
-    cluster(&mut scene.geometry);
+    cluster(Arc::make_mut(&mut scene.geometry));
     if scene.lights.is_empty() && !scene.materials.iter().any(super::Material::emits) {
         let d = Diagnostic::note(format!("{shown}: the scene has no light; everything will be black"));
         faults.push(d.help("add a light (KHR_lights_punctual) or an emissive material"));

@@ -7,7 +7,7 @@
 //! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes and materials of
 //!   them, `attached` lights and cameras, `geometry` the vertices, `clusters` their compact groups, `levels` fewer triangles, `textures` the base-colour array; `description`
 //!   reads the scene RON
-//! - `model` holds the scene and its facts; `motion` poses it; `tables`, `light_views` and `bvh` fill the shaders'
+//! - `model` holds the scene and its facts; `motion` poses it; `tables`, `corners`, `light_views` and `bvh` fill the shaders'
 //!   tables; `camera` makes the view matrices
 //!
 //! # The scene file
@@ -41,6 +41,7 @@ mod attached;
 mod bvh;
 mod camera;
 mod clusters;
+mod corners;
 mod description;
 mod document;
 mod geometry;
@@ -57,6 +58,7 @@ mod textures;
 
 pub use assets::{AssetHashes, Assets};
 pub use clusters::{CLUSTER, Cluster};
+pub use corners::{Corners, Held};
 pub use geometry::Geometry;
 pub use levels::{Level, Levels};
 pub use load::{Loaded, from_bytes, load};
@@ -118,11 +120,11 @@ pub enum Column {
     Vec3(Vec<Vec3>),
     Vec4(Vec<Vec4>),
     Mat4(Vec<Mat4>),
-    /// Row `i` is row `picks[i][part]` of another column, for values that many rows share.
-    Picked {
-        from: Arc<Column>,
-        picks: Arc<[[u32; 3]]>,
-        part: usize,
+    /// What the vertices at one corner (0 to 2) of triangles hold.
+    Corner {
+        of: Arc<Corners>,
+        corner: usize,
+        held: Held,
     },
 }
 
@@ -130,7 +132,7 @@ impl Column {
     /// The value in a row.
     pub fn get(&self, row: usize) -> Option<Value> {
         match self {
-            Column::Picked { from, picks, part } => from.get(*picks.get(row)?.get(*part)? as usize),
+            Column::Corner { of, corner, held } => of.get(row, *corner, *held),
             Column::Uint(v) => v.get(row).map(|x| Value::Uint(*x)),
             Column::Float(v) => v.get(row).map(|x| Value::Float(*x)),
             Column::Vec2(v) => v.get(row).map(|x| Value::Vec2(*x)),
@@ -253,6 +255,7 @@ pub const FACTS: &[(&str, Type)] = &[
     ("emissive_materials", Type::Uint),
     ("specular_materials", Type::Uint),
     ("max_shininess", Type::Float),
+    ("metallic_materials", Type::Uint),
     ("textured_materials", Type::Uint),
     ("double_sided_materials", Type::Uint),
     ("nodes", Type::Uint),

@@ -3,14 +3,15 @@
 use super::{Geometry, Levels, TextureArray};
 use crate::value::{Value, Values};
 use glam::{Mat3, Vec3, Vec4};
+use std::sync::Arc;
 
 /// Everything a graph may ask of a scene, checked: all numbers are finite, all indices in range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// The file's name without its extension.
     pub name: String,
-    /// All instances of all meshes as one indexed triangle list.
-    pub geometry: Geometry,
+    /// All instances of all meshes as one indexed triangle list. Tables share it.
+    pub geometry: Arc<Geometry>,
     /// Parents come before their children.
     pub nodes: Vec<Node>,
     pub materials: Vec<Material>,
@@ -194,6 +195,7 @@ impl Scene {
                     self.materials.iter().filter(|m| m.specular > 0.0).map(|m| m.shininess).fold(0.0, f32::max),
                 ),
             ),
+            ("metallic_materials", materials(|m| m.metallic > 0.0)),
             ("textured_materials", materials(|m| m.base_color_texture.is_some())),
             ("double_sided_materials", materials(|m| m.double_sided)),
             ("nodes", count(self.nodes.len())),

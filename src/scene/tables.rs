@@ -2,13 +2,14 @@
 
 use super::{
     Column, Level, TABLES, Table,
-    bvh::Bvh,
+    bvh::{Bvh, Tree},
     clusters,
+    corners::{Corners, Held, normal_matrix},
     light_views::{LightView, light_views},
     model::Scene,
     motion::Pose,
 };
-use glam::{Mat3, Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec3};
 use std::sync::Arc;
 
 /// What stands in `base_color_texture` for none.
@@ -249,9 +250,13 @@ fn light_view_table(views: &[LightView]) -> Table {
     }
 }
 
-/// The tables `triangles` and `bvh`. Corners share what their vertex holds.
+/// The tables `triangles` and `bvh`.
 fn traced_tables(world: &World<'_>) -> (Table, Table) {
-    let Bvh { lower, upper, first, count, order } = Bvh::new((0..world.triangles()).map(|i| world.corners(i)));
+    let Bvh { lower, upper, tree: Tree { first, count, order } } = {
+        let positions: Vec<Vec3> = (0..world.scene.geometry.vertices.len()).map(|i| world.position(i)).collect();
+        let (triangles, _) = world.scene.geometry.indices.as_chunks::<3>();
+        Bvh::new(triangles.len(), |i| triangles[i].map(|vertex| positions[vertex as usize]))
+    };
     let bvh = Table {
         name: "bvh",
         rows: count.len(),
@@ -262,45 +267,23 @@ fn traced_tables(world: &World<'_>) -> (Table, Table) {
             ("count", Column::Uint(count)),
         ]),
     };
-    let geometry = &world.scene.geometry;
-    let vertices = &geometry.vertices;
-    let matrices: Vec<Mat3> = world.pose.nodes.iter().map(normal_matrix).collect();
-    let normal =
-        |v: &super::Vertex| (matrices[v.node as usize] * Vec3::from(v.normal)).try_normalize().unwrap_or(Vec3::Y);
-    let positions = Arc::new(Column::Vec3((0..vertices.len()).map(|i| world.position(i)).collect()));
-    let normals = Arc::new(Column::Vec3(vertices.iter().map(normal).collect()));
-    let uvs = Arc::new(Column::Vec2(vertices.iter().map(|v| Vec2::from(v.uv)).collect()));
-    let materials = Arc::new(Column::Uint(vertices.iter().map(|v| v.material).collect()));
-    let (corners, _) = geometry.indices.as_chunks::<3>();
-    let picks: Arc<[[u32; 3]]> = order.iter().map(|i| corners[*i as usize]).collect();
-    let pick = |from: &Arc<Column>, part| Column::Picked { from: from.clone(), picks: picks.clone(), part };
+    let of = Arc::new(Corners::new(world.scene, world.pose, order));
+    let at = |corner, held| Column::Corner { of: of.clone(), corner, held };
     let triangles = Table {
         name: "triangles",
-        rows: order.len(),
+        rows: of.rows(),
         columns: Arc::new([
-            ("a", pick(&positions, 0)),
-            ("b", pick(&positions, 1)),
-            ("c", pick(&positions, 2)),
-            ("na", pick(&normals, 0)),
-            ("nb", pick(&normals, 1)),
-            ("nc", pick(&normals, 2)),
-            ("uva", pick(&uvs, 0)),
-            ("uvb", pick(&uvs, 1)),
-            ("uvc", pick(&uvs, 2)),
-            ("material", pick(&materials, 0)),
+            ("a", at(0, Held::Position)),
+            ("b", at(1, Held::Position)),
+            ("c", at(2, Held::Position)),
+            ("na", at(0, Held::Normal)),
+            ("nb", at(1, Held::Normal)),
+            ("nc", at(2, Held::Normal)),
+            ("uva", at(0, Held::Uv)),
+            ("uvb", at(1, Held::Uv)),
+            ("uvc", at(2, Held::Uv)),
+            ("material", at(0, Held::Material)),
         ]),
     };
     (triangles, bvh)
-}
-
-/// The matrix that turns normals: the inverse transpose, or where a flattening transform has none, the matrix of
-/// cofactors, which points the same way. Normals are to be normalised after it.
-fn normal_matrix(transform: &Mat4) -> Mat3 {
-    let m = Mat3::from_mat4(*transform);
-    let inverse = m.inverse().transpose();
-    if inverse.is_finite() {
-        return inverse;
-    }
-    let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
-    if cofactors.is_finite() { cofactors } else { Mat3::IDENTITY }
 }

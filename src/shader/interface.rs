@@ -1,7 +1,7 @@
 //! What a shader asks of the world: its variables by name, its entry points, what each entry reads and writes.
 
 use super::layout::Layout;
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 /// The reflected surface of one composed shader.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,7 @@ pub struct Variable {
 #[derive(Debug, Clone, PartialEq)]
 pub enum BindingKind {
     /// `var<uniform>`: a struct of named values, or one value of the variable's own name.
-    Uniform(Layout),
+    Uniform(Arc<Layout>),
     /// `var<uniform>` of an array: a buffer or table, read through the smaller but often quicker way of uniforms.
     /// `size` is that of all elements in bytes.
     UniformArray { element: Layout, stride: u32, size: u32 },

@@ -13,7 +13,7 @@ use naga::{
     Scalar, ScalarKind, Statement, StorageAccess, Type, TypeInner,
     valid::{FunctionInfo, GlobalUse},
 };
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, sync::Arc};
 
 /// Reads the interface off a module.
 ///
@@ -113,7 +113,7 @@ fn kind(bound: &Bound, name: &str, handle: Handle<GlobalVariable>) -> Result<Bin
                     member.read = read.contains(&(i as u32));
                 }
             }
-            Ok(BindingKind::Uniform(layout))
+            Ok(BindingKind::Uniform(Arc::new(layout)))
         }
         (_, AddressSpace::Storage { access }) => {
             let (element, stride, fixed_size) = layout::of_array(module, name, variable.ty);

@@ -404,7 +404,7 @@ impl Parser<'_> {
     /// Three numbers; one stands for all of them.
     fn rgb(&mut self, node: &Node) -> Option<[f64; 3]> {
         match &node.kind {
-            Kind::Word(_) => self.reader.number(node).map(|x| [x; 3]),
+            Kind::Word => self.reader.number(node).map(|x| [x; 3]),
             _ => self.three(node),
         }
     }

@@ -205,7 +205,7 @@ fn scene_of(base: &Scene, state: State) -> Scene {
     scene.textures = Some(TextureArray { width: 1, height: 1, layers: 1, mips: vec![texel] });
     scene.materials.iter_mut().for_each(|m| m.base_color.y = 0.25 * f32::from(state[Material as usize]));
     // Up to a metre towards the camera's side, whatever the corner was.
-    scene.geometry.vertices[0].position[1] += 0.25 * f32::from(state[Vertex as usize]);
+    Arc::make_mut(&mut scene.geometry).vertices[0].position[1] += 0.25 * f32::from(state[Vertex as usize]);
     scene
 }
 

@@ -1,13 +1,14 @@
-//! Glossy lobes as the shaders tabulate them: against integrals of the lobes themselves, and against another renderer.
+//! Glossy lobes as the shaders tabulate and draw them: against integrals of the lobes themselves, closed forms, and another
+//! renderer.
 
 use crate::device::{Shot, gpu};
 use crate::support::{Scratch, repository};
-use glam::DVec3;
+use glam::{DVec3, Vec3, Vec4};
 use lightgraph::image::Image;
 use lightgraph::image::exr::read_exr;
 use lightgraph::image::mask::both;
 use lightgraph::image::metrics::compare;
-use lightgraph::scene;
+use lightgraph::scene::{self, Lens, Scene, View};
 use lightgraph::session::{Project, Session, Settings};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -123,5 +124,89 @@ fn metals_reflect_as_much_as_in_the_reference() {
         println!("roughness {roughness}: bias {:+.2} %, rmse {:.1} %", metrics.bias_percent, metrics.rmse_percent);
         assert!(metrics.pixels > 300, "{metrics:?}");
         assert!(metrics.bias_percent.abs() <= 3.0, "roughness {roughness}: {metrics:?}");
+    }
+}
+
+/// A room whose walls are white metal and emit 1.
+fn white_room(roughness: f32) -> Scene {
+    let mut scene = scene::load(&repository("scenes/furnace.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    for m in &mut scene.materials {
+        (m.base_color, m.metallic, m.roughness) = (Vec4::ONE, 1.0, roughness);
+    }
+    scene
+}
+
+/// Its image by paths, after some bounces: mean over the channels of each pixel.
+fn traced(scene: Scene, set: &[&str], size: u32) -> Vec<f64> {
+    let gpu = gpu();
+    let project = Project::open(&repository("graphs/pathtrace.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let set: Vec<String> = set.iter().map(|s| s.to_string()).collect();
+    let settings = Settings {
+        params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),
+        size: [size, size],
+        outputs: Some(vec!["color".into()]),
+        ..Settings::default()
+    };
+    let mut session = Session::new(&gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
+    session.frame(&gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+    let image = session.image(&gpu, "color").unwrap_or_else(|f| panic!("{f}"));
+    let pixels = image.data.chunks(image.channels as usize);
+    pixels.map(|pixel| pixel[..3].iter().map(|x| f64::from(*x)).sum::<f64>() / 3.0).collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Between white mirrors 1 comes along the ray itself, and 1 from each bounce.
+#[test]
+fn white_mirrors_reflect_all_light() {
+    for bounces in [0, 3] {
+        let found = mean(&traced(white_room(0.0), &["samples=16", &format!("bounces={bounces}")], 32));
+        println!("{bounces} bounces between mirrors: {found:.5}");
+        let expected = f64::from(2 + bounces);
+        assert!((found / expected - 1.0).abs() <= 0.001, "{bounces} bounces: {found}");
+    }
+}
+
+/// What a white metal seen under a cosine reflects of even light: the integral of GGX with Smith's shadowing, as Walter
+/// et al. print them, over directions.
+fn reflected(cosine: f64, roughness: f64) -> f64 {
+    let square = roughness.powi(4);
+    let shadowing = |c: f64| 2.0 / (1.0 + (1.0 + square * (1.0 / (c * c) - 1.0)).sqrt());
+    let view = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+    let above = sphere().filter(|(d, _)| d.z > 0.0);
+    let lobe = |d: DVec3| {
+        let half = (d + view).normalize().z;
+        let facets = square / (PI * half.powi(4) * (square + 1.0 / (half * half) - 1.0).powi(2));
+        facets * shadowing(d.z) * shadowing(cosine) / (4.0 * cosine)
+    };
+    above.map(|(d, area)| area * lobe(d)).sum()
+}
+
+/// Rough white metals lose what their facets hide from each other: as much of it as the integral says, from lights and from
+/// drawn directions together.
+#[test]
+fn rough_metals_reflect_what_their_lobe_integrates_to() {
+    const SIZE: u32 = 4;
+    for roughness in [0.4, 0.7, 1.0] {
+        let scene = white_room(roughness);
+        let (eye, bounds) = (scene.view(&scene.pose(0.0), None, 1.0), scene.bounds);
+        let View { place, lens } = eye.unwrap_or_else(|f| panic!("{f}")).0;
+        let Lens::Perspective { yfov, .. } = lens else { panic!("{lens:?}") };
+        let (tangent, right) = ((0.5 * yfov).tan(), place.forward.cross(place.up));
+        let expected = (0..SIZE * SIZE).map(|i| {
+            let at = |k: u32| (2 * k + 1) as f32 / SIZE as f32 - 1.0;
+            let ray = place.forward + tangent * (at(i % SIZE) * right - at(i / SIZE) * place.up);
+            // The wall is the one the ray gets to first.
+            let ahead = Vec3::select(ray.cmpgt(Vec3::ZERO), bounds.max, bounds.min) - place.position;
+            let times = (ahead / ray).to_array();
+            let first = (0..3).min_by(|a, b| times[*a].total_cmp(&times[*b])).unwrap();
+            1.0 + reflected(f64::from(ray.normalize()[first].abs()), f64::from(roughness))
+        });
+        let expected = mean(&expected.collect::<Vec<f64>>());
+        let found = mean(&traced(scene, &["samples=2048", "bounces=0"], SIZE));
+        println!("roughness {roughness}: {found:.4}, integrated {expected:.4}");
+        assert!((found / expected - 1.0).abs() <= 0.003, "roughness {roughness}: {found}, not {expected}");
     }
 }

@@ -75,6 +75,7 @@ mod test_command;
 mod traced;
 mod trusted;
 mod twins;
+mod unbiased;
 // A virtual display is a thing of X11.
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod view;

@@ -2,7 +2,6 @@
 
 use crate::device::{self, Shot};
 use crate::support::{Scratch, repository};
-use lightgraph::bench::references::Manifest;
 use lightgraph::image::Image;
 use lightgraph::image::exr::read_exr;
 use lightgraph::image::mask::{both, edge_mask, gradient_mask, grow};
@@ -11,9 +10,6 @@ use std::path::Path;
 use std::process::Command;
 
 const SIZE: u32 = 128;
-
-/// Pixels along a side of the blocks whose means are held against the references.
-const BLOCK: u32 = 8;
 
 fn reference(name: &str) -> Image {
     read_exr(&repository(&format!("tests/references/{name}.exr"))).unwrap_or_else(|f| panic!("{f}"))
@@ -39,111 +35,6 @@ fn an_area_light_agrees_with_the_reference() {
     assert!(metrics.rmse_percent <= 1.0 && metrics.bias_percent.abs() <= 0.2, "{metrics:?}");
 }
 
-/// Sum of the channels of a pixel.
-fn brightness(image: &Image, pixel: usize) -> f64 {
-    let channels = image.channels as usize;
-    image.data[pixel * channels..][..3].iter().map(|x| f64::from(*x)).sum()
-}
-
-/// How far the mean of two independent images is from the reference, in standard errors: by blocks, and as a whole.
-/// The error of a block's mean is estimated from the differences between the two, pixel by pixel, together with the
-/// reference's own: `noise`, a share of its mean in each pixel.
-fn deviations([a, b]: &[Image; 2], expected: &Image, noise: f64) -> (Vec<f64>, f64) {
-    let pixels = (SIZE * SIZE) as usize;
-    let mean = (0..pixels).map(|i| brightness(expected, i)).sum::<f64>() / pixels as f64;
-    let (mut blocks, mut sum, mut variance) = (vec![], 0.0, 0.0);
-    for block in 0..(SIZE / BLOCK).pow(2) {
-        let (x, y) = (block % (SIZE / BLOCK) * BLOCK, block / (SIZE / BLOCK) * BLOCK);
-        let (mut off, mut spread) = (0.0, 0.0);
-        for i in 0..BLOCK * BLOCK {
-            let pixel = ((y + i / BLOCK) * SIZE + x + i % BLOCK) as usize;
-            let (one, two) = (brightness(a, pixel), brightness(b, pixel));
-            off += 0.5 * (one + two) - brightness(expected, pixel);
-            spread += (0.5 * (one - two)).powi(2) + (noise * mean).powi(2);
-        }
-        blocks.push(off / spread.sqrt());
-        sum += off;
-        variance += spread;
-    }
-    (blocks, sum / variance.sqrt())
-}
-
-/// Two independent halves of an image by path tracing; the camera is the scene's own, or by name.
-fn halves(path: &str, camera: Option<&str>, bounces: u32) -> [Image; 2] {
-    [1, 2].map(|seed| {
-        let set = format!("samples=8 bounces={bounces} seed={seed}");
-        let shot = Shot { set: &set, camera, ..Shot::new("graphs/pathtrace.ron", path, SIZE) };
-        let [image] = shot.render(["indirect"]);
-        image
-    })
-}
-
-/// What of an image lies beyond three standard errors; empty when it is as near as chance allows.
-fn beyond_chance(what: &str, halves: &[Image; 2], expected: &Image, noise: f64) -> String {
-    let (blocks, whole) = deviations(halves, expected, noise);
-    let spread = (blocks.iter().map(|z| z * z).sum::<f64>() / blocks.len() as f64).sqrt();
-    let far = blocks.iter().filter(|z| z.abs() > 3.0).count();
-    println!("{what}: the whole {whole:+.2} standard errors off, blocks {spread:.2}, {far} beyond 3");
-    // 0.3 % of a normal distribution lie beyond 3; path tracing's has longer tails.
-    match whole.abs() <= 3.0 && far <= blocks.len() / 50 && spread <= 1.2 {
-        true => String::new(),
-        false => format!("{what}: the mean {whole:.2}, blocks {spread:.2} standard errors off, {far} beyond 3\n"),
-    }
-}
-
-#[test]
-fn path_tracing_is_unbiased() {
-    // The noise of the references, from independent halves: 1.1 % and less of the converged images; at least 2 % of
-    // those with a number of bounces.
-    for (scene, bounces, name, noise) in [
-        ("cornell_point", 64, "indirect", 0.011),
-        ("room_spot", 64, "indirect", 0.010),
-        ("room_area", 64, "indirect", 0.010),
-        ("cornell_point", 1, "b1_indirect", 0.02),
-        ("room_spot", 2, "b2_indirect", 0.02),
-        ("room_area", 3, "b3_indirect", 0.02),
-    ] {
-        let path = format!("scenes/{scene}.gltf");
-        let expected = reference(&format!("{scene}_{name}"));
-        let fault = beyond_chance(&format!("{scene} {name}"), &halves(&path, None, bounces), &expected, noise);
-        assert!(fault.is_empty(), "{fault}");
-    }
-}
-
-/// Every reference image of indirect light, converged and after one, two and three bounces. Where no light comes, none is
-/// found.
-#[test]
-#[ignore = "takes minutes on two cores: cargo test --release every_reference -- --ignored --nocapture"]
-fn path_tracing_is_unbiased_on_every_reference() {
-    let manifest = Manifest::read(&repository("tests/references")).unwrap_or_else(|f| panic!("{f}"));
-    let mut faults = String::new();
-    let mut compared = 0;
-    for listed in &manifest.entries {
-        let path = ["gltf", "glb", "ron"].map(|e| format!("scenes/{}.{e}", listed.scene));
-        // A scene file names its glTF.
-        let path = path.iter().rev().find(|p| repository(p).exists()).unwrap_or_else(|| panic!("no {}", listed.scene));
-        for (name, bounces) in [("indirect", 64), ("b1_indirect", 1), ("b2_indirect", 2), ("b3_indirect", 3)] {
-            let Some(file) = listed.files.get(name) else { continue };
-            let expected = reference(file.trim_end_matches(".exr"));
-            let what = format!("{} {} {name}", listed.scene, listed.camera.as_deref().unwrap_or("-"));
-            let found = halves(path, listed.camera.as_deref(), bounces);
-            compared += 1;
-            if (0..expected.pixel_count()).all(|p| brightness(&expected, p) == 0.0) {
-                let light = (0..found[0].pixel_count()).any(|p| brightness(&found[0], p) > 0.0);
-                println!("{what}: no light{}", if light { ", but some is found" } else { "" });
-                if light {
-                    faults += &format!("{what}: light where there is none\n");
-                }
-                continue;
-            }
-            let noise = listed.stderr_percent.get(name).copied().unwrap_or(0.0) / 100.0;
-            faults += &beyond_chance(&what, &found, &expected, noise);
-        }
-    }
-    assert!(compared >= 40, "only {compared} references are compared");
-    assert!(faults.is_empty(), "{faults}");
-}
-
 /// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
 #[test]
 fn a_furnace_gives_its_closed_form() {
@@ -155,7 +46,8 @@ fn a_furnace_gives_its_closed_form() {
     let set = "samples=64 bounces=6";
     let [color] = Shot { set, ..Shot::new("graphs/pathtrace.ron", "scenes/furnace_80.glb", 32) }.render(["color"]);
     let pixels = color.pixel_count();
-    let mean = (0..pixels).map(|i| brightness(&color, i)).sum::<f64>() / (3 * pixels) as f64;
+    let channels = color.data.chunks(color.channels as usize).flat_map(|pixel| &pixel[..3]);
+    let mean = channels.map(|x| f64::from(*x)).sum::<f64>() / (3 * pixels) as f64;
     let expected: f64 = (0..8).map(|k| 0.8_f64.powi(k)).sum();
     println!("furnace: {mean:.5}, on paper {expected:.5}");
     // Some four standard errors.

@@ -52,9 +52,9 @@ fn every_kind_of_variable_is_reflected() {
         unread("offset", 80, Type::Int),
         member("k2", 84, Type::Float),
     ];
-    assert_eq!(kind("params"), BindingKind::Uniform(Layout { size: 96, members }));
+    assert_eq!(kind("params"), BindingKind::Uniform(Layout { size: 96, members }.into()));
     let members = vec![member("screen", 0, Type::UVec2)];
-    assert_eq!(kind("screen"), BindingKind::Uniform(Layout { size: 8, members }));
+    assert_eq!(kind("screen"), BindingKind::Uniform(Layout { size: 8, members }.into()));
     assert_eq!(kind("plain"), texture(TextureDim::D2, TextureSample::Float { filtered: false }));
     assert_eq!(kind("smooth_array"), texture(TextureDim::D2Array, TextureSample::Float { filtered: true }));
     assert_eq!(kind("id"), texture(TextureDim::D2, TextureSample::Uint));

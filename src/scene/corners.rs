@@ -1,0 +1,82 @@
+//! What vertices hold at the corners of triangles, in world space: worked out where it is asked for, since tables of it would
+//! take more memory than the scene.
+
+use super::{Vertex, geometry::Geometry, model::Scene, motion::Pose};
+use crate::value::Value;
+use glam::{Mat3, Mat4, Vec2, Vec3};
+use std::sync::Arc;
+
+/// The triangles of a scene at a pose, in some order.
+#[derive(Debug, PartialEq)]
+pub struct Corners {
+    geometry: Arc<Geometry>,
+    /// Node to world, by node.
+    nodes: Vec<Mat4>,
+    /// The same for normals.
+    normals: Vec<Mat3>,
+    /// By row: the triangle.
+    order: Vec<u32>,
+}
+
+/// What a vertex holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Held {
+    /// World space, metres.
+    Position,
+    /// World space, unit length.
+    Normal,
+    Uv,
+    /// Row of the `materials` table.
+    Material,
+}
+
+impl Corners {
+    /// The triangles of `order`, each below the number of the scene's.
+    pub(super) fn new(scene: &Scene, pose: &Pose, order: Vec<u32>) -> Corners {
+        let normals = pose.nodes.iter().map(normal_matrix).collect();
+        Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), normals, order }
+    }
+
+    /// How many rows there are.
+    pub fn rows(&self) -> usize {
+        self.order.len()
+    }
+
+    /// The vertex at a corner (0 to 2) of a row below [`Corners::rows`].
+    pub fn vertex(&self, row: usize, corner: usize) -> &Vertex {
+        let Geometry { vertices, indices, .. } = &*self.geometry;
+        &vertices[indices[3 * self.order[row] as usize + corner] as usize]
+    }
+
+    pub fn position(&self, vertex: &Vertex) -> Vec3 {
+        self.nodes[vertex.node as usize].transform_point3(vertex.position.into())
+    }
+
+    pub fn normal(&self, vertex: &Vertex) -> Vec3 {
+        let turned = self.normals[vertex.node as usize] * Vec3::from(vertex.normal);
+        turned.try_normalize().unwrap_or(Vec3::Y)
+    }
+
+    /// What is held at a corner (0 to 2) of a row; `None` past the rows.
+    pub fn get(&self, row: usize, corner: usize, held: Held) -> Option<Value> {
+        let vertex = (row < self.rows()).then(|| self.vertex(row, corner))?;
+        Some(match held {
+            Held::Position => Value::Vec3(self.position(vertex)),
+            Held::Normal => Value::Vec3(self.normal(vertex)),
+            Held::Uv => Value::Vec2(Vec2::from(vertex.uv)),
+            Held::Material => Value::Uint(vertex.material),
+        })
+    }
+}
+
+/// The matrix that turns normals: the inverse transpose, or where a flattening transform has none, the matrix of
+/// cofactors, which points the same way. Normals are to be normalised after it.
+pub(super) fn normal_matrix(transform: &Mat4) -> Mat3 {
+    let m = Mat3::from_mat4(*transform);
+    let inverse = m.inverse().transpose();
+    if inverse.is_finite() {
+        return inverse;
+    }
+    let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+    if cofactors.is_finite() { cofactors } else { Mat3::IDENTITY }
+}

@@ -1,0 +1,186 @@
+//! The path tracer against the references: as near as chance allows, block by block and as a whole.
+
+use crate::device::Shot;
+use crate::support::repository;
+use lightgraph::bench::references::{Listed, Manifest};
+use lightgraph::image::Image;
+use lightgraph::image::exr::read_exr;
+
+const SIZE: u32 = 128;
+
+/// Pixels along a side of the blocks whose means are compared; the references' errors are of such.
+const BLOCK: u32 = 8;
+
+/// Share of the mean block's light below which a block is dim: a few paths bring all of it, and the sum of few is no normal
+/// distribution.
+const DIM: f64 = 0.01;
+
+/// Independent images of which each comparison takes the mean.
+const IMAGES: u32 = 4;
+
+/// Paths a pixel in each of them: a first look, and what decides where that leaves a doubt. The mean of few paths is no normal
+/// distribution yet: what they miss makes a block both dim and seemingly sure.
+const PATHS: [u32; 2] = [4, 64];
+
+/// Of a normal distribution, what lies beyond three standard errors.
+const BEYOND: f64 = 0.0027;
+
+/// Chance that a test fails though nothing is wrong, by the number of its blocks beyond three standard errors.
+const FALSE_ALARM: f64 = 0.01;
+
+fn image(file: &str) -> Image {
+    read_exr(&repository(&format!("tests/references/{file}"))).unwrap_or_else(|f| panic!("{f}"))
+}
+
+/// Sum of the channels of a pixel.
+fn brightness(image: &Image, pixel: usize) -> f64 {
+    let channels = image.channels as usize;
+    image.data[pixel * channels..][..3].iter().map(|x| f64::from(*x)).sum()
+}
+
+/// The indirect light of a scene by path tracing, in independent images; other numbers of paths are other paths.
+fn traced(path: &str, camera: Option<&str>, bounces: u32, paths: u32) -> Vec<Image> {
+    let image = |seed| {
+        let set = format!("samples={paths} bounces={bounces} seed={seed}");
+        let shot = Shot { set: &set, camera, ..Shot::new("graphs/pathtrace.ron", path, SIZE) };
+        let [image] = shot.render(["indirect"]);
+        image
+    };
+    (1..=IMAGES).map(|i| image(paths * IMAGES + i)).collect()
+}
+
+/// How far the mean of independent images is from the reference, in standard errors: each block, and the whole. The variance
+/// of a block is the sum of its pixels', as the images spread there, and the reference's own: `errors` holds that of
+/// a block's mean over pixels and channels. Blocks of less than `DIM` light are taken together as one.
+fn deviations(images: &[Image], expected: &Image, errors: &Image) -> (Vec<f64>, f64) {
+    let along = SIZE / BLOCK;
+    let n = images.len() as f64;
+    let dim =
+        DIM * (0..expected.pixel_count()).map(|i| brightness(expected, i)).sum::<f64>() / f64::from(along * along);
+    let (mut blocks, mut dim_ones, mut whole) = (vec![], (0.0, 0.0), (0.0, 0.0));
+    for block in 0..along * along {
+        let (x, y) = (block % along * BLOCK, block / along * BLOCK);
+        let mut light = 0.0;
+        let (mut off, mut variance) = (0.0, (f64::from(BLOCK * BLOCK) * brightness(errors, block as usize)).powi(2));
+        for i in 0..BLOCK * BLOCK {
+            let pixel = ((y + i / BLOCK) * SIZE + x + i % BLOCK) as usize;
+            let found: Vec<f64> = images.iter().map(|image| brightness(image, pixel)).collect();
+            let mean = found.iter().sum::<f64>() / n;
+            light += brightness(expected, pixel);
+            off += mean - brightness(expected, pixel);
+            variance += found.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
+        }
+        if light >= dim {
+            blocks.push(off / variance.sqrt());
+        } else {
+            dim_ones = (dim_ones.0 + off, dim_ones.1 + variance);
+        }
+        whole = (whole.0 + off, whole.1 + variance);
+    }
+    // Where neither finds light there is nothing to say; where chance has no part, any difference is one too many.
+    if dim_ones != (0.0, 0.0) {
+        blocks.push(dim_ones.0 / dim_ones.1.sqrt());
+    }
+    (blocks, whole.0 / whole.1.sqrt())
+}
+
+/// The most of independent blocks that lie beyond three standard errors by chance: in `comparisons` of so many blocks,
+/// more of them in any is as rare as a false alarm (binomial distribution).
+fn most_by_chance(blocks: usize, comparisons: usize) -> usize {
+    let n = blocks as f64;
+    let mut term = (1.0 - BEYOND).powf(n);
+    let mut sum = term;
+    let mut most = 0;
+    while 1.0 - sum > FALSE_ALARM / comparisons as f64 {
+        most += 1;
+        term *= (n + 1.0 - most as f64) / most as f64 * BEYOND / (1.0 - BEYOND);
+        sum += term;
+    }
+    most
+}
+
+/// What of an image lies farther from the reference than chance puts it; empty where nothing does.
+fn beyond_chance(what: &str, images: &[Image], expected: &Image, errors: &Image, comparisons: usize) -> String {
+    let (blocks, whole) = deviations(images, expected, errors);
+    let spread = (blocks.iter().map(|z| z * z).sum::<f64>() / blocks.len() as f64).sqrt();
+    let far = blocks.iter().filter(|z| z.abs() > 3.0).count();
+    let most = most_by_chance(blocks.len(), comparisons);
+    let farthest = blocks.iter().fold(0.0_f64, |far, z| far.max(z.abs()));
+    let found = format!(
+        "{what}: the whole {whole:+.2} standard errors off, {} blocks {spread:.2}, the farthest {farthest:.1}, {far} beyond 3 (by chance up to {most})",
+        blocks.len(),
+    );
+    println!("{found}");
+    // Of 256 blocks chance spreads the spread by 0.04 round 1; the errors are themselves estimates.
+    if whole.abs() <= 3.0 && far <= most && spread <= 1.2 { String::new() } else { format!("{found}\n") }
+}
+
+/// The scene of a reference: a scene file, where there is one, names its glTF.
+fn path_of(scene: &str) -> String {
+    let paths = ["ron", "glb", "gltf"].map(|e| format!("scenes/{scene}.{e}"));
+    paths.into_iter().find(|p| repository(p).exists()).unwrap_or_else(|| panic!("no {scene}"))
+}
+
+/// Holds the path tracer to some references: entry, quantity, bounces. Where no light comes, none may be found.
+fn hold(references: &[(&Listed, &str, u32)]) {
+    let mut faults = String::new();
+    for &(listed, quantity, bounces) in references {
+        let camera = listed.camera.as_deref();
+        let what = format!("{} {} {quantity}", listed.scene, camera.unwrap_or("-"));
+        let expected = image(&listed.files[quantity]);
+        let found = |paths| traced(&path_of(&listed.scene), camera, bounces, paths);
+        if let Some(errors) = listed.errors.get(quantity) {
+            let fault = |paths| {
+                let what = format!("{what}, {} paths", paths * IMAGES);
+                beyond_chance(&what, &found(paths), &expected, &image(errors), references.len())
+            };
+            // Sixteen times the paths are four times as sure: what is a bias shows all the more.
+            let doubt = fault(PATHS[0]);
+            if !doubt.is_empty() {
+                faults += &fault(PATHS[1]);
+            }
+            continue;
+        }
+        let dark = |image: &Image| (0..image.pixel_count()).all(|p| brightness(image, p) == 0.0);
+        assert!(dark(&expected), "{what}: nothing says how large the reference's errors are");
+        println!("{what}: no light");
+        if !found(PATHS[0]).iter().all(dark) {
+            faults += &format!("{what}: light where there is none\n");
+        }
+    }
+    assert!(faults.is_empty(), "{faults}");
+}
+
+fn manifest() -> Manifest {
+    Manifest::read(&repository("tests/references")).unwrap_or_else(|f| panic!("{f}"))
+}
+
+#[test]
+fn path_tracing_is_unbiased() {
+    let manifest = manifest();
+    let some = [
+        ("cornell_point", "indirect", 64),
+        ("room_spot", "indirect", 64),
+        ("room_area", "indirect", 64),
+        ("cornell_point", "b1_indirect", 1),
+        ("room_spot", "b2_indirect", 2),
+        ("room_area", "b3_indirect", 3),
+        ("metal_balls", "b2_indirect", 2),
+    ];
+    hold(&some.map(|(scene, quantity, bounces)| {
+        let listed = manifest.entries.iter().find(|e| e.scene == scene);
+        (listed.unwrap_or_else(|| panic!("no {scene}")), quantity, bounces)
+    }));
+}
+
+/// Every reference image of indirect light, converged and after one, two and three bounces.
+#[test]
+#[ignore = "takes minutes on two cores: cargo test --release every_reference -- --ignored --nocapture"]
+fn path_tracing_is_unbiased_on_every_reference() {
+    let manifest = manifest();
+    let quantities = [("indirect", 64), ("b1_indirect", 1), ("b2_indirect", 2), ("b3_indirect", 3)];
+    let all = manifest.entries.iter().flat_map(|listed| quantities.map(|(name, bounces)| (listed, name, bounces)));
+    let all: Vec<_> = all.filter(|(listed, name, _)| listed.files.contains_key(*name)).collect();
+    assert!(all.len() >= 40, "only {} references are compared", all.len());
+    hold(&all);
+}
