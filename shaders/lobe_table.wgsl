@@ -1,26 +1,35 @@
 //! The table of `lightgraph::lobe_table`: harmonics of the lobes of every material at every angle to the viewer.
 //!
-//! Degree l of a lobe f at direction d of the plane of incidence is F(d) = (2l + 1)/(4 pi) * integral of f(w) P_l(w . d);
-//! along the plane that is a sum of cos(k angle) for k = l, l - 2, …, and so is P_l itself, so that the shares of the
-//! directions are a deconvolution: one sum over the angles between them.
+//! Degree l of a lobe f at direction d of the plane of incidence is F(d) = (2l + 1)/(4 pi) * integral of f(w) P_l(w . d),
+//! which is the sum over m of f's harmonics (l, m) times those of d. f is its own mirror image in that plane: half of its
+//! harmonics are 0. Along the plane F is a sum of cos(k angle) for k = l, l - 2, …, and so is P_l itself, so that the
+//! shares of the directions are a deconvolution: one sum over the angles between them.
 //!
 //! A cut series lets light in from behind the surface. Odd degrees of a step at the horizon are taken off, by as much
 //! as leaves nothing of even light from behind: the least change that does so and keeps the lobe's energy.
 #import lightgraph::gloss::{held, lobes, shines}
-#import lightgraph::lobe_table::{ANGLES, DIRECTIONS, plane_direction}
+#import lightgraph::lobe_table::{ANGLES, DIRECTIONS}
 #import lightgraph::sh::ORDER
 #import lightgraph::surface::{Surface, materials}
 
 var lobe_table: texture_storage_2d<rgba32float, write>;
 
-const LANES: u32 = 64u;
+/// As many as there are harmonics up to degree 14, and more than samples of a ring.
+const LANES: u32 = 128u;
+/// Harmonics that are their own mirror images: (l, m) has number l (l + 1)/2 + m.
+const EVEN: u32 = (ORDER + 1u) * (ORDER + 2u) / 2u;
 /// Sums: a degree and a direction each.
 const SUMS: u32 = DIRECTIONS * DIRECTIONS;
-/// Samples of the half of the hemisphere on one side of the plane of incidence, along the polar angle and round it.
-const STEPS: vec2u = vec2u(96u, 96u);
+/// Rings round the normal on the hemisphere, and samples of the half of a ring on one side of the plane of incidence.
+const RINGS: u32 = 96u;
+const STEPS: u32 = 96u;
 const PI: f32 = 3.14159265359;
 
-var<workgroup> partial: array<vec3f, LANES>;
+var<workgroup> cosines: array<f32, 4u * STEPS>;
+var<workgroup> ring: array<vec3f, STEPS>;
+/// The integral over the ring, times cos(m angle).
+var<workgroup> waves: array<vec3f, DIRECTIONS>;
+var<workgroup> harmonics: array<vec3f, EVEN>;
 var<workgroup> degrees: array<vec3f, SUMS>;
 
 /// In the frame of the surface: z along the normal, the viewer in the half plane of positive x.
@@ -41,19 +50,41 @@ fn surface(row: u32) -> Surface {
     return held(s, ORDER);
 }
 
-/// Legendre polynomials of x up to ORDER.
-fn legendre(x: f32) -> array<f32, DIRECTIONS> {
-    var p: array<f32, DIRECTIONS>;
-    p[0] = 1.0;
+fn legendre(degree: u32, x: f32) -> f32 {
     var low = 0.0;
     var here = 1.0;
-    for (var l = 1u; l <= ORDER; l++) {
+    for (var l = 1u; l <= degree; l++) {
         let next = (f32(2u * l - 1u) * x * here - f32(l - 1u) * low) / f32(l);
         low = here;
         here = next;
-        p[l] = next;
     }
-    return p;
+    return here;
+}
+
+/// Harmonic (l, m) in the plane of incidence, at an angle to the normal; by the recurrence of `lightgraph::sh`.
+fn harmonic(l: u32, m: u32, angle: f32) -> f32 {
+    let x = cos(angle);
+    let y = sin(angle);
+    let q = f32(m);
+    var low = 0.0;
+    var here = select(1.41421356237, 1.0, m == 0u) * 0.28209479177;
+    for (var i = 1u; i <= m; i++) {
+        here *= y * sqrt(f32(2u * i + 1u) / f32(2u * i));
+    }
+    for (var i = m + 1u; i <= l; i++) {
+        let d = f32(i);
+        let scale = (4.0 * d * d - 1.0) / (d * d - q * q);
+        let back = ((d - 1.0) * (d - 1.0) - q * q) / (4.0 * (d - 1.0) * (d - 1.0) - 1.0);
+        let next = sqrt(scale) * (x * here - sqrt(max(back, 0.0)) * low);
+        low = here;
+        here = next;
+    }
+    return here;
+}
+
+/// Degree l of a step that is 1 behind the surface, in Legendre polynomials of the cosine to the normal; of odd l.
+fn behind(l: u32) -> f32 {
+    return -0.5 * legendre(l - 1u, 0.0) * (1.0 + f32(l) / f32(l + 1u));
 }
 
 /// (2n choose n)/4^n.
@@ -80,58 +111,73 @@ fn deconvolution(l: u32, apart: f32) -> f32 {
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let s = surface(group.x);
-    var sums: array<vec3f, SUMS>;
-    // Nobody reads the rows of matte materials.
-    let steps = select(0u, STEPS.x * STEPS.y, shines(s));
-    for (var i = lane; i < steps; i += LANES) {
-        let polar = 0.5 * PI * (f32(i / STEPS.y) + 0.5) / f32(STEPS.x);
-        let round = PI * (f32(i % STEPS.y) + 0.5) / f32(STEPS.y);
-        let w = vec3f(sin(polar) * cos(round), sin(polar) * sin(round), cos(polar));
-        // Both sides of the plane of incidence.
-        let area = 2.0 * sin(polar) * (0.5 * PI / f32(STEPS.x)) * (PI / f32(STEPS.y));
-        let f = lobes(s, w) * area;
-        for (var j = 0u; j < DIRECTIONS; j++) {
-            var p = legendre(dot(w, plane_direction(j, vec3f(0.0, 0.0, 1.0), vec3f(1.0, 0.0, 0.0))));
-            for (var l = 0u; l <= ORDER; l++) {
-                sums[l * DIRECTIONS + j] += f * p[l];
-            }
-        }
+    for (var i = lane; i < 4u * STEPS; i += LANES) {
+        cosines[i] = cos(0.5 * PI * f32(i) / f32(STEPS));
     }
-    for (var e = 0u; e < SUMS; e++) {
-        partial[lane] = sums[e];
-        for (var half = LANES / 2u; half > 0u; half /= 2u) {
-            workgroupBarrier();
-            if lane < half {
-                partial[lane] += partial[lane + half];
-            }
-        }
-        if lane == 0u {
-            degrees[e] = partial[0] * f32(2u * (e / DIRECTIONS) + 1u) / (4.0 * PI);
+    var l = 0u;
+    while (l + 1u) * (l + 2u) / 2u <= lane {
+        l++;
+    }
+    let m = lane - l * (l + 1u) / 2u;
+    var sum = vec3f(0.0);
+    // Nobody reads the rows of matte materials. A row is one material's: its lanes take the same way.
+    let rings = select(0u, RINGS, shines(s));
+    for (var i = 0u; i < rings; i++) {
+        let polar = 0.5 * PI * (f32(i) + 0.5) / f32(RINGS);
+        if lane < STEPS {
+            let round = PI * (f32(lane) + 0.5) / f32(STEPS);
+            let w = vec3f(sin(polar) * cos(round), sin(polar) * sin(round), cos(polar));
+            // Both sides of the plane of incidence.
+            let area = 2.0 * sin(polar) * (0.5 * PI / f32(RINGS)) * (PI / f32(STEPS));
+            ring[lane] = lobes(s, w) * area;
         }
         workgroupBarrier();
+        if lane < DIRECTIONS {
+            var wave = vec3f(0.0);
+            for (var k = 0u; k < STEPS; k++) {
+                wave += ring[k] * cosines[lane * (2u * k + 1u) % (4u * STEPS)];
+            }
+            waves[lane] = wave;
+        }
+        workgroupBarrier();
+        if lane < EVEN {
+            sum += waves[m] * harmonic(l, m, polar);
+        }
     }
+    if lane < EVEN {
+        harmonics[lane] = sum;
+    }
+    workgroupBarrier();
+    for (var e = lane; e < SUMS; e += LANES) {
+        let degree = e / DIRECTIONS;
+        let angle = PI * f32(e % DIRECTIONS) / f32(DIRECTIONS);
+        var f = vec3f(0.0);
+        for (var i = 0u; i <= degree; i++) {
+            f += harmonics[degree * (degree + 1u) / 2u + i] * harmonic(degree, i, angle);
+        }
+        degrees[e] = f;
+    }
+    workgroupBarrier();
 
-    // The step: 1 behind the surface, in Legendre polynomials of the cosine to the normal.
-    let at_horizon = legendre(0.0);
-    var step: array<f32, DIRECTIONS>;
+    // What comes from behind, and how much of the step takes it off.
     var through = 0.5 * degrees[0] * 4.0 * PI;
     var square = 0.0;
-    for (var l = 1u; l <= ORDER; l += 2u) {
-        let beyond = -f32(l) / f32(l + 1u) * at_horizon[l - 1u];
-        step[l] = -0.5 * (at_horizon[l - 1u] - beyond);
-        through += step[l] * degrees[l * DIRECTIONS] * 4.0 * PI / f32(2u * l + 1u);
-        square += step[l] * step[l] * 4.0 * PI / f32(2u * l + 1u);
+    for (var i = 1u; i <= ORDER; i += 2u) {
+        through += behind(i) * degrees[i * DIRECTIONS] * 4.0 * PI / f32(2u * i + 1u);
+        square += behind(i) * behind(i) * 4.0 * PI / f32(2u * i + 1u);
     }
     let excess = select(vec3f(0.0), through / max(square, 1e-20), square > 0.0);
 
     for (var e = lane; e < SUMS; e += LANES) {
-        let l = e / DIRECTIONS;
+        let degree = e / DIRECTIONS;
         let j = e % DIRECTIONS;
         var share = vec3f(0.0);
         for (var i = 0u; i < DIRECTIONS; i++) {
-            var p = legendre(cos(PI * f32(i) / f32(DIRECTIONS)));
-            let f = degrees[l * DIRECTIONS + i] - excess * step[l] * p[l];
-            share += f * deconvolution(l, f32(i) - f32(j));
+            var f = degrees[degree * DIRECTIONS + i];
+            if degree % 2u == 1u {
+                f -= excess * behind(degree) * legendre(degree, cos(PI * f32(i) / f32(DIRECTIONS)));
+            }
+            share += f * deconvolution(degree, f32(i) - f32(j));
         }
         textureStore(lobe_table, vec2u(e, group.x), vec4f(share, 1.0));
     }

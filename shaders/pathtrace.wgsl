@@ -1,8 +1,9 @@
-//! Path tracing: every frame adds some paths through the centre of each pixel to the mean of those before it.
+//! Path tracing: every batch adds some paths through the centre of each pixel to the mean of those before it.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::hit::{Met, look}
 #import lightgraph::lobe::{reflectance, scatter, scatter_density}
 #import lightgraph::random::{scramble, seed, next, next_pair, even_pair}
+#import lightgraph::report::{check}
 #ifdef LIGHTS
 #import lightgraph::traced_lights::traced_light
 #endif
@@ -11,14 +12,15 @@
 #endif
 
 struct Params {
-    samples: u32,
     bounces: u32,
     seed: u32,
 }
 var<uniform> params: Params;
 
 struct Progress {
-    frames: u32,
+    /// Before this batch, and with it.
+    paths: u32,
+    next: u32,
     content: u32,
 }
 var<storage, read> progress: Progress;
@@ -108,16 +110,24 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
     var sum: Light;
     let ray = pixel_ray(id.xy);
     let seen = look(ray.origin, ray.direction);
+    let paths = progress.next - progress.paths;
     if seen.lit {
-        for (var i = 0u; i < params.samples; i++) {
-            let light = path(seen, progress.frames * params.samples + i, id.xy);
-            sum.direct += light.direct;
-            sum.indirect += light.indirect;
+        // One round more than there are paths: a driver that ends the loops of an invocation after so many rounds, as if they
+        // were done, leaves it out.
+        var rounds = 0u;
+        while rounds <= paths {
+            if rounds < paths {
+                let light = path(seen, progress.paths + rounds, id.xy);
+                sum.direct += light.direct;
+                sum.indirect += light.indirect;
+            }
+            rounds++;
         }
-        sum.direct = sum.direct / f32(params.samples) + seen.surface.emission;
-        sum.indirect /= f32(params.samples);
+        check(rounds > paths, id, #{HERE});
+        sum.direct = sum.direct / f32(paths) + seen.surface.emission;
+        sum.indirect /= f32(paths);
     }
-    let share = 1.0 / f32(progress.frames + 1u);
+    let share = f32(paths) / f32(progress.next);
     let direct_mean = mix(textureLoad(direct_before, id.xy, 0).rgb, sum.direct, share);
     let indirect_mean = mix(textureLoad(indirect_before, id.xy, 0).rgb, sum.indirect, share);
     textureStore(direct, id.xy, vec4f(direct_mean, 1.0));

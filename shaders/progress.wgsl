@@ -1,4 +1,4 @@
-//! How many frames show the same as this one and came before it: 0 after the camera, the scene or a parameter changed.
+//! How many paths show the same as the next batch and came before it: 0 after the camera, the scene or a parameter changed.
 #import lightgraph::digest::{add, add_matrix}
 #import lightgraph::random::scramble
 #import lightgraph::geometry::nodes
@@ -13,11 +13,17 @@ struct View {
     samples: u32,
     bounces: u32,
     seed: u32,
+    /// How many batches make a frame.
+    batches: u32,
+    /// The loop's index.
+    batch: u32,
 }
 var<uniform> view: View;
 
 struct Progress {
-    frames: u32,
+    /// Before this batch, and with it.
+    paths: u32,
+    next: u32,
     /// A hash of all that the image depends on.
     content: u32,
 }
@@ -46,6 +52,8 @@ fn main() {
     hash = scramble(view.samples + scramble(view.bounces + scramble(view.seed + hash)));
     // 0 is what memory holds before the first frame.
     hash = max(hash, 1u);
-    progress.frames = select(0u, progress.frames + 1u, progress.content == hash);
+    progress.paths = select(0u, progress.next, progress.content == hash);
+    // The batches of a frame are alike to one path.
+    progress.next = progress.paths + (view.samples + view.batch) / view.batches;
     progress.content = hash;
 }

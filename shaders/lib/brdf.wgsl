@@ -5,20 +5,20 @@
 #define_import_path lightgraph::brdf
 #import lightgraph::sh::{COUNT, ORDER, basis}
 
+/// A Lambert surface's c_l: 1, 2/3, 1/4, 0, -1/24: c_l = c_(l-2) * (3 - l)/(l + 2) from l = 2 on. The next, 1/64, and all
+/// after it count as 0: what they would add to an image is not seen, and the more harmonics there are, the more it costs.
+fn lambert_factor(l: u32) -> f32 {
+    let low = select(2.0 / 3.0, 1.0, l == 0u);
+    let even = select(-1.0 / 24.0, 0.25, l == 2u);
+    return select(select(0.0, even, l == 2u || l == 4u), low, l < 2u);
+}
+
 /// Weights of the coefficients in the radiance that a Lambert surface of albedo 1 reflects.
-/// Factors c_l: 1, 2/3, 1/4, 0, -1/24: c_l = c_(l-2) * (3 - l)/(l + 2) from l = 2 on. The next, 1/64, and all after it
-/// count as 0: what they would add to an image is not seen, and the more harmonics there are, the more it costs.
 fn lambert_weights(normal: vec3f) -> array<f32, COUNT> {
     var w = basis(normal);
-    var even = 1.0;
     for (var l = 1u; l <= ORDER; l++) {
-        var c = select(0.0, 2.0 / 3.0, l == 1u);
-        if l % 2u == 0u && l <= 4u {
-            even *= (3.0 - f32(l)) / (f32(l) + 2.0);
-            c = even;
-        }
         for (var k = l * l; k < (l + 1u) * (l + 1u); k++) {
-            w[k] *= c;
+            w[k] *= lambert_factor(l);
         }
     }
     return w;

@@ -6,36 +6,34 @@
 #else
 #import lightgraph::probes::gather
 #endif
-#import lightgraph::brdf::lambert_weights
 #import lightgraph::sh::COUNT
 #ifdef LOBE_TABLE
-#import lightgraph::gloss
 #import lightgraph::lobe_table
-#else ifdef SPECULAR
+#else
+#import lightgraph::brdf::lambert_weights
+#ifdef SPECULAR
 #import lightgraph::brdf::phong_weights
+#endif
 #endif
 
 /// Radiance that a surface reflects towards its viewer from light in spherical harmonics. May fall below 0 where a
 /// truncated series rings; clamp what is shown, not what is summed on. `behind` is the weight of probes behind the
 /// surface, as `gather` states it.
 fn reflected_probes(coefficients: texture_3d<f32>, s: Surface, behind: f32) -> vec3f {
-    return gather(coefficients, reflection(s), s.position, s.normal, behind);
+#ifdef LOBE_TABLE
+    var weights: array<vec3f, COUNT>;
+    lobe_table::weights(s, &weights);
+#else
+    var weights = reflection(s);
+#endif
+    return gather(coefficients, &weights, s.position, s.normal, behind);
 }
 
+#ifndef LOBE_TABLE
 /// Weights of the coefficients in the radiance that a surface reflects towards its viewer, matte and glossy together.
 fn reflection(s: Surface) -> array<vec3f, COUNT> {
     var matte = lambert_weights(s.normal);
     var weights: array<vec3f, COUNT>;
-#ifdef LOBE_TABLE
-    if gloss::shines(s) {
-        let tints = gloss::tints(s);
-        var lobes = lobe_table::weights(s);
-        for (var k = 0u; k < COUNT; k++) {
-            weights[k] = tints * lobes[k];
-        }
-    }
-    let albedo = gloss::matte(s);
-#else
 #ifdef SPECULAR
     if s.specular > 0.0 {
         var glossy = phong_weights(reflect(-s.view, s.normal), s.shininess);
@@ -44,10 +42,9 @@ fn reflection(s: Surface) -> array<vec3f, COUNT> {
         }
     }
 #endif
-    let albedo = s.albedo;
-#endif
     for (var k = 0u; k < COUNT; k++) {
-        weights[k] += albedo * matte[k];
+        weights[k] += s.albedo * matte[k];
     }
     return weights;
 }
+#endif

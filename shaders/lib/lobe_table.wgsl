@@ -5,7 +5,9 @@
 //! every degree, so that a lobe is turned by turning them. Texel (l * (ORDER + 1) + j, ANGLES * material + angle) holds
 //! degree l round direction j, for each of the three lobes, at an angle between normal and viewer.
 #define_import_path lightgraph::lobe_table
-#import lightgraph::sh::{COUNT, ORDER, basis}
+#import lightgraph::brdf::lambert_factor
+#import lightgraph::gloss::{matte, shines, tints}
+#import lightgraph::sh::{COUNT, ORDER, harmonic}
 #import lightgraph::surface::Surface
 
 /// Directions in the plane of incidence.
@@ -21,8 +23,13 @@ fn plane_direction(j: u32, normal: vec3f, tangent: vec3f) -> vec3f {
     return cos(angle) * normal + sin(angle) * tangent;
 }
 
-/// Weights of the coefficients in the radiance that each lobe of a surface reflects.
-fn weights(s: Surface) -> array<vec3f, COUNT> {
+/// Puts into `sum` the weights of the coefficients in the radiance that a surface reflects towards its viewer, matte and glossy
+/// together.
+///
+/// How many degrees there are is asked of the table, though it is known: so that loops stay loops. Unrolled, and with every
+/// weight a value of its own, degree 6 keeps a software driver's compiler busy for twenty seconds, degree 10 for minutes.
+fn weights(s: Surface, sum: ptr<function, array<vec3f, COUNT>>) {
+    let degrees = u32(sqrt(f32(textureDimensions(lobe_table).x)) + 0.5);
     let cosine = clamp(dot(s.view, s.normal), 0.0, 1.0);
     let across = s.view - dot(s.view, s.normal) * s.normal;
     // Seen along the normal a lobe is round it, and any tangent will do.
@@ -33,18 +40,24 @@ fn weights(s: Surface) -> array<vec3f, COUNT> {
     let at = acos(cosine) / 1.57079632679 * f32(ANGLES - 1u);
     let low = min(u32(at), ANGLES - 2u);
     let row = s.material * ANGLES + low;
-    var sum: array<vec3f, COUNT>;
-    for (var j = 0u; j < DIRECTIONS; j++) {
-        var y = basis(plane_direction(j, s.normal, tangent));
-        for (var l = 0u; l <= ORDER; l++) {
-            let column = l * DIRECTIONS + j;
+    let directions = select(0u, degrees, shines(s));
+    let tint = tints(s);
+    let albedo = matte(s);
+    for (var l = 0u; l < degrees; l++) {
+        let first = l * l;
+        let lambert = albedo * lambert_factor(l);
+        for (var k = 0u; k < 2u * l + 1u; k++) {
+            (*sum)[first + k] = lambert * harmonic(l, k, s.normal);
+        }
+        for (var j = 0u; j < directions; j++) {
+            let column = l * degrees + j;
             let below = textureLoad(lobe_table, vec2u(column, row), 0).rgb;
             let above = textureLoad(lobe_table, vec2u(column, row + 1u), 0).rgb;
-            let share = mix(below, above, at - f32(low));
-            for (var k = l * l; k < (l + 1u) * (l + 1u); k++) {
-                sum[k] += share * y[k];
+            let share = tint * mix(below, above, at - f32(low));
+            let direction = plane_direction(j, s.normal, tangent);
+            for (var k = 0u; k < 2u * l + 1u; k++) {
+                (*sum)[first + k] += share * harmonic(l, k, direction);
             }
         }
     }
-    return sum;
 }

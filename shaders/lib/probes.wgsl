@@ -242,16 +242,30 @@ fn sides(c: Cell) -> u32 {
     return dot(select(vec3u(0u), vec3u(1u, 2u, 4u), c.fraction > vec3f(0.0)), vec3u(1u));
 }
 
+/// A weight times coefficient k of a probe. Of many coefficients a matte surface reflects few.
+fn weigh_one(coefficients: texture_3d<f32>, weight: vec3f, probe: vec3u, k: u32) -> vec3f {
+    if all(weight == vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    return weight * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
+}
+
 /// Sum over the coefficients of `weights`, a colour each, times one probe's.
-fn weigh(coefficients: texture_3d<f32>, weights: array<vec3f, COUNT>, probe: vec3u) -> vec3f {
-    var w = weights;
+fn weigh(coefficients: texture_3d<f32>, weights: ptr<function, array<vec3f, COUNT>>, probe: vec3u) -> vec3f {
     var light = vec3f(0.0);
-    for (var k = 0u; k < COUNT; k++) {
-        // Of many coefficients a matte surface reflects few.
-        if any(w[k] != vec3f(0.0)) {
-            light += w[k] * textureLoad(coefficients, vec3u(probe.xy, probe.z + k * probe_grid.grid.z), 0).rgb;
+#ifdef LOBE_TABLE
+    // As in `lightgraph::lobe_table`, so that loops stay loops.
+    let count = textureDimensions(coefficients).z / probe_grid.grid.z;
+    for (var l = 0u; l * l < count; l++) {
+        for (var k = 0u; k < 2u * l + 1u; k++) {
+            light += weigh_one(coefficients, (*weights)[l * l + k], probe, l * l + k);
         }
     }
+#else
+    for (var k = 0u; k < COUNT; k++) {
+        light += weigh_one(coefficients, (*weights)[k], probe, k);
+    }
+#endif
     return light;
 }
 
@@ -274,7 +288,7 @@ fn facing_share(coefficients: texture_3d<f32>, c: Cell, corner: u32, point: vec3
 /// `behind` is as `facing_share` states it.
 fn gather(
     coefficients: texture_3d<f32>,
-    weights: array<vec3f, COUNT>,
+    weights: ptr<function, array<vec3f, COUNT>>,
     point: vec3f,
     normal: vec3f,
     behind: f32,
@@ -299,7 +313,7 @@ fn gather(
 /// The same of the probes at the corners of one cell.
 fn gather_cell(
     coefficients: texture_3d<f32>,
-    weights: array<vec3f, COUNT>,
+    weights: ptr<function, array<vec3f, COUNT>>,
     here: Cell,
     point: vec3f,
     normal: vec3f,

@@ -88,3 +88,25 @@ fn term(index: u32, d: vec3f) -> f32 {
     var y = basis(d);
     return select(0.0, y[min(index, COUNT - 1u)], index < COUNT);
 }
+
+/// Basis function number k of degree l, from 0 to 2l, in the unit direction `d`: the same by itself, with no array.
+fn harmonic(l: u32, k: u32, d: vec3f) -> f32 {
+    let m = max(k, l) - min(k, l);
+    let q = f32(m);
+    var turn = vec2f(select(1.41421356237, 1.0, m == 0u), 0.0);
+    var p = 0.28209479177;
+    for (var i = 1u; i <= m; i++) {
+        turn = vec2f(turn.x * d.x - turn.y * d.y, turn.x * d.y + turn.y * d.x);
+        p *= sqrt(f32(2u * i + 1u) / f32(2u * i));
+    }
+    var low = 0.0;
+    for (var i = m + 1u; i <= l; i++) {
+        let degree = f32(i);
+        let here = (4.0 * degree * degree - 1.0) / (degree * degree - q * q);
+        let back = ((degree - 1.0) * (degree - 1.0) - q * q) / (4.0 * (degree - 1.0) * (degree - 1.0) - 1.0);
+        let next = sqrt(here) * (d.z * p - sqrt(max(back, 0.0)) * low);
+        low = p;
+        p = next;
+    }
+    return p * select(turn.x, turn.y, k < l);
+}

@@ -41,7 +41,7 @@ fn is_lost(point: vec3f, normal: vec3f) -> bool {
 /// Without a probe in sight no light comes.
 fn gather(
     coefficients: texture_3d<f32>,
-    weights: array<vec3f, COUNT>,
+    weights: ptr<function, array<vec3f, COUNT>>,
     point: vec3f,
     normal: vec3f,
     behind: f32,
@@ -130,7 +130,7 @@ fn spline(step: i32, fraction: f32) -> f32 {
 /// Light times shares, and the sum of the shares, of the 4x4x4 probes round a cell.
 fn gather_wide(
     coefficients: texture_3d<f32>,
-    weights: array<vec3f, COUNT>,
+    weights: ptr<function, array<vec3f, COUNT>>,
     here: probes::Cell,
     point: vec3f,
     normal: vec3f,

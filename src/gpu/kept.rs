@@ -1,7 +1,7 @@
 //! What a device has built, for whoever asks for the same again: pipelines, samplers, uploads of scenes. All that is
 //! kept is immutable, so any number of plans may use it at once.
 
-use super::{pipelines::Pipeline, scene_data::Mesh, wipe::Fill};
+use super::{numerics, pipelines::Pipeline, scene_data::Mesh, wipe::Fill};
 use crate::diag::Checked;
 use crate::plan::SamplerDesc;
 use crate::recent::{InUse, Recent};
@@ -12,6 +12,9 @@ pub const PLANS: u64 = 16;
 
 /// Pipelines that clear kept at most: a plan has a few.
 const MOST_FILLS: usize = 32;
+
+/// Pipelines that check numbers: one for each way to read a resource.
+const MOST_CHECKS: usize = 4;
 
 const MOST_SAMPLERS: usize = 32;
 
@@ -24,6 +27,7 @@ pub(super) struct Kept {
     pub fills: Store<(Fill, wgpu::RenderPipeline)>,
     /// The kernel that ends loops: there is one.
     pub ends: Store<((), wgpu::ComputePipeline)>,
+    pub checks: Store<(numerics::Source, wgpu::ComputePipeline)>,
     pub samplers: Store<(SamplerDesc, wgpu::Sampler)>,
     /// By the hash of their content.
     pub meshes: Store<(u128, Option<Mesh>)>,
@@ -36,6 +40,7 @@ impl Default for Kept {
             pipelines: Mutex::new(InUse::new(PLANS)),
             fills: Store::new(MOST_FILLS),
             ends: Store::new(1),
+            checks: Store::new(MOST_CHECKS),
             samplers: Store::new(MOST_SAMPLERS),
             meshes: Store::new(MOST_SCENES),
             textures: Store::new(MOST_SCENES),

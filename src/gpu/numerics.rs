@@ -12,7 +12,7 @@ use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Binding, Desc, Plan, Resource, ResourceId, StepId, TextureDesc, TextureKind};
 use crate::shader::BindingKind;
 use crate::value::Type;
-use std::collections::{BTreeMap, btree_map::Entry};
+use std::collections::BTreeMap;
 
 /// What the checks of a frame found.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -110,9 +110,8 @@ const PARAMS: u64 = 48;
 /// The checks of one prepared plan.
 #[derive(Debug)]
 pub(super) struct Watch {
-    pipelines: BTreeMap<Source, wgpu::ComputePipeline>,
     /// By resource and by what of a buffer is a number.
-    groups: BTreeMap<(usize, Source), wgpu::BindGroup>,
+    ready: BTreeMap<(usize, Source), (wgpu::ComputePipeline, wgpu::BindGroup)>,
     params: wgpu::Buffer,
     /// Bytes from one check's parameters to the next.
     pitch: u64,
@@ -134,7 +133,7 @@ struct Check {
 
 /// How a resource is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Source {
+pub(super) enum Source {
     Layers,
     Depth,
     Volume,
@@ -204,8 +203,7 @@ impl Watch {
             (params, buffer("rows of checks", bytes, U::STORAGE | U::COPY_SRC))
         })?;
         Ok(Watch {
-            pipelines: BTreeMap::new(),
-            groups: BTreeMap::new(),
+            ready: BTreeMap::new(),
             params,
             pitch,
             rows,
@@ -238,9 +236,7 @@ impl Watch {
             let Some(resource) = plan.resources.get(id.0) else { continue };
             let Some((source, texels, numbers)) = numbers(plan, step, *id, resource) else { continue };
             self.ready(gpu, pool.memory(plan, *id)?, *id, source)?;
-            let (Some(pipeline), Some(group)) = (self.pipelines.get(&source), self.groups.get(&(id.0, source))) else {
-                continue;
-            };
+            let Some((pipeline, group)) = self.ready.get(&(id.0, source)) else { continue };
             let slot = self.pending.len() as u32;
             let offset = u64::from(slot) * self.pitch;
             let words = [numbers.channels, numbers.stride, numbers.floats, slot * GROUPS];
@@ -266,16 +262,13 @@ impl Watch {
         Ok(())
     }
 
-    /// Makes the pipeline and the bind group that are not there yet.
+    /// Makes the bind group that is not there yet, and its pipeline where the device has none.
     fn ready(&mut self, gpu: &Gpu, memory: &Memory, id: ResourceId, source: Source) -> Checked<()> {
-        if self.groups.contains_key(&(id.0, source)) {
+        if self.ready.contains_key(&(id.0, source)) {
             return Ok(());
         }
         let what = "prepare the check of numbers";
-        let pipeline = match self.pipelines.entry(source) {
-            Entry::Occupied(there) => there.into_mut(),
-            Entry::Vacant(place) => place.insert(scoped(gpu, what, || pipeline(gpu, source))?),
-        };
+        let pipeline = gpu.kept.checks.get(&source, || scoped(gpu, what, || pipeline(gpu, source)))?;
         let group = scoped(gpu, what, || {
             let view;
             let read = match memory {
@@ -301,7 +294,7 @@ impl Watch {
                 entries: &entries,
             })
         })?;
-        self.groups.insert((id.0, source), group);
+        self.ready.insert((id.0, source), (pipeline, group));
         Ok(())
     }
 

@@ -6,7 +6,8 @@ use super::is_inside;
 use crate::diag::{Diagnostic, Span};
 use crate::plan::cull::frustum_tables;
 use crate::scene::{FACTS, FRAME_VALUES, TABLES};
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 /// Values that are neither parameters nor facts: the image's size, a member's index, the members of a dispatch, the scene's
@@ -14,7 +15,7 @@ use std::sync::LazyLock;
 pub const BUILT_IN: [&str; 4] = ["screen", "member", "members", "scene_textures"];
 
 /// The names that no graph may declare.
-static PROVIDED: LazyLock<HashSet<&str>> = LazyLock::new(|| {
+static PROVIDED: LazyLock<FxHashSet<&str>> = LazyLock::new(|| {
     let values = FACTS.iter().chain(FRAME_VALUES).map(|f| f.0);
     values.chain(TABLES.iter().map(|t| t.0)).chain(BUILT_IN).collect()
 });
@@ -73,7 +74,7 @@ impl<'g> Check<'g> {
     /// Names share one space, so that a shader's variable can mean one thing only.
     fn unique(&mut self) {
         let g = self.graph;
-        let mut seen: HashMap<&str, (&Span, &str)> = HashMap::new();
+        let mut seen: FxHashMap<&str, (&Span, &str)> = FxHashMap::default();
         let params = g.params.iter().map(|(n, _)| (n, "parameter"));
         let lets = g.lets.iter().map(|(n, _)| (n, "let"));
         let resources = g.resources.iter().map(|(n, _)| (n, "resource"));
@@ -94,7 +95,7 @@ impl<'g> Check<'g> {
     }
 
     fn twice(&mut self, names: impl Iterator<Item = &'g Name>, noun: &str) {
-        let mut seen: HashMap<&str, &Span> = HashMap::new();
+        let mut seen: FxHashMap<&str, &Span> = FxHashMap::default();
         for n in names {
             if let Some(there) = seen.insert(&n.value, &n.span) {
                 let d = Diagnostic::error(format!("two of the name `{}` ({noun})", n.value));

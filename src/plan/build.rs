@@ -10,7 +10,8 @@ use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, ending, fas
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::graph::Graph;
 use crate::value::{Value, Values};
-use std::collections::{BTreeSet, HashMap};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeSet;
 
 /// A plan and what the user should know about it.
 #[derive(Debug, Clone)]
@@ -213,7 +214,7 @@ fn initial_clears(
     graph: &Graph,
     items: &[Item],
     wanted: &[String],
-    ids: &mut HashMap<String, super::ResourceId>,
+    ids: &mut FxHashMap<String, super::ResourceId>,
     resources: &mut Vec<super::Resource>,
     sizes: &Sizes,
     steps: &mut Vec<Step>,

@@ -11,7 +11,8 @@ use crate::graph::ast::{PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
-use std::collections::{BTreeMap, HashMap};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The steps of a plan, in the order of the file.
@@ -20,7 +21,7 @@ pub struct Expanded {
     pub steps: Vec<Step>,
     pub block: Block,
     /// The first resource of each name.
-    pub ids: HashMap<String, ResourceId>,
+    pub ids: FxHashMap<String, ResourceId>,
 }
 
 /// Expands live items.
@@ -32,7 +33,7 @@ pub fn expand(
     (limits, features, levels): (&wgpu::Limits, wgpu::Features, &[LevelUse]),
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
-    let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: HashMap::new() };
+    let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: FxHashMap::default() };
     let mut e = Expander { sizes, values, shaders, limits, features, levels, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
@@ -142,7 +143,7 @@ impl Expander<'_, '_> {
 
     /// The steps of a pass with the member each belongs to.
     fn pass(&mut self, w: &Wired) -> Vec<(u32, StepId)> {
-        let sets = w.uses.iter().any(|u| matches!(self.sizes.of(&u.resource), Some(Ok(s)) if s.members.is_some()));
+        let sets = w.uses.iter().any(|u| self.sizes.declared(&u.resource).is_some_and(|r| r.members.is_some()));
         let listed = w.bindings.iter().any(|b| matches!(b, Wire::Fixed(Binding::Members)));
         if listed && sets {
             let d = Diagnostic::error(format!("the members of `{}` have resources of their own", w.pass.name.value));

@@ -6,12 +6,13 @@ use crate::graph::Graph;
 use crate::graph::ast::{PassKind, ResourceKind, walk};
 use crate::graph::expr::Expr;
 use crate::shader::Library;
-use std::collections::{BTreeSet, HashSet};
+use rustc_hash::FxHashSet;
+use std::collections::BTreeSet;
 
 /// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions.
 pub fn unused<'g>(graph: &'g Graph, library: &Library) -> Vec<Diagnostic> {
-    let mut used: HashSet<&str> = HashSet::new();
-    let mut touched: HashSet<&str> = HashSet::new();
+    let mut used: FxHashSet<&str> = FxHashSet::default();
+    let mut touched: FxHashSet<&str> = FxHashSet::default();
     let mut note = |e: &'g Expr| e.names(&mut |n, _| used.extend([n]));
     graph.lets.iter().chain(&graph.defines).for_each(|(_, e)| note(e));
     for (_, r) in &graph.resources {

@@ -4,7 +4,8 @@ use super::sizes::Sizes;
 use super::wire::{Item, Mode, Use, Wired};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::Pass;
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use rustc_hash::FxHashSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Names of the passes (loops included) that `outputs` (resource names) need.
 ///
@@ -12,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 /// of this frame wrote it (history) must be written in the frame before, so the walk is repeated until nothing new
 /// is needed.
 pub fn live<'g>(items: &[Item<'g>], outputs: &[String]) -> BTreeSet<&'g str> {
-    let mut end: HashSet<&str> = outputs.iter().map(String::as_str).collect();
+    let mut end: FxHashSet<&str> = outputs.iter().map(String::as_str).collect();
     loop {
         let mut needed = end.clone();
         let mut live = BTreeSet::new();
@@ -26,7 +27,7 @@ pub fn live<'g>(items: &[Item<'g>], outputs: &[String]) -> BTreeSet<&'g str> {
     }
 }
 
-fn block<'a, 'g>(items: &'a [Item<'g>], needed: &mut HashSet<&'a str>, live: &mut BTreeSet<&'g str>) {
+fn block<'a, 'g>(items: &'a [Item<'g>], needed: &mut FxHashSet<&'a str>, live: &mut BTreeSet<&'g str>) {
     for item in items.iter().rev() {
         match item {
             Item::Pass(w) => {
@@ -44,7 +45,7 @@ fn block<'a, 'g>(items: &'a [Item<'g>], needed: &mut HashSet<&'a str>, live: &mu
                 let mut inside = BTreeSet::new();
                 loop {
                     // What the next iteration needs at its start is needed at this one's end.
-                    let mut at_end: HashSet<&str> = after.union(needed).copied().collect();
+                    let mut at_end: FxHashSet<&str> = after.union(needed).copied().collect();
                     if !inside.is_empty() {
                         at_end.extend(until.iter().map(|u| u.0.as_str()));
                     }
@@ -82,7 +83,7 @@ pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<
     let mut passes = vec![];
     flatten(items, &mut passes);
     let mut faults = vec![];
-    let mut written = HashSet::new();
+    let mut written = FxHashSet::default();
     walk(items, &mut written, &mut |w: &Wired, u: &Use| {
         let declared = sizes.declared(&u.resource);
         if declared.is_none_or(|r| r.history || r.initial.is_some()) {
@@ -169,7 +170,7 @@ pub fn flatten<'a, 'g>(items: &'a [Item<'g>], out: &mut Vec<&'a Wired<'g>>) {
 /// Calls `unwritten` for each read of something not yet written.
 fn walk<'a, 'g>(
     items: &'a [Item<'g>],
-    written: &mut HashSet<&'a str>,
+    written: &mut FxHashSet<&'a str>,
     unwritten: &mut impl FnMut(&'a Wired<'g>, &'a Use),
 ) {
     for item in items {

@@ -1,6 +1,7 @@
 //! Lifetimes, and which resources share memory.
 
 use super::{Action, Binding, Desc, Node, Place, Plan, ResourceId, Slot, Step};
+use std::collections::BTreeSet;
 
 /// One use of a resource at a place of the order.
 #[derive(Clone, Copy)]
@@ -47,21 +48,20 @@ pub fn allocate(plan: &mut Plan, share: bool) {
     }
     let mut order: Vec<usize> = (0..plan.resources.len()).collect();
     order.sort_by_key(|i| (plan.resources[*i].alive.0, *i));
+    // Members that need not run again leave what they made where it is.
+    let apart = plan.steps.iter().filter(|s| s.own.is_some());
+    let in_parts: BTreeSet<usize> = apart.flat_map(|s| s.writes.iter().map(|r| r.0)).collect();
     // For each slot the place after which it is free; `None` when it never is.
     let mut free: Vec<Option<usize>> = vec![];
+    let mut shapes: Vec<Desc> = vec![];
     for i in order {
         let r = &plan.resources[i];
         // What the device made up to draw can be counted after the frame.
         let counted = matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu::BufferUsages::INDIRECT));
-        // Members that need not run again leave what they made where it is.
-        let in_parts = plan.steps.iter().any(|s| s.own.is_some() && s.writes.contains(&ResourceId(i)));
-        let until = (!r.history && !counted && !in_parts).then_some(r.alive.1);
-        let found = (0..plan.slots.len()).find(|s| {
-            share
-                && until.is_some()
-                && free[*s].is_some_and(|f| f < r.alive.0)
-                && plan.slots[*s].desc.shape() == r.desc.shape()
-        });
+        let until = (!r.history && !counted && !in_parts.contains(&i)).then_some(r.alive.1);
+        let shape = r.desc.shape();
+        let fits = |s: &usize| free[*s].is_some_and(|f| f < r.alive.0) && shapes[*s] == shape;
+        let found = (0..shapes.len()).find(|s| share && until.is_some() && fits(s));
         let slot = match found {
             Some(s) => {
                 unite(&mut plan.slots[s].desc, &r.desc);
@@ -71,6 +71,7 @@ pub fn allocate(plan: &mut Plan, share: bool) {
             None => {
                 plan.slots.push(Slot { desc: r.desc.clone(), bytes: r.desc.bytes() });
                 free.push(until);
+                shapes.push(shape);
                 plan.slots.len() - 1
             }
         };

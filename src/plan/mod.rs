@@ -27,6 +27,7 @@ mod targets;
 #[cfg(test)]
 mod tests;
 pub mod wire;
+mod work;
 
 use crate::shader::{Layout, Shader};
 use crate::value::{Value, Values};

@@ -6,8 +6,9 @@ use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Resource, ResourceKind, Size};
 use crate::graph::expr::{Expr, Val};
 use crate::value::Values;
+use rustc_hash::FxHashMap;
 use std::cell::RefCell;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 /// A resource's description before it is known how it is used (no usages yet).
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +40,7 @@ impl Sized {
 pub struct Sizes<'a> {
     request: &'a Request<'a>,
     values: &'a Values,
-    declared: HashMap<&'a str, Declared<'a>>,
+    declared: FxHashMap<&'a str, Declared<'a>>,
 }
 
 struct Declared<'a> {

@@ -52,6 +52,11 @@ pub(super) struct Random {
     pub size: (u32, u32),
     /// How much larger than under `settings` all parameters together may be: the product of each one's growth.
     pub growth: f64,
+    /// How many times the work of the plan under `settings` a plan may do.
+    pub work: f64,
+    /// Parameters whose price is the compiler's, which no plan knows: whole numbers that are no larger than these.
+    #[serde(default)]
+    pub most: BTreeMap<String, String>,
 }
 
 #[derive(Debug, Clone, Deserialize)]

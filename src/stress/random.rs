@@ -1,7 +1,8 @@
 //! Parameters drawn at random inside their declared ranges. What fails shrinks to the least that still does.
 //!
-//! Whole numbers mostly say how much work there is, and their ranges reach far beyond what a test can afford: so the
-//! product of what each one grows by, over the small settings, is bounded. What is drawn beyond it is drawn again.
+//! Whole numbers mostly say how much work there is, and their ranges reach far beyond what a test can afford. So two things are
+//! bounded, each over the small settings: the product of what the numbers grow by, since nobody knows what a shader does with
+//! one, and the work that the plan says it does, since a length may count squared or cubed. What is cut for it is said.
 
 use super::case::Cases;
 use super::dice::Dice;
@@ -12,11 +13,13 @@ use crate::gpu::Gpu;
 use crate::graph::ast::Param;
 use crate::graph::expr::Val;
 use crate::image::file::write_atomically;
+use crate::plan::build::Planned;
 use crate::scene::{self, Scene};
 use crate::session::{Project, Session, Settings, plan_for};
 use crate::value::{Type, Value, Values};
 use glam::{UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Memory that one plan may take.
@@ -28,9 +31,13 @@ const SHRINKS: usize = 60;
 pub(super) struct Drawer<'a> {
     gpu: &'a Gpu,
     graph: &'a Graph,
-    scene: Scene,
+    scene: Arc<Scene>,
     size: [u32; 2],
     growth: f64,
+    /// Work that one plan may do.
+    work: u64,
+    /// Parameters that are no larger than these.
+    most: Values,
     /// All parameters at their small settings.
     base: Values,
     /// Where the scene was written, for whoever runs a failure again.
@@ -61,17 +68,22 @@ impl<'a> Drawer<'a> {
         }
         let mut base: Values = graph.project.graph.params.iter().map(|(n, p)| (n.value.clone(), p.default)).collect();
         base.extend(graph.project.params(&graph.texts(&cases.settings))?);
-        Ok(Drawer {
+        let mut drawer = Drawer {
             gpu,
             graph,
-            scene: scene::load(&file)?.scene,
+            scene: Arc::new(scene::load(&file)?.scene),
             size: [cases.random.size.0, cases.random.size.1],
             growth: cases.random.growth,
+            work: 0,
+            most: graph.project.params(&graph.texts(&cases.random.most))?,
             base,
             file,
             dice: Dice::new(seed, &graph.name),
             last: None,
-        })
+        };
+        let work = drawer.planned(&drawer.base)?.plan.work();
+        drawer.work = (work as f64 * cases.random.work) as u64;
+        Ok(drawer)
     }
 
     /// Every parameter at either end of its range, as far as there is room, the others at their small settings. Of one that
@@ -81,7 +93,6 @@ impl<'a> Drawer<'a> {
         let params: Vec<(String, Param)> =
             self.graph.project.graph.params.iter().map(|(n, p)| (n.value.clone(), p.clone())).collect();
         for (name, param) in &params {
-            let Some(base) = self.base.get(name).copied() else { continue };
             let same = |g: &&&Graph| {
                 let mut theirs = g.project.graph.params.iter();
                 theirs.any(|(n, p)| n.value == *name && (p.min, p.max) == (param.min, param.max))
@@ -92,10 +103,8 @@ impl<'a> Drawer<'a> {
                 _ => [None, param.max],
             };
             for end in ends.into_iter().flatten() {
-                let value = within(base, end, self.growth);
-                let mut values = self.base.clone();
-                values.insert(name.clone(), value);
-                let short = value != end;
+                let values = self.cut(&[(name, end)]);
+                let short = values.get(name) != Some(&end);
                 rows.push(self.row("parameters at their ends", &values, stop));
                 if let Some(row) = rows.last_mut().filter(|_| short) {
                     row.note(&format!("{name}={} would be too much work", plain(&end)));
@@ -107,22 +116,45 @@ impl<'a> Drawer<'a> {
 
     /// One vector of parameters.
     pub fn draw(&mut self, stop: &mut dyn FnMut() -> bool) -> Row {
-        let mut values = self.base.clone();
         let params = &self.graph.project.graph.params;
         let mut order: Vec<usize> = (0..params.len()).collect();
         for i in (1..order.len()).rev() {
             order.swap(i, self.dice.below(i + 1));
         }
-        let mut room = self.growth;
+        let mut drawn = vec![];
         for i in order {
             let (name, param) = &params[i];
-            let Some(base) = self.base.get(&name.value).copied() else { continue };
-            let drawn = draw(param, base, &mut self.dice);
-            let value = within(base, drawn, room);
-            room = (room / growth(base, value)).max(1.0);
-            values.insert(name.value.clone(), value);
+            let base = self.base.get(&name.value).copied().unwrap_or(param.default);
+            drawn.push((&name.value, draw(param, base, &mut self.dice)));
         }
+        let values = self.cut(&drawn);
         self.row("random parameters", &values, stop)
+    }
+
+    /// The small settings with these in their places, each cut by what those before it leave of the room.
+    fn cut(&self, drawn: &[(&String, Value)]) -> Values {
+        let mut room = self.growth;
+        loop {
+            let mut values = self.base.clone();
+            let mut left = room;
+            for (name, drawn) in drawn {
+                let Some(base) = self.base.get(*name).copied() else { continue };
+                let value = within(base, self.most.get(*name).map_or(*drawn, |m| lesser(*drawn, *m)), left);
+                left = (left / growth(base, value)).max(1.0);
+                values.insert((*name).clone(), value);
+            }
+            // What can't be planned costs nothing, and why is for its row to say.
+            let fits = self.planned(&values).map_or(true, |p| p.plan.work() <= self.work);
+            if fits || room <= 1.0 {
+                return values;
+            }
+            room *= 0.7;
+        }
+    }
+
+    fn planned(&self, values: &Values) -> Checked<Planned> {
+        let settings = Settings { params: values.clone(), size: self.size, watch: true, ..Settings::default() };
+        plan_for(&self.graph.project, &self.scene, &settings, self.gpu)
     }
 
     fn row(&mut self, case: &str, values: &Values, stop: &mut dyn FnMut() -> bool) -> Row {
@@ -170,15 +202,14 @@ impl<'a> Drawer<'a> {
     }
 
     fn run(&mut self, values: &Values) -> Outcome {
-        let settings = Settings { params: values.clone(), size: self.size, watch: true, ..Settings::default() };
-        match plan_for(&self.graph.project, &self.scene, &settings, self.gpu) {
+        match self.planned(values) {
             Err(faults) => return Outcome::Refused(one_line(&faults)),
             Ok(planned) if planned.plan.bytes().0 > MOST_BYTES => {
                 return Outcome::Refused(format!("it takes {} MiB", planned.plan.bytes().0 >> 20));
             }
             Ok(_) => {}
         }
-        match self.frame(settings) {
+        match self.frame(values) {
             Ok(broken) => match broken.first() {
                 None => Outcome::Fine,
                 Some(d) => Outcome::Broken(format!("{} ({})", d.message, d.help.join("; "))),
@@ -187,12 +218,13 @@ impl<'a> Drawer<'a> {
         }
     }
 
-    fn frame(&mut self, settings: Settings) -> Checked<Vec<Diagnostic>> {
+    fn frame(&mut self, values: &Values) -> Checked<Vec<Diagnostic>> {
+        let settings = Settings { params: values.clone(), size: self.size, watch: true, ..Settings::default() };
         let previous = self.last.take().filter(|s| s.plan.resources.iter().all(|r| !r.history));
         let project = &self.graph.project;
         let mut session = Session::after(self.gpu, project, self.scene.clone(), settings, previous.as_ref())?;
         let report = session.frame(self.gpu, 0, 0.0)?;
-        let broken = report.numerics.map_or(vec![], |n| n.faults(&session.plan));
+        let broken = session.failed_checks(&report);
         self.last = Some(session);
         Ok(broken)
     }
@@ -321,6 +353,12 @@ fn draw(param: &Param, base: Value, dice: &mut Dice) -> Value {
         })
         .collect();
     of_parts(param.ty, &components).unwrap_or(base)
+}
+
+/// The lesser of two values, component by component.
+fn lesser(a: Value, b: Value) -> Value {
+    let least: Vec<f64> = parts(a).iter().zip(parts(b)).map(|(a, b)| a.min(b)).collect();
+    of_parts(a.ty(), &least).unwrap_or(a)
 }
 
 /// How many times larger the whole numbers of a value are than those of another.

@@ -241,8 +241,8 @@ impl<'a> Runner<'a> {
         for index in 0..frames {
             let report = session.frame(self.gpu, index, 0.0)?;
             shot.notices.extend(report.warnings.iter().filter(|_| index + 1 == frames).cloned());
-            if let (true, Some(numerics)) = (shot.broken.is_empty(), &report.numerics) {
-                shot.broken = numerics.faults(&session.plan);
+            if shot.broken.is_empty() {
+                shot.broken = session.failed_checks(&report);
             }
         }
         let outputs: Vec<String> = session.plan.outputs.iter().map(|o| o.0.clone()).collect();

@@ -1,10 +1,14 @@
 //! The path tracer against the references: as near as chance allows, block by block and as a whole.
 
-use crate::device::Shot;
+use crate::device::gpu;
 use crate::support::repository;
 use lightgraph::bench::references::{Listed, Manifest};
+use lightgraph::gpu::Gpu;
 use lightgraph::image::Image;
 use lightgraph::image::exr::read_exr;
+use lightgraph::scene::{self, Scene};
+use lightgraph::session::{Project, Session, Settings};
+use std::sync::Arc;
 
 const SIZE: u32 = 128;
 
@@ -38,21 +42,53 @@ fn brightness(image: &Image, pixel: usize) -> f64 {
     image.data[pixel * channels..][..3].iter().map(|x| f64::from(*x)).sum()
 }
 
-/// The indirect light of a scene by path tracing, in independent images; other numbers of paths are other paths.
-fn traced(path: &str, camera: Option<&str>, bounces: u32, paths: u32) -> Vec<Image> {
-    let image = |seed| {
-        let set = format!("samples={paths} bounces={bounces} seed={seed}");
-        let shot = Shot { set: &set, camera, ..Shot::new("graphs/pathtrace.ron", path, SIZE) };
-        let [image] = shot.render(["indirect"]);
-        image
-    };
-    (1..=IMAGES).map(|i| image(paths * IMAGES + i)).collect()
+/// The path tracer before a scene and camera.
+struct Tracer {
+    project: Project,
+    scene: Arc<Scene>,
+    camera: Option<String>,
+    session: Option<Session>,
+}
+
+impl Tracer {
+    fn of(listed: &Listed) -> Tracer {
+        // A scene file, where there is one, names its glTF.
+        let paths = ["ron", "glb", "gltf"].map(|e| repository(&format!("scenes/{}.{e}", listed.scene)));
+        let path = paths.into_iter().find(|p| p.exists()).unwrap_or_else(|| panic!("no {}", listed.scene));
+        let project = Project::open(&repository("graphs/pathtrace.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+        let scene = Arc::new(scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene);
+        Tracer { project, scene, camera: listed.camera.clone(), session: None }
+    }
+
+    /// Indirect light in independent images; other numbers of paths are other paths.
+    fn images(&mut self, gpu: &Gpu, bounces: u32, paths: u32) -> Vec<Image> {
+        let image = |i| {
+            let set = [("samples", paths), ("bounces", bounces), ("seed", paths * IMAGES + i)];
+            let settings = Settings {
+                params: self
+                    .project
+                    .params(&set.map(|(name, x)| format!("{name}={x}")))
+                    .unwrap_or_else(|f| panic!("{f}")),
+                size: [SIZE, SIZE],
+                camera: self.camera.clone(),
+                outputs: Some(vec!["indirect".into()]),
+                ..Settings::default()
+            };
+            let before = self.session.as_ref();
+            let session = Session::after(gpu, &self.project, self.scene.clone(), settings, before);
+            let session = self.session.insert(session.unwrap_or_else(|f| panic!("{f}")));
+            session.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+            session.image(gpu, "indirect").unwrap_or_else(|f| panic!("{f}"))
+        };
+        (1..=IMAGES).map(image).collect()
+    }
 }
 
 /// How far the mean of independent images is from the reference, in standard errors: each block, and the whole. The variance
 /// of a block is the sum of its pixels', as the images spread there, and the reference's own: `errors` holds that of
-/// a block's mean over pixels and channels. Blocks of less than `DIM` light are taken together as one.
-fn deviations(images: &[Image], expected: &Image, errors: &Image) -> (Vec<f64>, f64) {
+/// a block's mean over pixels and channels. Blocks of less than `DIM` light are taken together as one. Pixels where
+/// `surface` is 0 don't count: at silhouettes where an interpolated normal turns away from the viewer, the reference is black.
+fn deviations(images: &[Image], expected: &Image, errors: &Image, surface: &Image) -> (Vec<f64>, f64) {
     let along = SIZE / BLOCK;
     let n = images.len() as f64;
     let dim =
@@ -64,6 +100,9 @@ fn deviations(images: &[Image], expected: &Image, errors: &Image) -> (Vec<f64>, 
         let (mut off, mut variance) = (0.0, (f64::from(BLOCK * BLOCK) * brightness(errors, block as usize)).powi(2));
         for i in 0..BLOCK * BLOCK {
             let pixel = ((y + i / BLOCK) * SIZE + x + i % BLOCK) as usize;
+            if surface.data[pixel * surface.channels as usize..][..3] == [0.0; 3] {
+                continue;
+            }
             let found: Vec<f64> = images.iter().map(|image| brightness(image, pixel)).collect();
             let mean = found.iter().sum::<f64>() / n;
             light += brightness(expected, pixel);
@@ -99,9 +138,11 @@ fn most_by_chance(blocks: usize, comparisons: usize) -> usize {
     most
 }
 
-/// What of an image lies farther from the reference than chance puts it; empty where nothing does.
-fn beyond_chance(what: &str, images: &[Image], expected: &Image, errors: &Image, comparisons: usize) -> String {
-    let (blocks, whole) = deviations(images, expected, errors);
+/// What of images lies farther from a reference than chance puts it; empty where nothing does.
+fn beyond_chance(what: &str, images: &[Image], listed: &Listed, quantity: &str, comparisons: usize) -> String {
+    let [expected, errors, surface] =
+        [&listed.files[quantity], &listed.errors[quantity], &listed.files["normal"]].map(|file| image(file));
+    let (blocks, whole) = deviations(images, &expected, &errors, &surface);
     let spread = (blocks.iter().map(|z| z * z).sum::<f64>() / blocks.len() as f64).sqrt();
     let far = blocks.iter().filter(|z| z.abs() > 3.0).count();
     let most = most_by_chance(blocks.len(), comparisons);
@@ -115,37 +156,34 @@ fn beyond_chance(what: &str, images: &[Image], expected: &Image, errors: &Image,
     if whole.abs() <= 3.0 && far <= most && spread <= 1.2 { String::new() } else { format!("{found}\n") }
 }
 
-/// The scene of a reference: a scene file, where there is one, names its glTF.
-fn path_of(scene: &str) -> String {
-    let paths = ["ron", "glb", "gltf"].map(|e| format!("scenes/{scene}.{e}"));
-    paths.into_iter().find(|p| repository(p).exists()).unwrap_or_else(|| panic!("no {scene}"))
-}
-
 /// Holds the path tracer to some references: entry, quantity, bounces. Where no light comes, none may be found.
 fn hold(references: &[(&Listed, &str, u32)]) {
+    let gpu = gpu();
     let mut faults = String::new();
+    let mut last: Option<(&Listed, Tracer)> = None;
     for &(listed, quantity, bounces) in references {
-        let camera = listed.camera.as_deref();
-        let what = format!("{} {} {quantity}", listed.scene, camera.unwrap_or("-"));
-        let expected = image(&listed.files[quantity]);
-        let found = |paths| traced(&path_of(&listed.scene), camera, bounces, paths);
-        if let Some(errors) = listed.errors.get(quantity) {
-            let fault = |paths| {
-                let what = format!("{what}, {} paths", paths * IMAGES);
-                beyond_chance(&what, &found(paths), &expected, &image(errors), references.len())
-            };
-            // Sixteen times the paths are four times as sure: what is a bias shows all the more.
-            let doubt = fault(PATHS[0]);
-            if !doubt.is_empty() {
-                faults += &fault(PATHS[1]);
+        let (_, tracer) = match last.take() {
+            Some(same) if same.0 == listed => last.insert(same),
+            _ => last.insert((listed, Tracer::of(listed))),
+        };
+        let what = format!("{} {} {quantity}", listed.scene, listed.camera.as_deref().unwrap_or("-"));
+        let found = tracer.images(&gpu, bounces, PATHS[0]);
+        if !listed.errors.contains_key(quantity) {
+            let dark = |image: &Image| (0..image.pixel_count()).all(|p| brightness(image, p) == 0.0);
+            assert!(dark(&image(&listed.files[quantity])), "{what}: nothing says how large the reference's errors are");
+            println!("{what}: no light");
+            if !found.iter().all(dark) {
+                faults += &format!("{what}: light where there is none\n");
             }
             continue;
         }
-        let dark = |image: &Image| (0..image.pixel_count()).all(|p| brightness(image, p) == 0.0);
-        assert!(dark(&expected), "{what}: nothing says how large the reference's errors are");
-        println!("{what}: no light");
-        if !found(PATHS[0]).iter().all(dark) {
-            faults += &format!("{what}: light where there is none\n");
+        let held = |found: &[Image], paths| {
+            let what = format!("{what}, {} paths", paths * IMAGES);
+            beyond_chance(&what, found, listed, quantity, references.len())
+        };
+        // Sixteen times the paths are four times as sure: what is a bias shows all the more.
+        if !held(&found, PATHS[0]).is_empty() {
+            faults += &held(&tracer.images(&gpu, bounces, PATHS[1]), PATHS[1]);
         }
     }
     assert!(faults.is_empty(), "{faults}");
