@@ -6,7 +6,8 @@
 //! What memory holds is known by version alone, so it outlives the plan: another plan takes over the memory that holds
 //! what it wants, and runs only what differs.
 
-use super::keys::{Ingredient, Ingredients, Keys, Kind, Outside, UNDEFINED, Unit, Version, Versions, initial};
+use super::ingredient::{Ingredient, Ingredients, Kind};
+use super::keys::{Keys, Outside, UNDEFINED, Unit, Version, Versions, initial};
 use super::region::{self, Seen};
 use super::{Action, Desc, Plan, ResourceId, TextureDesc};
 use crate::diag::Checked;

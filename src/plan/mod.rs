@@ -11,6 +11,7 @@ mod draw;
 mod ending;
 pub mod expand;
 pub mod fastest;
+pub mod ingredient;
 pub mod keys;
 pub mod lint;
 pub mod live;

@@ -7,7 +7,7 @@ use lightgraph::diag::{Checked, Source};
 use lightgraph::gpu::Gpu;
 use lightgraph::graph;
 use lightgraph::plan::change::Why;
-use lightgraph::plan::keys::{KINDS, Kind};
+use lightgraph::plan::ingredient::{KINDS, Kind};
 use lightgraph::scene::{self, Scene, Shift, TextureArray};
 use lightgraph::session::{Project, Session, Settings};
 use lightgraph::shader::Library;
