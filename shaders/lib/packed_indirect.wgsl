@@ -1,4 +1,5 @@
-//! Light that a captured surface reflects from the packed probes round it: as `lightgraph::indirect` has it.
+//! Light that a captured surface reflects from the packed probes round it: as `lightgraph::indirect` has it. With ALIKE probes
+//! behind a surface or in a solid weigh as much as any, which needs neither where they are nor how open.
 #define_import_path lightgraph::packed_indirect
 #import lightgraph::packed_probes::{Weights, lambert, weigh}
 #import lightgraph::probes
@@ -16,11 +17,14 @@ const ALL: u32 = 255u;
 fn corner(w: Weights, here: probes::Cell, i: u32, point: vec3f, normal: vec3f, behind: f32) -> vec4f {
     let probe = probes::probe_at(here, i);
     let found = weigh(w, probe);
+    var share = probes::share_of(here, i);
+#ifndef ALIKE
     let offset = probes::position(probe) - point;
     let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
-    var share = probes::share_of(here, i) * max(cosine, behind);
+    share *= max(cosine, behind);
 #ifndef PROBE_VISIBILITY
     share *= max(found.open, behind);
+#endif
 #endif
     return vec4f(share * found.light, share);
 }

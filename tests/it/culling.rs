@@ -3,6 +3,7 @@
 use crate::{device, support};
 use lightgraph::gpu::Gpu;
 use lightgraph::graph::ast::{PassKind, walk_mut};
+use lightgraph::image::metrics::compare;
 use lightgraph::plan::Action;
 use lightgraph::scene;
 use lightgraph::session::{Project, Session, Settings};
@@ -85,6 +86,23 @@ fn a_face_of_a_cube_draws_less_than_a_quarter_of_the_scene() {
         let (drawn, whole) = triangles(gpu, &s, "capture");
         assert!(drawn * 4 <= whole && drawn > 0, "{scene}, {grid}: {drawn} of {whole} triangles are drawn");
     }
+}
+
+/// Half a centimetre off, half of the triangles: what is seen through the probes hardly changes. With
+/// eight probes of coarse faces the light is off by 0.29 %, with 64 of fine ones by 0.57 %.
+#[test]
+fn simplified_captures_take_fewer_triangles_and_leave_the_light() {
+    let gpu = &device::gpu();
+    let made = |tolerance: &str| {
+        let set = ["grid=2", "face=8", "bounces=1", tolerance];
+        let mut s = session(gpu, "uniform_grid.ron", "art_gallery.ron", &set, true, &["indirect"]);
+        s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+        (s.image(gpu, "indirect").unwrap_or_else(|f| panic!("{f}")), triangles(gpu, &s, "capture").0)
+    };
+    let ((all, many), (some, few)) = (made("capture_tolerance=0"), made("capture_tolerance=0.005"));
+    assert!(few * 2 < many, "{few} of {many} triangles are drawn");
+    let off = compare(&some, &all, None).unwrap_or_else(|f| panic!("{f}")).rmse_percent;
+    assert!(off > 0.0 && off < 0.6, "indirect light is off by {off} %");
 }
 
 /// To begin a draw costs more than a handful of triangles.
