@@ -22,7 +22,7 @@ const SETTLE: u32 = 24;
 /// Relative difference from the first image that is left then.
 const DRIFT: f64 = 5e-4;
 /// Frames in which edits of every kind come, so that what is made once is there.
-const WARM: u32 = 120;
+const WARM: u32 = 200;
 /// How much more memory the process may hold in the end than after a tenth of the way, or those frames: 5 %, and the driver's own buffers.
 const MEMORY: f64 = 1.05;
 const MEMORY_SLACK: f64 = 16.0 * 1024.0 * 1024.0;
