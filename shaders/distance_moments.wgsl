@@ -26,8 +26,11 @@ fn distance_moments(@builtin(global_invocation_id) id: vec3u) {
     let middle = octahedron::direction(here.texel, params.probe_moments_tile);
     let edge = params.probe_distance_tile;
     let far = reach();
-    // Directions of less weight than this leave no trace.
-    let least = pow(0.001, 1.0 / params.moment_sharpness);
+    // Directions of less weight than a thousandth leave no trace. What does holds a texel at least, wherever it looks: at the
+    // middle of a face, where texels are widest, the next one's centre is half a diagonal away.
+    let next = 0.999 * inverseSqrt(1.0 + 2.0 / f32(edge * edge));
+    let sharpness = min(params.moment_sharpness, log(0.001) / log(next));
+    let least = pow(0.001, 1.0 / sharpness);
     var sum = vec3f(0.0);
     for (var i = 0u; i < 6u * edge * edge; i++) {
         let face = i / (edge * edge);
@@ -38,7 +41,7 @@ fn distance_moments(@builtin(global_invocation_id) id: vec3u) {
             let seen = textureLoad(probe_distance, at, 0).r;
             // Nothing counts as far away, the inside of a solid as no sight at all.
             let distance = select(clamp(seen, 0.0, far), far, seen == 0.0);
-            let weight = pow(cosine, params.moment_sharpness) * cube::solid_angle(texel, edge);
+            let weight = pow(cosine, sharpness) * cube::solid_angle(texel, edge);
             sum += weight * vec3f(distance, distance * distance, 1.0);
         }
     }

@@ -28,8 +28,14 @@ fn project(@builtin(global_invocation_id) id: vec3u) {
         for (var row = 0u; row < edge; row++) {
             var line = vec4f(0.0);
             let first = ((id.x * 6u + face) * edge + row) * edge;
-            for (var column = 0u; column < edge; column++) {
-                line += factor_table[first + column] * textureLoad(cube_light, corner + vec2u(column, row), 0);
+            // Eight a round: a software driver ends an invocation's loops after 65,535 rounds, fewer than a cube has texels.
+            for (var start = 0u; start < edge; start += 8u) {
+                for (var i = 0u; i < 8u; i++) {
+                    let column = start + i;
+                    if column < edge {
+                        line += factor_table[first + column] * textureLoad(cube_light, corner + vec2u(column, row), 0);
+                    }
+                }
             }
             sum += line;
         }

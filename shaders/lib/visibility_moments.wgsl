@@ -47,10 +47,12 @@ fn moments(probe: u32, d: vec3f) -> vec2f {
 fn visibility(probe: vec3u, point: vec3f, normal: vec3f) -> f32 {
     let spacing = cell_size();
     let eye = probes::position(probe);
-    let facing = 0.5 * dot(normalize(eye - point), normal) + 0.5;
+    // A probe in the point itself is neither before nor behind the surface.
+    let offset = eye - point;
+    let facing = 0.5 * dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12)) + 0.5;
     let moved = point + test.probe_bias * min(spacing.x, min(spacing.y, spacing.z)) * normal - eye;
     let far = length(moved);
-    let m = moments(probes::number(probe), moved);
+    let m = moments(probes::number(probe), select(moved, normal, far == 0.0));
     let variance = abs(m.y - m.x * m.x);
     let beyond = max(far - m.x, 0.0);
     let chance = variance / max(variance + beyond * beyond, 1e-12);

@@ -131,6 +131,8 @@ impl Flight<'_> {
         };
         let mut trace = Trace { finite: true, ..Trace::default() };
         let first = plane.home()?;
+        // The same in every flight, however far it comes: the way home is part of what it does.
+        let tenth = self.frames.div_ceil(10).max(WARM);
         for i in 0..frames {
             if i % STRIDE == 0 && stop() {
                 break;
@@ -145,7 +147,7 @@ impl Flight<'_> {
                 image.data.iter().for_each(|x| x.to_bits().hash(&mut h));
                 trace.hashes.push(h.finish());
             }
-            if i + 1 == frames.div_ceil(10).max(WARM) {
+            if i + 1 == tenth {
                 trace.drift = difference(&plane.home()?, &first, 1.0);
                 trace.early = self.held();
             }
