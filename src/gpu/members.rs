@@ -58,10 +58,11 @@ impl Members {
                 Some(some) => some.get(*member as usize).copied().unwrap_or(false),
                 None => true,
             };
-            let wanted: Vec<u32> = (0..list.members).filter(does).collect();
-            if wanted != list.holds {
-                gpu.queue.write_buffer(&list.buffer, 0, bytemuck::cast_slice(&wanted));
-                list.holds = wanted;
+            // Most frames want what the last one did, and must not ask for memory.
+            let wanted = (0..list.members).filter(does);
+            if !wanted.clone().eq(list.holds.iter().copied()) {
+                list.holds = wanted.collect();
+                gpu.queue.write_buffer(&list.buffer, 0, bytemuck::cast_slice(&list.holds));
             }
         }
     }
