@@ -8,6 +8,9 @@ use std::fs;
 
 /// What a visitor does, and writes down what is to be seen.
 const VISITOR: &str = r#"<script type="module">
+const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+// The page unpacks its data first.
+while (!document.querySelector("section")) await wait(20);
 const seen = [], section = document.querySelector("section");
 const tip = document.getElementById("tip");
 const cells = (column) => [...section.querySelectorAll("tbody tr")].map((r) => r.children[column].textContent);
@@ -24,7 +27,7 @@ first.dispatchEvent(new Event("blur"));
 seen.push(`tip: ${tip.hidden}, dim: ${section.querySelectorAll(".dim").length}`);
 const table = [...section.querySelectorAll("details")].find((d) => d.textContent.startsWith("All"));
 table.open = true;
-await new Promise((done) => setTimeout(done, 100));
+await wait(100);
 seen.push(`by rmse: ${cells(4)}`);
 const wall = [...section.querySelectorAll("th button")].find((b) => b.textContent === "wall ms");
 wall.click();

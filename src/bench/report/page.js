@@ -1,7 +1,7 @@
 // The page: what is chosen, and all scenes drawn by it.
 
 const letters = document.getElementById("data").textContent, older = typeof DecompressionStream === "undefined";
-if (older) document.getElementById("about").textContent = "This page's data is compressed, and this browser lacks DecompressionStream, which all have had since 2023. results.json and results.csv, which were written beside the page, hold the same figures and more.";
+if (older) document.getElementById("about").textContent = "This page's data is compressed, and this browser lacks DecompressionStream, which all have had since 2023. results.json and results.csv, which lightgraph bench writes too, hold the same figures and more.";
 const data = older ? null : await unpacked(letters);
 const all = data?.scenes.flatMap(s => s.entries) ?? [], look = looks(all), names = Object.keys(look);
 const hidden = new Set();
