@@ -200,7 +200,7 @@ fn error_figures_are_equal_to_the_last_digit_or_named() {
     let text = other.to_string();
     assert!(text.contains("errors: 2 of 4 rows"), "{text}");
     assert!(text.contains("not equal: a on room, grid=4: the leak was 0.125, is 0.25\n"), "{text}");
-    assert!(text.contains("not equal: b on room, grid=4: rmse of `indirect` was 25."), "{text}");
+    assert!(text.contains("not equal: b on room, grid=4: rmse of `indirect` was 24.99"), "{text}");
     assert!(text.find("a on room") < text.find("b on room"), "the greatest change first: {text}");
 
     after.entries[0].scores.pop();
