@@ -50,7 +50,7 @@ fn entry(graph: &str, peer: Option<&str>, setting: &str, ms: Option<f64>, rmse: 
         "block_rmse_percent": rmse / 2.0, "p95_error": 0.1, "max_error": 0.2,
     });
     let score = json!({
-        "output": "color", "only_when": [], "origin": "closed form", "stderr_percent": 0.5, "metrics": metrics,
+        "output": "color", "only_when": [], "origin": "closed form", "stderr_percent": 0.6, "metrics": metrics,
         "fine_percent": 0.1, "hit": null, "flip": 0.25,
     });
     let phase = if peer.is_some() { "whole" } else { "everything" };
