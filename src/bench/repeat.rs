@@ -139,16 +139,16 @@ impl Repeated {
 /// All that a comparison says.
 fn figures(s: &Score) -> Vec<(String, Option<f64>)> {
     let of = |m: Option<&Metrics>, place: &str| {
-        let named: [(&str, fn(&Metrics) -> f64); 7] = [
-            ("mean", |m| m.mean_test),
-            ("rmse", |m| m.rmse_percent),
-            ("bias", |m| m.bias_percent),
-            ("relMSE", |m| m.relmse),
-            ("rmse of 8 × 8 means", |m| m.block_rmse_percent),
-            ("95th percentile", |m| m.p95_error),
-            ("greatest error", |m| m.max_error),
-        ];
-        named.map(|(what, f)| (format!("{what}{place}"), m.map(f)))
+        [
+            ("mean", m.map(|m| m.mean_test)),
+            ("rmse", m.map(|m| m.rmse_percent)),
+            ("bias", m.map(|m| m.bias_percent)),
+            ("relMSE", m.map(|m| m.relmse)),
+            ("rmse of 8 × 8 means", m.map(|m| m.block_rmse_percent)),
+            ("95th percentile", m.map(|m| m.p95_error)),
+            ("greatest error", m.map(|m| m.max_error)),
+        ]
+        .map(|(what, figure)| (format!("{what}{place}"), figure))
     };
     let mut all = of(Some(&s.metrics), "").to_vec();
     all.extend(of(s.hit.as_ref(), " of surfaces"));

@@ -196,7 +196,7 @@ impl Bench<'_> {
 
     /// Milliseconds until the first pixel: files read, prepared, rendered and read back. The second time, when what drivers cache is
     /// there.
-    pub(super) fn from_files(&self, run: &Run) -> Checked<[f64; 3]> {
+    pub(super) fn first_image(&self, run: &Run) -> Checked<[f64; 3]> {
         let mut parts = [0.0; 3];
         for _ in 0..2 {
             let gpu = Gpu::open().map_err(crate::diag::Faults::from)?;
@@ -217,7 +217,7 @@ impl Bench<'_> {
     }
 
     pub(super) fn start(&self, start: &Start) -> Checked<Vec<Row>> {
-        let parts = self.from_files(&start.run)?;
+        let parts = self.first_image(&start.run)?;
         let note = format!("files {:.0} ms, preparation {:.0} ms, frame {:.0} ms", parts[0], parts[1], parts[2]);
         let row = Row::new("start", &start.name, parts.iter().sum(), "ms");
         Ok(vec![row.wanted(Wanted::AtMost(start.most_ms)).note(note)])

@@ -97,7 +97,7 @@ fn beside(bench: &Bench<'_>, renderer: &Renderer, made: &mut Made) -> Checked<Ve
         frames(bench, &mut timed)
     };
     let ours = match renderer.ours {
-        Ours::Files => bench.from_files(&large)?.iter().sum(),
+        Ours::Files => bench.first_image(&large)?.iter().sum(),
         Ours::Frame => times(Moves::All)?,
     };
     let mut rows = vec![judged(first, ours, renderer.at_least)];
