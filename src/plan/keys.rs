@@ -109,6 +109,8 @@ enum Given {
     /// Index into [`Plan::tables`].
     Table(usize),
     Geometry,
+    /// Of the triangles for rays.
+    Order,
     Textures,
     /// When the plan began.
     Began,
@@ -302,6 +304,7 @@ impl Given {
             Given::Value(known) => hash(&values.get(name).or(known.as_ref()).map(|v| (v.ty(), v.bytes()))),
             Given::Table(i) => outside.tables.get(*i).copied().unwrap_or(0),
             Given::Geometry => outside.assets.geometry,
+            Given::Order => outside.assets.order,
             Given::Textures => outside.assets.textures,
             Given::Began => outside.began.into(),
             Given::Members => hash(members),
@@ -408,10 +411,12 @@ impl<'p> Gather<'p> {
     }
 
     fn step(&mut self, step: &'p Step) {
-        let Step { name: _, pass: _, group: _, action, bindings, reads, writes, own, after: _ } = step;
+        let Step { name: _, pass: _, group: _, action, bindings, reads, writes, own, sight, after: _ } = step;
         let mut variables = [].as_slice();
+        // Who is told of what they see is none of the result's business; what it means is in the parts.
+        let _ = sight;
         let seen = match action {
-            Action::Draw(draw) if self.around.is_empty() => region::parts(self.plan, step, draw),
+            Action::Draw(_) | Action::Compute { .. } if self.around.is_empty() => region::parts(self.plan, step),
             _ => None,
         };
         let own = own.as_ref().filter(|_| self.around.is_empty() && region::apart(self.plan, step));
@@ -423,6 +428,11 @@ impl<'p> Gather<'p> {
             Action::Compute { shader, entry, groups } => {
                 self.shader(*shader, entry);
                 self.fix(Kind::Extent, "", groups);
+                if seen.is_some() {
+                    // Tables that hold places hold what of the triangles follows from them, in their order.
+                    self.give(Kind::Geometry, "", Given::Geometry);
+                    self.give(Kind::Geometry, "", Given::Order);
+                }
                 variables = &self.plan.shaders[*shader].interface.variables;
             }
             Action::Copy { from, to } => {
@@ -457,7 +467,7 @@ impl<'p> Gather<'p> {
         if let (Some(seen), Some(id)) = (seen, self.unit.steps.last().copied()) {
             self.give(Kind::Member, "see", Given::Members);
             self.unit.apart = Some(Apart::Seen(id.0));
-            self.unit.told.insert(seen.draws);
+            self.unit.told.extend(seen.resources);
         } else if let Some(Own { members, reads }) = own {
             self.give(Kind::Member, "read", Given::Members);
             self.unit.apart = Some(Apart::Own(*members, reads.clone()));

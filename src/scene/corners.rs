@@ -37,6 +37,11 @@ impl Corners {
         Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), normals, order }
     }
 
+    /// By row: the triangle.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
     /// How many rows there are.
     pub fn rows(&self) -> usize {
         self.order.len()

@@ -57,6 +57,7 @@ mod tests;
 mod textures;
 
 pub use assets::{AssetHashes, Assets};
+pub use bvh::reach;
 pub use clusters::{CLUSTER, Cluster};
 pub use corners::{Corners, Held};
 pub use geometry::Geometry;
@@ -156,7 +157,7 @@ impl Column {
 ///   order +X −X +Y −Y +Z −Z, the others 1
 /// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them `na`,
 ///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, `material`; in the order of the leaves of `bvh`
-/// - `bvh`: boxes within boxes over `triangles`, the root first: `lower`, `upper` (corners of the box), `count` (of a
+/// - `bvh`: boxes within boxes over `triangles`, sorted where they stand at time 0, each leaf of one node, the root first: `lower`, `upper` (corners of the box), `count` (of a
 ///   leaf: its triangles, 1 to 8; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
 ///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
 ///   one leaf with one triangle that no ray meets.
