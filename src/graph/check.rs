@@ -337,7 +337,8 @@ impl<'g> Check<'g> {
             self.faults.push(d.at(&depth.span, format!("{format:?}")).help("use R32Float"));
         }
         if p.each.is_none() {
-            let d = Diagnostic::error(format!("`frusta` say what the members of `{}` see, which has none", p.name.value));
+            let d =
+                Diagnostic::error(format!("`frusta` say what the members of `{}` see, which has none", p.name.value));
             self.faults.push(d.at(&sight.frusta.span, "").help("give it `each`, or leave `frusta` out"));
         }
         if let Some(own) = p.own.first() {

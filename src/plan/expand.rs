@@ -3,10 +3,12 @@
 //! [`super::draw`] places what draw and screen passes draw, [`super::reduce`] makes the stages of reductions.
 
 use super::order::{Block, Entry};
-use super::sizes::{MOST_STEPS, Sizes};
 use super::region::worth_reading;
+use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
-use super::{Action, Binding, Desc, Ending, LevelUse, Own, Resource, ResourceId, Sight, Step, StepId, TextureKind, Until};
+use super::{
+    Action, Binding, Desc, Ending, LevelUse, Own, Resource, ResourceId, Sight, Step, StepId, TextureKind, Until,
+};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};

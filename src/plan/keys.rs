@@ -51,11 +51,20 @@ impl Outside {
     /// # Errors
     /// As [`Outside::new`].
     pub fn follow(&mut self, plan: &Plan, before: &[Table], tables: &[Table]) -> Checked<()> {
+        // What rays meet is large, and follows from little.
+        let places = tables.iter().find_map(Table::places).map(|p| hash(&(p, self.assets.geometry, self.assets.order)));
         for (wanted, hashed) in plan.tables.iter().zip(&mut self.tables) {
             let Some(table) = tables.iter().find(|t| t.name == wanted.table) else { continue };
-            if !before.iter().any(|b| b.is_clone(table)) {
-                *hashed = hash(&pack(wanted, table)?);
+            if before.iter().any(|b| b.is_clone(table)) {
+                continue;
             }
+            *hashed = match places.filter(|_| Table::FOR_RAYS.contains(&table.name)) {
+                Some(places) => {
+                    let columns: Vec<_> = wanted.row.members.iter().map(|m| (&m.name, m.offset)).collect();
+                    hash(&(places, table.name, columns, wanted.stride, wanted.rows))
+                }
+                None => hash(&pack(wanted, table)?),
+            };
         }
         Ok(())
     }
@@ -411,10 +420,9 @@ impl<'p> Gather<'p> {
     }
 
     fn step(&mut self, step: &'p Step) {
-        let Step { name: _, pass: _, group: _, action, bindings, reads, writes, own, sight, after: _ } = step;
+        // What its members see is in the parts.
+        let Step { name: _, pass: _, group: _, action, bindings, reads, writes, own, sight: _, after: _ } = step;
         let mut variables = [].as_slice();
-        // Who is told of what they see is none of the result's business; what it means is in the parts.
-        let _ = sight;
         let seen = match action {
             Action::Draw(_) | Action::Compute { .. } if self.around.is_empty() => region::parts(self.plan, step),
             _ => None,

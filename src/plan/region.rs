@@ -1,7 +1,7 @@
 //! Draws and dispatches over many views, member by member: what each sees, so that each has a version of its own and only
 //! those whose version is new run again. No device.
 
-use super::sight::{covered, meets};
+use super::sight::{covered, meets_planes, planes};
 use super::{
     Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Frusta, Place, Plan, ResourceId, Sight, Step, TextureDesc,
 };
@@ -101,7 +101,9 @@ fn places<'p>(plan: &'p Plan, step: &Step) -> Option<(Vec<Place>, &'p TextureDes
     let mut all = depth.iter().chain(&step.writes).filter_map(|id| texture(*id));
     let t = all.find(|t| t.tiles.map_or(t.layers, |tiles| tiles.count) == *members)?;
     let place = |i: u32| match t.tiles {
-        Some(tiles) => Place::Rect([i % tiles.columns * tiles.edge, i / tiles.columns * tiles.edge, tiles.edge, tiles.edge]),
+        Some(tiles) => {
+            Place::Rect([i % tiles.columns * tiles.edge, i / tiles.columns * tiles.edge, tiles.edge, tiles.edge])
+        }
         None => Place::Layer(i),
     };
     Some(((0..*members).map(place).collect(), t))
@@ -271,8 +273,9 @@ impl World {
         let one = |view: &View| {
             let mut h = DefaultHasher::new();
             (view.frustum.to_cols_array().map(f32::to_bits), view.row).hash(&mut h);
+            let planes = planes(&view.frustum);
             for (row, (content, bounds)) in self.nodes.iter().enumerate() {
-                if meets(&view.frustum, bounds) {
+                if meets_planes(&planes, bounds) {
                     (row, content).hash(&mut h);
                 }
             }

@@ -41,8 +41,7 @@ impl Scene {
     pub fn assets(&self) -> Assets<'_> {
         let mut assets = Assets::new(&self.geometry, self.textures.as_ref());
         // They are sorted where they stand in the beginning.
-        let places: Vec<[u32; 16]> =
-            self.pose(0.0).nodes.iter().map(|m| m.to_cols_array().map(f32::to_bits)).collect();
+        let places: Vec<[u32; 16]> = self.pose(0.0).nodes.iter().map(|m| m.to_cols_array().map(f32::to_bits)).collect();
         assets.hashes.order = hash(&places);
         assets
     }

@@ -126,7 +126,8 @@ fn rays_do_not_see_what_a_wall_hides() {
     let gpu = &device::gpu();
     let set = ["grid=4", "face=8", "bounces=1", "rays_above=0", "shadow_size=64"];
     let mut s = session(gpu, "fast_grid.ron", "two_rooms.glb", &set);
-    let mut drawn = session(gpu, "fast_grid.ron", "two_rooms.glb", &set.map(|s| if s == "rays_above=0" { "face=8" } else { s }));
+    let mut drawn =
+        session(gpu, "fast_grid.ron", "two_rooms.glb", &set.map(|s| if s == "rays_above=0" { "face=8" } else { s }));
     let block = node(&s, "lit_room_block");
     frame(gpu, &mut s, &[]);
     frame(gpu, &mut drawn, &[]);
