@@ -1,10 +1,11 @@
-//! Two results: what became slower or less accurate.
+//! Two results: what became slower or less accurate, and what came out again.
 //!
 //! A time is slower when the repeats don't overlap (the least of the new exceeds the greatest of the old) and the median
 //! grew by more than [`SLOWER`]. Phases with fewer than two repeats on either side say nothing. Times are compared on the
 //! same adapter and driver alone. An error is greater when it grew by more than [`WORSE`] of itself (on another adapter or
 //! driver: [`WORSE_ELSEWHERE`]) and by more than [`LEAST`] percent of the mean.
 
+use super::repeat::{Repeated, repeated};
 use super::results::{Entry, Results};
 use super::score::Score;
 use std::fmt;
@@ -19,7 +20,7 @@ pub const WORSE_ELSEWHERE: f64 = 1e-2;
 pub const LEAST: f64 = 0.01;
 
 /// What a comparison found.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Verdict {
     /// A sentence for each thing that became worse.
     pub worse: Vec<String>,
@@ -27,6 +28,8 @@ pub struct Verdict {
     pub notes: Vec<String>,
     /// Entries found in both.
     pub compared: usize,
+    /// Which says nothing of better or worse.
+    pub repeated: Repeated,
 }
 
 impl fmt::Display for Verdict {
@@ -37,13 +40,14 @@ impl fmt::Display for Verdict {
         for worse in &self.worse {
             writeln!(f, "worse: {worse}")?;
         }
+        write!(f, "{}", self.repeated)?;
         writeln!(f, "{} entries compared, {} things became worse", self.compared, self.worse.len())
     }
 }
 
 /// Compares new results with old ones, entry by entry.
 pub fn against(old: &Results, new: &Results) -> Verdict {
-    let mut verdict = Verdict::default();
+    let mut verdict = Verdict { repeated: repeated(old, new), ..Verdict::default() };
     let same_machine = old.machine.adapter == new.machine.adapter && old.machine.driver == new.machine.driver;
     if !same_machine {
         let text = format!(
@@ -81,7 +85,8 @@ pub fn against(old: &Results, new: &Results) -> Verdict {
     verdict
 }
 
-fn name(e: &Entry) -> String {
+/// A setting in a sentence.
+pub(super) fn name(e: &Entry) -> String {
     let setting = if e.setting.is_empty() { "own setting" } else { &e.setting };
     format!("{} on {}, {setting}", e.graph, e.scene)
 }

@@ -5,8 +5,8 @@
 //! - `measure` renders one graph on one scene at one setting, phase by phase: the only part that needs a device
 //! - `results` is what is kept of it, as JSON and CSV; `front` says which entries nothing beats
 //! - `speed` holds run times against each other and against what the adapter can do
-//! - `against` compares two results; `peers` runs other renderers; `report` writes a page of it all,
-//!   `overview` its first plot
+//! - `against` compares two results, `repeat` says how much of the old ones came out again
+//! - `peers` runs other renderers; `report` writes a page of it all, `overview` its first plot
 
 pub mod against;
 pub mod front;
@@ -14,6 +14,7 @@ pub mod measure;
 pub mod overview;
 pub mod peers;
 pub mod references;
+pub mod repeat;
 pub mod report;
 pub mod results;
 pub mod score;

@@ -1,7 +1,7 @@
 //! All scenes in one plot: geometric means, so that every scene weighs the same however bright or large it is.
 
 use super::front::front;
-use super::report::{METRICS, View, of, round, views};
+use super::report::{METRICS, View, number, of, views};
 use super::results::{Entry, Phase, Results};
 use serde_json::{Map, Value, json};
 
@@ -41,7 +41,7 @@ pub fn overview(results: &Results, output: &str) -> Option<Value> {
     let count = scenes.len();
     Some(json!({
         "name": "", "label": format!("{count} scenes"), "noise": {}, "entries": entries, "fronts": fronts, "pictures": [],
-        "origin": "geometric means of times and errors over all scenes and cameras with one, errors below 1 % as 1 %; bias is an arithmetic mean",
+        "origin": "Geometric means of times and errors over all scenes and cameras with one, errors below 1 % as 1 %; bias is an arithmetic mean",
     }))
 }
 
@@ -50,19 +50,19 @@ fn entry(set: &[&Entry], output: &str) -> Option<Value> {
     let (mut times, mut own) = (Map::new(), Map::new());
     for phase in Phase::ALL {
         if let Some(ms) = time(set, phase) {
-            times.insert(phase.word().into(), json!([round(ms), round(ms), round(ms), Value::Null, set.len()]));
+            times.insert(phase.word().into(), json!({"ms": number(ms), "min": number(ms), "max": number(ms), "device": Value::Null, "repeats": set.len()}));
         }
         let mut numbers = Map::new();
         for (name, metric) in METRICS {
             let error = mean_of(set, |e| metric(e.score(output, phase)?).map(|v| v.max(least(name))));
-            numbers.insert(name.into(), json!(error.map(round)));
+            numbers.insert(name.into(), json!(error.map(number)));
         }
         let bias: f64 = set.iter().filter_map(|e| Some(e.score(output, phase)?.metrics.bias_percent)).sum();
-        numbers.insert("bias".into(), json!(round(bias / set.len() as f64)));
+        numbers.insert("bias".into(), number(bias / set.len() as f64));
         own.insert(phase.word().into(), json!({ output: numbers }));
     }
     Some(json!({
-        "graph": e.graph, "peer": e.peer, "setting": e.setting, "params": {}, "bytes": 0, "times": times, "change": {},
+        "graph": e.graph, "peer": e.peer, "setting": e.setting, "rest": [], "mib": Value::Null, "times": times, "change": {},
         "passes": {}, "steps": {}, "errors": {}, "own": own, "bounded": [], "leak": Value::Null, "fault": Value::Null,
     }))
 }

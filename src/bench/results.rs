@@ -4,11 +4,15 @@ use super::references::Published;
 use super::score::Score;
 use crate::diag::{Checked, Diagnostic};
 use crate::image::file::write_atomically;
+use flate2::read::MultiGzDecoder;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
+
+/// The first bytes of a gzip file (RFC 1952).
+const GZIP: [u8; 2] = [0x1f, 0x8b];
 
 /// A whole bench.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -201,16 +205,22 @@ impl Entry {
 }
 
 impl Results {
-    /// Reads a results file.
+    /// Reads a results file, as it was written or compressed with gzip.
     ///
     /// # Errors
     /// A file that can't be read or is no results file.
     pub fn read(path: &Path) -> Checked<Results> {
         let shown = path.display();
-        let text = std::fs::read_to_string(path).map_err(|e| Diagnostic::error(format!("can't read {shown}: {e}")))?;
-        let parsed = serde_json::from_str(&text).map_err(|e| {
+        let fault = |e: std::io::Error| Diagnostic::error(format!("can't read {shown}: {e}"));
+        let mut bytes = std::fs::read(path).map_err(fault)?;
+        if bytes.starts_with(&GZIP) {
+            let mut plain = vec![];
+            MultiGzDecoder::new(bytes.as_slice()).read_to_end(&mut plain).map_err(fault)?;
+            bytes = plain;
+        }
+        let parsed = serde_json::from_slice(&bytes).map_err(|e| {
             let d = Diagnostic::error(format!("{shown} holds no results: {e}"));
-            d.help("give the `results.json` that `lightgraph bench` of this version wrote")
+            d.help("give the `results.json` that `lightgraph bench` of this version wrote, or its `.gz`")
         })?;
         Ok(parsed)
     }

@@ -9,7 +9,9 @@ use crate::image::Image;
 use crate::image::file::tests::Folder;
 use crate::image::metrics::compare;
 use clap::Parser;
+use flate2::{Compression, write::GzEncoder};
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::Path;
 
 fn times(phase: Phase, walls: &[f64]) -> PhaseTimes {
@@ -181,6 +183,77 @@ fn a_greater_error_a_new_fault_and_a_lost_comparison_are_worse() {
     assert!(against(&old, &old).worse.is_empty());
 }
 
+/// An error figure that differs in the last digit is no fault, but it is not the same either.
+#[test]
+fn error_figures_are_equal_to_the_last_digit_or_named() {
+    let old = results(vec![entry("a", &[1.0], 0.8), entry("b", &[1.0], 0.8)]);
+    let mut after = old.clone();
+    after.entries.reverse();
+    let same = against(&old, &after).repeated;
+    assert_eq!((same.rows, same.other.len()), (4, 0), "two first frames and two leaks, in any order");
+    assert!(same.to_string().starts_with("errors: 4 of 4 rows are equal to the last digit\n"), "{same}");
+
+    let figure = &mut after.entries[0].scores[1].metrics.rmse_percent;
+    *figure = f64::from_bits(figure.to_bits() + 1);
+    after.entries[1].leak = Some(0.25);
+    let other = against(&old, &after);
+    let text = other.to_string();
+    assert!(text.contains("errors: 2 of 4 rows"), "{text}");
+    assert!(text.contains("not equal: a on room, grid=4: the leak was 0.125, is 0.25\n"), "{text}");
+    assert!(text.contains("not equal: b on room, grid=4: rmse of `indirect` was 24.99"), "{text}");
+    assert!(text.find("a on room") < text.find("b on room"), "the greatest change first: {text}");
+
+    after.entries[0].scores.pop();
+    assert!(against(&old, &after).to_string().contains("`indirect` is no longer compared"));
+    let many = |truth| results((0..20).map(|i| entry(&i.to_string(), &[1.0], truth)).collect());
+    assert!(against(&many(0.8), &many(0.9)).to_string().contains("  and 8 more\n"));
+}
+
+#[test]
+fn settings_that_are_apart_stay_in_their_order_or_the_worst_is_named() {
+    let run = |ms: [f64; 3]| {
+        let of = |(graph, ms)| Entry { phases: vec![times(Phase::Still, &[ms])], ..entry(graph, &[1.0], 0.8) };
+        results(["a", "b", "c"].into_iter().zip(ms).map(of).collect())
+    };
+    let order = |old, new| {
+        let r = against(&run(old), &run(new)).repeated;
+        (r.pairs, r.kept, r.worst.map(|w| w.1).unwrap_or_default())
+    };
+    assert_eq!(order([10.0, 11.0, 12.0], [3.0, 2.0, 1.0]), (0, 0, String::new()), "12 is not more than 20 % above 10");
+    assert_eq!(order([10.0, 11.0, 13.0], [2.0, 1.0, 2.5]), (1, 1, String::new()), "only the first and the third count");
+    let (pairs, kept, worst) = order([10.0, 20.0, 40.0], [10.0, 9.0, 8.0]);
+    assert_eq!((pairs, kept), (3, 0));
+    assert_eq!(worst, "still: a on room, grid=4 took 10.000 and 10.000 ms; c on room, grid=4 took 40.000 and 8.000 ms");
+    assert_eq!(order([10.0, 20.0, 40.0], [5.0, 5.0, 9.0]).1, 2, "of equals none is the faster one");
+    assert_eq!(order([0.0, 20.0, 40.0], [5.0, 5.0, 9.0]).0, 1, "of nothing there is no multiple");
+
+    let text = against(&run([10.0, 20.0, 40.0]), &run([10.0, 30.0, 20.0])).to_string();
+    assert!(
+        text.contains("times: of 3 pairs of settings more than 20 % apart, 2 (66.66 %) are in the same order"),
+        "{text}"
+    );
+    let mut elsewhere = run([10.0, 20.0, 40.0]);
+    elsewhere.entries.iter_mut().for_each(|e| e.scene = "hall".into());
+    let none = against(&run([10.0, 20.0, 40.0]), &elsewhere).to_string();
+    assert!(none.contains("of 0 pairs of settings more than 20 % apart, 0 are"), "{none}");
+}
+
+#[test]
+fn kept_results_are_read_compressed_too() {
+    let folder = Folder::new("bench-gzip");
+    let before = results(vec![entry("a", &[1.0, 3.0, 2.0], 0.8)]);
+    before.write(&folder.0).unwrap();
+    let path = folder.0.join("results.json.gz");
+    let plain = std::fs::read(folder.0.join("results.json")).unwrap();
+    let mut encoder = GzEncoder::new(vec![], Compression::default());
+    encoder.write_all(&plain).unwrap();
+    let bytes = encoder.finish().unwrap();
+    std::fs::write(&path, &bytes).unwrap();
+    assert_eq!(Results::read(&path).unwrap(), before);
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(Results::read(&path).unwrap_err().to_string().contains("can't read"));
+}
+
 #[test]
 fn the_page_holds_its_data_and_asks_no_network() {
     let mut odd = entry("</script><!--", &[2.0], 0.8);
@@ -188,15 +261,10 @@ fn the_page_holds_its_data_and_asks_no_network() {
     let page = report::html(&results(vec![entry("a", &[1.0, 2.0], 0.9), odd]), Path::new("none"), 4).unwrap();
     assert_eq!(page.matches("</script>").count(), 2);
     assert!(!page.contains("src=\"http") && !page.contains("@DATA@") && !page.contains("<!--"));
-    let data = data(&page);
-    assert_eq!(data["scenes"][0]["fronts"]["indirect|rmse|everything"], serde_json::json!([0]));
-    assert_eq!(data["scenes"][0]["entries"][1]["graph"], "</script><!--");
-}
-
-/// What a page holds for its script.
-fn data(page: &str) -> serde_json::Value {
     let start = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
-    serde_json::from_str(&page[start..start + page[start..].find("</script>").unwrap()]).unwrap()
+    let data = report::inflated(page[start..].split("</script>").next().unwrap());
+    assert_eq!(data["scenes"][0]["fronts"]["indirect|rmse|everything"], serde_json::json!([0]));
+    assert!(data["words"].as_array().unwrap().contains(&"</script><!--".into()));
 }
 
 /// The script asks of the plot of all scenes what it asks of each.
@@ -207,7 +275,7 @@ fn entries_of_all_scenes_have_what_those_of_one_have() {
     let entries = vec![entry("a", &[1.0], 0.9), entry("c", &[1.0], 0.9), entry("d", &[1.0], 0.9)];
     let more = ["c", "d"].map(|graph| Entry { scene: "hall".into(), ..entry(graph, &[2.0], 0.8) });
     let entries = entries.into_iter().chain([elsewhere]).chain(more).chain([little]).collect();
-    let data = data(&report::html(&results(entries), Path::new("none"), 0).unwrap());
+    let data = report::page(&results(entries), Path::new("none"), 0);
     let scenes = data["scenes"].as_array().unwrap();
     assert_eq!(scenes.len(), 4);
     assert_eq!(scenes[0]["label"], "2 scenes", "of the third little was asked");

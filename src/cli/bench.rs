@@ -1,7 +1,7 @@
 //! `lightgraph bench`: run time against error, for graphs, scenes and settings.
 
-use super::{Failure, ShaderFolders, notices, print, size};
-use crate::bench::against::against;
+use super::page::publish;
+use super::{Failure, ShaderFolders, notices, size};
 use crate::bench::measure::{Effort, Measured, Target, measure, planned};
 use crate::bench::peers::{self, Job};
 use crate::bench::references::{Manifest, References};
@@ -12,7 +12,6 @@ use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::fastest::Policy;
 use crate::gpu::Gpu;
-use crate::image::file::write_atomically;
 use crate::scene::{self, Scene};
 use crate::session::Project;
 use std::collections::BTreeMap;
@@ -57,9 +56,14 @@ pub struct Args {
     /// what was not asked for this time stays
     #[arg(long)]
     pub resume: bool,
-    /// List what became slower or less accurate since then; exit code 1 if anything did
-    #[arg(long, value_name = "results.json")]
+    /// List what became slower or less accurate since then, and say how much came out again; exit code 1 if anything
+    /// became worse
+    #[arg(long, value_name = "results.json[.gz]")]
     pub against: Option<PathBuf>,
+    /// Measure nothing: write report.html anew from kept results, of whatever commit and machine
+    #[arg(long, value_name = "results.json[.gz]", conflicts_with_all = ["graphs", "scenes", "sweep", "repeat", "seconds",
+        "patience", "phases", "size", "references", "resume", "peers", "speed", "fastest", "folders"])]
+    pub page: Option<PathBuf>,
     /// Run other renderers too, as the JSON files of a folder describe them
     #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "peers")]
     pub peers: Option<PathBuf>,
@@ -87,6 +91,9 @@ const USUAL: &str = "grid=2,4,6;face=8,16;bounces=1,4;samples=1,4,16,64";
 pub fn run(args: &Args) -> Result<u8, Failure> {
     if let Some(list) = &args.speed {
         return super::speed::run(args, list);
+    }
+    if let Some(kept) = &args.page {
+        return super::page::run(args, kept);
     }
     let old = args.against.as_deref().map(Results::read).transpose()?;
     let manifest = Manifest::read(&args.references)?;
@@ -168,14 +175,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     }
     results.write(&args.out)?;
     bench.journal.close()?;
-    let page = args.out.join("report.html");
-    write_atomically(&page, report::html(&results, &args.out, args.images)?.as_bytes())?;
-    print(&report::text(&results));
-    print(&format!("wrote {}\n", page.display()));
-    let Some(old) = old else { return Ok(0) };
-    let verdict = against(&old, &results);
-    print(&verdict.to_string());
-    Ok(u8::from(!verdict.worse.is_empty()))
+    publish(args, &results, &args.out, old.as_ref())
 }
 
 /// A graph under its name.
@@ -283,6 +283,7 @@ impl Bench<'_> {
                 size: self.args.size,
                 references: place.references,
                 folder: &folder,
+                setting: None,
             };
             match peers::run(peer, job) {
                 Ok(entries) => {

@@ -8,6 +8,7 @@ pub mod compare;
 mod fastest;
 pub mod new;
 mod outputs;
+mod page;
 pub mod plan;
 pub mod render;
 mod speed;

@@ -2,6 +2,7 @@
 //!
 //! - `bad`: every file of `tests/bad` gives the errors that stand at its head
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
+//! - `bench_page`: the page of kept results of a bench, in a browser
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `culling`: draws that leave out what their members don't see change nothing
@@ -22,6 +23,7 @@
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
+//! - `renderers`: graphs beside other programs, as `bench --speed` sets them
 //! - `regions`: what moves is drawn again only where it is seen
 //! - `seams`: soft visibility leaves no steps on flat walls
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
@@ -36,10 +38,12 @@
 //! - `twins`: shaders against the Rust of the same mathematics
 //! - `view`: the window, on a virtual display
 //! - `watch`: live reload without a window
-//! - `support`, `device`: what several of them need
+//! - `support`, `device`, `browser`: what several of them need
 
 mod bad;
 mod bad_scenes;
+mod bench_page;
+mod browser;
 mod closed_forms;
 mod command;
 mod culling;
@@ -61,6 +65,7 @@ mod projection;
 mod references;
 mod regions;
 mod reloads;
+mod renderers;
 mod report_page;
 mod seams;
 mod shader_checks;

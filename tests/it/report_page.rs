@@ -1,15 +1,11 @@
 //! The page of `lightgraph test --report` in a real browser: every image decodes, the slider and the flicker button do
 //! what they say.
 
+use crate::browser::visited;
 use crate::device;
 use crate::support::{Scratch, repository};
 use lightgraph::snapshot::{Bless, Options, find, report, run};
 use std::fs;
-use std::path::Path;
-use std::process::Command;
-
-/// Any of these will do.
-const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 const GRAPH: &str = r#"Graph(
     about: "One colour.",
@@ -100,21 +96,4 @@ the button says stop
 stopped: actual actual expected expected
 the button says flicker";
     assert_eq!(seen, expected);
-}
-
-/// The document after a visit of ten seconds of the page's own clock.
-fn visited(page: &Path, profile: &Path) -> String {
-    let url = format!("file://{}", page.display());
-    for browser in BROWSERS {
-        let mut command = Command::new(browser);
-        command.args(["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--window-size=1000,1200"]);
-        command.arg(format!("--user-data-dir={}", profile.display()));
-        command.args(["--virtual-time-budget=10000", "--dump-dom", &url]);
-        match command.output() {
-            Ok(output) => return String::from_utf8_lossy(&output.stdout).into_owned(),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
-            Err(e) => panic!("can't start {browser}: {e}"),
-        }
-    }
-    panic!("none of {} is installed; scripts/install-browser.sh installs one", BROWSERS.join(", "));
 }
