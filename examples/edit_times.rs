@@ -1,8 +1,8 @@
 //! What a frame costs after each kind of edit, as a share of a frame in full: all figures in one run on one adapter.
 //!
-//! `cargo run --release --example edit_times`, with any of `motions updates edits hall art_gallery 4 8 uniform_grid fast_grid` for
+//! `cargo run --release --example edit_times`, with any of `motions updates spread edits hall art_gallery 4 8 uniform_grid fast_grid` for
 //! these alone: `motions` of camera and light at 640×480, `updates` of the probes after a light or an object has moved, in these
-//! scenes, with so many probes along an axis; `edits` that follow a save, of these graphs.
+//! scenes, with so many probes along an axis; `spread`: whose light an object that moves changes; `edits` that follow a save, of these graphs.
 
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::{FrameReport, Gpu};
@@ -32,7 +32,7 @@ fn run() -> Checked<()> {
     let asked = |what: &str, group: &[&str]| {
         args.iter().any(|a| a == what) || !group.iter().any(|g| args.iter().any(|a| a == g))
     };
-    let kinds = ["motions", "updates", "edits"];
+    let kinds = ["motions", "updates", "spread", "edits"];
     let graphs = [BASE, "fast_grid"];
     for name in ["hall", "art_gallery"].into_iter().filter(|n| asked(n, &["hall", "art_gallery"])) {
         let scene = Arc::new(scene::load(&Path::new("scenes").join(name))?.scene);
@@ -43,6 +43,11 @@ fn run() -> Checked<()> {
             if asked("updates", &kinds) {
                 for graph in graphs.into_iter().filter(|g| asked(g, &graphs)) {
                     updates(&gpu, graph, &scene, grid)?;
+                }
+            }
+            if asked("spread", &kinds) {
+                for graph in graphs.into_iter().filter(|g| asked(g, &graphs)) {
+                    spread(&gpu, graph, &scene, grid)?;
                 }
             }
         }
@@ -143,7 +148,7 @@ fn updates(gpu: &Gpu, graph: &str, scene: &Arc<Scene>, grid: u32) -> Checked<()>
     let by = |i: u32| glam::Vec3::X * 0.02 * (1 + i) as f32;
     let (light, report) = median(|i| worked(gpu, &mut session, i, Shift { lights: by(i), ..Shift::default() }))?;
     println!("  light only         {light:9.2} ms, 1/{:.1}; {}", full / light, shares(&session, &report));
-    for name in ["corbel", "urn", "ball", "post", "bench", "sculpture"] {
+    for name in OBJECTS {
         let Some(node) = scene.nodes.iter().position(|n| n.name == name) else { continue };
         let shift = |i| Shift { nodes: vec![(node, by(i))], ..Shift::default() };
         let (object, report) = median(|i| worked(gpu, &mut session, i, shift(i)))?;
@@ -152,12 +157,57 @@ fn updates(gpu: &Gpu, graph: &str, scene: &Arc<Scene>, grid: u32) -> Checked<()>
             step.map(|i| format!("{name} {}; ", session.why()[i])).unwrap_or_default()
         };
         println!(
-            "  {name:<18} {object:9.2} ms, {:.1} %; {}{}{}",
+            "  {name:<18} {object:9.2} ms, {:.1} %; {}{}{}{}",
             100.0 * object / full,
             why("capture"),
             why("direct_at_probes"),
+            why("capture_rays") + &why("first_bounce"),
             shares(&session, &report)
         );
+    }
+    Ok(())
+}
+
+/// Things in the scenes that are moved.
+const OBJECTS: [&str; 6] = ["corbel", "urn", "ball", "post", "bench", "sculpture"];
+
+/// How many probes hold another light, by one bit or more, after an object has moved: of one bounce and of two. No update that is
+/// exact does less than light these again.
+fn spread(gpu: &Gpu, graph: &str, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
+    println!("\n{graph}, {}, {grid}³ probes, of which another light is held after a move", scene.name);
+    let project = Project::open(&PathBuf::from("graphs").join(graph).with_extension("ron"), &[])?;
+    for name in OBJECTS {
+        let Some(node) = scene.nodes.iter().position(|n| n.name == name) else { continue };
+        let mut line = format!("  {name:<18}");
+        for bounces in [1, 2] {
+            let grids = ("grid".to_string(), Value::UVec3(glam::UVec3::splat(grid)));
+            let settings = Settings {
+                params: [grids, ("bounces".to_string(), Value::Uint(bounces))].into(),
+                size: [16, 12],
+                outputs: Some(vec!["sh".into()]),
+                skip: true,
+                ..Settings::default()
+            };
+            let mut session = Session::new(gpu, &project, scene.clone(), settings)?;
+            let mut light = |by: f32| {
+                session.shift = Shift { nodes: vec![(node, glam::Vec3::X * by)], ..Shift::default() };
+                session.frame(gpu, 0, 0.0)?;
+                session.image(gpu, "sh")
+            };
+            let (before, after) = (light(0.0)?, light(0.02)?);
+            let texels = |image: &lightgraph::image::Image| image.width as usize * image.height as usize;
+            // A slab of slices a coefficient.
+            let probes = texels(&before) * grid as usize;
+            let channels = before.channels as usize;
+            let mut other = vec![false; probes];
+            let pairs = before.data.chunks(channels).zip(after.data.chunks(channels));
+            for (i, (a, b)) in pairs.enumerate() {
+                other[i % probes] |= a.iter().zip(b).any(|(a, b)| a.to_bits() != b.to_bits());
+            }
+            let count = other.iter().filter(|o| **o).count();
+            line += &format!(" {count} of {probes} after {bounces}{}", if bounces == 1 { ";" } else { "" });
+        }
+        println!("{line}");
     }
     Ok(())
 }

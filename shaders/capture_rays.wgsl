@@ -1,5 +1,6 @@
 //! What a probe sees through the centre of every texel of its cube, by a ray each: as capture.wgsl has it. With
-//! PROBES_KEPT only for probes that are stale; the others' texels stay as they are.
+//! PROBES_KEPT only for probes that are stale; the others' texels stay as they are. With BY_FACE a face is a member, which
+//! shows what lies between the planes of its view, and leaves its depths.
 #import lightgraph::cube
 #import lightgraph::hit
 #ifdef PACKED_CAPTURE
@@ -7,7 +8,12 @@
 #endif
 #import lightgraph::probes
 #import lightgraph::surface::Record
+#ifdef BY_FACE
+#import lightgraph::probe_views::depths
+#import lightgraph::trace::{FAR, Hit, NOTHING, closest_between, triangles}
+#else
 #import lightgraph::trace::{Hit, NOTHING, closest, triangles}
+#endif
 
 struct Params {
 #ifdef PACKED_CAPTURE
@@ -55,18 +61,38 @@ fn keep(at: vec2u, r: Record) {
 #ifdef PROBES_KEPT
 var<storage, read> stale: array<u32>;
 #endif
+#ifdef BY_FACE
+var cube_far: texture_storage_2d<r32float, write>;
+var<storage, read> members: array<u32>;
+#endif
 
 /// To the right and down, in texels. Where the centre of a texel lies exactly on an edge, drawing gives it to the triangle
 /// on the right of it, or below it where the edge is level: to the one that a ray hits a hair beside the centre. The hair
 /// is less than the 1/256 of a texel to which drawing rounds corners.
 const BESIDE = vec2f(5e-4, 2.5e-4);
 
-/// The triangle that drawing would give a texel to, met by the ray through its centre. `texel`: its edge, where the
-/// face's is 2.
-fn covering(probe: vec3f, ray: vec3f, face: u32, texel: f32) -> Hit {
+/// The triangle that drawing would give a texel to, met by the ray through its centre.
+struct Covering {
+    hit: Hit,
+    /// Along the face's axis, metres, where the triangle was found.
+    depth: f32,
+}
+
+/// `texel`: its edge, where the face's is 2.
+fn covering(probe: vec3f, ray: vec3f, face: u32, texel: f32) -> Covering {
     let axes = cube::axes(face);
     let beside = texel * (BESIDE.x * axes.right + BESIDE.y * axes.down);
-    var hit = closest(probe, normalize(ray / dot(ray, axes.forward) + beside));
+    let aim = normalize(ray / dot(ray, axes.forward) + beside);
+#ifdef BY_FACE
+    let planes = depths() / dot(aim, axes.forward);
+    var hit = closest_between(probe, aim, planes.x, planes.y);
+    if hit.triangle == NOTHING {
+        hit.distance = FAR;
+    }
+#else
+    var hit = closest(probe, aim);
+#endif
+    let depth = hit.distance * dot(aim, axes.forward);
     if hit.triangle != NOTHING {
         let t = triangles[hit.triangle];
         let normal = cross(t.b - t.a, t.c - t.a);
@@ -75,7 +101,7 @@ fn covering(probe: vec3f, ray: vec3f, face: u32, texel: f32) -> Hit {
         let distance = dot(normal, t.a - probe) / slope;
         hit.distance = select(hit.distance, distance, slope != 0.0 && distance > 0.0);
     }
-    return hit;
+    return Covering(hit, depth);
 }
 
 @compute @workgroup_size(8, 8)
@@ -83,10 +109,19 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
     // Edge and columns of the atlas, and how many tiles there are.
     let tiling = tiles();
     let edge = tiling.x;
-    let here = cube::place(id.xy, edge, tiling.y);
-    if any(id.xy >= size()) || here.tile >= tiling.z {
+#ifdef BY_FACE
+    let here = cube::Place(members[id.z], id.xy);
+    let at = cube::unplace(here.tile, id.xy, edge, tiling.y);
+    if any(id.xy >= vec2u(edge)) {
         return;
     }
+#else
+    let here = cube::place(id.xy, edge, tiling.y);
+    let at = id.xy;
+    if any(at >= size()) || here.tile >= tiling.z {
+        return;
+    }
+#endif
 #ifdef PROBES_KEPT
     if stale[here.tile / 6u] == 0u {
         return;
@@ -97,6 +132,13 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
     let ray = cube::direction(face, here.texel, edge);
     // The texel's width seen from the probe.
     let spread = sqrt(cube::solid_angle(here.texel, edge));
-    let r = hit::record(hit::describe(covering(probe, ray, face, 2.0 / f32(edge)), probe, ray, spread));
-    keep(id.xy, r);
+    let found = covering(probe, ray, face, 2.0 / f32(edge));
+    keep(at, hit::record(hit::describe(found.hit, probe, ray, spread)));
+#ifdef BY_FACE
+    // As a draw through the face's view leaves it.
+    let d = depths();
+    let depth = max(found.depth, d.x);
+    let ndc = min(d.y * (depth - d.x) / ((d.y - d.x) * depth), 1.0);
+    textureStore(cube_far, at, vec4f(ndc));
+#endif
 }

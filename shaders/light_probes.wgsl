@@ -1,6 +1,6 @@
 //! A bounce in one dispatch, a workgroup a probe: the surfaces that the probe sees are lit, and what they send it is
 //! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept, or with LIT_BEFORE as
-//! another pass has lit them; else by the probes round them as well, as of the bounce before.
+//! another pass has lit them, and a probe is a member; else by the probes round them as well, as of the bounce before.
 #import lightgraph::cube
 #import lightgraph::cube_sums
 #import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
@@ -30,6 +30,7 @@ struct Params {
 }
 var<uniform> params: Params;
 #ifdef FIRST_BOUNCE
+var<storage, read> members: array<u32>;
 #ifdef LIT_BEFORE
 var cube_direct: texture_2d<f32>;
 #else
@@ -42,11 +43,20 @@ var cube_direct: texture_2d<f32>;
 var cube_sight: texture_2d<u32>;
 #endif
 #endif
+#ifdef FIRST_BOUNCE
+var first_sh: texture_storage_3d<rgba32float, write>;
+#ifdef PACKED_TABLE
+var<storage, read_write> first_table: array<vec4u>;
+#else
+var first_packed: texture_storage_3d<rgba32uint, write>;
+#endif
+#else
 var sh: texture_storage_3d<rgba32float, write>;
 #ifdef PACKED_TABLE
 var<storage, read_write> packed_table: array<vec4u>;
 #else
 var packed: texture_storage_3d<rgba32uint, write>;
+#endif
 #endif
 
 const LANES_X: u32 = 8u;
@@ -58,11 +68,16 @@ var<workgroup> sums: array<vec4f, LANES * COUNT>;
 
 @compute @workgroup_size(LANES_X, LANES_Y)
 fn light_probes(
-    @builtin(workgroup_id) probe: vec3u,
+    @builtin(workgroup_id) group: vec3u,
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
     let edge = params.cube_surface_tile;
+#ifdef FIRST_BOUNCE
+    let probe = probes::coordinates(members[group.z]);
+#else
+    let probe = group;
+#endif
     let tile = probes::number(probe) * 6u;
     let eye = probes::position(probe);
     var s: cube_sums::Sums;
@@ -101,16 +116,41 @@ fn light_probes(
     if lane < COUNT {
         total *= projection::window(u32(sqrt(f32(lane) + 0.5)));
         sums[lane] = total;
-        textureStore(sh, vec3u(probe.xy, probe.z + lane * params.grid.z), total);
+        keep(probe, lane, total);
     }
     workgroupBarrier();
     if lane < TEXELS {
-#ifdef PACKED_TABLE
-        packed_table[probes::number(probe) * TEXELS + lane] = packed_texel(lane);
-#else
-        textureStore(packed, vec3u(probe.x * TEXELS + lane, probe.yz), packed_texel(lane));
-#endif
+        keep_packed(probe, lane, packed_texel(lane));
     }
+}
+
+/// Coefficient k of a probe.
+fn keep(probe: vec3u, k: u32, value: vec4f) {
+    let at = vec3u(probe.xy, probe.z + k * params.grid.z);
+#ifdef FIRST_BOUNCE
+    textureStore(first_sh, at, value);
+#else
+    textureStore(sh, at, value);
+#endif
+}
+
+/// Texel i of a packed probe.
+fn keep_packed(probe: vec3u, i: u32, words: vec4u) {
+#ifdef PACKED_TABLE
+    let row = probes::number(probe) * TEXELS + i;
+#ifdef FIRST_BOUNCE
+    first_table[row] = words;
+#else
+    packed_table[row] = words;
+#endif
+#else
+    let at = vec3u(probe.x * TEXELS + i, probe.yz);
+#ifdef FIRST_BOUNCE
+    textureStore(first_packed, at, words);
+#else
+    textureStore(packed, at, words);
+#endif
+#endif
 }
 
 /// Light (and alpha, 0 for backs) that a texel sends.

@@ -525,7 +525,10 @@ fn frame_values(scene: &Scene, settings: &Settings, pose: &Pose, index: u32) -> 
 
 /// The tables that the plan's shaders read; of earlier ones of the same scene what is the same.
 fn tables(scene: &Scene, plan: &Plan, pose: Pose, levels: Vec<Arc<Level>>, earlier: Option<&Tables>) -> Tables {
-    let wanted = |name: &str| plan.tables.iter().any(|t| t.table == name);
+    // What members see is asked of these.
+    let sights = plan.steps.iter().any(|s| s.sight.is_some());
+    let asked = |name: &str| sights && ["nodes", "clusters"].contains(&name);
+    let wanted = |name: &str| asked(name) || plan.tables.iter().any(|t| t.table == name);
     let list = scene.tables_after(&pose, wanted, &levels, earlier);
     Tables { pose, levels, list }
 }

@@ -108,11 +108,13 @@ fn enter(box: Box, origin: vec3f, inverse: vec3f, end: f32) -> f32 {
     return select(FAR, first, first <= last);
 }
 
-/// The hit with one triangle nearer than `best`, or `best`.
+/// The hit with one triangle nearer than `best` and beyond `start`, or `best`; of two as near the one in the first row.
+/// `entry` is where the ray enters the leaf, before which nothing counts that rounding may say. So what a ray meets is a matter
+/// of the leaves on its way alone, in whatever order it comes to them.
 ///
 /// Inside is decided by the signs of the volumes that the ray spans with each edge, alike for both triangles at
 /// an edge, so that no ray slips between them; the distance by the triangle's plane.
-fn meet(index: u32, origin: vec3f, direction: vec3f, best: Hit) -> Hit {
+fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, entry: f32, best: Hit) -> Hit {
     let corner = corners(index);
     let a = corner[0] - origin;
     let b = corner[1] - origin;
@@ -125,8 +127,10 @@ fn meet(index: u32, origin: vec3f, direction: vec3f, best: Hit) -> Hit {
     if !inside || slope == 0.0 || sum == 0.0 {
         return best;
     }
-    let distance = dot(normal, a) / slope;
-    if distance > 0.0 && distance < best.distance {
+    let plane = dot(normal, a) / slope;
+    let distance = max(plane, entry);
+    let first = distance == best.distance && best.triangle != NOTHING && index < best.triangle;
+    if plane > start && (distance < best.distance || first) {
         return Hit(distance, index, volumes.yz / sum);
     }
     return best;
@@ -137,20 +141,23 @@ fn below(box: Box) -> u32 {
     return box.first << 4u | box.count;
 }
 
-/// What a ray meets first before `end`. With `any`, whatever it finds first.
-fn search(origin: vec3f, direction: vec3f, end: f32, any_will_do: bool) -> Hit {
+/// What a ray meets first between `start` and `end`. With `any`, whatever it finds first.
+fn search(origin: vec3f, direction: vec3f, start: f32, end: f32, any_will_do: bool) -> Hit {
     let inverse = reciprocal(direction);
     var best = Hit(end, NOTHING, vec2f(0.0));
     var stack: array<u32, STACK>;
+    var entries: array<f32, STACK>;
     var waiting = 0u;
     var here = below(box_at(0u));
+    var entry = 0.0;
     loop {
         let first = here >> 4u;
         let count = here & 15u;
         var follow = false;
         if count > 0u {
-            for (var i = 0u; i < count; i++) {
-                best = meet(first + i, origin, direction, best);
+            let nearer = select(count, 0u, entry > best.distance);
+            for (var i = 0u; i < nearer; i++) {
+                best = meet(first + i, origin, direction, start, entry, best);
             }
             if any_will_do && best.triangle != NOTHING {
                 break;
@@ -164,9 +171,11 @@ fn search(origin: vec3f, direction: vec3f, end: f32, any_will_do: bool) -> Hit {
                 let swap = two < one;
                 if max(one, two) < FAR && waiting < STACK {
                     stack[waiting] = select(below(right), below(left), swap);
+                    entries[waiting] = max(one, two);
                     waiting++;
                 }
                 here = select(below(left), below(right), swap);
+                entry = min(one, two);
                 follow = true;
             }
         }
@@ -176,6 +185,7 @@ fn search(origin: vec3f, direction: vec3f, end: f32, any_will_do: bool) -> Hit {
             }
             waiting--;
             here = stack[waiting];
+            entry = entries[waiting];
         }
     }
     return best;
@@ -183,10 +193,15 @@ fn search(origin: vec3f, direction: vec3f, end: f32, any_will_do: bool) -> Hit {
 
 /// What a ray meets first; both sides of triangles count.
 fn closest(origin: vec3f, direction: vec3f) -> Hit {
-    return search(origin, direction, FAR, false);
+    return search(origin, direction, 0.0, FAR, false);
+}
+
+/// What a ray meets first between `start` and `end` metres.
+fn closest_between(origin: vec3f, direction: vec3f, start: f32, end: f32) -> Hit {
+    return search(origin, direction, start, end, false);
 }
 
 /// Whether a ray is free up to `end` metres.
 fn is_free(origin: vec3f, direction: vec3f, end: f32) -> bool {
-    return search(origin, direction, end, true).triangle == NOTHING;
+    return search(origin, direction, 0.0, end, true).triangle == NOTHING;
 }

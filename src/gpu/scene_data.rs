@@ -3,7 +3,7 @@
 use super::{device::Gpu, scope::scoped};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::tables::pack;
+use crate::plan::tables::{pack, rows, stride};
 use crate::plan::{Plan, TableUse};
 use crate::scene::{Assets, Geometry, Level, Table, TextureArray};
 use std::sync::Arc;
@@ -15,6 +15,8 @@ pub(super) struct SceneData {
     pub mesh: Option<Mesh>,
     /// By the index in [`Plan::tables`].
     pub tables: Vec<wgpu::Buffer>,
+    /// What those hold.
+    uploaded: Vec<Table>,
     /// A 2D array; one white texel when the scene has no textures.
     pub textures: wgpu::TextureView,
 }
@@ -56,15 +58,19 @@ impl SceneData {
         let mesh = mesh.map_err(&mut keep).ok();
         let views = gpu.kept.textures.get(&assets.hashes.textures, || upload_textures(gpu, assets.textures));
         let views = views.map_err(&mut keep).ok();
-        let mut buffers = vec![];
+        let (mut buffers, mut uploaded) = (vec![], vec![]);
         for wanted in &plan.tables {
-            let buffer = find(wanted, tables)
-                .and_then(|t| pack(wanted, t))
-                .and_then(|bytes| storage(gpu, &wanted.table, &bytes));
+            let buffer = find(wanted, tables).and_then(|t| {
+                let buffer = storage(gpu, &wanted.table, &pack(wanted, t)?)?;
+                uploaded.push(t.clone());
+                Ok(buffer)
+            });
             buffers.extend(buffer.map_err(&mut keep).ok());
         }
         match (mesh, views) {
-            (Some(mesh), Some(textures)) if faults.is_empty() => Ok(SceneData { mesh, tables: buffers, textures }),
+            (Some(mesh), Some(textures)) if faults.is_empty() => {
+                Ok(SceneData { mesh, tables: buffers, uploaded, textures })
+            }
             _ => Err(Faults(faults)),
         }
     }
@@ -75,8 +81,19 @@ impl SceneData {
     /// As [`SceneData::upload`].
     pub(super) fn update(&mut self, gpu: &Gpu, plan: &Plan, changed: &[Table]) -> Checked<bool> {
         let mut moved = false;
-        for (wanted, buffer) in plan.tables.iter().zip(&mut self.tables) {
+        for ((wanted, buffer), held) in plan.tables.iter().zip(&mut self.tables).zip(&mut self.uploaded) {
             let Some(table) = changed.iter().find(|t| t.name == wanted.table) else { continue };
+            let before = std::mem::replace(held, table.clone());
+            if let Some(ranges) = table.differs(&before) {
+                let stride = stride(wanted);
+                for some in ranges {
+                    let mut bytes = vec![0; stride * some.len()];
+                    let at = (stride * some.start) as u64;
+                    rows(wanted, table, some, &mut bytes)?;
+                    gpu.queue.write_buffer(buffer, at, &bytes);
+                }
+                continue;
+            }
             let bytes = pack(wanted, table)?;
             // The same size exactly: a shader may ask for the length of the array.
             if bytes.len() as u64 == buffer.size() {

@@ -138,6 +138,7 @@ impl Sketch {
             reads: vec![],
             writes: vec![],
             own: None,
+            sight: None,
             after: vec![],
         });
         Node::Step(StepId(self.plan.steps.len() - 1))

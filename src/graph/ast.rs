@@ -100,6 +100,7 @@ pub enum PassKind {
     Compute {
         shader: Name,
         over: Size,
+        sight: Option<Sight>,
     },
     Reduce {
         shader: Name,
@@ -125,6 +126,17 @@ pub enum PassKind {
     Fastest {
         of: Vec<Vec<Pass>>,
     },
+}
+
+/// What each member of a dispatch sees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sight {
+    /// A buffer of matrices.
+    pub frusta: Name,
+    /// Resources of which a member reads nothing but what it sees.
+    pub seen: Vec<Name>,
+    /// Where the pass leaves the depths of what its members see.
+    pub depth: Option<Name>,
 }
 
 /// What draw and screen passes share.

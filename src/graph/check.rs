@@ -1,6 +1,6 @@
 //! Names: every one resolves, none stands twice, none collides with what scenes and frames provide.
 
-use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, walk};
+use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, Sight, walk};
 use super::expr::{Binary, Expr, ExprKind};
 use super::is_inside;
 use crate::diag::{Diagnostic, Span};
@@ -202,7 +202,12 @@ impl<'g> Check<'g> {
     fn kind(&mut self, p: &'g Pass, loops: &mut Vec<String>) {
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => self.raster(r, loops),
-            PassKind::Compute { over, .. } => over.exprs().iter().for_each(|e| self.names(e, Scope::Sizes)),
+            PassKind::Compute { over, sight, .. } => {
+                over.exprs().iter().for_each(|e| self.names(e, Scope::Sizes));
+                if let Some(sight) = sight {
+                    self.sight(p, sight);
+                }
+            }
             PassKind::Reduce { from, to, factor, until, .. } => {
                 factor.iter().chain([until]).for_each(|e| self.names(e, Scope::Values));
                 self.texture_name(from, "reduced");
@@ -318,6 +323,27 @@ impl<'g> Check<'g> {
                 let d = Diagnostic::error("a pass with `views` draws each member to as many layers in turn");
                 self.faults.push(d.at(&layer.span, "`layer` says another place").at(&views.span, ""));
             }
+        }
+    }
+
+    fn sight(&mut self, p: &'g Pass, sight: &'g Sight) {
+        self.resource_name(&sight.frusta, "a buffer of frusta");
+        sight.seen.iter().for_each(|name| self.resource_name(name, "seen in parts"));
+        if let Some(depth) = &sight.depth
+            && let Some(format) = self.texture_name(depth, "a texture of depths")
+            && format != wgpu::TextureFormat::R32Float
+        {
+            let d = Diagnostic::error(format!("`{}` has another format than depths of a dispatch", depth.value));
+            self.faults.push(d.at(&depth.span, format!("{format:?}")).help("use R32Float"));
+        }
+        if p.each.is_none() {
+            let d =
+                Diagnostic::error(format!("`frusta` say what the members of `{}` see, which has none", p.name.value));
+            self.faults.push(d.at(&sight.frusta.span, "").help("give it `each`, or leave `frusta` out"));
+        }
+        if let Some(own) = p.own.first() {
+            let d = Diagnostic::error(format!("the members of `{}` see, and read of their own", p.name.value));
+            self.faults.push(d.at(&own.span, "").at(&sight.frusta.span, "").help("give one of `own` and `frusta`"));
         }
     }
 

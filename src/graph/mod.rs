@@ -111,7 +111,9 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
         PassKind::Loop { .. } | PassKind::Fastest { .. } => {
             pass.kind.bodies().iter().flatten().any(|p| ast_mentions(p, resource))
         }
-        PassKind::Compute { .. } => false,
+        PassKind::Compute { sight, .. } => {
+            sight.iter().any(|s| std::iter::once(&s.frusta).chain(&s.seen).chain(&s.depth).any(|n| n.value == resource))
+        }
     };
     named || pass.bind.iter().any(|(_, to)| to.value == resource)
 }

@@ -1,6 +1,6 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
-use super::ast::{Graph, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size};
+use super::ast::{Graph, Name, Param, Pass, PassKind, Raster, Resource, ResourceKind, Sight, Size};
 use super::expr::Expr;
 use super::param::parse_vector;
 use super::read::{Fields, Reader};
@@ -207,7 +207,15 @@ impl Reader {
             "Compute" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));
                 let over = self.need(f, "over").and_then(|n| self.size(n));
-                Some(PassKind::Compute { shader: shader?, over: over? })
+                let frusta = f.get("frusta").and_then(|n| self.name(n));
+                let seen: Vec<Name> = self.list(f.get("seen")).iter().filter_map(|n| self.name(n)).collect();
+                let depth = f.get("depth").and_then(|n| self.name(n));
+                if let (None, Some(of)) = (&frusta, depth.iter().chain(&seen).next()) {
+                    let d = Diagnostic::error("nothing says what the members see").at(&of.span, "");
+                    self.fault(d.help("give the pass `frusta`"));
+                }
+                let sight = frusta.map(|frusta| Sight { frusta, seen, depth });
+                Some(PassKind::Compute { shader: shader?, over: over?, sight })
             }
             "Reduce" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));

@@ -264,6 +264,7 @@ fn initial_clears(
                 reads: vec![],
                 writes: vec![id],
                 own: None,
+                sight: None,
                 after: vec![],
             });
         }

@@ -9,7 +9,7 @@
 use super::ingredient::{Ingredient, Ingredients, Kind};
 use super::keys::{Keys, Outside, UNDEFINED, Unit, Version, Versions, initial};
 use super::region::{self, Seen};
-use super::{Action, Desc, Plan, ResourceId, TextureDesc};
+use super::{Desc, Plan, ResourceId, TextureDesc};
 use crate::diag::Checked;
 use crate::image::Image;
 use crate::value::Values;
@@ -367,10 +367,7 @@ pub fn settle(
 ) -> Checked<()> {
     for (i, unit) in keys.units.iter().enumerate() {
         let [step] = unit.steps[..] else { continue };
-        let (Action::Draw(draw), Some(mut seen)) = (&plan.steps[step.0].action, outside.members.get(&step.0).cloned())
-        else {
-            continue;
-        };
+        let Some(mut seen) = outside.members.get(&step.0).cloned() else { continue };
         let saw = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref());
         if saw.is_none_or(|saw| saw.versions == seen.versions) {
             continue;
@@ -378,9 +375,9 @@ pub fn settle(
         let versions = keys.versions(plan, held.history(plan), outside, values);
         let now = unit.ingredients(plan, (&versions, i), outside, values);
         let Some(saw) = standing(plan, unit, held, &now).and_then(|ran| ran.seen.as_ref()) else { continue };
-        let target = region::depths(plan, draw);
+        let target = region::depths(plan, &plan.steps[step.0]);
         let image = target.map(|id| depths(id, held.version(plan.resources[id.0].slot))).transpose()?;
-        seen.settle(saw, plan, draw, image.as_deref());
+        seen.settle(saw, plan, &plan.steps[step.0], image.as_deref());
         outside.members.insert(step.0, seen);
     }
     Ok(())

@@ -60,6 +60,20 @@ pub fn frustum_tables() -> impl Iterator<Item = &'static str> {
     TABLES.iter().filter(move |(_, columns)| holds(columns)).map(|(name, _)| *name)
 }
 
+/// Whether a resource is a buffer of frusta for so many members.
+///
+/// # Errors
+/// It is none, or too small.
+pub(super) fn holds_frusta(name: &Name, desc: &Desc, members: u32) -> Result<(), Diagnostic> {
+    let size = if let Desc::Buffer { size, .. } = desc { *size } else { 0 };
+    if size >= FRUSTUM_BYTES * u64::from(members) {
+        return Ok(());
+    }
+    let d = Diagnostic::error(format!("`{}` has {size} bytes for the frusta of {members} members", name.value));
+    let help = format!("declare it as `Buffer(stride: {FRUSTUM_BYTES}, count: …)` with one `mat4x4f` a member");
+    Err(d.at(&name.span, format!("each takes {FRUSTUM_BYTES}")).help(help))
+}
+
 impl<'g> Wirer<'g, '_> {
     /// Wires the step that finds what each member sees. `None` after a fault, and for adapters that can't begin an indirect draw at
     /// a member's number: there everything is drawn, which gives the same image.
@@ -94,12 +108,8 @@ impl<'g> Wirer<'g, '_> {
     fn frusta(&mut self, wired: &mut Wired<'g>, name: &Name) -> Option<Wire> {
         let sized = self.sizes.of(&name.value)?;
         let sized = self.keep(sized)?;
-        let Desc::Buffer { size, .. } = sized.desc else { return None };
-        let members = wired.each.unwrap_or(1);
-        if size < FRUSTUM_BYTES * u64::from(members) {
-            let d = Diagnostic::error(format!("`{}` has {size} bytes for the frusta of {members} members", name.value));
-            let help = format!("declare it as `Buffer(stride: {FRUSTUM_BYTES}, count: …)` with one `mat4x4f` a member");
-            self.faults.push(d.at(&name.span, format!("each takes {FRUSTUM_BYTES}")).help(help));
+        if let Err(d) = holds_frusta(name, &sized.desc, wired.each.unwrap_or(1)) {
+            self.faults.push(d);
             return None;
         }
         wired.uses.push(Use {
@@ -186,6 +196,7 @@ impl Expander<'_, '_> {
             reads,
             writes: vec![buffer],
             own: None,
+            sight: None,
             after: vec![],
         });
         Some(Indirect { buffer, first: draws - parts[1].1, second: parts[1].1, frusta })

@@ -3,11 +3,14 @@
 //! [`super::draw`] places what draw and screen passes draw, [`super::reduce`] makes the stages of reductions.
 
 use super::order::{Block, Entry};
+use super::region::worth_reading;
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
-use super::{Action, Binding, Desc, Ending, LevelUse, Own, Resource, ResourceId, Step, StepId, TextureKind, Until};
+use super::{
+    Action, Binding, Desc, Ending, LevelUse, Own, Resource, ResourceId, Sight, Step, StepId, TextureKind, Until,
+};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{PassKind, Size};
+use crate::graph::ast::{Name, PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
@@ -200,7 +203,7 @@ impl Expander<'_, '_> {
                 reads.extend(draw.indirect.map(|i| i.buffer));
                 Action::Draw(draw)
             }
-            PassKind::Compute { shader, over } => {
+            PassKind::Compute { shader, over, .. } => {
                 let index = w.shader?;
                 let groups = match (batched, w.each) {
                     (true, Some(members)) => self.groups_of_members(index, over, members, &shader.span)?,
@@ -226,6 +229,7 @@ impl Expander<'_, '_> {
         };
         let bindings = self.bindings(w, member, &name, &BTreeMap::new())?;
         let own = self.own(w, batched)?;
+        let sight = self.sight(w, batched)?;
         self.out.steps.push(Step {
             name,
             pass: pass.name.value.clone(),
@@ -235,6 +239,7 @@ impl Expander<'_, '_> {
             reads,
             writes,
             own,
+            sight,
             after: vec![],
         });
         Some(())
@@ -264,6 +269,51 @@ impl Expander<'_, '_> {
             }
         }
         Some(Some(Own { members, reads }))
+    }
+
+    /// What the pass says that its members see. `None` after a fault.
+    fn sight(&mut self, w: &Wired, batched: bool) -> Option<Option<Sight>> {
+        let PassKind::Compute { sight: Some(said), .. } = &w.pass.kind else { return Some(None) };
+        let members = w.each?;
+        if !batched {
+            let d = Diagnostic::error(format!("the members of `{}` are steps of their own", w.pass.name.value));
+            let help = "let the shader do the work of all `members` in one dispatch, or leave `frusta` out";
+            self.faults.push(d.at(&said.frusta.span, "").help(help));
+            return None;
+        }
+        let uses = |name: &Name, mode: fn(Mode) -> bool| {
+            w.uses.iter().any(|u| u.resource == name.value && u.mode != Mode::Size && mode(u.mode))
+        };
+        let frusta = self.id(&said.frusta.value, 0, &said.frusta.span)?;
+        if let Err(d) = super::cull::holds_frusta(&said.frusta, &self.out.resources[frusta.0].desc, members) {
+            self.faults.push(d);
+            return None;
+        }
+        let mut reads = vec![];
+        for name in &said.seen {
+            if !uses(name, Mode::reads) {
+                let d = Diagnostic::error(format!("`{}` reads nothing of `{}`", w.pass.name.value, name.value));
+                self.faults.push(d.at(&name.span, "").help("leave it out of `seen`"));
+                return None;
+            }
+            reads.push(self.id(&name.value, 0, &name.span)?);
+        }
+        let mut depth = None;
+        if let Some(name) = &said.depth {
+            if !uses(name, Mode::writes) {
+                let d = Diagnostic::error(format!("`{}` writes nothing to `{}`", w.pass.name.value, name.value));
+                self.faults.push(d.at(&name.span, "").help("write depths there, or leave `depth` out"));
+                return None;
+            }
+            let id = self.id(&name.value, 0, &name.span)?;
+            if let Desc::Texture(t) = &self.out.resources[id.0].desc
+                && worth_reading(t)
+            {
+                self.usage(id, How::CopySource);
+                depth = Some(id);
+            }
+        }
+        Some(Some(Sight { members, frusta, reads, depth }))
     }
 
     pub(super) fn bindings(

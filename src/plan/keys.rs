@@ -51,11 +51,20 @@ impl Outside {
     /// # Errors
     /// As [`Outside::new`].
     pub fn follow(&mut self, plan: &Plan, before: &[Table], tables: &[Table]) -> Checked<()> {
+        // What rays meet is large, and follows from little.
+        let places = tables.iter().find_map(Table::places).map(|p| hash(&(p, self.assets.geometry, self.assets.order)));
         for (wanted, hashed) in plan.tables.iter().zip(&mut self.tables) {
             let Some(table) = tables.iter().find(|t| t.name == wanted.table) else { continue };
-            if !before.iter().any(|b| b.is_clone(table)) {
-                *hashed = hash(&pack(wanted, table)?);
+            if before.iter().any(|b| b.is_clone(table)) {
+                continue;
             }
+            *hashed = match places.filter(|_| Table::FOR_RAYS.contains(&table.name)) {
+                Some(places) => {
+                    let columns: Vec<_> = wanted.row.members.iter().map(|m| (&m.name, m.offset)).collect();
+                    hash(&(places, table.name, columns, wanted.stride, wanted.rows))
+                }
+                None => hash(&pack(wanted, table)?),
+            };
         }
         Ok(())
     }
@@ -109,6 +118,8 @@ enum Given {
     /// Index into [`Plan::tables`].
     Table(usize),
     Geometry,
+    /// Of the triangles for rays.
+    Order,
     Textures,
     /// When the plan began.
     Began,
@@ -302,6 +313,7 @@ impl Given {
             Given::Value(known) => hash(&values.get(name).or(known.as_ref()).map(|v| (v.ty(), v.bytes()))),
             Given::Table(i) => outside.tables.get(*i).copied().unwrap_or(0),
             Given::Geometry => outside.assets.geometry,
+            Given::Order => outside.assets.order,
             Given::Textures => outside.assets.textures,
             Given::Began => outside.began.into(),
             Given::Members => hash(members),
@@ -408,10 +420,11 @@ impl<'p> Gather<'p> {
     }
 
     fn step(&mut self, step: &'p Step) {
-        let Step { name: _, pass: _, group: _, action, bindings, reads, writes, own, after: _ } = step;
+        // What its members see is in the parts.
+        let Step { name: _, pass: _, group: _, action, bindings, reads, writes, own, sight: _, after: _ } = step;
         let mut variables = [].as_slice();
         let seen = match action {
-            Action::Draw(draw) if self.around.is_empty() => region::parts(self.plan, step, draw),
+            Action::Draw(_) | Action::Compute { .. } if self.around.is_empty() => region::parts(self.plan, step),
             _ => None,
         };
         let own = own.as_ref().filter(|_| self.around.is_empty() && region::apart(self.plan, step));
@@ -423,6 +436,11 @@ impl<'p> Gather<'p> {
             Action::Compute { shader, entry, groups } => {
                 self.shader(*shader, entry);
                 self.fix(Kind::Extent, "", groups);
+                if seen.is_some() {
+                    // Tables that hold places hold what of the triangles follows from them, in their order.
+                    self.give(Kind::Geometry, "", Given::Geometry);
+                    self.give(Kind::Geometry, "", Given::Order);
+                }
                 variables = &self.plan.shaders[*shader].interface.variables;
             }
             Action::Copy { from, to } => {
@@ -457,7 +475,7 @@ impl<'p> Gather<'p> {
         if let (Some(seen), Some(id)) = (seen, self.unit.steps.last().copied()) {
             self.give(Kind::Member, "see", Given::Members);
             self.unit.apart = Some(Apart::Seen(id.0));
-            self.unit.told.insert(seen.draws);
+            self.unit.told.extend(seen.resources);
         } else if let Some(Own { members, reads }) = own {
             self.give(Kind::Member, "read", Given::Members);
             self.unit.apart = Some(Apart::Own(*members, reads.clone()));

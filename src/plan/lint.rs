@@ -37,7 +37,10 @@ pub fn unused<'g>(graph: &'g Graph, library: &Library) -> Vec<Diagnostic> {
                 r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
                 touched.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.as_str()));
             }
-            PassKind::Compute { over, .. } => over.exprs().iter().for_each(&mut note),
+            PassKind::Compute { over, sight, .. } => {
+                over.exprs().iter().for_each(&mut note);
+                touched.extend(sight.iter().map(|s| s.frusta.value.as_str()));
+            }
             PassKind::Reduce { from, to, factor, until, .. } => {
                 factor.iter().chain([until]).for_each(&mut note);
                 touched.extend([from.value.as_str(), to.value.as_str()]);

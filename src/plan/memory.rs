@@ -49,7 +49,7 @@ pub fn allocate(plan: &mut Plan, share: bool) {
     let mut order: Vec<usize> = (0..plan.resources.len()).collect();
     order.sort_by_key(|i| (plan.resources[*i].alive.0, *i));
     // Members that need not run again leave what they made where it is.
-    let apart = plan.steps.iter().filter(|s| s.own.is_some());
+    let apart = plan.steps.iter().filter(|s| s.own.is_some() || s.sight.is_some());
     let in_parts: BTreeSet<usize> = apart.flat_map(|s| s.writes.iter().map(|r| r.0)).collect();
     // For each slot the place after which it is free; `None` when it never is.
     let mut free: Vec<Option<usize>> = vec![];

@@ -225,8 +225,10 @@ pub struct Step {
     pub bindings: Vec<Binding>,
     pub reads: Vec<ResourceId>,
     pub writes: Vec<ResourceId>,
-    /// `None`: it does all of its work, or none.
+    /// `None`: what a member reads of its own tells nothing.
     pub own: Option<Own>,
+    /// Of a dispatch; `None`: it doesn't say what its members see.
+    pub sight: Option<Sight>,
     /// Steps that must come before, for reasons of data.
     pub after: Vec<StepId>,
 }
@@ -237,6 +239,19 @@ pub struct Own {
     pub members: u32,
     /// Resources of which a member reads nothing but its own part: the members in their order share the parts in theirs.
     pub reads: Vec<ResourceId>,
+}
+
+/// The members of a dispatch, any of which it can do alone: each depends on what its frustum shows of the scene, and has a part
+/// of all that the step writes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sight {
+    pub members: u32,
+    /// A buffer of a matrix for each.
+    pub frusta: ResourceId,
+    /// Resources of which a member reads nothing but what it sees.
+    pub reads: Vec<ResourceId>,
+    /// Where the depths of what members see are left, when the host can ask for them.
+    pub depth: Option<ResourceId>,
 }
 
 #[derive(Debug, Clone)]

@@ -83,6 +83,7 @@ impl Expander<'_, '_> {
                 reads,
                 writes,
                 own: None,
+                sight: None,
                 after: vec![],
             });
             from_id = to_id;

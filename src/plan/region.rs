@@ -1,12 +1,12 @@
-//! Draws over many views, member by member: what each sees, so that each has a version of its own and only those whose
-//! version is new are drawn again. No device.
+//! Draws and dispatches over many views, member by member: what each sees, so that each has a version of its own and only
+//! those whose version is new run again. No device.
 
-use super::sight::{covered, meets};
+use super::sight::{covered, meets_planes, planes};
 use super::{
-    Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Frusta, Place, Plan, ResourceId, Step, TextureDesc,
+    Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Frusta, Place, Plan, ResourceId, Sight, Step, TextureDesc,
 };
 use crate::image::Image;
-use crate::scene::{Bounds, Column, Table};
+use crate::scene::{Bounds, Column, Table, reach};
 use crate::shader::Stage;
 use crate::value::Value;
 use glam::Mat4;
@@ -49,19 +49,33 @@ pub fn apart(plan: &Plan, step: &Step) -> bool {
 pub struct Parts {
     /// Where each member's frustum is.
     pub frusta: Frusta,
-    /// The draws that the device makes up from the frusta.
-    pub draws: ResourceId,
-    /// Its tables of nodes and of frusta, by index of [`Plan::tables`]: of them each member reads what its frustum meets.
+    /// Resources of which each member reads what its frustum meets.
+    pub resources: Vec<ResourceId>,
+    /// The same of tables, by index of [`Plan::tables`].
     pub tables: Vec<usize>,
 }
 
-/// `None` for a draw that runs as a whole.
-pub fn parts(plan: &Plan, step: &Step, draw: &Draw) -> Option<Parts> {
-    let indirect = draw.indirect.filter(|_| apart(plan, step))?;
+/// Tables that hold nothing but where the scene's triangles are, and what follows from it and the triangles themselves.
+const PLACES: [&str; 4] = ["nodes", "clusters", "triangles", "bvh"];
+
+/// `None` for a step that runs as a whole.
+pub fn parts(plan: &Plan, step: &Step) -> Option<Parts> {
     let tables = |wanted: &str| {
         let bound = step.bindings.iter().filter_map(|b| if let Binding::Table(i) = b { Some(*i) } else { None });
         bound.filter(|i| plan.tables.get(*i).is_some_and(|t| t.table == wanted)).collect::<Vec<_>>()
     };
+    let draw = match &step.action {
+        Action::Draw(draw) => draw,
+        Action::Compute { .. } | Action::Copy { .. } | Action::Clear { .. } => {
+            let Sight { members: _, frusta, reads, depth: _ } = step.sight.as_ref().filter(|_| apart(plan, step))?;
+            return Some(Parts {
+                frusta: Frusta::Buffer(*frusta),
+                resources: reads.iter().chain([frusta]).copied().collect(),
+                tables: PLACES.iter().flat_map(|name| tables(name)).collect(),
+            });
+        }
+    };
+    let indirect = draw.indirect.filter(|_| apart(plan, step))?;
     let mut told = tables("nodes");
     // Where things are is known by the nodes; a shader that doesn't ask for them places things in its own way.
     if told.is_empty() {
@@ -70,10 +84,32 @@ pub fn parts(plan: &Plan, step: &Step, draw: &Draw) -> Option<Parts> {
     if let Frusta::Table(i) = indirect.frusta {
         told.extend(tables(&plan.tables.get(i)?.table));
     }
-    Some(Parts { frusta: indirect.frusta, draws: indirect.buffer, tables: told })
+    Some(Parts { frusta: indirect.frusta, resources: vec![indirect.buffer], tables: told })
 }
 
-/// What the members of a draw see.
+/// Where each member of a step puts what it makes, and the texture that all of them share.
+fn places<'p>(plan: &'p Plan, step: &Step) -> Option<(Vec<Place>, &'p TextureDesc)> {
+    let texture = |id: ResourceId| match &plan.resources.get(id.0)?.desc {
+        Desc::Texture(t) => Some(t),
+        Desc::Buffer { .. } => None,
+    };
+    if let Action::Draw(draw) = &step.action {
+        let target = draw.depth.as_ref().map(|d| d.resource).or(draw.color.first().map(|t| t.resource))?;
+        return Some((draw.members.iter().map(|m| m.place).collect(), texture(target)?));
+    }
+    let Sight { members, depth, .. } = step.sight.as_ref()?;
+    let mut all = depth.iter().chain(&step.writes).filter_map(|id| texture(*id));
+    let t = all.find(|t| t.tiles.map_or(t.layers, |tiles| tiles.count) == *members)?;
+    let place = |i: u32| match t.tiles {
+        Some(tiles) => {
+            Place::Rect([i % tiles.columns * tiles.edge, i / tiles.columns * tiles.edge, tiles.edge, tiles.edge])
+        }
+        None => Place::Layer(i),
+    };
+    Some(((0..*members).map(place).collect(), t))
+}
+
+/// What the members of a step see.
 #[derive(Debug, Clone)]
 pub struct Seen {
     /// By member: a version of it.
@@ -87,7 +123,8 @@ pub struct Seen {
 struct View {
     /// World to clip space.
     frustum: Mat4,
-    /// The content of its row in a table of frusta; 0 for a buffer of them.
+    /// The content of its row in a table of frusta; 0 for a buffer of them. Of a dispatch how far the scene reaches: the
+    /// boxes of all triangles are as much wider as rays may be off.
     row: u64,
 }
 
@@ -101,15 +138,19 @@ pub fn seen(
     let mut all = BTreeMap::new();
     let Some(world) = World::new(tables).map(Arc::new) else { return all };
     for (index, step) in plan.steps.iter().enumerate() {
-        let Action::Draw(draw) = &step.action else { continue };
-        let Some(parts) = parts(plan, step, draw) else { continue };
-        let rows = draw.members.iter().map(|m| m.index as usize);
+        let Some(parts) = parts(plan, step) else { continue };
+        let (rows, reach): (Vec<usize>, u64) = match (&step.action, &step.sight) {
+            (Action::Draw(draw), _) => (draw.members.iter().map(|m| m.index as usize).collect(), 0),
+            (_, Some(sight)) => ((0..sight.members as usize).collect(), world.reach()),
+            (_, None) => continue,
+        };
+        let rows = rows.into_iter();
         // What is not a number sees everything.
         let frustum = |all: &[Mat4], i: usize| all.get(i).copied().unwrap_or(Mat4::NAN);
         let views: Vec<View> = match parts.frusta {
             Frusta::Buffer(id) => {
                 let Some(frusta) = known(id) else { continue };
-                rows.map(|i| View { frustum: frustum(&frusta, i), row: 0 }).collect()
+                rows.map(|i| View { frustum: frustum(&frusta, i), row: reach }).collect()
             }
             Frusta::Table(i) => {
                 let name = plan.tables.get(i).map_or("", |t| t.table.as_str());
@@ -125,10 +166,11 @@ pub fn seen(
     all
 }
 
-/// The depths by which it can be told what the members of a draw do not show of what moves: those of a target that can be read
-/// back, where a fragment that lies behind leaves no trace at all.
-pub fn depths(plan: &Plan, draw: &Draw) -> Option<ResourceId> {
+/// The depths by which it can be told what the members of a step do not show of what moves: those of a target that can be read
+/// back, where a fragment that lies behind leaves no trace at all, or those that a dispatch leaves.
+pub fn depths(plan: &Plan, step: &Step) -> Option<ResourceId> {
     use wgpu::CompareFunction::{Less, LessEqual};
+    let Action::Draw(draw) = &step.action else { return step.sight.as_ref()?.depth };
     let depth = draw.depth.as_ref().filter(|d| matches!(d.compare, Less | LessEqual) && d.write)?;
     let entry = plan.shaders.get(draw.shader)?.interface.entry(Stage::Fragment);
     let placed = entry.is_none_or(|e| !e.writes_depth);
@@ -142,7 +184,7 @@ pub fn depths(plan: &Plan, draw: &Draw) -> Option<ResourceId> {
 /// Whether depths can be read back, and in less time than they may save.
 pub(super) fn worth_reading(t: &TextureDesc) -> bool {
     let texels = u64::from(t.width) * u64::from(t.height) * u64::from(t.layers);
-    t.format == wgpu::TextureFormat::Depth32Float && texels <= MOST_DEPTHS
+    matches!(t.format, wgpu::TextureFormat::Depth32Float | wgpu::TextureFormat::R32Float) && texels <= MOST_DEPTHS
 }
 
 /// 16 MiB of them.
@@ -152,19 +194,18 @@ impl Seen {
     /// Gives back the versions of before to members that show nothing of what moved since: it covers no centre of a texel of
     /// theirs, or lies behind what they hold; both where it was and where it is. `held` are the depths that all of them
     /// drew last, those of [`depths`].
-    pub fn settle(&mut self, before: &Seen, plan: &Plan, draw: &Draw, held: Option<&Image>) {
+    pub fn settle(&mut self, before: &Seen, plan: &Plan, step: &Step, held: Option<&Image>) {
         let Some(moved) = self.world.moved(&before.world) else { return };
-        let target = draw.depth.as_ref().map(|d| d.resource).or(draw.color.first().map(|t| t.resource));
-        let Some(Desc::Texture(target)) = target.map(|id| &plan.resources[id.0].desc) else { return };
-        if self.views.len() != before.views.len() {
+        let Some((places, target)) = places(plan, step) else { return };
+        if self.views.len() != before.views.len() || self.views.len() != places.len() {
             return;
         }
-        for (i, member) in draw.members.iter().enumerate() {
+        for (i, place) in places.into_iter().enumerate() {
             let view = self.views[i];
             if self.versions[i] == before.versions[i] || view != before.views[i] {
                 continue;
             }
-            let ([x, y, width, height], layer) = match member.place {
+            let ([x, y, width, height], layer) = match place {
                 Place::Rect(rect) => (rect, 0),
                 Place::Layer(layer) => ([0, 0, target.width, target.height], layer),
                 Place::Whole | Place::LoopLayer(_) => continue,
@@ -185,14 +226,11 @@ impl Seen {
     }
 }
 
-/// The buffers of frusta that a plan's draws go by.
+/// The buffers of frusta that a plan's steps go by.
 pub fn buffers(plan: &Plan) -> BTreeSet<ResourceId> {
-    let of = |step: &Step| match &step.action {
-        Action::Draw(draw) => match parts(plan, step, draw)?.frusta {
-            Frusta::Buffer(id) => Some(id),
-            Frusta::Table(_) => None,
-        },
-        _ => None,
+    let of = |step: &Step| match parts(plan, step)?.frusta {
+        Frusta::Buffer(id) => Some(id),
+        Frusta::Table(_) => None,
     };
     plan.steps.iter().filter_map(of).collect()
 }
@@ -224,13 +262,20 @@ impl World {
         Some(World { nodes: (0..nodes.rows).map(|row| row_hash(nodes, row)).zip(boxes).collect() })
     }
 
+    /// How far it reaches, as [`reach`] says.
+    fn reach(&self) -> u64 {
+        let all = self.nodes.iter().fold(Bounds::EMPTY, |all, (_, bounds)| all.union(*bounds));
+        u64::from(reach(all).to_bits())
+    }
+
     /// For each view a version of what lies in its frustum.
     fn versions(&self, views: &[View]) -> Vec<u64> {
         let one = |view: &View| {
             let mut h = DefaultHasher::new();
             (view.frustum.to_cols_array().map(f32::to_bits), view.row).hash(&mut h);
+            let planes = planes(&view.frustum);
             for (row, (content, bounds)) in self.nodes.iter().enumerate() {
-                if meets(&view.frustum, bounds) {
+                if meets_planes(&planes, bounds) {
                     (row, content).hash(&mut h);
                 }
             }

@@ -16,13 +16,23 @@ const DEPTH_ROUNDING: f64 = 1e-5;
 
 /// Whether a box meets what a view-projection matrix keeps. The twin of `meets` in `cull.wgsl`.
 pub fn meets(view_projection: &Mat4, bounds: &Bounds) -> bool {
+    meets_planes(&planes(view_projection), bounds)
+}
+
+/// The planes that a view-projection matrix keeps things between.
+pub fn planes(view_projection: &Mat4) -> [Vec4; 6] {
+    let rows = view_projection.transpose();
+    let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
+    [w + x, w - x, w + y, w - y, z, w - z]
+}
+
+/// As [`meets`], of a view whose planes are known.
+pub fn meets_planes(planes: &[Vec4; 6], bounds: &Bounds) -> bool {
     if bounds.min.cmpgt(bounds.max).any() {
         return false;
     }
-    let rows = view_projection.transpose();
-    let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
     let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
-    ![w + x, w - x, w + y, w - y, z, w - z].into_iter().any(|plane| outside(plane, middle, half))
+    !planes.iter().any(|plane| outside(*plane, middle, half))
 }
 
 fn outside(plane: Vec4, middle: Vec3, half: Vec3) -> bool {

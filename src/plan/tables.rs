@@ -4,6 +4,7 @@ use super::TableUse;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::scene::{Column, Held, Table};
 use crate::value::Type;
+use std::ops::Range;
 
 /// The rows in the byte layout that a shader asks for; one zeroed row for an empty table, and as many as an array of
 /// fixed length has.
@@ -11,8 +12,7 @@ use crate::value::Type;
 /// # Errors
 /// The table lacks a column, or has it in another type; it has more rows than the array.
 pub fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
-    let stride = wanted.stride.max(wanted.row.size).max(4) as usize;
-    let size = wanted.row.size as usize;
+    let stride = stride(wanted);
     let too_large = || Diagnostic::error(format!("table `{}` with {} rows is too large", wanted.table, table.rows));
     let length = wanted.rows.map_or(table.rows, |rows| rows as usize);
     if table.rows > length {
@@ -23,35 +23,51 @@ pub fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
         return Err(d.help("take the array's length from a definition that a fact of the scene gives").into());
     }
     let mut out = vec![0u8; stride.checked_mul(length.max(1)).ok_or_else(too_large)?];
+    rows(wanted, table, 0..table.rows, &mut out)?;
+    Ok(out)
+}
+
+/// Bytes from row to row.
+pub fn stride(wanted: &TableUse) -> usize {
+    wanted.stride.max(wanted.row.size).max(4) as usize
+}
+
+/// Writes some of the rows, the first of them to the start of `out`.
+///
+/// # Errors
+/// The table lacks a column, or has it in another type.
+pub fn rows(wanted: &TableUse, table: &Table, some: Range<usize>, out: &mut [u8]) -> Checked<()> {
+    let (stride, size) = (stride(wanted), wanted.row.size as usize);
     let mut faults: Vec<Diagnostic> = vec![];
     for member in &wanted.row.members {
         let column = table.columns.iter().find(|(n, _)| *n == member.name).map(|(_, c)| c);
-        let places = out.chunks_exact_mut(stride).take(table.rows).map(|row| &mut row[member.offset as usize..size]);
-        if !column.is_some_and(|c| write(c, member.ty, places)) {
+        let places = out.chunks_exact_mut(stride).take(some.len()).map(|row| &mut row[member.offset as usize..size]);
+        if !column.is_some_and(|c| write(c, member.ty, some.start, places)) {
             let (name, ty) = (&member.name, member.ty.wgsl());
             let d = Diagnostic::error(format!("table `{}` has no column `{name}` of type {ty}", wanted.table));
             faults.push(d.nearest(name, table.columns.iter().map(|(n, _)| *n)));
         }
     }
-    Faults::check(faults, out)
+    Faults::check(faults, ())
 }
 
-/// Writes a column, each row to the start of its place; false where it is too short or does not fit the type.
-fn write<'a>(column: &Column, ty: Type, places: impl Iterator<Item = &'a mut [u8]>) -> bool {
+/// Writes a column from row number `first` on, each row to the start of its place; false where it is too short or does not fit
+/// the type.
+fn write<'a>(column: &Column, ty: Type, first: usize, places: impl Iterator<Item = &'a mut [u8]>) -> bool {
     match (column, ty) {
-        (Column::Uint(v), Type::Uint) => fill(v.iter().copied(), places),
-        (Column::Float(v), Type::Float) => fill(v.iter().copied(), places),
-        (Column::Vec2(v), Type::Vec2) => fill(v.iter().copied(), places),
-        (Column::Vec3(v), Type::Vec3) => fill(v.iter().copied(), places),
-        (Column::Vec4(v), Type::Vec4) => fill(v.iter().copied(), places),
-        (Column::Mat4(v), Type::Mat4) => fill(v.iter().copied(), places),
+        (Column::Uint(v), Type::Uint) => fill(v.iter().skip(first).copied(), places),
+        (Column::Float(v), Type::Float) => fill(v.iter().skip(first).copied(), places),
+        (Column::Vec2(v), Type::Vec2) => fill(v.iter().skip(first).copied(), places),
+        (Column::Vec3(v), Type::Vec3) => fill(v.iter().skip(first).copied(), places),
+        (Column::Vec4(v), Type::Vec4) => fill(v.iter().skip(first).copied(), places),
+        (Column::Mat4(v), Type::Mat4) => fill(v.iter().skip(first).copied(), places),
         (Column::Corner { of, corner, held: Held::Position }, Type::Vec3) => {
-            fill((0..of.rows()).map(|row| of.position(of.vertex(row, *corner))), places)
+            fill((first..of.rows()).map(|row| of.position(of.vertex(row, *corner))), places)
         }
         (Column::Corner { of, corner, held: Held::Normal }, Type::Vec3) => {
-            fill((0..of.rows()).map(|row| of.normal(of.vertex(row, *corner))), places)
+            fill((first..of.rows()).map(|row| of.normal(of.vertex(row, *corner))), places)
         }
-        (column, ty) => places.enumerate().all(|(row, to)| match column.get(row).and_then(|v| v.cast(ty)) {
+        (column, ty) => places.enumerate().all(|(row, to)| match column.get(first + row).and_then(|v| v.cast(ty)) {
             Some(v) => {
                 let bytes = v.bytes();
                 to[..bytes.len()].copy_from_slice(bytes);

@@ -307,6 +307,9 @@ impl<'g> Wirer<'g, '_> {
                 wired.culling = r.frusta.as_ref().and_then(|name| self.culling(&mut wired, name));
             }
             PassKind::Screen(r) => self.targets(&mut wired, r, &shader),
+            PassKind::Compute { sight: Some(sight), .. } => {
+                wired.uses.push(by_name(&sight.frusta, Mode::Read, How::CopySource));
+            }
             PassKind::Reduce { from, to, .. } => {
                 wired.uses.push(by_name(from, Mode::Read, How::Sampled));
                 wired.uses.push(by_name(to, Mode::Write, How::Storage));

@@ -18,6 +18,8 @@ pub struct Assets<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AssetHashes {
     pub geometry: u128,
+    /// The order in which triangles are sorted for rays, as far as the geometry leaves it open.
+    pub order: u128,
     pub textures: u128,
 }
 
@@ -27,6 +29,7 @@ impl<'a> Assets<'a> {
         let vertices: &[u8] = bytemuck::cast_slice(&geometry.vertices);
         let hashes = AssetHashes {
             geometry: hash(&(vertices, &geometry.indices, geometry.one_sided)),
+            order: 0,
             textures: hash(&textures.map(|t| (t.width, t.height, t.layers, &t.mips))),
         };
         Assets { geometry, levels: &[], textures, hashes }
@@ -36,7 +39,11 @@ impl<'a> Assets<'a> {
 impl Scene {
     /// Its triangles and textures; reads all of both.
     pub fn assets(&self) -> Assets<'_> {
-        Assets::new(&self.geometry, self.textures.as_ref())
+        let mut assets = Assets::new(&self.geometry, self.textures.as_ref());
+        // They are sorted where they stand in the beginning.
+        let places: Vec<[u32; 16]> = self.pose(0.0).nodes.iter().map(|m| m.to_cols_array().map(f32::to_bits)).collect();
+        assets.hashes.order = hash(&places);
+        assets
     }
 
     /// As [`Scene::assets`], with hashes that are known, and levels of this scene.

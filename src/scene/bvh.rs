@@ -2,7 +2,8 @@
 //!
 //! Built from the top by the surface area heuristic over bins of the centres (Wald, "On fast Construction of
 //! SAH-based Bounding Volume Hierarchies", 2007). The same triangles give the same hierarchy, on however many cores: the
-//! top is split by one thread with the help of the others, the parts below it by all of them at once.
+//! top is split by one thread with the help of the others, the parts below it by all of them at once. Triangles that move
+//! keep their places in it: the boxes alone are made anew.
 
 use super::model::Bounds;
 use crate::parallel::threads;
@@ -54,6 +55,7 @@ const FEW: usize = 1 << 14;
 struct Item {
     bounds: Bounds,
     triangle: u32,
+    node: u32,
 }
 
 impl Item {
@@ -80,9 +82,8 @@ struct Task {
 }
 
 impl Bvh {
-    /// The hierarchy over so many triangles, all corners finite.
-    pub fn new(triangles: usize, corners: impl Fn(usize) -> [Vec3; 3] + Sync) -> Bvh {
-        let tree = Tree::new(triangles, &corners, 1);
+    /// The boxes of a hierarchy over triangles that stand where it was made for, or elsewhere; all corners finite.
+    pub fn of(tree: Tree, corners: impl Fn(usize) -> [Vec3; 3]) -> Bvh {
         let (mut lower, mut upper) = (vec![Vec3::ZERO; tree.rows()], vec![Vec3::ZERO; tree.rows()]);
         // Children stand after their parents.
         for row in (0..tree.rows()).rev() {
@@ -95,25 +96,41 @@ impl Bvh {
             (lower[row], upper[row]) = (bounds.min, bounds.max);
         }
         // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
-        let largest = lower[0].abs().max(upper[0].abs()).max_element();
-        let margin = Vec3::splat(largest * 4.0 * f32::EPSILON);
+        let margin = Vec3::splat(reach(Bounds { min: lower[0], max: upper[0] }) * 4.0 * f32::EPSILON);
         lower.iter_mut().for_each(|p| *p -= margin);
         upper.iter_mut().for_each(|p| *p += margin);
         Bvh { lower, upper, tree }
     }
 }
 
+/// The least power of two that no coordinate of a box exceeds: what moves changes it hardly ever.
+pub fn reach(bounds: Bounds) -> f32 {
+    let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    // Beyond the largest power it is infinite; a box of nothing has no coordinates.
+    if largest > 0.0 && largest.is_finite() { largest.log2().ceil().exp2().max(largest) } else { 0.0 }
+}
+
 impl Tree {
-    /// The hierarchy over so many triangles, all corners finite. Parts of at most `enough` triangles are not split.
+    /// The hierarchy over so many triangles, all corners finite. Parts of at most `enough` triangles are not split, unless they
+    /// are of several nodes: `node` tells those.
     ///
     /// Corners are asked for again and again instead of kept: at the top by all threads, then once for each part, so that
     /// boxes of a few parts only are held at a time.
-    pub fn new(triangles: usize, corners: impl Fn(usize) -> [Vec3; 3] + Sync, enough: usize) -> Tree {
+    pub fn new(
+        triangles: usize,
+        corners: impl Fn(usize) -> [Vec3; 3] + Sync,
+        node: impl Fn(usize) -> u32 + Sync,
+        enough: usize,
+    ) -> Tree {
         let mut order: Vec<u32> = (0..triangles as u32).collect();
         if order.is_empty() {
             return Tree { first: vec![0], count: vec![1], order };
         }
-        let item = |triangle: &u32| Item { bounds: Bounds::of(corners(*triangle as usize)), triangle: *triangle };
+        let item = |triangle: &u32| Item {
+            bounds: Bounds::of(corners(*triangle as usize)),
+            triangle: *triangle,
+            node: node(*triangle as usize),
+        };
         let whole = Task { row: 0, start: 0, end: order.len(), depth: 0 };
         let part = (order.len() / PARTS).max(FEW);
         let (mut top, mut parts) = (vec![], vec![]);
@@ -244,11 +261,27 @@ fn joined<T: Sync, S: Clone + Send + Sync>(
 
 /// Sorts what is in a range into two halves; the size of the first, or `None` for a leaf.
 fn split<T: Sync>(all: &mut [T], look: &(impl Fn(&T) -> Item + Sync), depth: u32, enough: usize) -> Option<usize> {
+    if let Some(left) = split_in_space(all, look, depth, enough) {
+        return Some(left);
+    }
+    // A leaf is of one node: what moves then changes no leaf of anything else.
+    let node = look(all.first()?).node;
+    let left = partition(all, |one| look(one).node == node);
+    (left < all.len()).then_some(left)
+}
+
+fn split_in_space<T: Sync>(
+    all: &mut [T],
+    look: &(impl Fn(&T) -> Item + Sync),
+    depth: u32,
+    enough: usize,
+) -> Option<usize> {
     let count = all.len();
     if count <= enough {
         return None;
     }
-    let levels_left = MAX_DEPTH - depth;
+    // Leaves of several nodes are split again.
+    let levels_left = MAX_DEPTH.saturating_sub(depth + MAX_LEAF as u32 - 1);
     // The box of everything, and that of the centres.
     let grown = |(bounds, centres): &mut (Bounds, Bounds), one: &T| {
         let item = look(one);

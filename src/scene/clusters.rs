@@ -35,7 +35,7 @@ pub(super) fn clustered(vertices: &[Vertex], indices: &[u32], one_sided: u32) ->
     let mut sorted: Vec<u32> = Vec::with_capacity(indices.len());
     for group in [front, both].into_iter().flat_map(|part| part.chunk_by(|a, b| node(a) == node(b))) {
         let corners = |t: usize| group[t].map(|i| Vec3::from(vertices[i as usize].position));
-        let Tree { first, count, mut order } = Tree::new(group.len(), corners, CLUSTER);
+        let Tree { first, count, mut order } = Tree::new(group.len(), corners, |_| 0, CLUSTER);
         let mut leaves: Vec<(u32, u32)> = first.into_iter().zip(count).collect();
         leaves.retain(|(_, count)| *count > 0);
         leaves.sort_unstable();

@@ -2,6 +2,7 @@
 //! take more memory than the scene.
 
 use super::{Vertex, geometry::Geometry, model::Scene, motion::Pose};
+use crate::content::hash;
 use crate::value::Value;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::sync::Arc;
@@ -35,6 +36,29 @@ impl Corners {
     pub(super) fn new(scene: &Scene, pose: &Pose, order: Vec<u32>) -> Corners {
         let normals = pose.nodes.iter().map(normal_matrix).collect();
         Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), normals, order }
+    }
+
+    /// Where the nodes stand, hashed.
+    pub(super) fn places(&self) -> u128 {
+        hash(&self.nodes.iter().map(|m| m.to_cols_array().map(f32::to_bits)).collect::<Vec<_>>())
+    }
+
+    /// Marks the rows that hold something else than at an earlier pose; `None`: they are of other triangles.
+    pub(super) fn mark(&self, before: &Corners, other: &mut [bool]) -> Option<()> {
+        let same = Arc::ptr_eq(&self.geometry, &before.geometry) && self.order == before.order;
+        if !same || self.nodes.len() != before.nodes.len() || other.len() != self.rows() {
+            return None;
+        }
+        let moved: Vec<bool> = self.nodes.iter().zip(&before.nodes).map(|(a, b)| a != b).collect();
+        for (row, other) in other.iter_mut().enumerate() {
+            *other |= (0..3).any(|corner| moved[self.vertex(row, corner).node as usize]);
+        }
+        Some(())
+    }
+
+    /// By row: the triangle.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.order
     }
 
     /// How many rows there are.

@@ -57,6 +57,7 @@ mod tests;
 mod textures;
 
 pub use assets::{AssetHashes, Assets};
+pub use bvh::reach;
 pub use clusters::{CLUSTER, Cluster};
 pub use corners::{Corners, Held};
 pub use geometry::Geometry;
@@ -69,6 +70,7 @@ pub use textures::TextureArray;
 
 use crate::value::{Type, Value};
 use glam::{Mat4, Vec2, Vec3, Vec4};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A vertex as the draw passes see it. A shader names the attributes it wants.
@@ -109,6 +111,46 @@ impl Table {
     pub fn is_clone(&self, other: &Table) -> bool {
         self.name == other.name && Arc::ptr_eq(&self.columns, &other.columns)
     }
+
+    /// The tables that rays search.
+    pub const FOR_RAYS: [&'static str; 2] = ["triangles", "bvh"];
+
+    /// Where the nodes stand whose triangles it holds, hashed; `None` for tables of anything else. With the scene's triangles and
+    /// their order the tables [`Table::FOR_RAYS`] follow from it.
+    pub fn places(&self) -> Option<u128> {
+        self.corners().map(Corners::places)
+    }
+
+    fn corners(&self) -> Option<&Corners> {
+        let mut columns = self.columns.iter();
+        columns.find_map(|(_, c)| if let Column::Corner { of, .. } = c { Some(&**of) } else { None })
+    }
+
+    /// Ranges of rows, in their order, outside of which it is the same as an earlier one; `None`: it has other rows, or other
+    /// columns.
+    pub fn differs(&self, before: &Table) -> Option<Vec<Range<usize>>> {
+        if (self.name, self.rows, self.columns.len()) != (before.name, before.rows, before.columns.len()) {
+            return None;
+        }
+        let mut other = vec![false; self.rows];
+        if let (Some(now), Some(then)) = (self.corners(), before.corners()) {
+            now.mark(then, &mut other)?;
+        }
+        for ((name, now), (then_name, then)) in self.columns.iter().zip(before.columns.iter()) {
+            if name != then_name || !now.mark(then, &mut other) {
+                return None;
+            }
+        }
+        let mut ranges: Vec<Range<usize>> = vec![];
+        for row in other.iter().enumerate().filter(|(_, o)| **o).map(|(row, _)| row) {
+            match ranges.last_mut() {
+                // To begin anew costs more than a few rows.
+                Some(last) if row - last.end < 64 => last.end = row + 1,
+                _ => ranges.push(row..row + 1),
+            }
+        }
+        Some(ranges)
+    }
 }
 
 /// One column of a [`Table`].
@@ -129,6 +171,24 @@ pub enum Column {
 }
 
 impl Column {
+    /// Marks the rows in which it differs; false where the two have nothing in common. Corners are marked by their own.
+    fn mark(&self, before: &Column, other: &mut [bool]) -> bool {
+        fn each<T: PartialEq>(now: &[T], then: &[T], other: &mut [bool]) -> bool {
+            now.iter().zip(then).zip(&mut *other).for_each(|((a, b), other)| *other |= a != b);
+            now.len() == other.len() && then.len() == other.len()
+        }
+        match (self, before) {
+            (Column::Uint(a), Column::Uint(b)) => each(a, b, other),
+            (Column::Float(a), Column::Float(b)) => each(a, b, other),
+            (Column::Vec2(a), Column::Vec2(b)) => each(a, b, other),
+            (Column::Vec3(a), Column::Vec3(b)) => each(a, b, other),
+            (Column::Vec4(a), Column::Vec4(b)) => each(a, b, other),
+            (Column::Mat4(a), Column::Mat4(b)) => each(a, b, other),
+            (Column::Corner { corner: a, held: x, .. }, Column::Corner { corner: b, held: y, .. }) => (a, x) == (b, y),
+            _ => false,
+        }
+    }
+
     /// The value in a row.
     pub fn get(&self, row: usize) -> Option<Value> {
         match self {
@@ -156,7 +216,7 @@ impl Column {
 ///   order +X −X +Y −Y +Z −Z, the others 1
 /// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them `na`,
 ///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, `material`; in the order of the leaves of `bvh`
-/// - `bvh`: boxes within boxes over `triangles`, the root first: `lower`, `upper` (corners of the box), `count` (of a
+/// - `bvh`: boxes within boxes over `triangles`, sorted where they stand at time 0, each leaf of one node, the root first: `lower`, `upper` (corners of the box), `count` (of a
 ///   leaf: its triangles, 1 to 8; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
 ///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
 ///   one leaf with one triangle that no ray meets.

@@ -5,6 +5,7 @@ use super::{
     bvh::{Bvh, Tree},
     clusters,
     corners::{Corners, Held, normal_matrix},
+    geometry::Geometry,
     light_views::{LightView, light_views},
     model::Scene,
     motion::Pose,
@@ -66,7 +67,7 @@ impl Scene {
             "light_views" => Some(light_view_table(&light_views(self, pose, || (0..world.triangles()).map(corners)))),
             // Both come of the same sorting.
             "triangles" | "bvh" => {
-                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world));
+                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, earlier));
                 Some(if name == "bvh" { bvh.clone() } else { triangles.clone() })
             }
             "clusters" => Some(self.cluster_table(&world, levels)),
@@ -251,11 +252,37 @@ fn light_view_table(views: &[LightView]) -> Table {
 }
 
 /// The tables `triangles` and `bvh`.
-fn traced_tables(world: &World<'_>) -> (Table, Table) {
+/// The scene's triangles sorted where they stand in the beginning: one order for all poses.
+fn sorted(scene: &Scene) -> Tree {
+    let pose = scene.pose(0.0);
+    let world = World { scene, pose: &pose };
+    let Geometry { vertices, indices, .. } = &*scene.geometry;
+    let positions: Vec<Vec3> = (0..vertices.len()).map(|i| world.position(i)).collect();
+    let (triangles, _) = indices.as_chunks::<3>();
+    let corners = |i: usize| triangles[i].map(|vertex| positions[vertex as usize]);
+    Tree::new(triangles.len(), corners, |i| vertices[triangles[i][0] as usize].node, 1)
+}
+
+/// How earlier tables of a scene have its triangles sorted.
+fn tree_of(tables: &Tables) -> Option<Tree> {
+    let column = |table: &str, column: &str| {
+        let table = tables.list.iter().find(|t| t.name == table)?;
+        table.columns.iter().find(|(name, _)| *name == column).map(|(_, c)| c)
+    };
+    let (Some(Column::Uint(first)), Some(Column::Uint(count)), Some(Column::Corner { of, .. })) =
+        (column("bvh", "first"), column("bvh", "count"), column("triangles", "a"))
+    else {
+        return None;
+    };
+    Some(Tree { first: first.clone(), count: count.clone(), order: of.order().to_vec() })
+}
+
+fn traced_tables(world: &World<'_>, earlier: Option<&Tables>) -> (Table, Table) {
+    let tree = earlier.and_then(tree_of).unwrap_or_else(|| sorted(world.scene));
     let Bvh { lower, upper, tree: Tree { first, count, order } } = {
         let positions: Vec<Vec3> = (0..world.scene.geometry.vertices.len()).map(|i| world.position(i)).collect();
         let (triangles, _) = world.scene.geometry.indices.as_chunks::<3>();
-        Bvh::new(triangles.len(), |i| triangles[i].map(|vertex| positions[vertex as usize]))
+        Bvh::of(tree, |i| triangles[i].map(|vertex| positions[vertex as usize]))
     };
     let bvh = Table {
         name: "bvh",

@@ -93,6 +93,53 @@ fn only_faces_that_were_captured_again_are_lit_again() {
     );
 }
 
+/// Rays find the same faces as drawing does, and a probe is lit again when one of its faces is captured again.
+#[test]
+fn rays_are_traced_again_only_for_the_faces_that_show_what_moved() {
+    let gpu = &device::gpu();
+    let set = ["grid=2", "face=8", "bounces=2", "shadow_size=256"];
+    let mut s = session(gpu, "fast_grid.ron", "hall.ron", &set);
+    let mut drawn = session(gpu, "fast_grid.ron", "hall.ron", &[&set[..], &["rays_above=1000000"]].concat());
+    let (corbel, ball) = (node(&s, "corbel"), node(&s, "ball"));
+    frame(gpu, &mut s, &[]);
+    frame(gpu, &mut drawn, &[]);
+    for i in 1..4 {
+        let by = Vec3::new(0.03 * i as f32, 0.0, 0.0);
+        frame(gpu, &mut s, &[(corbel, by)]);
+        frame(gpu, &mut drawn, &[(corbel, by)]);
+        let (some, all) = members(&s, "capture_rays").expect("the corbel is in sight");
+        assert!(some > 0 && some < all / 2, "{some} of {all} faces show the corbel");
+        let (as_drawn, _) = members(&drawn, "capture").expect("the corbel is in sight");
+        assert!(some.abs_diff(as_drawn) <= 2, "{some} faces by rays, {as_drawn} drawn");
+        let (lit, probes) = members(&s, "first_bounce").expect("some probes see the corbel");
+        assert!(lit > 0 && lit <= some && probes == 8, "{lit} of {probes} probes for {some} faces");
+    }
+    // Far through the hall, into the ball, out of the scene's box, and back.
+    for by in [Vec3::new(0.0, -1.0, 2.0), Vec3::splat(40.0), Vec3::ZERO] {
+        frame(gpu, &mut s, &[(corbel, by), (ball, 0.5 * by)]);
+    }
+}
+
+/// What stands still keeps its place among the triangles for rays, whatever moves.
+#[test]
+fn rays_do_not_see_what_a_wall_hides() {
+    let gpu = &device::gpu();
+    let set = ["grid=4", "face=8", "bounces=1", "rays_above=0", "shadow_size=64"];
+    let mut s = session(gpu, "fast_grid.ron", "two_rooms.glb", &set);
+    let mut drawn =
+        session(gpu, "fast_grid.ron", "two_rooms.glb", &set.map(|s| if s == "rays_above=0" { "face=8" } else { s }));
+    let block = node(&s, "lit_room_block");
+    frame(gpu, &mut s, &[]);
+    frame(gpu, &mut drawn, &[]);
+    for by in [Vec3::new(0.1, 0.0, 0.0), Vec3::new(0.2, 0.2, -0.2), Vec3::new(2.0, 0.0, 0.4), Vec3::ZERO] {
+        frame(gpu, &mut s, &[(block, by)]);
+        frame(gpu, &mut drawn, &[(block, by)]);
+        let (some, all) = members(&s, "capture_rays").expect("half of the probes see it");
+        let (as_drawn, _) = members(&drawn, "capture").expect("half of the probes see it");
+        assert!(some > 0 && some < all && some.abs_diff(as_drawn) <= 4, "{some} faces by rays, {as_drawn} drawn");
+    }
+}
+
 /// Simplified triangles move with their nodes as all others do.
 #[test]
 fn an_object_of_fewer_triangles_is_captured_again_in_the_same_way() {

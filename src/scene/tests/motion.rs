@@ -165,3 +165,25 @@ fn tables_that_a_move_leaves_alone_are_those_of_before() {
         assert_eq!(found.iter().filter(|t| !kept(t)).map(|t| t.name).collect::<Vec<_>>(), expected);
     }
 }
+
+#[test]
+fn rows_that_differ_are_those_of_what_moved() {
+    let mut f = Fixture::quad();
+    f.push("nodes", json!({"name": "other", "mesh": 0, "translation": [0, 0, 3]}));
+    f.json["nodes"][0]["children"] = json!([1]);
+    let scene = f.scene();
+    let earlier = Tables { pose: scene.pose(0.0), levels: vec![], list: scene.tables(&scene.pose(0.0)) };
+    let mut pose = scene.pose(0.0);
+    pose.nodes[1] = Mat4::from_translation(Vec3::Y);
+    let found = scene.tables_after(&pose, |_| true, &[], Some(&earlier));
+    assert_eq!(found, scene.tables(&pose), "the order does not depend on the way");
+    for (now, then) in found.iter().zip(&earlier.list) {
+        let ranges = now.differs(then).expect("it has as many rows");
+        let content = |t: &Table, row: usize| t.columns.iter().map(|(_, c)| c.get(row)).collect::<Vec<_>>();
+        let others = (0..now.rows).filter(|row| !ranges.iter().any(|some| some.contains(row)));
+        others.for_each(|row| assert_eq!(content(now, row), content(then, row), "row {row} of {}", now.name));
+        if now.name == "triangles" {
+            assert_eq!(ranges.iter().map(|some| some.len()).sum::<usize>(), 2, "{ranges:?}");
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::scene::{
     Bounds,
-    bvh::{Bvh, MAX_DEPTH},
+    bvh::{Bvh, MAX_DEPTH, Tree},
 };
 use glam::{DVec3, Vec3};
 
@@ -86,6 +86,7 @@ fn check_structure(bvh: &Bvh, triangles: &[[Vec3; 3]]) {
         }
         for place in node.first..node.first + node.count {
             let triangle = bvh.tree.order[place as usize] as usize;
+            assert_eq!(triangle as u32 % 3, bvh.tree.order[node.first as usize] % 3, "a leaf is of one node");
             seen[triangle] += 1;
             for p in triangles[triangle] {
                 assert!(p.cmpge(node.bounds.min).all() && p.cmple(node.bounds.max).all());
@@ -95,10 +96,16 @@ fn check_structure(bvh: &Bvh, triangles: &[[Vec3; 3]]) {
     assert!(seen.iter().all(|n| *n == 1));
 }
 
+/// Over triangles of three nodes.
+fn hierarchy(triangles: &[[Vec3; 3]]) -> Bvh {
+    let tree = Tree::new(triangles.len(), |i| triangles[i], |i| i as u32 % 3, 1);
+    Bvh::of(tree, |i| triangles[i])
+}
+
 fn check_rays(triangles: &[[Vec3; 3]], rays: usize) {
-    let bvh = Bvh::new(triangles.len(), |i| triangles[i]);
+    let bvh = hierarchy(triangles);
     check_structure(&bvh, triangles);
-    assert_eq!(bvh, Bvh::new(triangles.len(), |i| triangles[i]), "the same triangles give the same hierarchy");
+    assert_eq!(bvh, hierarchy(triangles), "the same triangles give the same hierarchy");
     let mut random = Random(7);
     let mut hits = 0;
     for _ in 0..rays {
@@ -154,12 +161,12 @@ fn bins_that_peel_off_a_few_at_a_time_do_not_make_it_too_deep() {
     // Sizes over the whole range of f32, and a crowd at the small end.
     let mut triangles: Vec<_> = (0..126).map(|i| shrunk(&mut random, i)).collect();
     triangles.extend((0..5000).map(|i| shrunk(&mut random, 100 + i % 26)));
-    check_structure(&Bvh::new(triangles.len(), |i| triangles[i]), &triangles);
+    check_structure(&hierarchy(&triangles), &triangles);
 }
 
 #[test]
 fn nothing_is_one_leaf_with_the_zeroed_row() {
-    let bvh = Bvh::new(0, |_| [Vec3::ZERO; 3]);
+    let bvh = hierarchy(&[]);
     assert_eq!((bvh.tree.rows(), bvh.tree.count[0], bvh.tree.order.len()), (1, 1, 0));
     assert_eq!(meet(Vec3::ONE, -Vec3::ONE.normalize(), [Vec3::ZERO; 3]), None);
 }
@@ -175,7 +182,7 @@ fn a_million_triangles() {
         })
         .collect();
     let start = std::time::Instant::now();
-    let bvh = Bvh::new(triangles.len(), |i| triangles[i]);
+    let bvh = hierarchy(&triangles);
     println!("{} boxes in {:.2} s", bvh.tree.rows(), start.elapsed().as_secs_f64());
 }
 
