@@ -1,6 +1,7 @@
 //! A bounce in one dispatch, a workgroup a probe: the surfaces that the probe sees are lit, and what they send it is
 //! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept, or with LIT_BEFORE as
-//! another pass has lit them; else by the probes round them as well, as of the bounce before.
+//! another pass has lit them; else by the probes round them as well, as of the bounce before. With SIGHT the first bounce puts
+//! what sees a texel beside its light, for the bounces after it: one fetch then gives both.
 #import lightgraph::cube
 #import lightgraph::cube_sums
 #import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
@@ -37,10 +38,10 @@ var cube_direct: texture_storage_2d<rgba32float, write>;
 #endif
 #else
 var cube_direct: texture_2d<f32>;
-#ifdef PROBE_VISIBILITY
+#endif
+#ifdef SIGHT
 /// What sees each texel.
 var cube_sight: texture_2d<u32>;
-#endif
 #endif
 var sh: texture_storage_3d<rgba32float, write>;
 #ifdef PACKED_TABLE
@@ -63,16 +64,23 @@ fn light_probes(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let edge = params.cube_surface_tile;
-    let tile = probes::number(probe) * 6u;
+    let columns = params.cube_surface_columns;
+    let first = cube::corner(probes::number(probe) * 6u, edge, columns);
     let eye = probes::position(probe);
     var s: cube_sums::Sums;
-    for (var face = 0u; face < 6u; face++) {
-        let corner = cube::unplace(tile + face, vec2u(0u), edge, params.cube_surface_columns);
-        for (var y = local.y; y < edge; y += LANES_Y) {
-            for (var x = local.x; x < edge; x += LANES_X) {
-                let texel = vec2u(x, y);
-                let light = light_of(eye, cube::direction(face, texel, edge), corner + texel);
-                s = cube_sums::with_texel(s, light, face, texel, edge);
+    for (var y = local.y; y < edge; y += LANES_Y) {
+        for (var x = local.x; x < edge; x += LANES_X) {
+            let texel = vec2u(x, y);
+            // The same on all faces.
+            let area = cube::solid_angle(texel, edge);
+            var corner = first;
+            for (var face = 0u; face < 6u; face++) {
+                let ray = cube::ray(face, texel, edge);
+                s = cube_sums::with_texel(s, light_of(eye, ray, corner + texel), ray, area, face, texel, edge);
+                corner.x += edge;
+                if corner.x == columns * edge {
+                    corner = vec2u(0u, corner.y + edge);
+                }
             }
         }
     }
@@ -131,18 +139,22 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
 #endif
 #endif
 #else
+        let direct = textureLoad(cube_direct, at, 0);
 #ifdef PROBE_VISIBILITY
-        let sight = textureLoad(cube_sight, at, 0).x;
+        let sight = u32(direct.a);
 #else
         let sight = packed_indirect::ALL;
 #endif
-        light = textureLoad(cube_direct, at, 0).rgb
-            + packed_indirect::reflected_probes(r, eye, ray, params.behind_captured, sight);
+        light = direct.rgb + packed_indirect::reflected_probes(r, eye, ray, params.behind_captured, sight);
 #endif
     }
 #ifdef FIRST_BOUNCE
 #ifndef LIT_BEFORE
+#ifdef SIGHT
+    textureStore(cube_direct, at, vec4f(light, f32(textureLoad(cube_sight, at, 0).x)));
+#else
     textureStore(cube_direct, at, vec4f(light, 1.0));
+#endif
 #endif
 #endif
     return vec4f(light, select(1.0, 0.0, is_back(r.albedo, r.normal)));
