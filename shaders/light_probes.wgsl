@@ -4,7 +4,7 @@
 //! what sees a texel beside its light, for the bounces after it: one fetch then gives both.
 #import lightgraph::cube
 #import lightgraph::cube_sums
-#import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
+#import lightgraph::packed_probes::{STEPS, TEXELS, packed_place}
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
 #import lightgraph::projection
@@ -44,11 +44,7 @@ var cube_direct: texture_2d<f32>;
 var cube_sight: texture_2d<u32>;
 #endif
 var sh: texture_storage_3d<rgba32float, write>;
-#ifdef PACKED_TABLE
-var<storage, read_write> packed_table: array<vec4u>;
-#else
-var packed: texture_storage_3d<rgba32uint, write>;
-#endif
+var packed: texture_storage_2d<rgba32uint, write>;
 
 const LANES_X: u32 = 8u;
 const LANES_Y: u32 = 4u;
@@ -113,11 +109,7 @@ fn light_probes(
     }
     workgroupBarrier();
     if lane < TEXELS {
-#ifdef PACKED_TABLE
-        packed_table[probes::number(probe) * TEXELS + lane] = packed_texel(lane);
-#else
-        textureStore(packed, vec3u(probe.x * TEXELS + lane, probe.yz), packed_texel(lane));
-#endif
+        textureStore(packed, packed_place(probe) + vec2u(lane, 0u), packed_texel(lane));
     }
 }
 
