@@ -1,8 +1,8 @@
 //! Other renderers on the same scenes: commands that a folder of JSON files describes.
 //!
 //! A file: `{"name": "mitsuba", "command": ["peers/run.sh", "run_mitsuba.py"], …}`. The command runs with `--scene FILE
-//! --size WxH --out FOLDER`, and `--camera NAME` where one is asked for, and tries all its settings. It prints a JSON line a
-//! result: `{"renderer", "version", "settings", "seconds", "image", …}`, where `image` is the path of a linear EXR of all
+//! --size WxH --out FOLDER`, and `--camera NAME` where one is asked for, and tries all its settings in turn, or with `--setting N`
+//! the one of that number, from 1. It prints a JSON line a result: `{"renderer", "version", "settings", "seconds", "image", …}`, where `image` is the path of a linear EXR of all
 //! light; any other field that holds such a path (`"indirect": "a.exr"`) is the output of its name. Its exit code is 4 when
 //! the renderer isn't installed or can't render the scene; the reason is the last line of its error stream.
 
@@ -49,6 +49,8 @@ pub struct Job<'a> {
     pub references: &'a References,
     /// A folder for its images.
     pub folder: &'a Path,
+    /// The number of one of its settings, from 1; `None`: all of them.
+    pub setting: Option<usize>,
 }
 
 /// The peers of a folder, by file name; files without a `command` are others' business.
@@ -90,6 +92,9 @@ pub fn run(peer: &Peer, job: Job<'_>) -> Result<Vec<Rendered>, Absent> {
     command.arg("--size").arg(format!("{}x{}", job.size[0], job.size[1])).arg("--out").arg(job.folder);
     if let Some(camera) = job.camera {
         command.arg("--camera").arg(camera);
+    }
+    if let Some(setting) = job.setting {
+        command.arg("--setting").arg(setting.to_string());
     }
     let done = command.output().map_err(|e| absent(format!("`{program}` doesn't run: {e}")))?;
     if !done.status.success() {
@@ -174,7 +179,15 @@ mod tests {
     }
 
     fn job<'a>(folder: &'a Folder, references: &'a References) -> Job<'a> {
-        Job { scene_file: Path::new("s.glb"), scene: "s", camera: None, size: [2, 2], references, folder: &folder.0 }
+        Job {
+            scene_file: Path::new("s.glb"),
+            scene: "s",
+            camera: None,
+            size: [2, 2],
+            references,
+            folder: &folder.0,
+            setting: None,
+        }
     }
 
     #[test]

@@ -283,6 +283,7 @@ impl Bench<'_> {
                 size: self.args.size,
                 references: place.references,
                 folder: &folder,
+                setting: None,
             };
             match peers::run(peer, job) {
                 Ok(entries) => {

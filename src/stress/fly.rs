@@ -96,8 +96,11 @@ impl Flight<'_> {
                 let (count, count_late) = (count as f64, count_late as f64);
                 objects.judge(Some(count), Some(count_late), count_late, count);
             }
-            _ => {
-                let why = "this system does not say";
+            (early, late) => {
+                let why = match early.is_none() && late.is_some() {
+                    true => "the flight ended before everything had been used once",
+                    false => "this system does not say",
+                };
                 (memory.state, objects.state) = (State::Absent, State::Absent);
                 memory.note(why);
                 objects.note(why);

@@ -22,6 +22,7 @@
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
+//! - `renderers`: graphs beside other programs, as `bench --speed` sets them
 //! - `regions`: what moves is drawn again only where it is seen
 //! - `seams`: soft visibility leaves no steps on flat walls
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
@@ -61,6 +62,7 @@ mod projection;
 mod references;
 mod regions;
 mod reloads;
+mod renderers;
 mod report_page;
 mod seams;
 mod shader_checks;

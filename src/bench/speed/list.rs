@@ -12,6 +12,7 @@ pub struct List {
     pub chains: Vec<Chain>,
     pub pairs: Vec<Pair>,
     pub published: Vec<Published>,
+    pub renderers: Vec<Renderer>,
     pub scaling: Vec<Scaling>,
     pub loads: Vec<Load>,
     pub starts: Vec<Start>,
@@ -81,6 +82,40 @@ pub struct Published {
     pub run: Run,
     pub output: String,
     pub at_least: f64,
+}
+
+/// Another renderer, on the same scene and machine.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Renderer {
+    pub name: String,
+    /// The folder of the files that describe renderers, and the name in one of them.
+    pub peer: (String, String),
+    /// What of its settings must be so; of those left, the one counts that errs least among all that err no less than our image.
+    #[serde(default)]
+    pub setting: BTreeMap<String, String>,
+    /// Its size is that of the reference images: errors are taken there.
+    pub run: Run,
+    /// The output whose rmse counts.
+    pub output: String,
+    /// Pixels of the images that are timed.
+    pub image: (u32, u32),
+    /// Which of our times its time is set beside.
+    pub ours: Ours,
+    /// How many times as fast ours is to be.
+    pub at_least: f64,
+    /// The same of a frame after the camera moved.
+    #[serde(default)]
+    pub moved_at_least: Option<f64>,
+}
+
+/// One of our times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+pub enum Ours {
+    /// From reading the files to the image, with what the driver caches there.
+    Files,
+    /// A frame in which every step runs, with pipelines ready.
+    Frame,
 }
 
 /// A graph that grows.

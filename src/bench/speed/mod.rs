@@ -2,13 +2,14 @@
 //! can do at all. What is compared is data, a [`List`]; every figure is a [`Row`], and ratios come of one run.
 //!
 //! - `list` is the file that says what to measure
-//! - `pairs` times two graphs in turn; `steps` times each step alone and sets it beside its bound
+//! - `pairs` times two graphs in turn, `renderers` a graph and other programs; `steps` times each step alone and sets it beside its bound
 //! - `chain` measures the framework's own cost, `load` that of a large scene; `rows` is what comes of it, as table, JSON and HTML
 
 mod chain;
 pub mod list;
 mod load;
 mod pairs;
+mod renderers;
 pub mod rows;
 mod steps;
 #[cfg(test)]
@@ -70,6 +71,9 @@ impl Bench<'_> {
         }
         for published in &list.published {
             add(self.published(published)?);
+        }
+        for row in renderers::rows(self, &list.renderers) {
+            add(row?);
         }
         for scaling in &list.scaling {
             add(self.scaling(scaling)?);

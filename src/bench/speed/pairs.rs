@@ -20,14 +20,14 @@ use std::time::Instant;
 const STEP: f32 = 0.0025;
 
 /// A session that can be timed.
-struct Timed {
-    session: Session,
+pub(super) struct Timed {
+    pub session: Session,
     moves: Moves,
     frames: u32,
 }
 
 impl Timed {
-    fn frame(&mut self, gpu: &Gpu) -> Checked<f64> {
+    pub fn frame(&mut self, gpu: &Gpu) -> Checked<f64> {
         let step = self.session.scene.bounds.diagonal() * STEP * (1 + self.frames % 7) as f32;
         let shift = Vec3::X * step;
         self.session.shift = match self.moves {
@@ -43,7 +43,7 @@ impl Timed {
 }
 
 /// The least of some times, which is the one least disturbed by others on the machine.
-fn least(times: &[f64]) -> f64 {
+pub(super) fn least(times: &[f64]) -> f64 {
     times.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
@@ -74,7 +74,7 @@ impl Bench<'_> {
         Ok(Settings { choices: self.fastest.choices(self.gpu, project, scene, &settings)?, ..settings })
     }
 
-    fn session(&self, run: &Run, graph: &str, moves: Moves) -> Checked<Timed> {
+    pub(super) fn session(&self, run: &Run, graph: &str, moves: Moves) -> Checked<Timed> {
         let project = self.project(graph)?;
         let scene = Arc::new(scene::load(&self.root.join(&run.scene))?.scene);
         let settings = self.chosen(run, &project, &scene)?;
@@ -194,16 +194,17 @@ impl Bench<'_> {
         Ok(rows)
     }
 
-    /// Files read, prepared, rendered and read back, the second time: what drivers cache is there.
-    pub(super) fn start(&self, start: &Start) -> Checked<Vec<Row>> {
+    /// Milliseconds until the first pixel: files read, prepared, rendered and read back. The second time, when what drivers cache is
+    /// there.
+    pub(super) fn from_files(&self, run: &Run) -> Checked<[f64; 3]> {
         let mut parts = [0.0; 3];
         for _ in 0..2 {
             let gpu = Gpu::open().map_err(crate::diag::Faults::from)?;
             let begin = Instant::now();
-            let project = self.project(&start.run.graph)?;
-            let scene = Arc::new(scene::load(&self.root.join(&start.run.scene))?.scene);
+            let project = self.project(&run.graph)?;
+            let scene = Arc::new(scene::load(&self.root.join(&run.scene))?.scene);
             let read = begin.elapsed();
-            let settings = self.chosen(&start.run, &project, &scene)?;
+            let settings = self.chosen(run, &project, &scene)?;
             let mut session = Session::new(&gpu, &project, scene, settings)?;
             let prepared = begin.elapsed();
             session.frame(&gpu, 0, 0.0)?;
@@ -212,6 +213,11 @@ impl Bench<'_> {
             let ms = |d: std::time::Duration| d.as_secs_f64() * 1e3;
             parts = [ms(read), ms(prepared - read), ms(begin.elapsed() - prepared)];
         }
+        Ok(parts)
+    }
+
+    pub(super) fn start(&self, start: &Start) -> Checked<Vec<Row>> {
+        let parts = self.from_files(&start.run)?;
         let note = format!("files {:.0} ms, preparation {:.0} ms, frame {:.0} ms", parts[0], parts[1], parts[2]);
         let row = Row::new("start", &start.name, parts.iter().sum(), "ms");
         Ok(vec![row.wanted(Wanted::AtMost(start.most_ms)).note(note)])

@@ -11,6 +11,7 @@ fn the_list_that_ships_names_what_is_there() {
     let list = List::read(&root.join("benches/speed.ron")).unwrap_or_else(|f| panic!("{f}"));
     let mut runs: Vec<&super::list::Run> = list.pairs.iter().map(|p| &p.fast).collect();
     runs.extend(list.published.iter().map(|p| &p.run));
+    runs.extend(list.renderers.iter().map(|r| &r.run));
     let scaled: Vec<super::list::Run> = list.scaling.iter().flat_map(|s| s.runs()).map(|(_, run)| run).collect();
     runs.extend(&scaled);
     runs.extend(list.starts.iter().map(|s| &s.run));
