@@ -1,9 +1,10 @@
 //! A bounce in one dispatch, a workgroup a probe: the surfaces that the probe sees are lit, and what they send it is
 //! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept, or with LIT_BEFORE as
-//! another pass has lit them, and a probe is a member; else by the probes round them as well, as of the bounce before.
+//! another pass has lit them; else by the probes round them as well, as of the bounce before. With BY_PROBE a probe is a member. With SIGHT the first bounce puts
+//! what sees a texel beside its light, for the bounces after it: one fetch then gives both.
 #import lightgraph::cube
 #import lightgraph::cube_sums
-#import lightgraph::packed_probes::{EIGHTS, STEPS, TEXELS}
+#import lightgraph::packed_probes::{STEPS, TEXELS, packed_place}
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
 #import lightgraph::projection
@@ -29,8 +30,10 @@ struct Params {
 #endif
 }
 var<uniform> params: Params;
-#ifdef FIRST_BOUNCE
+#ifdef BY_PROBE
 var<storage, read> members: array<u32>;
+#endif
+#ifdef FIRST_BOUNCE
 #ifdef LIT_BEFORE
 var cube_direct: texture_2d<f32>;
 #else
@@ -38,25 +41,17 @@ var cube_direct: texture_storage_2d<rgba32float, write>;
 #endif
 #else
 var cube_direct: texture_2d<f32>;
-#ifdef PROBE_VISIBILITY
+#endif
+#ifdef SIGHT
 /// What sees each texel.
 var cube_sight: texture_2d<u32>;
 #endif
-#endif
 #ifdef FIRST_BOUNCE
 var first_sh: texture_storage_3d<rgba32float, write>;
-#ifdef PACKED_TABLE
-var<storage, read_write> first_table: array<vec4u>;
-#else
-var first_packed: texture_storage_3d<rgba32uint, write>;
-#endif
+var first_packed: texture_storage_2d<rgba32uint, write>;
 #else
 var sh: texture_storage_3d<rgba32float, write>;
-#ifdef PACKED_TABLE
-var<storage, read_write> packed_table: array<vec4u>;
-#else
-var packed: texture_storage_3d<rgba32uint, write>;
-#endif
+var packed: texture_storage_2d<rgba32uint, write>;
 #endif
 
 const LANES_X: u32 = 8u;
@@ -72,22 +67,29 @@ fn light_probes(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let edge = params.cube_surface_tile;
-#ifdef FIRST_BOUNCE
+#ifdef BY_PROBE
     let probe = probes::coordinates(members[group.z]);
 #else
     let probe = group;
 #endif
-    let tile = probes::number(probe) * 6u;
+    let edge = params.cube_surface_tile;
+    let columns = params.cube_surface_columns;
+    let first = cube::corner(probes::number(probe) * 6u, edge, columns);
     let eye = probes::position(probe);
     var s: cube_sums::Sums;
-    for (var face = 0u; face < 6u; face++) {
-        let corner = cube::unplace(tile + face, vec2u(0u), edge, params.cube_surface_columns);
-        for (var y = local.y; y < edge; y += LANES_Y) {
-            for (var x = local.x; x < edge; x += LANES_X) {
-                let texel = vec2u(x, y);
-                let light = light_of(eye, cube::direction(face, texel, edge), corner + texel);
-                s = cube_sums::with_texel(s, light, face, texel, edge);
+    for (var y = local.y; y < edge; y += LANES_Y) {
+        for (var x = local.x; x < edge; x += LANES_X) {
+            let texel = vec2u(x, y);
+            // The same on all faces.
+            let area = cube::solid_angle(texel, edge);
+            var corner = first;
+            for (var face = 0u; face < 6u; face++) {
+                let ray = cube::ray(face, texel, edge);
+                s = cube_sums::with_texel(s, light_of(eye, ray, corner + texel), ray, area, face, texel, edge);
+                corner.x += edge;
+                if corner.x == columns * edge {
+                    corner = vec2u(0u, corner.y + edge);
+                }
             }
         }
     }
@@ -116,41 +118,22 @@ fn light_probes(
     if lane < COUNT {
         total *= projection::window(u32(sqrt(f32(lane) + 0.5)));
         sums[lane] = total;
-        keep(probe, lane, total);
+        let at = vec3u(probe.xy, probe.z + lane * params.grid.z);
+#ifdef FIRST_BOUNCE
+        textureStore(first_sh, at, total);
+#else
+        textureStore(sh, at, total);
+#endif
     }
     workgroupBarrier();
     if lane < TEXELS {
-        keep_packed(probe, lane, packed_texel(lane));
+        let at = packed_place(probe) + vec2u(lane, 0u);
+#ifdef FIRST_BOUNCE
+        textureStore(first_packed, at, packed_texel(lane));
+#else
+        textureStore(packed, at, packed_texel(lane));
+#endif
     }
-}
-
-/// Coefficient k of a probe.
-fn keep(probe: vec3u, k: u32, value: vec4f) {
-    let at = vec3u(probe.xy, probe.z + k * params.grid.z);
-#ifdef FIRST_BOUNCE
-    textureStore(first_sh, at, value);
-#else
-    textureStore(sh, at, value);
-#endif
-}
-
-/// Texel i of a packed probe.
-fn keep_packed(probe: vec3u, i: u32, words: vec4u) {
-#ifdef PACKED_TABLE
-    let row = probes::number(probe) * TEXELS + i;
-#ifdef FIRST_BOUNCE
-    first_table[row] = words;
-#else
-    packed_table[row] = words;
-#endif
-#else
-    let at = vec3u(probe.x * TEXELS + i, probe.yz);
-#ifdef FIRST_BOUNCE
-    textureStore(first_packed, at, words);
-#else
-    textureStore(packed, at, words);
-#endif
-#endif
 }
 
 /// Light (and alpha, 0 for backs) that a texel sends.
@@ -171,18 +154,22 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
 #endif
 #endif
 #else
+        let direct = textureLoad(cube_direct, at, 0);
 #ifdef PROBE_VISIBILITY
-        let sight = textureLoad(cube_sight, at, 0).x;
+        let sight = u32(direct.a);
 #else
         let sight = packed_indirect::ALL;
 #endif
-        light = textureLoad(cube_direct, at, 0).rgb
-            + packed_indirect::reflected_probes(r, eye, ray, params.behind_captured, sight);
+        light = direct.rgb + packed_indirect::reflected_probes(r, eye, ray, params.behind_captured, sight);
 #endif
     }
 #ifdef FIRST_BOUNCE
 #ifndef LIT_BEFORE
+#ifdef SIGHT
+    textureStore(cube_direct, at, vec4f(light, f32(textureLoad(cube_sight, at, 0).x)));
+#else
     textureStore(cube_direct, at, vec4f(light, 1.0));
+#endif
 #endif
 #endif
     return vec4f(light, select(1.0, 0.0, is_back(r.albedo, r.normal)));

@@ -123,6 +123,32 @@ fn view_projection(origin: vec3f, face: u32, near: f32, far: f32) -> mat4x4f {
     return mat4x4f(x, y, z, middle);
 }
 
+/// A direction in a face's frame: along `right`, `down` and `forward`. Without a branch, unlike `axes`.
+fn inward(face: u32, d: vec3f) -> vec3f {
+    let s = select(d, -d, (face & 1u) == 1u);
+    let other = select(vec3f(s.x, -d.y, s.z), vec3f(d.x, s.z, s.y), (face >> 1u) == 1u);
+    return select(other, vec3f(-s.z, -d.y, s.x), face < 2u);
+}
+
+/// The inverse of `inward`.
+fn outward(face: u32, d: vec3f) -> vec3f {
+    let s = select(d, -d, (face & 1u) == 1u);
+    let other = select(vec3f(s.x, -d.y, s.z), vec3f(d.x, s.z, s.y), (face >> 1u) == 1u);
+    return select(other, vec3f(s.z, -d.y, -s.x), face < 2u);
+}
+
+/// As `direction`, without a branch.
+fn ray(face: u32, texel: vec2u, edge: u32) -> vec3f {
+    return normalize(outward(face, vec3f((2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0, 1.0)));
+}
+
+/// The face that a direction of any length meets.
+fn face_of(d: vec3f) -> u32 {
+    let size = abs(d);
+    let beside = select(select(4u, 5u, d.z < 0.0), select(2u, 3u, d.y < 0.0), size.y >= size.z);
+    return select(beside, select(0u, 1u, d.x < 0.0), size.x >= max(size.y, size.z));
+}
+
 /// A texel of an atlas: the tile it lies in, and its place there.
 struct Place {
     tile: u32,
@@ -138,4 +164,11 @@ fn place(texel: vec2u, edge: u32, columns: u32) -> Place {
 /// The atlas texel of `texel` of tile number `tile`.
 fn unplace(tile: u32, texel: vec2u, edge: u32, columns: u32) -> vec2u {
     return vec2u(tile % columns, tile / columns) * edge + texel;
+}
+
+/// The same of its first texel, without a division of integers, which SIMD lanes do one by one. `tile` less than 2^21.
+fn corner(tile: u32, edge: u32, columns: u32) -> vec2u {
+    // The half keeps rounding of the quotient from reaching a whole number.
+    let row = u32((f32(tile) + 0.5) / f32(columns));
+    return vec2u(tile - row * columns, row) * edge;
 }

@@ -31,10 +31,10 @@ fn outer(light: vec4f, factors: vec4f) -> mat4x4f {
     return mat4x4f(light * factors.x, light * factors.y, light * factors.z, light * factors.w);
 }
 
-/// The sums with a texel more.
-fn with_texel(sums: Sums, light: vec4f, face: u32, texel: vec2u, edge: u32) -> Sums {
-    let y = basis(cube::direction(face, texel, edge));
-    let l = light * cube::solid_angle(texel, edge);
+/// The sums with a texel more. `ray` and `area`: its direction and its solid angle.
+fn with_texel(sums: Sums, light: vec4f, ray: vec3f, area: f32, face: u32, texel: vec2u, edge: u32) -> Sums {
+    let y = basis(ray);
+    let l = light * area;
     var s = sums;
 #if SH_ORDER == 0
     s.last += l * y[0];

@@ -13,11 +13,16 @@
 /// All corners of a cell, for `gather`.
 const ALL: u32 = 255u;
 
-/// One corner's light in rgb, times its share in a.
-fn corner(w: Weights, here: probes::Cell, i: u32, point: vec3f, normal: vec3f, behind: f32) -> vec4f {
-    let probe = probes::probe_at(here, i);
+/// One probe's light in rgb, times its share in a: bit `i` of what sees a surface.
+fn one(w: Weights, here: probes::Cell, i: u32, point: vec3f, normal: vec3f, behind: f32, sight: u32) -> vec4f {
+    var probe = probes::probe_at(here, i & 7u);
+    var share = probes::share_of(here, i & 7u);
+#ifdef PROBE_VISIBILITY
+    // Beyond the corners: the one that is nearest, alone.
+    probe = select(probe, probes::near_probe(here, sight >> 9u), vec3(i == 8u));
+    share = select(share, 1.0, i == 8u);
+#endif
     let found = weigh(w, probe);
-    var share = probes::share_of(here, i);
 #ifndef ALIKE
     let offset = probes::position(probe) - point;
     let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
@@ -31,27 +36,20 @@ fn corner(w: Weights, here: probes::Cell, i: u32, point: vec3f, normal: vec3f, b
 
 /// As `lightgraph::probes::gather`, or `lightgraph::visible_probes::gather` with PROBE_VISIBILITY. `sight` says what counts, as
 /// `lightgraph::visible_probes::sight` does.
+///
+/// A round for each probe that counts, not for each that might: on SIMD lanes what a branch leaves out takes its time too.
 fn gather(w: Weights, here: probes::Cell, point: vec3f, normal: vec3f, behind: f32, sight: u32) -> vec3f {
 #ifdef PROBE_VISIBILITY
-    if (sight & ALL) == 0u {
-        let nearest = probes::coordinates(max(sight >> 8u, 1u) - 1u);
-        return select(weigh(w, nearest).light, vec3f(0.0), sight == 0u);
-    }
+    var left = sight & 511u;
+#else
+    var left = sight & probes::corners_with_share(here);
 #endif
-    // Corners at whose side an axis has no share, as outside the probes, are left out.
-    let sides = probes::sides(here);
     var sum = vec4f(0.0);
-    var i = 0u;
-    loop {
-        if (sight >> i & 1u) == 1u {
-            sum += corner(w, here, i, point, normal, behind);
-        }
-        i = (i - sides) & sides;
-        if i == 0u {
-            break;
-        }
+    while left != 0u {
+        sum += one(w, here, firstTrailingBit(left), point, normal, behind, sight);
+        left &= left - 1u;
     }
-    return sum.rgb / sum.a;
+    return sum.rgb / max(sum.a, 1e-30);
 }
 
 /// Radiance that the recorded surface on the ray from `eye` along `ray` reflects back.

@@ -1,7 +1,7 @@
 //! The coefficients of probes packed for few fetches: 16 bits each, as parts of the probe's largest. The error is
 //! 1.5e-5 of that one at most, so that bright scenes keep their limit where half floats would miss it.
 //!
-//! A probe is TEXELS texels along x of a 3D texture, or as many elements of a table in a uniform. Three hold the red, green and blue of eight coefficients, two to a
+//! A probe is TEXELS texels along x of an image, those of one x, y, z of the grid at (x * TEXELS, z * grid.y + y). Three hold the red, green and blue of eight coefficients, two to a
 //! word, the lower first; the last holds what is left: coefficient COUNT - 1 where COUNT is odd, how open the probe is,
 //! and what a step of all these numbers stands for.
 //!
@@ -16,41 +16,26 @@ const TEXELS: u32 = 3u * EIGHTS + 1u;
 /// Steps from 0 to the largest coefficient. Values stay in the upper halves of words: 65536 to a step.
 const STEPS: f32 = 32767.0;
 
-#ifdef PACKED_TABLE
 #if PACKED_PROBES != 2
-var<uniform> packed_table: array<vec4u, #{PACKED_TEXELS}>;
-#endif
-#if PACKED_PROBES >= 2
-var<uniform> packed_table_before: array<vec4u, #{PACKED_TEXELS}>;
-#endif
-#else
-#if PACKED_PROBES != 2
-var packed: texture_3d<u32>;
-#endif
-#if PACKED_PROBES >= 2
-var packed_before: texture_3d<u32>;
-#endif
-#endif
+var packed: texture_storage_2d<rgba32uint, read>;
 
-#if PACKED_PROBES != 2
 fn texel_now(probe: vec3u, i: u32) -> vec4u {
-#ifdef PACKED_TABLE
-    return packed_table[probes::number(probe) * TEXELS + i];
-#else
-    return textureLoad(packed, vec3u(probe.x * TEXELS + i, probe.yz), 0);
-#endif
+    return textureLoad(packed, packed_place(probe) + vec2u(i, 0u));
 }
 #endif
 
 #if PACKED_PROBES >= 2
+var packed_before: texture_storage_2d<rgba32uint, read>;
+
 fn texel_before(probe: vec3u, i: u32) -> vec4u {
-#ifdef PACKED_TABLE
-    return packed_table_before[probes::number(probe) * TEXELS + i];
-#else
-    return textureLoad(packed_before, vec3u(probe.x * TEXELS + i, probe.yz), 0);
-#endif
+    return textureLoad(packed_before, packed_place(probe) + vec2u(i, 0u));
 }
 #endif
+
+/// Where a probe's texels begin.
+fn packed_place(probe: vec3u) -> vec2u {
+    return vec2u(probe.x * TEXELS, probe.z * probes::probe_grid.grid.y + probe.y);
+}
 
 /// Texel `i` of a probe; `before` is asked for only where both bounces are there.
 fn texel_of(probe: vec3u, i: u32, before: bool) -> vec4u {

@@ -11,7 +11,7 @@
 #import lightgraph::surface::Record
 
 /// What all probes see; tile 6p + f is face f of probe p.
-var cube_surface: texture_2d<u32>;
+var cube_surface: texture_storage_2d<rgba32uint, read>;
 
 fn pack(r: Record) -> vec4u {
     let lack = sqrt(max(vec3f(1.0) - r.albedo.rgb, vec3f(0.0)));
@@ -37,5 +37,5 @@ fn unpack(words: vec4u) -> Record {
 
 /// What a texel of the atlas holds.
 fn surface_at(at: vec2u) -> Record {
-    return unpack(textureLoad(cube_surface, at, 0));
+    return unpack(textureLoad(cube_surface, at));
 }

@@ -237,10 +237,20 @@ fn share_of(c: Cell, corner: u32) -> f32 {
     return select(0.0, near.x * near.y * near.z, has_probe(c, corner));
 }
 
-/// Sides on which a cell's far corners have a share, as bits: all corners but the subsets of these have none.
-fn sides(c: Cell) -> u32 {
-    return dot(select(vec3u(0u), vec3u(1u, 2u, 4u), c.fraction > vec3f(0.0)), vec3u(1u));
+/// The corners of a cell that have a share, as bits: where an axis has none on its far side, as outside the probes, those
+/// on that side are left out.
+fn corners_with_share(c: Cell) -> u32 {
+    let far = select(vec3u(1u), vec3u(3u, 5u, 17u), c.fraction > vec3f(0.0));
+    return far.x * far.y * far.z;
 }
+
+#ifndef PROBE_TREE
+/// One of the 4x4x4 probes round a cell, by number: two bits each for x, y, z. Beyond the grid those at its edge come again.
+fn near_probe(c: Cell, i: u32) -> vec3u {
+    let there = vec3i(c.base) + vec3i(vec3u(i, i >> 2u, i >> 4u) & vec3u(3u)) - 1;
+    return vec3u(clamp(there, vec3i(0), vec3i(probe_grid.grid) - 1));
+}
+#endif
 
 /// A weight times coefficient k of a probe. Of many coefficients a matte surface reflects few.
 fn weigh_one(coefficients: texture_3d<f32>, weight: vec3f, probe: vec3u, k: u32) -> vec3f {

@@ -29,8 +29,8 @@ var<storage, read> triangles: array<Triangle>;
 
 #ifdef TRACE_TEXELS
 /// The rows of `bvh` and the corners in `triangles`, as trace_texels.wgsl puts them in textures of WIDTH texels a row.
-var box_texels: texture_2d<u32>;
-var corner_texels: texture_2d<u32>;
+var box_texels: texture_storage_2d<rgba32uint, read>;
+var corner_texels: texture_storage_2d<rgba32uint, read>;
 
 const WIDTH: u32 = 8192u;
 
@@ -39,17 +39,17 @@ fn texel_place(i: u32) -> vec2u {
 }
 
 fn box_at(row: u32) -> Box {
-    let low = textureLoad(box_texels, texel_place(2u * row), 0);
-    let high = textureLoad(box_texels, texel_place(2u * row + 1u), 0);
+    let low = textureLoad(box_texels, texel_place(2u * row));
+    let high = textureLoad(box_texels, texel_place(2u * row + 1u));
     return Box(bitcast<vec3f>(low.xyz), low.w, bitcast<vec3f>(high.xyz), high.w);
 }
 
 /// The corners of a triangle, a column each.
 fn corners(index: u32) -> mat3x3f {
     return mat3x3f(
-        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index), 0).xyz),
-        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index + 1u), 0).xyz),
-        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index + 2u), 0).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index)).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index + 1u)).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index + 2u)).xyz),
     );
 }
 #else

@@ -5,7 +5,7 @@
 #import lightgraph::sh::COUNT
 #import lightgraph::probes
 #if PROBE_VISIBILITY == 1
-#import lightgraph::visibility_cube::visibility
+#import lightgraph::visibility_cube::{faces, visibility}
 #else
 #import lightgraph::visibility_moments::visibility
 #endif
@@ -59,7 +59,10 @@ fn gather(
 #if PROBE_VISIBILITY == 1
     if shares < NONE {
         let found = nearest_visible(here, point, normal);
-        return select(vec3f(0.0), probes::weigh(coefficients, weights, found.xyz), found.w == 1u);
+        if found == NOTHING {
+            return vec3f(0.0);
+        }
+        return probes::weigh(coefficients, weights, probes::near_probe(here, found));
     }
 #else
     if shares < ENOUGH {
@@ -72,45 +75,65 @@ fn gather(
 }
 
 #if PROBE_VISIBILITY == 1
-/// What sees a surface point. Bit i: corner i of its cell. Where none of the corners counts: 256 times 1 + the number of the
-/// nearest probe that sees it, 0 without one.
+/// What sees a surface point. Bit i: corner i of its cell. Where none of the corners counts, bit 8: from bit 9 on stands the
+/// nearest probe that sees it, as `probes::near_probe` counts.
 fn sight(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
-    let sides = probes::sides(here);
+    // Those that the surface faces, first: only they need a look.
+    var left = probes::corners_with_share(here);
+    for (var corner = 0u; corner < 8u; corner++) {
+        if !faces(probes::probe_at(here, corner), point, normal) {
+            left &= ~(1u << corner);
+        }
+    }
     var seen = 0u;
     var shares = 0.0;
-    var corner = 0u;
-    loop {
+    while left != 0u {
+        let corner = firstTrailingBit(left);
         if visibility(probes::probe_at(here, corner), point, normal) > 0.0 {
             seen |= 1u << corner;
             shares += probes::share_of(here, corner);
         }
-        corner = (corner - sides) & sides;
-        if corner == 0u {
-            break;
-        }
+        left &= left - 1u;
     }
     if shares < NONE {
         let found = nearest_visible(here, point, normal);
-        return select(0u, (probes::number(found.xyz) + 1u) << 8u, found.w == 1u);
+        return select(256u | found << 9u, 0u, found == NOTHING);
     }
     return seen;
 }
-#endif
 
-#if PROBE_VISIBILITY == 1
-/// The nearest probe that sees the point among the 4x4x4 round its cell; w is 0 when there is none.
-fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> vec4u {
-    let last = vec3i(probes::probe_grid.grid) - 1;
-    var best = vec4u(0u);
+const NOTHING: u32 = 64u;
+
+/// The nearest probe that sees the point among the 4x4x4 round its cell, as `probes::near_probe` counts; `NOTHING` when there is
+/// none.
+fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
+    var best = NOTHING;
     var least = 3.4e38;
-    for (var i = 0; i < 64; i++) {
-        // Beyond the grid those at its edge come again, which changes nothing.
-        let probe = clamp(vec3i(here.base) + vec3i(i & 3, (i >> 2u) & 3, i >> 4u) - 1, vec3i(0), last);
-        let offset = probes::position(vec3u(probe)) - point;
-        let far = dot(offset, offset);
-        if far < least && visibility(vec3u(probe), point, normal) > 0.0 {
+    var next = 0u;
+    loop {
+        // On to one that may be it, which costs little beside a look.
+        var far = 0.0;
+        var i = NOTHING;
+        while next < 64u && i == NOTHING {
+            // The corners of the cell come first: what lies beyond them seldom matters then.
+            let inner = vec3u(next, next >> 1u, next >> 2u) & vec3u(1u);
+            let outer = vec3u(next >> 3u, next >> 4u, next >> 5u) & vec3u(1u);
+            let place = select(inner + 1u, 3u * inner, outer == vec3u(1u));
+            let number = place.x + 4u * place.y + 16u * place.z;
+            let probe = probes::near_probe(here, number);
+            let offset = probes::position(probe) - point;
+            far = dot(offset, offset);
+            if (far < least || (far == least && number < best)) && faces(probe, point, normal) {
+                i = number;
+            }
+            next++;
+        }
+        if i == NOTHING {
+            break;
+        }
+        if visibility(probes::near_probe(here, i), point, normal) > 0.0 {
             least = far;
-            best = vec4u(vec3u(probe), 1u);
+            best = i;
         }
     }
     return best;
