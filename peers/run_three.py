@@ -29,14 +29,16 @@ def main():
     # Packages are found from the folder of the script.
     script = HOME / "run_three.mjs"
     shutil.copyfile(Path(__file__).parent / "three/run_three.mjs", script)
-    folder, results = stated.render([deno, "run", "--allow-all", "--unstable-webgpu", script], "three", scene, args, settings)
-    for result in results:
-        full, direct = (raw(folder / result[name], args.size) for name in ("full", "direct"))
-        paths = [args.out / f"three_{result['index']}_{name}.exr" for name in ("full", "indirect")]
-        for path, image in zip(paths, (full, full - direct), strict=True):
-            image_files.write(path, image)
-        setting = settings[result["index"]]
-        peer.report("three.js LightProbeGrid", result["version"], args, scene, setting, result["seconds"], *paths)
+    command = [deno, "run", "--allow-all", "--unstable-webgpu", script]
+    for index, setting in enumerate(settings):
+        # A process each: what one has drawn stays in its memory, several GB of it.
+        folder, results = stated.render(command, f"three_{index}", scene, args, [setting])
+        for result in results:
+            full, direct = (raw(folder / result[name], args.size) for name in ("full", "direct"))
+            paths = [args.out / f"three_{index}_{name}.exr" for name in ("full", "indirect")]
+            for path, image in zip(paths, (full, full - direct), strict=True):
+                image_files.write(path, image)
+            peer.report("three.js LightProbeGrid", result["version"], args, scene, setting, result["seconds"], *paths)
 
 
 def raw(path, size):

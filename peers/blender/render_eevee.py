@@ -30,7 +30,7 @@ def main():
     look(job)
     draw(folder / "direct.exr")
     for index, setting in enumerate(job["settings"]):
-        probe = volume(low, high, setting["grid"])
+        probe = volume(low, high, setting["grid"], setting["samples"])
         for _ in range(2):
             start = time.perf_counter()
             bpy.ops.object.lightprobe_cache_bake(subset="ALL")
@@ -151,9 +151,10 @@ def look(job):
     eevee.use_raytracing = False
 
 
-def volume(low, high, probes):
+def volume(low, high, probes, samples):
     made = bpy.data.lightprobes.new("volume", "VOLUME")
     made.resolution_x = made.resolution_y = made.resolution_z = round(probes * REACH)
+    made.bake_samples = samples
     made.clamp_indirect = 0
     made.capture_emission = True
     thing = bpy.data.objects.new("volume", made)

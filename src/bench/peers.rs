@@ -1,8 +1,8 @@
 //! Other renderers on the same scenes: commands that a folder of JSON files describes.
 //!
 //! A file: `{"name": "mitsuba", "command": ["peers/run.sh", "run_mitsuba.py"], …}`. The command runs with `--scene FILE
-//! --size WxH --out FOLDER`, and `--camera NAME` where one is asked for, and tries all its settings in turn, or with `--setting N`
-//! the one of that number, from 1. It prints a JSON line a result: `{"renderer", "version", "settings", "seconds", "image", …}`, where `image` is the path of a linear EXR of all
+//! --size WxH --out FOLDER`, and `--camera NAME` where one is asked for, and tries all the `"settings"` of its file in turn, or those
+//! of the numbers, from 1, that `--setting N` names. It prints a JSON line a result: `{"renderer", "version", "settings", "seconds", "image", …}`, where `image` is the path of a linear EXR of all
 //! light; any other field that holds such a path (`"indirect": "a.exr"`) is the output of its name. Its exit code is 4 when
 //! the renderer isn't installed or can't render the scene; the reason is the last line of its error stream.
 
@@ -23,6 +23,19 @@ pub struct Peer {
     pub name: String,
     /// A program and its first arguments; run in the current folder.
     pub command: Vec<String>,
+    /// What it tries.
+    #[serde(default)]
+    pub settings: Vec<BTreeMap<String, serde_json::Value>>,
+}
+
+impl Peer {
+    /// The numbers, from 1, of the settings in which every one of these names has this value.
+    pub fn numbers(&self, asked: &BTreeMap<String, String>) -> Vec<usize> {
+        let has = |s: &BTreeMap<String, serde_json::Value>| {
+            asked.iter().all(|(name, value)| s.get(name).is_some_and(|v| word(v) == *value))
+        };
+        self.settings.iter().zip(1..).filter(|(s, _)| has(s)).map(|(_, number)| number).collect()
+    }
 }
 
 /// A line of its output.
@@ -49,8 +62,8 @@ pub struct Job<'a> {
     pub references: &'a References,
     /// A folder for its images.
     pub folder: &'a Path,
-    /// The number of one of its settings, from 1; `None`: all of them.
-    pub setting: Option<usize>,
+    /// Numbers of its settings, from 1; none: all of them.
+    pub settings: &'a [usize],
 }
 
 /// The peers of a folder, by file name; files without a `command` are others' business.
@@ -93,7 +106,7 @@ pub fn run(peer: &Peer, job: Job<'_>) -> Result<Vec<Rendered>, Absent> {
     if let Some(camera) = job.camera {
         command.arg("--camera").arg(camera);
     }
-    if let Some(setting) = job.setting {
+    for setting in job.settings {
         command.arg("--setting").arg(setting.to_string());
     }
     let done = command.output().map_err(|e| absent(format!("`{program}` doesn't run: {e}")))?;
@@ -175,7 +188,7 @@ mod tests {
 
     fn peer(script: &str) -> Peer {
         let command = ["sh", "-c", script, "peer"].map(String::from).to_vec();
-        Peer { name: "other".into(), command }
+        Peer { name: "other".into(), command, settings: vec![] }
     }
 
     fn job<'a>(folder: &'a Folder, references: &'a References) -> Job<'a> {
@@ -186,7 +199,7 @@ mod tests {
             size: [2, 2],
             references,
             folder: &folder.0,
-            setting: None,
+            settings: &[],
         }
     }
 
@@ -220,6 +233,18 @@ mod tests {
         assert!(absent.why.contains("no result"), "{}", absent.why);
         let none = Peer { command: vec!["no-such-program-here".into()], ..peer("") };
         assert!(run(&none, job(&folder, &references)).unwrap_err().why.contains("doesn't run"));
+    }
+
+    #[test]
+    fn settings_are_found_by_what_they_say() {
+        let text =
+            r#"{"name": "a", "command": ["a"], "settings": [{"grid": 4, "bounces": 2}, {"grid": 8, "bounces": 2}]}"#;
+        let peer: Peer = serde_json::from_str(text).unwrap();
+        let asked = |name: &str, value: &str| BTreeMap::from([(name.to_string(), value.to_string())]);
+        assert_eq!(peer.numbers(&asked("grid", "8")), [2]);
+        assert_eq!(peer.numbers(&asked("bounces", "2")), [1, 2]);
+        assert_eq!(peer.numbers(&asked("grid", "5")), [0; 0]);
+        assert_eq!(peer.numbers(&BTreeMap::new()), [1, 2]);
     }
 
     #[test]

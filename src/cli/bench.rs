@@ -283,7 +283,7 @@ impl Bench<'_> {
                 size: self.args.size,
                 references: place.references,
                 folder: &folder,
-                setting: None,
+                settings: &[],
             };
             match peers::run(peer, job) {
                 Ok(entries) => {

@@ -10,7 +10,8 @@ fn rows(name: &str, script: &str) -> Vec<Row> {
     let folder = Scratch::new(name);
     let peers = folder.path().join("peers");
     std::fs::create_dir_all(&peers).unwrap();
-    let peer = serde_json::json!({"name": "other", "command": ["sh", "-c", script, "other"]});
+    let settings = [serde_json::json!({"good": false}), serde_json::json!({"good": true})];
+    let peer = serde_json::json!({"name": "other", "command": ["sh", "-c", script, "other"], "settings": settings});
     std::fs::write(peers.join("other.json"), peer.to_string()).unwrap();
     let list = folder.path().join("list.ron");
     let text = format!(
