@@ -238,12 +238,12 @@ mod tests {
     #[test]
     fn settings_are_found_by_what_they_say() {
         let text =
-            r#"{"name": "a", "command": ["a"], "settings": [{"grid": 4, "bounces": 2}, {"grid": 8, "bounces": 2}]}"#;
+            r#"{"name": "a", "command": ["a"], "settings": [{"size": 4, "samples": 2}, {"size": 8, "samples": 2}]}"#;
         let peer: Peer = serde_json::from_str(text).unwrap();
         let asked = |name: &str, value: &str| BTreeMap::from([(name.to_string(), value.to_string())]);
-        assert_eq!(peer.numbers(&asked("grid", "8")), [2]);
-        assert_eq!(peer.numbers(&asked("bounces", "2")), [1, 2]);
-        assert_eq!(peer.numbers(&asked("grid", "5")), [0; 0]);
+        assert_eq!(peer.numbers(&asked("size", "8")), [2]);
+        assert_eq!(peer.numbers(&asked("samples", "2")), [1, 2]);
+        assert_eq!(peer.numbers(&asked("size", "5")), [0; 0]);
         assert_eq!(peer.numbers(&BTreeMap::new()), [1, 2]);
     }
 
