@@ -49,7 +49,8 @@ impl Corners {
         if !same || self.nodes.len() != before.nodes.len() || other.len() != self.rows() {
             return None;
         }
-        let moved: Vec<bool> = self.nodes.iter().zip(&before.nodes).map(|(a, b)| a != b).collect();
+        let moved: Vec<bool> =
+            self.nodes.iter().zip(&before.nodes).map(|(a, b)| bytemuck::bytes_of(a) != bytemuck::bytes_of(b)).collect();
         for (row, other) in other.iter_mut().enumerate() {
             *other |= (0..3).any(|corner| moved[self.vertex(row, corner).node as usize]);
         }

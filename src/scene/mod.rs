@@ -173,8 +173,10 @@ pub enum Column {
 impl Column {
     /// Marks the rows in which it differs; false where the two have nothing in common. Corners are marked by their own.
     fn mark(&self, before: &Column, other: &mut [bool]) -> bool {
-        fn each<T: PartialEq>(now: &[T], then: &[T], other: &mut [bool]) -> bool {
-            now.iter().zip(then).zip(&mut *other).for_each(|((a, b), other)| *other |= a != b);
+        // By bits: 0 and -0 are told apart, as everywhere where results are kept.
+        fn each<T: bytemuck::NoUninit>(now: &[T], then: &[T], other: &mut [bool]) -> bool {
+            let differ = |a: &T, b: &T| bytemuck::bytes_of(a) != bytemuck::bytes_of(b);
+            now.iter().zip(then).zip(&mut *other).for_each(|((a, b), other)| *other |= differ(a, b));
             now.len() == other.len() && then.len() == other.len()
         }
         match (self, before) {
