@@ -84,7 +84,7 @@ fn light_probes(
             let area = cube::solid_angle(texel, edge);
             var corner = first;
             for (var face = 0u; face < 6u; face++) {
-                let ray = cube::ray(face, texel, edge);
+                let ray = cube::direction(face, texel, edge);
                 s = cube_sums::with_texel(s, light_of(eye, ray, corner + texel), ray, area, face, texel, edge);
                 corner.x += edge;
                 if corner.x == columns * edge {

@@ -21,9 +21,8 @@ fn axes(face: u32) -> Axes {
 
 /// Unit direction through the centre of a texel (column, row) of a face of `edge`² texels.
 fn direction(face: u32, texel: vec2u, edge: u32) -> vec3f {
-    let a = axes(face);
     let at = (2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0;
-    return normalize(a.forward + at.x * a.right + at.y * a.down);
+    return normalize(outward(face, vec3f(at, 1.0)));
 }
 
 /// A texel of a face.
@@ -34,15 +33,9 @@ struct FaceTexel {
 
 /// The face of `edge`² texels, and the texel on it, that a direction of any length meets.
 fn locate(d: vec3f, edge: u32) -> FaceTexel {
-    let size = abs(d);
-    var face = select(4u, 5u, d.z < 0.0);
-    if size.x >= size.y && size.x >= size.z {
-        face = select(0u, 1u, d.x < 0.0);
-    } else if size.y >= size.z {
-        face = select(2u, 3u, d.y < 0.0);
-    }
-    let a = axes(face);
-    let at = vec2f(dot(d, a.right), dot(d, a.down)) / max(dot(d, a.forward), 1e-20);
+    let face = face_of(d);
+    let inner = inward(face, d);
+    let at = inner.xy / max(inner.z, 1e-20);
     let texel = clamp((0.5 * at + 0.5) * f32(edge), vec2f(0.0), vec2f(f32(edge) - 1.0));
     return FaceTexel(face, vec2u(texel));
 }
@@ -137,11 +130,6 @@ fn outward(face: u32, d: vec3f) -> vec3f {
     return select(other, vec3f(s.z, -d.y, -s.x), face < 2u);
 }
 
-/// As `direction`, without a branch.
-fn ray(face: u32, texel: vec2u, edge: u32) -> vec3f {
-    return normalize(outward(face, vec3f((2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0, 1.0)));
-}
-
 /// The face that a direction of any length meets.
 fn face_of(d: vec3f) -> u32 {
     let size = abs(d);
@@ -161,9 +149,9 @@ fn place(texel: vec2u, edge: u32, columns: u32) -> Place {
     return Place(tile.y * columns + tile.x, texel % edge);
 }
 
-/// The atlas texel of `texel` of tile number `tile`.
+/// The atlas texel of `texel` of tile number `tile`, less than 2^21.
 fn unplace(tile: u32, texel: vec2u, edge: u32, columns: u32) -> vec2u {
-    return vec2u(tile % columns, tile / columns) * edge + texel;
+    return corner(tile, edge, columns) + texel;
 }
 
 /// The same of its first texel, without a division of integers, which SIMD lanes do one by one. `tile` less than 2^21.

@@ -30,7 +30,7 @@ fn edge_of_map() -> u32 {
 
 /// As below, of what the probes see for their light.
 fn seen_at(tile: u32, texel: vec2u) -> vec4f {
-    let seen = surface_at(cube::corner(tile, test.cube_surface_tile, test.cube_surface_columns) + texel).normal;
+    let seen = surface_at(cube::unplace(tile, texel, test.cube_surface_tile, test.cube_surface_columns)).normal;
     return vec4f(seen.w, -seen.xyz);
 }
 #else
@@ -43,7 +43,7 @@ fn edge_of_map() -> u32 {
 
 /// Metres along the ray, 0 for nothing; then the unit normal that points away from the probe.
 fn seen_at(tile: u32, texel: vec2u) -> vec4f {
-    let seen = textureLoad(probe_distance, cube::corner(tile, test.probe_distance_tile, test.probe_distance_columns) + texel, 0);
+    let seen = textureLoad(probe_distance, cube::unplace(tile, texel, test.probe_distance_tile, test.probe_distance_columns), 0);
     return vec4f(abs(seen.x), seen.yzw);
 }
 #endif
@@ -52,12 +52,9 @@ fn seen_at(tile: u32, texel: vec2u) -> vec4f {
 /// that is seen, and what is seen before the surface's own plane. Both by more than `slack` metres.
 fn hides(probe: u32, d: vec3f, offset: vec3f, normal: vec3f, slack: f32) -> bool {
     let edge = edge_of_map();
-    let face = cube::face_of(d);
-    let inner = cube::inward(face, d);
-    let at = inner.xy / max(inner.z, 1e-20);
-    let texel = vec2u(clamp((0.5 * at + 0.5) * f32(edge), vec2f(0.0), vec2f(f32(edge) - 1.0)));
-    let seen = seen_at(probe * 6u + face, texel);
-    let behind = offset - seen.x * cube::ray(face, texel, edge);
+    let at = cube::locate(d, edge);
+    let seen = seen_at(probe * 6u + at.face, at.texel);
+    let behind = offset - seen.x * cube::direction(at.face, at.texel, edge);
     return (seen.x > 0.0) & (dot(behind, seen.yzw) > slack) & (dot(behind, normal) < -slack);
 }
 

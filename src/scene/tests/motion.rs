@@ -187,3 +187,14 @@ fn rows_that_differ_are_those_of_what_moved() {
         }
     }
 }
+
+#[test]
+fn rows_are_told_apart_by_their_bits() {
+    let table = |x: f32| Table {
+        name: "nodes",
+        rows: 2,
+        columns: std::sync::Arc::new([("x", crate::scene::Column::Float(vec![1.0, x]))]),
+    };
+    assert_eq!(table(-0.0).differs(&table(0.0)), Some(vec![1..2]));
+    assert_eq!(table(f32::NAN).differs(&table(f32::NAN)), Some(vec![]));
+}
