@@ -195,6 +195,7 @@ fn rows_are_told_apart_by_their_bits() {
         rows: 2,
         columns: std::sync::Arc::new([("x", crate::scene::Column::Float(vec![1.0, x]))]),
     };
-    assert_eq!(table(-0.0).differs(&table(0.0)), Some(vec![1..2]));
+    let second = 1..2;
+    assert_eq!(table(-0.0).differs(&table(0.0)), Some(vec![second]));
     assert_eq!(table(f32::NAN).differs(&table(f32::NAN)), Some(vec![]));
 }
