@@ -19,12 +19,38 @@ pub struct Repeated {
     pub rows: usize,
     /// Of those, the ones with another figure, and the greatest change of one; by decreasing share of itself.
     pub other: Vec<(f64, String)>,
-    /// Pairs of settings of the same scene and phase whose times were [`APART`] in the old results.
+    /// By phase: which setting of two is the faster one.
+    pub order: BTreeMap<Phase, Order>,
+    /// Of the pairs that changed places, the one that did by the greatest factor.
+    pub worst: Option<(f64, String)>,
+}
+
+/// Pairs of settings of the same scene whose times were [`APART`] in the old results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Order {
     pub pairs: usize,
     /// Those of which the same one is the faster one in the new results.
     pub kept: usize,
-    /// Of the others, the one that changed by the greatest factor.
-    pub worst: Option<(f64, String)>,
+}
+
+impl fmt::Display for Order {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Order { pairs, kept } = *self;
+        let percent = (APART - 1.0) * 100.0;
+        write!(f, "of {pairs} pairs of settings more than {percent:.0} % apart, {kept}")?;
+        if pairs > 0 {
+            // Not rounded up: 100 % are all of them.
+            write!(f, " ({:.2} %)", (100.0 * kept as f64 / pairs as f64 * 100.0).floor() / 100.0)?;
+        }
+        write!(f, " are in the same order")
+    }
+}
+
+impl Repeated {
+    /// Of all phases together.
+    pub fn order(&self) -> Order {
+        self.order.values().fold(Order::default(), |all, o| Order { pairs: all.pairs + o.pairs, kept: all.kept + o.kept })
+    }
 }
 
 impl fmt::Display for Repeated {
@@ -37,15 +63,10 @@ impl fmt::Display for Repeated {
         if let Some(more @ 1..) = self.other.len().checked_sub(NAMED) {
             writeln!(f, "  and {more} more")?;
         }
-        let percent = (APART - 1.0) * 100.0;
-        let (kept, pairs) = (self.kept, self.pairs);
-        let share = 100.0 * kept as f64 / pairs.max(1) as f64;
-        write!(f, "times: of {pairs} pairs of settings more than {percent:.0} % apart, {kept}")?;
-        if pairs > 0 {
-            // Not rounded up: 100 % are all of them.
-            write!(f, " ({:.2} %)", (share * 100.0).floor() / 100.0)?;
+        writeln!(f, "times: {}", self.order())?;
+        if self.order.len() > 1 {
+            self.order.iter().try_for_each(|(phase, order)| writeln!(f, "  {}: {order}", phase.word()))?;
         }
-        writeln!(f, " are in the same order")?;
         self.worst.iter().try_for_each(|(_, what)| writeln!(f, "  worst: {what}"))
     }
 }
@@ -71,7 +92,8 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
             let Some(new) = after.phases.iter().find(|t| t.phase == old.phase) else { continue };
             found.row(&format!("{}, {}", name(before), old.phase.word()), &old.scores, &new.scores);
             let place = (&before.scene, &before.camera, before.size, old.phase);
-            let ms = [old.wall_ms.median, new.wall_ms.median];
+            // What else the machine does adds to a time, and takes nothing from it.
+            let ms = [old.wall_ms.min, new.wall_ms.min];
             timed.entry(place).or_default().push(Timed { entry: before, phase: old.phase, ms });
         }
     }
@@ -84,7 +106,7 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
     found
 }
 
-/// A setting's median frame in a phase.
+/// A setting's quickest frame in a phase.
 struct Timed<'a> {
     entry: &'a Entry,
     phase: Phase,
@@ -123,9 +145,10 @@ impl Repeated {
         if slow.ms[0] <= fast.ms[0] * APART || fast.ms.iter().chain(&slow.ms).any(|ms| *ms <= 0.0) {
             return;
         }
-        self.pairs += 1;
+        let order = self.order.entry(fast.phase).or_default();
+        order.pairs += 1;
         if fast.ms[1] < slow.ms[1] {
-            self.kept += 1;
+            order.kept += 1;
             return;
         }
         let factor = (slow.ms[0] / fast.ms[0]) * (fast.ms[1] / slow.ms[1]);

@@ -217,7 +217,7 @@ fn settings_that_are_apart_stay_in_their_order_or_the_worst_is_named() {
     };
     let order = |old, new| {
         let r = against(&run(old), &run(new)).repeated;
-        (r.pairs, r.kept, r.worst.map(|w| w.1).unwrap_or_default())
+        (r.order().pairs, r.order().kept, r.worst.map(|w| w.1).unwrap_or_default())
     };
     assert_eq!(order([10.0, 11.0, 12.0], [3.0, 2.0, 1.0]), (0, 0, String::new()), "12 is not more than 20 % above 10");
     assert_eq!(order([10.0, 11.0, 13.0], [2.0, 1.0, 2.5]), (1, 1, String::new()), "only the first and the third count");
@@ -232,6 +232,16 @@ fn settings_that_are_apart_stay_in_their_order_or_the_worst_is_named() {
         text.contains("times: of 3 pairs of settings more than 20 % apart, 2 (66.66 %) are in the same order"),
         "{text}"
     );
+    assert!(!text.contains("still: of"), "of one phase all is said: {text}");
+    let phases = |still: f64| {
+        let of = |(graph, ms)| Entry {
+            phases: vec![times(Phase::First, &[90.0 / ms]), times(Phase::Still, &[2.0 * ms, ms])],
+            ..entry(graph, &[1.0], 0.8)
+        };
+        results([("a", 10.0), ("b", still)].map(of).to_vec())
+    };
+    let text = against(&phases(30.0), &phases(5.0)).to_string();
+    assert!(text.contains("  first: of 1 pairs") && text.contains("  still: of 1 pairs"), "{text}");
     let mut elsewhere = run([10.0, 20.0, 40.0]);
     elsewhere.entries.iter_mut().for_each(|e| e.scene = "hall".into());
     let none = against(&run([10.0, 20.0, 40.0]), &elsewhere).to_string();

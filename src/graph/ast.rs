@@ -150,6 +150,8 @@ pub struct Raster {
     pub depth_write: bool,
     /// What each member sees: a buffer of matrices, or a table of the scene that has them.
     pub frusta: Option<Name>,
+    /// Leaves out what can hide nothing of the scene from the eyes of the frusta.
+    pub occluders: bool,
     pub cull: Cull,
     /// How far simplified surfaces may lie off, metres; 0 or `None`: none is simplified.
     pub tolerance: Option<Expr>,

@@ -263,6 +263,12 @@ impl Reader {
         let culls = [("None", Cull::None), ("Front", Cull::Front), ("Back", Cull::Back), ("Material", Cull::Material)];
         let cull = if geometry { self.word(f.get("cull"), &culls, Cull::Material) } else { Cull::None };
         let frusta = if geometry { f.get("frusta").and_then(|n| self.name(n)) } else { None };
+        let occluders = if geometry { f.get("occluders") } else { None };
+        if let (None, Some(wanted)) = (&frusta, occluders) {
+            let d = Diagnostic::error("nothing says what the members see").at(&wanted.span, "");
+            self.fault(d.help("give the pass `frusta`"));
+        }
+        let occluders = self.bool(occluders, false);
         let tolerance = if geometry { f.get("tolerance").and_then(|n| self.expr(n)) } else { None };
         let load = self.list(f.get("load")).iter().filter_map(|n| self.name(n)).collect();
         let clear = self.pairs(f.get("clear"), Reader::color);
@@ -289,6 +295,7 @@ impl Reader {
             depth_compare,
             depth_write,
             frusta,
+            occluders,
             cull,
             tolerance,
             load,

@@ -155,6 +155,7 @@ impl Expander<'_, '_> {
             ("first_draws", draws - parts[1].1),
             ("second_clusters", parts[1].0),
             ("second_draws", parts[1].1),
+            ("occluders", r.occluders.into()),
         ];
         let extra: Values = values.into_iter().map(|(name, n)| (name.to_owned(), Value::Uint(n))).collect();
         let mut bindings = vec![];

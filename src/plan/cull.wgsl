@@ -7,6 +7,8 @@ struct Cluster {
     /// Indices of the mesh.
     first: u32,
     count: u32,
+    /// Sides of the box round everything that it lies in: bits 0 to 2 the lower ones along x, y, z, 3 to 5 the upper ones.
+    sides: u32,
 }
 var<storage, read> clusters: array<Cluster>;
 
@@ -37,6 +39,8 @@ struct Culling {
     /// The same of its second part, whose clusters follow.
     second_clusters: u32,
     second_draws: u32,
+    /// Not 0: what can hide nothing from the eye is left out.
+    occluders: u32,
 }
 var<uniform> culling: Culling;
 
@@ -58,6 +62,26 @@ fn meets(rows: mat4x4f, lower: vec3f, upper: vec3f) -> bool {
         || outside(rows[3] - rows[1], middle, half)
         || outside(rows[2], middle, half)
         || outside(rows[3] - rows[2], middle, half));
+}
+
+/// Where the lines of sight of a view begin: a point (w above 0), or the direction to it (w 0).
+fn eye_of(rows: mat4x4f) -> vec4f {
+    let a = rows[0];
+    let b = rows[1];
+    let c = rows[3];
+    let meet = a.w * cross(b.xyz, c.xyz) + b.w * cross(c.xyz, a.xyz) + c.w * cross(a.xyz, b.xyz);
+    let eye = vec4f(-meet, dot(a.xyz, cross(b.xyz, c.xyz)));
+    // Depths fall towards it.
+    return select(eye, -eye, dot(rows[2], eye) > 0.0);
+}
+
+/// Whether a cluster lies in a side of the box round everything, of which the eye is on the inner side: then it comes
+/// between the eye and nothing. What is not a number does not.
+fn hides_nothing(c: Cluster, eye: vec4f) -> bool {
+    let bits = vec3u(c.sides) >> vec3u(0u, 1u, 2u);
+    let below = (bits & vec3u(1u)) == vec3u(1u);
+    let above = ((bits >> vec3u(3u)) & vec3u(1u)) == vec3u(1u);
+    return any(below & (eye.xyz > c.upper * eye.w)) || any(above & (eye.xyz < c.lower * eye.w));
 }
 
 /// One invocation a draw: from the first to the last cluster that is seen of an equal share of the clusters.
@@ -89,10 +113,14 @@ fn cull(
     let end = base + min((place + 1u) * share, count);
     let known = member < arrayLength(&frusta);
     let rows = transpose(frusta[min(member, arrayLength(&frusta) - 1u)].view_projection);
+    let eye = eye_of(rows);
     var first = 0xffffffffu;
     var last = 0u;
     for (var i = begin; i < end; i++) {
         let c = clusters[culling.first_cluster + i];
+        if culling.occluders != 0u && known && hides_nothing(c, eye) {
+            continue;
+        }
         if !known || meets(rows, c.lower, c.upper) {
             first = min(first, c.first);
             last = c.first + c.count;

@@ -238,7 +238,7 @@ pub fn buffers(plan: &Plan) -> BTreeSet<ResourceId> {
 /// The nodes of a scene at a pose, as draws see them.
 #[derive(Debug, Clone, Default)]
 pub struct World {
-    /// By row of the `nodes` table: its content, and the box round its triangles.
+    /// By row of the `nodes` table: its content and which of its clusters lie outermost, and the box round its triangles.
     nodes: Vec<(u64, Bounds)>,
 }
 
@@ -248,18 +248,23 @@ impl World {
         let find = |name: &str| tables.iter().find(|t| t.name == name);
         let (nodes, clusters) = (find("nodes")?, find("clusters")?);
         let column = |name: &str| clusters.columns.iter().find(|(n, _)| *n == name).map(|(_, c)| c);
-        let (Some(Column::Vec3(lower)), Some(Column::Vec3(upper)), Some(Column::Uint(node))) =
-            (column("lower"), column("upper"), column("node"))
+        let (Some(Column::Vec3(lower)), Some(Column::Vec3(upper)), Some(Column::Uint(node)), Some(Column::Uint(sides))) =
+            (column("lower"), column("upper"), column("node"), column("sides"))
         else {
             return None;
         };
-        let mut boxes = vec![Bounds::EMPTY; nodes.rows];
-        for ((min, max), node) in lower.iter().zip(upper).zip(node) {
-            if let Some(bounds) = boxes.get_mut(*node as usize) {
+        let mut found = vec![(DefaultHasher::new(), Bounds::EMPTY); nodes.rows];
+        for (i, (min, max)) in lower.iter().zip(upper).enumerate() {
+            if let Some((content, bounds)) = node.get(i).and_then(|node| found.get_mut(*node as usize)) {
                 *bounds = bounds.union(Bounds { min: *min, max: *max });
+                sides.get(i).hash(content);
             }
         }
-        Some(World { nodes: (0..nodes.rows).map(|row| row_hash(nodes, row)).zip(boxes).collect() })
+        let content = |(row, (mut h, bounds)): (usize, (DefaultHasher, Bounds))| {
+            row_hash(nodes, row).hash(&mut h);
+            (h.finish(), bounds)
+        };
+        Some(World { nodes: found.into_iter().enumerate().map(content).collect() })
     }
 
     /// How far it reaches, as [`reach`] says.

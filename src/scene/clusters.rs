@@ -1,13 +1,13 @@
 //! Clusters: the triangles cut into small compact groups, so that a draw can leave out what a view doesn't show.
 
 use super::{Vertex, bvh::Tree, geometry::Geometry, model::Bounds};
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 
 /// Triangles of a cluster at most: few enough that a cluster seldom lies half inside a view, many enough that testing it
 /// costs far less than drawing it.
 pub const CLUSTER: usize = 32;
 
-/// Neighbouring triangles of one node and one sidedness.
+/// Neighbouring triangles of one node and one sidedness, and with the same [`sides`] at time 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cluster {
     /// Its first place in [`Geometry::indices`].
@@ -19,21 +19,36 @@ pub struct Cluster {
 }
 
 /// Sorts the triangles into clusters, those of single-sided materials first. The same triangles give the same clusters;
-/// triangles that fit one cluster keep their order.
-pub(super) fn cluster(geometry: &mut Geometry) {
-    let (indices, clusters) = clustered(&geometry.vertices, &geometry.indices, geometry.one_sided);
+/// triangles that fit one cluster keep their order. `nodes` places them in the world.
+pub(super) fn cluster(geometry: &mut Geometry, nodes: &[Mat4]) {
+    let (indices, clusters) = clustered(&geometry.vertices, &geometry.indices, geometry.one_sided, nodes);
     geometry.indices = indices;
     geometry.clusters = clusters;
 }
 
 /// The triangles of some indices, of which the first `one_sided` are single-sided, sorted into clusters; and these.
-pub(super) fn clustered(vertices: &[Vertex], indices: &[u32], one_sided: u32) -> (Vec<u32>, Vec<Cluster>) {
+pub(super) fn clustered(
+    vertices: &[Vertex],
+    indices: &[u32],
+    one_sided: u32,
+    nodes: &[Mat4],
+) -> (Vec<u32>, Vec<Cluster>) {
     let node = |t: &[u32; 3]| vertices[t[0] as usize].node;
-    let (triangles, _) = indices.as_chunks::<3>();
-    let (front, both) = triangles.split_at((one_sided as usize / 3).min(triangles.len()));
+    let mut triangles = indices.as_chunks::<3>().0.to_vec();
+    let split = (one_sided as usize / 3).min(triangles.len());
+    let placed = |t: &[u32; 3]| {
+        let world = nodes.get(node(t) as usize).copied().unwrap_or_default();
+        Bounds::of(t.map(|i| world.transform_point3(vertices[i as usize].position.into())))
+    };
+    let all = triangles.iter().fold(Bounds::EMPTY, |all, t| all.union(placed(t)));
+    let kind = |t: &[u32; 3]| (node(t), sides(&placed(t), &all));
+    let (front, both) = triangles.split_at_mut(split);
+    for part in [&mut *front, &mut *both] {
+        part.chunk_by_mut(|a, b| node(a) == node(b)).for_each(|group| group.sort_by_cached_key(|t| sides(&placed(t), &all)));
+    }
     let mut clusters = vec![];
     let mut sorted: Vec<u32> = Vec::with_capacity(indices.len());
-    for group in [front, both].into_iter().flat_map(|part| part.chunk_by(|a, b| node(a) == node(b))) {
+    for group in [front, both].into_iter().flat_map(|part| part.chunk_by(|a, b| kind(a) == kind(b))) {
         let corners = |t: usize| group[t].map(|i| Vec3::from(vertices[i as usize].position));
         let Tree { first, count, mut order } = Tree::new(group.len(), corners, |_| 0, CLUSTER);
         let mut leaves: Vec<(u32, u32)> = first.into_iter().zip(count).collect();
@@ -50,11 +65,20 @@ pub(super) fn clustered(vertices: &[Vertex], indices: &[u32], one_sided: u32) ->
     (sorted, clusters)
 }
 
-/// The box round a cluster, given the corners of each triangle by its place in [`Geometry::indices`]. It is wider than the
-/// corners by what a shader may round them to.
+/// The box round a cluster's corners, given those of each triangle by its place in [`Geometry::indices`].
 pub(super) fn bounds(cluster: &Cluster, corners: impl Fn(usize) -> [Vec3; 3]) -> Bounds {
     let range = cluster.first as usize / 3..(cluster.first + cluster.count) as usize / 3;
-    let found = Bounds::of(range.flat_map(corners));
+    Bounds::of(range.flat_map(corners))
+}
+
+/// The sides of `all` that a box lies in: bits 0 to 2 the lower ones along x, y, z, bits 3 to 5 the upper ones.
+pub(super) fn sides(found: &Bounds, all: &Bounds) -> u32 {
+    let flat = found.min.cmpeq(found.max);
+    (flat & found.min.cmpeq(all.min)).bitmask() | (flat & found.max.cmpeq(all.max)).bitmask() << 3
+}
+
+/// A box that is wider than the corners in it by what a shader may round them to.
+pub(super) fn widened(found: &Bounds) -> Bounds {
     let largest = found.min.abs().max(found.max.abs()).max_element();
     let margin = Vec3::splat(largest * 16.0 * f32::EPSILON);
     Bounds { min: found.min - margin, max: found.max + margin }
@@ -85,7 +109,7 @@ mod tests {
         g.one_sided = g.indices.len() as u32;
         plane(9, 1, &mut g);
         let before = g.clone();
-        cluster(&mut g);
+        cluster(&mut g, &[]);
         let sorted = |g: &Geometry| {
             let mut all: Vec<[u32; 3]> = g.indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
             all.sort_unstable();
@@ -112,7 +136,7 @@ mod tests {
         let mut g = Geometry::default();
         plane(32, 0, &mut g);
         g.one_sided = g.indices.len() as u32;
-        cluster(&mut g);
+        cluster(&mut g, &[]);
         let corners: Vec<[Vec3; 3]> = g
             .indices
             .chunks_exact(3)
@@ -121,11 +145,34 @@ mod tests {
         let area: f32 = g
             .clusters
             .iter()
-            .map(|c| bounds(c, |i| corners[i]))
+            .map(|c| widened(&bounds(c, |i| corners[i])))
             .map(|b| (b.max.x - b.min.x) * (b.max.y - b.min.y))
             .sum();
         assert!(area < 1.1 * 32.0 * 32.0, "the boxes overlap: {area}");
         assert!(g.clusters.len() <= 2 * (2 * 32 * 32) / CLUSTER, "{} clusters", g.clusters.len());
+    }
+
+    #[test]
+    fn what_lies_in_a_side_of_everything_has_clusters_of_its_own() {
+        let mut g = Geometry::default();
+        // Planes at z = 0, 1 and 2 of one node.
+        plane(2, 0, &mut g);
+        plane(2, 1, &mut g);
+        plane(2, 2, &mut g);
+        g.vertices.iter_mut().for_each(|v| v.node = 0);
+        g.one_sided = g.indices.len() as u32;
+        cluster(&mut g, &[]);
+        assert_eq!(g.clusters.len(), 3);
+        let corners = |c: &Cluster| {
+            bounds(c, |t| [0, 1, 2].map(|i| Vec3::from(g.vertices[g.indices[3 * t + i] as usize].position)))
+        };
+        let found: Vec<Bounds> = g.clusters.iter().map(corners).collect();
+        let all = found.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
+        let lies = |b: &Bounds| (b.min.z, sides(b, &all));
+        assert_eq!(found.iter().map(lies).collect::<Vec<_>>(), [(1.0, 0), (0.0, 1 << 2), (2.0, 1 << 5)]);
+        let turned = Mat4::from_rotation_x(0.5);
+        cluster(&mut g, &[turned]);
+        assert_eq!(g.clusters.len(), 1, "turned, none lies in a side");
     }
 
     #[test]
@@ -134,7 +181,7 @@ mod tests {
         plane(4, 0, &mut g);
         g.one_sided = g.indices.len() as u32;
         let before = g.indices.clone();
-        cluster(&mut g);
+        cluster(&mut g, &[]);
         assert_eq!((g.indices.clone(), g.clusters.len()), (before, 1));
     }
 }

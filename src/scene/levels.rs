@@ -92,7 +92,7 @@ fn simplified(geometry: &Geometry, nodes: &[Mat4], tolerance: f32) -> Level {
             front = fewer.len() as u32;
         }
     }
-    let (indices, clusters) = clustered(vertices, &fewer, front);
+    let (indices, clusters) = clustered(vertices, &fewer, front, nodes);
     Level { tolerance, error, indices, one_sided: front, clusters }
 }
 

@@ -92,7 +92,8 @@ pub(super) fn read(
 ) -> Option<Scene> {
     let mut scene = imported(&bytes, shown, name, directory, description, files, faults)?;
     drop(bytes);
-    cluster(Arc::make_mut(&mut scene.geometry));
+    let nodes = scene.pose(0.0).nodes;
+    cluster(Arc::make_mut(&mut scene.geometry), &nodes);
     if scene.lights.is_empty() && !scene.materials.iter().any(super::Material::emits) {
         let d = Diagnostic::note(format!("{shown}: the scene has no light; everything will be black"));
         faults.push(d.help("add a light (KHR_lights_punctual) or an emissive material"));

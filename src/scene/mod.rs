@@ -223,8 +223,9 @@ impl Column {
 ///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
 ///   one leaf with one triangle that no ray meets.
 /// - `clusters`: the triangles as the draw passes have them, in compact groups of few: `lower`, `upper` (corners of the
-///   box, world space), `first`, `count` (its indices in the order of drawing), `node` (its row in `nodes`); those of
-///   single-sided materials first
+///   box, world space), `first`, `count` (its indices in the order of drawing), `node` (its row in `nodes`),
+///   `sides` (of the box round everything that it lies in: bits 0 to 2 the lower ones along x, y, z, bits 3 to 5 the upper
+///   ones); those of single-sided materials first
 /// - `emitters`: the emissive triangles: corners `a`, `b`, `c`, `radiance`, `area`, `cumulative` (share of the power
 ///   up to and with this row; the last is 1), `density` (per m², of picking a point on it by power)
 ///
@@ -287,6 +288,7 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("first", Type::Uint),
             ("count", Type::Uint),
             ("node", Type::Uint),
+            ("sides", Type::Uint),
         ],
     ),
     (

@@ -7,7 +7,7 @@ use super::{
     corners::{Corners, Held, normal_matrix},
     geometry::Geometry,
     light_views::{LightView, light_views},
-    model::Scene,
+    model::{Bounds, Scene},
     motion::Pose,
 };
 use glam::{Mat4, Vec3};
@@ -134,6 +134,9 @@ impl Scene {
             clusters.extend(list.iter().map(|c| clusters::Cluster { first: before + c.first, ..*c }));
             before += indices.len() as u32;
         }
+        let all = bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
+        let sides = bounds.iter().map(|b| clusters::sides(b, &all)).collect();
+        let bounds: Vec<Bounds> = bounds.iter().map(clusters::widened).collect();
         Table {
             name: "clusters",
             rows: clusters.len(),
@@ -143,6 +146,7 @@ impl Scene {
                 ("first", Column::Uint(clusters.iter().map(|c| c.first).collect())),
                 ("count", Column::Uint(clusters.iter().map(|c| c.count).collect())),
                 ("node", Column::Uint(clusters.iter().map(|c| c.node).collect())),
+                ("sides", Column::Uint(sides)),
             ]),
         }
     }
