@@ -32,7 +32,7 @@ fn vertex(in: Vertex, @builtin(instance_index) member: u32) -> Varying {
     let offset = world_position(in.node, in.position) - probe;
     let d = depths();
     let face = member % 6u;
-    return Varying(cube::clip(offset, face, d.x, d.y), offset, in.material, face);
+    return Varying(cube::clip(offset, face, params.distance_face, d.x, d.y), offset, in.material, face);
 }
 
 struct Captured {

@@ -66,11 +66,6 @@ var cube_far: texture_storage_2d<r32float, write>;
 var<storage, read> members: array<u32>;
 #endif
 
-/// To the right and down, in texels. Where the centre of a texel lies exactly on an edge, drawing gives it to the triangle
-/// on the right of it, or below it where the edge is level: to the one that a ray hits a hair beside the centre. The hair
-/// is less than the 1/256 of a texel to which drawing rounds corners.
-const BESIDE = vec2f(5e-4, 2.5e-4);
-
 /// The triangle that drawing would give a texel to, met by the ray through its centre.
 struct Covering {
     hit: Hit,
@@ -78,13 +73,11 @@ struct Covering {
     depth: f32,
 }
 
-/// `texel`: its edge, where the face's is 2.
-fn covering(probe: vec3f, ray: vec3f, face: u32, texel: f32) -> Covering {
-    let axes = cube::axes(face);
-    let beside = texel * (BESIDE.x * axes.right + BESIDE.y * axes.down);
-    let aim = normalize(ray / dot(ray, axes.forward) + beside);
+/// `aim`: where it is looked for.
+fn covering(probe: vec3f, ray: vec3f, aim: vec3f, face: u32) -> Covering {
+    let slant = cube::inward(face, aim).z;
 #ifdef BY_FACE
-    let planes = depths() / dot(aim, axes.forward);
+    let planes = depths() / slant;
     var hit = closest_between(probe, aim, planes.x, planes.y);
     if hit.triangle == NOTHING {
         hit.distance = FAR;
@@ -92,7 +85,7 @@ fn covering(probe: vec3f, ray: vec3f, face: u32, texel: f32) -> Covering {
 #else
     var hit = closest(probe, aim);
 #endif
-    let depth = hit.distance * dot(aim, axes.forward);
+    let depth = hit.distance * slant;
     if hit.triangle != NOTHING {
         let t = triangles[hit.triangle];
         let normal = cross(t.b - t.a, t.c - t.a);
@@ -132,7 +125,7 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
     let ray = cube::direction(face, here.texel, edge);
     // The texel's width seen from the probe.
     let spread = sqrt(cube::solid_angle(here.texel, edge));
-    let found = covering(probe, ray, face, 2.0 / f32(edge));
+    let found = covering(probe, ray, cube::direction_beside(face, here.texel, edge), face);
     keep(at, hit::record(hit::describe(found.hit, probe, ray, spread)));
 #ifdef BY_FACE
     // As a draw through the face's view leaves it.

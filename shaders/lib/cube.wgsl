@@ -19,6 +19,24 @@ fn axes(face: u32) -> Axes {
     }
 }
 
+/// Where a texel's surface is looked for, to the right of its centre and below it, in texels. Where the scene and the lattice of
+/// probes have round proportions, edges pass exactly through centres: a hair beside them each has a side. Drawing rounds
+/// corners to 1/256 of a texel; the hair is more, and not alike both ways, so that diagonals have sides too.
+const BESIDE = vec2f(1.5 / 256.0, 1.0 / 256.0);
+
+/// The frame of a face of `edge`² texels that has those places where the other has their centres.
+fn axes_beside(face: u32, edge: u32) -> Axes {
+    let a = axes(face);
+    let beside = 2.0 / f32(edge) * BESIDE;
+    return Axes(a.forward, a.right - beside.x * a.forward, a.down - beside.y * a.forward);
+}
+
+/// Unit direction to that place of a texel.
+fn direction_beside(face: u32, texel: vec2u, edge: u32) -> vec3f {
+    let at = (2.0 * (vec2f(texel) + BESIDE) + 1.0) / f32(edge) - 1.0;
+    return normalize(outward(face, vec3f(at, 1.0)));
+}
+
 /// Unit direction through the centre of a texel (column, row) of a face of `edge`² texels.
 fn direction(face: u32, texel: vec2u, edge: u32) -> vec3f {
     let at = (2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0;
@@ -66,10 +84,10 @@ fn triangle_angle(a: vec3f, b: vec3f, c: vec3f, volume: f32) -> f32 {
     return 4.0 * half * (1.0 - s * (1.0 / 3.0 - s * (0.2 - s * (1.0 / 7.0 - s * (1.0 / 9.0 - s / 11.0)))));
 }
 
-/// Clip position of a point `offset` from the cube's centre, seen through a face (90 degrees, right-handed world).
-/// The image is a mirror image: the front of a triangle turns clockwise.
-fn clip(offset: vec3f, face: u32, near: f32, far: f32) -> vec4f {
-    let a = axes(face);
+/// Clip position of a point `offset` from the cube's centre, seen through a face of `edge`² texels (90 degrees, right-handed
+/// world), `BESIDE` their centres. The image is a mirror image: the front of a triangle turns clockwise.
+fn clip(offset: vec3f, face: u32, edge: u32, near: f32, far: f32) -> vec4f {
+    let a = axes_beside(face, edge);
     let depth = dot(offset, a.forward);
     return vec4f(dot(offset, a.right), -dot(offset, a.down), far * (depth - near) / (far - near), depth);
 }
@@ -100,7 +118,8 @@ fn along_ray(face: u32, texel: vec2u, edge: u32, offset: vec3f, normal: vec3f) -
     return select(shown, met, slope > 0.0);
 }
 
-/// The matrix from the world to the clip position that `clip` gives, for a cube with its centre at `origin`.
+/// The matrix from the world to the clip position that `clip` gives, for a cube with its centre at `origin`, but for what lies
+/// beside a texel's centre.
 fn view_projection(origin: vec3f, face: u32, near: f32, far: f32) -> mat4x4f {
     let a = axes(face);
     let scale = far / (far - near);

@@ -37,7 +37,7 @@ fn seen(in: Vertex, index: u32, face: u32) -> Varying {
     let offset = world_position(in.node, in.position) - probe;
     let d = depths();
     var out: Varying;
-    out.at = cube::clip(offset, face, d.x, d.y);
+    out.at = cube::clip(offset, face, faces.face, d.x, d.y);
     out.offset = offset;
     out.normal = world_normal(in.node, in.normal);
     out.uv = in.uv;
