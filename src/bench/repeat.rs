@@ -49,7 +49,9 @@ impl fmt::Display for Order {
 impl Repeated {
     /// Of all phases together.
     pub fn order(&self) -> Order {
-        self.order.values().fold(Order::default(), |all, o| Order { pairs: all.pairs + o.pairs, kept: all.kept + o.kept })
+        self.order
+            .values()
+            .fold(Order::default(), |all, o| Order { pairs: all.pairs + o.pairs, kept: all.kept + o.kept })
     }
 }
 

@@ -44,7 +44,8 @@ pub(super) fn clustered(
     let kind = |t: &[u32; 3]| (node(t), sides(&placed(t), &all));
     let (front, both) = triangles.split_at_mut(split);
     for part in [&mut *front, &mut *both] {
-        part.chunk_by_mut(|a, b| node(a) == node(b)).for_each(|group| group.sort_by_cached_key(|t| sides(&placed(t), &all)));
+        part.chunk_by_mut(|a, b| node(a) == node(b))
+            .for_each(|group| group.sort_by_cached_key(|t| sides(&placed(t), &all)));
     }
     let mut clusters = vec![];
     let mut sorted: Vec<u32> = Vec::with_capacity(indices.len());

@@ -1,6 +1,7 @@
 //! Draws that leave out what their members don't see make the same images as draws of everything, from fewer triangles.
 
 use crate::{device, support};
+use glam::Vec3;
 use lightgraph::gpu::Gpu;
 use lightgraph::graph::ast::{PassKind, walk_mut};
 use lightgraph::image::metrics::compare;
@@ -8,16 +9,24 @@ use lightgraph::plan::Action;
 use lightgraph::scene;
 use lightgraph::session::{Project, Session, Settings};
 
-/// A session of one graph, culled or not.
-fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str], culled: bool, outputs: &[&str]) -> Session {
+/// What draws leave out.
+#[derive(Clone, Copy, PartialEq)]
+enum Culled {
+    /// What frusta don't meet.
+    Unseen,
+    /// That, and what hides nothing where the graph says so.
+    Idle,
+    Nothing,
+}
+
+fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str], culled: Culled, outputs: &[&str]) -> Session {
     let mut project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
-    if !culled {
-        walk_mut(&mut project.graph.passes, &mut |p| {
-            if let PassKind::Draw(raster) = &mut p.kind {
-                raster.frusta = None;
-            }
-        });
-    }
+    walk_mut(&mut project.graph.passes, &mut |p| {
+        if let PassKind::Draw(raster) = &mut p.kind {
+            raster.occluders &= culled == Culled::Idle;
+            raster.frusta = raster.frusta.take().filter(|_| culled != Culled::Nothing);
+        }
+    });
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let settings = Settings {
         params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),
@@ -66,8 +75,8 @@ fn culled_draws_make_the_same_bits() {
     ];
     for (graph, scene, set, times) in cases {
         let outputs: &[&str] = if graph == "direct.ron" { &["direct"] } else { &["color", "sh"] };
-        let mut with = session(gpu, graph, scene, set, true, outputs);
-        let mut without = session(gpu, graph, scene, set, false, outputs);
+        let mut with = session(gpu, graph, scene, set, Culled::Unseen, outputs);
+        let mut without = session(gpu, graph, scene, set, Culled::Nothing, outputs);
         let same = bits(gpu, &mut with, times, outputs) == bits(gpu, &mut without, times, outputs);
         assert!(same, "{graph} on {scene} differs without culling");
         assert!(without.triangles(gpu).unwrap().is_empty(), "{graph} is culled all the same");
@@ -76,12 +85,44 @@ fn culled_draws_make_the_same_bits() {
     }
 }
 
+/// Draws walls into shadow maps or not: a wall comes between a light in the room and nothing, but its texels shadow edges.
+#[test]
+fn walls_round_everything_shadow_nothing() {
+    let gpu = &device::gpu();
+    let outputs = &["direct"];
+    for (scene, room, blocks) in [("cornell_point.gltf", 10, 6 * 20), ("empty_room.glb", 12, 0)] {
+        let of = |culled| session(gpu, "direct.ron", scene, &["shadow_size=256"], culled, outputs);
+        let (mut with, mut without) = (of(Culled::Idle), of(Culled::Unseen));
+        let values = |s: &mut Session| {
+            let all = bits(gpu, s, &[0.0], outputs).remove(0);
+            all.into_iter().map(f32::from_bits).collect::<Vec<_>>()
+        };
+        let (new, old) = (values(&mut with), values(&mut without));
+        assert!(new.iter().zip(&old).all(|(n, o)| n >= o), "{scene}: it is darker without walls");
+        let brighter = new.iter().zip(&old).filter(|(n, o)| n > o).count();
+        assert!(brighter * 25 < new.len(), "{scene}: {brighter} of {} values differ", new.len());
+        let (drawn, whole) = triangles(gpu, &with, "shadow_maps");
+        assert!(drawn <= blocks && whole >= 6 * room, "{scene}: {drawn} of {whole} triangles are drawn");
+
+        // From outside the wall is all that hides the room.
+        for s in [&mut with, &mut without] {
+            s.shift.lights = Vec3::new(0.0, 40.0, 0.0);
+        }
+        let (new, old) = (values(&mut with), values(&mut without));
+        assert!(triangles(gpu, &with, "shadow_maps").0 > 0, "{scene}: the ceiling is left out");
+        let lit = |values: &[f32]| values.iter().filter(|x| **x > 0.0).count();
+        assert!(lit(&new) * 50 < new.len(), "{scene}: light comes through the ceiling");
+        let same = new.iter().zip(&old).filter(|(n, o)| n == o).count();
+        assert!(same * 50 > new.len() * 49, "{scene}: {same} of {} values are the same", new.len());
+    }
+}
+
 /// The figure for views in all directions from within a scene is at best 6, the faces of a cube.
 #[test]
 fn a_face_of_a_cube_draws_less_than_a_quarter_of_the_scene() {
     let gpu = &device::gpu();
     for (scene, grid) in [("hall.ron", "grid=4"), ("hall.ron", "grid=8"), ("art_gallery.ron", "grid=4")] {
-        let mut s = session(gpu, "uniform_grid.ron", scene, &[grid, "face=2", "bounces=1"], true, &["sh"]);
+        let mut s = session(gpu, "uniform_grid.ron", scene, &[grid, "face=2", "bounces=1"], Culled::Unseen, &["sh"]);
         s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
         let (drawn, whole) = triangles(gpu, &s, "capture");
         assert!(drawn * 4 <= whole && drawn > 0, "{scene}, {grid}: {drawn} of {whole} triangles are drawn");
@@ -95,7 +136,7 @@ fn simplified_captures_take_fewer_triangles_and_leave_the_light() {
     let gpu = &device::gpu();
     let made = |tolerance: &str| {
         let set = ["grid=2", "face=8", "bounces=1", tolerance];
-        let mut s = session(gpu, "uniform_grid.ron", "art_gallery.ron", &set, true, &["indirect"]);
+        let mut s = session(gpu, "uniform_grid.ron", "art_gallery.ron", &set, Culled::Unseen, &["indirect"]);
         s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
         (s.image(gpu, "indirect").unwrap_or_else(|f| panic!("{f}")), triangles(gpu, &s, "capture").0)
     };
@@ -109,7 +150,7 @@ fn simplified_captures_take_fewer_triangles_and_leave_the_light() {
 #[test]
 fn a_small_scene_is_one_draw_a_member() {
     let gpu = &device::gpu();
-    let s = session(gpu, "uniform_grid.ron", "cornell_point.gltf", &["grid=2", "face=2"], true, &["sh"]);
+    let s = session(gpu, "uniform_grid.ron", "cornell_point.gltf", &["grid=2", "face=2"], Culled::Unseen, &["sh"]);
     let draws = s.plan.steps.iter().filter_map(|step| match &step.action {
         Action::Draw(draw) => draw.indirect.map(|i| i.first + i.second),
         _ => None,
