@@ -1,8 +1,8 @@
 """The peer `three`: three.js, its LightProbeGrid on WebGPU. peer.py states arguments and results.
 
 three.js runs in Deno, whose WebGPU is wgpu on the system's Vulkan driver. The grid's box is that of the scene. `seconds` is
-the time to bake the grid and to render the image, until the device is done, with all pipelines ready: the second of
-two runs.
+the time to bake the grid and to render the image, until the device is done, with all pipelines ready: the least of
+up to five runs after a first one.
 """
 
 import shutil
@@ -30,15 +30,14 @@ def main():
     script = HOME / "run_three.mjs"
     shutil.copyfile(Path(__file__).parent / "three/run_three.mjs", script)
     command = [deno, "run", "--allow-all", "--unstable-webgpu", script]
-    for index, setting in enumerate(settings):
-        # A process each: what one has drawn stays in its memory, several GB of it.
-        folder, results = stated.render(command, f"three_{index}", scene, args, [setting])
-        for result in results:
-            full, direct = (raw(folder / result[name], args.size) for name in ("full", "direct"))
-            paths = [args.out / f"three_{index}_{name}.exr" for name in ("full", "indirect")]
-            for path, image in zip(paths, (full, full - direct), strict=True):
-                image_files.write(path, image)
-            peer.report("three.js LightProbeGrid", result["version"], args, scene, setting, result["seconds"], *paths)
+    folder, results = stated.render(command, "three", scene, args, settings)
+    for result in results:
+        full, direct = (raw(folder / result[name], args.size) for name in ("full", "direct"))
+        paths = [args.out / f"three_{result['index']}_{name}.exr" for name in ("full", "indirect")]
+        for path, image in zip(paths, (full, full - direct), strict=True):
+            image_files.write(path, image)
+        setting = settings[result["index"]]
+        peer.report("three.js LightProbeGrid", result["version"], args, scene, setting, result["seconds"], *paths)
 
 
 def raw(path, size):

@@ -21,6 +21,10 @@ from mathutils import Matrix, Vector  # noqa: E402
 # The volume's size by that of the scene's box.
 REACH = 2.0
 
+# Probes behind the walls see nothing, which Blender takes for darkness: at its own threshold of a half they darken the walls.
+DILATION_THRESHOLD = 0.9
+DILATION_RADIUS = 2.0
+
 
 def main():
     job = json.loads(Path(sys.argv[1]).read_text())
@@ -28,16 +32,26 @@ def main():
     bpy.ops.wm.read_factory_settings(use_empty=True)
     low, high = build(job)
     look(job)
-    draw(folder / "direct.exr")
+    emits = any(max(m["emission"]) > 0 for m in job["materials"])
+    direct = folder / "direct.exr"
+    if not emits:
+        draw(direct)
     for index, setting in enumerate(job["settings"]):
         probe = volume(low, high, setting["grid"], setting["samples"])
         for _ in range(2):
             start = time.perf_counter()
-            bpy.ops.object.lightprobe_cache_bake(subset="ALL")
+            bake()
             full = folder / f"{index}_full.exr"
             draw(full)
             seconds = time.perf_counter() - start
-        line = {"index": index, "seconds": seconds, "full": str(full), "direct": str(folder / "direct.exr")}
+        if emits:
+            # Light that the probes bring is direct where nothing has reflected it.
+            surfaces("emission")
+            bake()
+            surfaces("whole")
+            direct = folder / f"{index}_direct.exr"
+            draw(direct)
+        line = {"index": index, "seconds": seconds, "full": str(full), "direct": str(direct)}
         print(json.dumps(line | {"version": bpy.app.version_string}), flush=True)
         bpy.data.objects.remove(probe)
 
@@ -88,8 +102,18 @@ def material(m, k):
     emission.inputs["Strength"].default_value = strength
     links.new(diffuse.outputs[0], add.inputs[0])
     links.new(emission.outputs[0], add.inputs[1])
-    links.new((add if strength > 0 else diffuse).outputs[0], out.inputs["Surface"])
+    whole = add if strength > 0 else diffuse
+    emission.name, whole.name = "emission", "whole"
+    links.new(whole.outputs[0], out.inputs["Surface"])
     return made
+
+
+def surfaces(name):
+    """Every material shows what the node of this name makes."""
+    for made in bpy.data.materials:
+        nodes, links = made.node_tree.nodes, made.node_tree.links
+        out = next(n for n in nodes if n.type == "OUTPUT_MATERIAL")
+        links.new(nodes[name].outputs[0], out.inputs["Surface"])
 
 
 def picture(p, albedo, k):
@@ -151,12 +175,17 @@ def look(job):
     eevee.use_raytracing = False
 
 
+def bake():
+    bpy.ops.object.lightprobe_cache_bake(subset="ALL")
+
+
 def volume(low, high, probes, samples):
     made = bpy.data.lightprobes.new("volume", "VOLUME")
     made.resolution_x = made.resolution_y = made.resolution_z = round(probes * REACH)
     made.bake_samples = samples
     made.clamp_indirect = 0
     made.capture_emission = True
+    made.dilation_threshold, made.dilation_radius = DILATION_THRESHOLD, DILATION_RADIUS
     thing = bpy.data.objects.new("volume", made)
     thing.location = (low + high) / 2
     thing.scale = (high - low) / 2 * REACH
