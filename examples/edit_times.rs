@@ -152,18 +152,19 @@ fn updates(gpu: &Gpu, graph: &str, scene: &Arc<Scene>, grid: u32) -> Checked<()>
         let Some(node) = scene.nodes.iter().position(|n| n.name == name) else { continue };
         let shift = |i| Shift { nodes: vec![(node, by(i))], ..Shift::default() };
         let (object, report) = median(|i| worked(gpu, &mut session, i, shift(i)))?;
-        let why = |name: &str| {
-            let step = session.plan.steps.iter().position(|s| s.name == name);
-            step.map(|i| format!("{name} {}; ", session.why()[i])).unwrap_or_default()
-        };
-        println!(
-            "  {name:<18} {object:9.2} ms, {:.1} %; {}{}{}{}",
-            100.0 * object / full,
-            why("capture"),
-            why("direct_at_probes"),
-            why("capture_rays") + &why("first_bounce"),
-            shares(&session, &report)
-        );
+        println!("  {name:<18} {object:9.2} ms, {:.1} %; {}", 100.0 * object / full, shares(&session, &report));
+        // Of the last of these frames: what ran in part, and what ran in full.
+        let all = || session.plan.steps.iter().zip(session.why());
+        let parts = all().filter_map(|(s, why)| {
+            let text = why.to_string();
+            let count = text.strip_prefix("changed: what ")?.split(" members").next()?;
+            count.contains(" of ").then(|| format!("{} {count}", s.name))
+        });
+        let parts: Vec<String> = parts.collect();
+        let whole =
+            all().filter(|(s, why)| why.runs() && !parts.iter().any(|p| p.starts_with(&format!("{} ", s.name))));
+        let whole: Vec<&str> = whole.map(|(s, _)| s.name.as_str()).collect();
+        println!("  {:<18} in part {}; whole {}", "", parts.join(", "), whole.join(", "));
     }
     Ok(())
 }

@@ -231,7 +231,8 @@ impl Session {
         let keys = Keys::of(&plan, settings.without);
         let frusta = previous.map(|p| p.frusta.clone()).unwrap_or_default();
         let made = change::end(&plan, &keys, &Held::default(), &outside, &values);
-        outside.members = region::seen(&plan, &tables.list, |id| frusta.get(&made[id.0]).cloned());
+        let known = |id: ResourceId| frusta.get(&made[id.0]).cloned();
+        outside.members = region::seen(&plan, &tables.list, known, &BTreeMap::new());
         // The memory that verifies begins as the other does, or not at all.
         let earlier = previous.filter(|p| !settings.verify || p.scratch.is_some());
         let kept = match earlier {
@@ -399,7 +400,8 @@ impl Session {
         }
         self.looked = Some(versions);
         let frusta = &self.frusta;
-        self.seen = region::seen(plan, &self.tables.list, |id| frusta.get(&made[id.0]).cloned());
+        let known = |id: ResourceId| frusta.get(&made[id.0]).cloned();
+        self.seen = region::seen(plan, &self.tables.list, known, &self.seen);
         Ok(ran)
     }
 

@@ -1,5 +1,6 @@
 //! Lifetimes, and which resources share memory.
 
+use super::causes::{Cause, Causes, causes};
 use super::{Action, Binding, Desc, Node, Place, Plan, ResourceId, Slot, Step};
 use std::collections::BTreeSet;
 
@@ -16,6 +17,9 @@ struct Touch {
 /// A resource holds something needed from its first write to its last read. Inside a loop that is true of one
 /// iteration only when each iteration writes all of it before reading it and nothing outside uses it; otherwise it is
 /// alive for the whole loop. Outputs live to the end, history for ever (in memory of their own).
+///
+/// What is asked for when it has not changed stays where it is: nothing comes after it into its memory, and before it only
+/// what changes with it.
 /// With `share: false` every resource has memory of its own.
 pub fn allocate(plan: &mut Plan, share: bool) {
     let mut touches: Vec<Vec<Touch>> = vec![vec![]; plan.resources.len()];
@@ -51,27 +55,33 @@ pub fn allocate(plan: &mut Plan, share: bool) {
     // Members that need not run again leave what they made where it is.
     let apart = plan.steps.iter().filter(|s| s.own.is_some() || s.sight.is_some());
     let in_parts: BTreeSet<usize> = apart.flat_map(|s| s.writes.iter().map(|r| r.0)).collect();
+    let causes = causes(plan);
     // For each slot the place after which it is free; `None` when it never is.
     let mut free: Vec<Option<usize>> = vec![];
     let mut shapes: Vec<Desc> = vec![];
+    let mut changed_by: Vec<BTreeSet<Cause>> = vec![];
     for i in order {
         let r = &plan.resources[i];
         // What the device made up to draw can be counted after the frame.
         let counted = matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu::BufferUsages::INDIRECT));
-        let until = (!r.history && !counted && !in_parts.contains(&i)).then_some(r.alive.1);
+        let sharing = share && !r.history && !counted && !in_parts.contains(&i);
+        let Causes { of, outlived } = &causes[i];
+        let until = (sharing && !outlived).then_some(r.alive.1);
         let shape = r.desc.shape();
-        let fits = |s: &usize| free[*s].is_some_and(|f| f < r.alive.0) && shapes[*s] == shape;
-        let found = (0..shapes.len()).find(|s| share && until.is_some() && fits(s));
-        let slot = match found {
+        let stays = |s: usize| !outlived || changed_by[s].is_subset(of);
+        let fits = |s: &usize| free[*s].is_some_and(|f| f < r.alive.0) && shapes[*s] == shape && stays(*s);
+        let slot = match (0..shapes.len()).find(|s| sharing && fits(s)) {
             Some(s) => {
                 unite(&mut plan.slots[s].desc, &r.desc);
                 free[s] = until;
+                changed_by[s].extend(of);
                 s
             }
             None => {
                 plan.slots.push(Slot { desc: r.desc.clone(), bytes: r.desc.bytes() });
                 free.push(until);
                 shapes.push(shape);
+                changed_by.push(of.clone());
                 plan.slots.len() - 1
             }
         };

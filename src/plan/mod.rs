@@ -5,6 +5,7 @@
 
 mod bind;
 pub mod build;
+mod causes;
 pub mod change;
 pub mod cull;
 mod draw;

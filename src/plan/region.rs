@@ -9,7 +9,7 @@ use crate::image::Image;
 use crate::scene::{Bounds, Column, Table, reach};
 use crate::shader::Stage;
 use crate::value::Value;
-use glam::Mat4;
+use glam::{Mat4, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -129,11 +129,12 @@ struct View {
 }
 
 /// By step that can run member by member, what each of its members sees. `known` gives the frusta in a buffer;
-/// steps whose frusta it doesn't know are left out.
+/// steps whose frusta it doesn't know are left out. What was seen `before` saves time where little has moved since.
 pub fn seen(
     plan: &Plan,
     tables: &[Table],
     known: impl Fn(ResourceId) -> Option<Arc<Vec<Mat4>>>,
+    before: &BTreeMap<usize, Seen>,
 ) -> BTreeMap<usize, Seen> {
     let mut all = BTreeMap::new();
     let Some(world) = World::new(tables).map(Arc::new) else { return all };
@@ -160,7 +161,7 @@ pub fn seen(
                 rows.map(|i| View { frustum: frustum(frusta, i), row: row_hash(table, i) }).collect()
             }
         };
-        let versions = world.versions(&views);
+        let versions = world.versions(&views, before.get(&index));
         all.insert(index, Seen { versions, views: Arc::new(views), world: world.clone() });
     }
     all
@@ -273,18 +274,35 @@ impl World {
         u64::from(reach(all).to_bits())
     }
 
-    /// For each view a version of what lies in its frustum.
-    fn versions(&self, views: &[View]) -> Vec<u64> {
-        let one = |view: &View| {
+    /// For each view a version of what lies in its frustum: a sum over the nodes in it, so that only those need a look that have
+    /// moved since `before`.
+    fn versions(&self, views: &[View], before: Option<&Seen>) -> Vec<u64> {
+        let hashed = |what: &dyn Fn(&mut DefaultHasher)| {
             let mut h = DefaultHasher::new();
-            (view.frustum.to_cols_array().map(f32::to_bits), view.row).hash(&mut h);
-            let planes = planes(&view.frustum);
-            for (row, (content, bounds)) in self.nodes.iter().enumerate() {
-                if meets_planes(&planes, bounds) {
-                    (row, content).hash(&mut h);
-                }
-            }
+            what(&mut h);
             h.finish()
+        };
+        let part = |row: usize, node: &(u64, Bounds), planes: &[Vec4; 6]| match meets_planes(planes, &node.1) {
+            true => hashed(&|h| (row, node.0).hash(h)),
+            false => 0,
+        };
+        let same = |before: &&Seen| before.world.nodes.len() == self.nodes.len() && before.views.as_slice() == views;
+        if let Some(before) = before.filter(same) {
+            let pairs = before.world.nodes.iter().zip(&self.nodes).enumerate();
+            let moved: Vec<_> = pairs.filter(|(_, (then, now))| then != now).collect();
+            let one = |(view, version): (&View, &u64)| {
+                let planes = planes(&view.frustum);
+                moved.iter().fold(*version, |sum, (row, (then, now))| {
+                    sum.wrapping_sub(part(*row, then, &planes)).wrapping_add(part(*row, now, &planes))
+                })
+            };
+            return views.iter().zip(&before.versions).map(one).collect();
+        }
+        let one = |view: &View| {
+            let planes = planes(&view.frustum);
+            let start = hashed(&|h| (view.frustum.to_cols_array().map(f32::to_bits), view.row).hash(h));
+            let nodes = self.nodes.iter().enumerate();
+            nodes.fold(start, |sum, (row, node)| sum.wrapping_add(part(row, node, &planes)))
         };
         views.iter().map(one).collect()
     }
@@ -324,13 +342,22 @@ mod tests {
         let views = [Vec3::X, Vec3::NEG_X, Vec3::Y].map(|d| View { frustum: look(d), row: 0 });
         let world =
             |content: u64, at: Vec3| World { nodes: vec![(1, boxed(Vec3::Z * 5.0, 0.5)), (content, boxed(at, 0.5))] };
-        let before = world(7, Vec3::X * 5.0).versions(&views);
+        let versions = |world: &World| world.versions(&views, None);
+        let before = versions(&world(7, Vec3::X * 5.0));
         let differ = |after: Vec<u64>| [0, 1, 2].map(|i| before[i] != after[i]);
-        assert_eq!(differ(world(7, Vec3::X * 5.0).versions(&views)), [false, false, false]);
-        assert_eq!(differ(world(8, Vec3::X * 5.0).versions(&views)), [true, false, false], "it turned in place");
-        assert_eq!(differ(world(8, Vec3::Y * 5.0).versions(&views)), [true, false, true]);
+        assert_eq!(differ(versions(&world(7, Vec3::X * 5.0))), [false, false, false]);
+        assert_eq!(differ(versions(&world(8, Vec3::X * 5.0))), [true, false, false], "it turned in place");
+        assert_eq!(differ(versions(&world(8, Vec3::Y * 5.0))), [true, false, true]);
+        // From a world to the next, with what was seen before: the same.
+        let places = [(7, Vec3::X), (8, Vec3::X), (8, Vec3::Y), (9, Vec3::Z), (7, Vec3::X)];
+        let worlds = places.map(|(content, at)| world(content, at * 5.0));
+        for pair in worlds.windows(2) {
+            let views = Arc::new(views.to_vec());
+            let seen = Seen { versions: versions(&pair[0]), views, world: Arc::new(pair[0].clone()) };
+            assert_eq!(pair[1].versions(&seen.views, Some(&seen)), versions(&pair[1]));
+        }
         let [a, b, c] = views;
         let other = [a, View { row: 1, ..b }, c];
-        assert_eq!(differ(world(7, Vec3::X * 5.0).versions(&other)), [false, true, false]);
+        assert_eq!(differ(world(7, Vec3::X * 5.0).versions(&other, None)), [false, true, false]);
     }
 }

@@ -53,6 +53,17 @@ var there: texture_storage_2d<r32float, write>;
 fn rows(@builtin(global_invocation_id) id: vec3u) { textureStore(there, vec2u(id.x, n), vec4f(1.0)); }
 ";
 
+/// Turns with the clock.
+const WHEN: &str = "
+var<uniform> time: f32;
+var here: texture_2d<f32>;
+var there: texture_storage_2d<r32float, write>;
+@compute @workgroup_size(8, 8)
+fn turn(@builtin(global_invocation_id) id: vec3u) {
+    textureStore(there, id.xy, time * textureLoad(here, id.xy, 0));
+}
+";
+
 /// Holds what is there against what was.
 const MEASURE: &str = "
 var here: texture_2d<f32>;
@@ -77,7 +88,7 @@ pub(super) fn sample(resources: &str, passes: &str, outputs: &str) -> Sample {
 pub(super) fn sample_of(text: String) -> Sample {
     let source = Source::new("test.ron", text);
     let graph = load(Path::new("test.ron"), &|_| Ok(source.clone())).unwrap_or_else(|f| panic!("{f}"));
-    let shaders = [("make", MAKE), ("turn", TURN), ("sum", SUM), ("rows", ROWS), ("measure", MEASURE)];
+    let shaders = [("make", MAKE), ("turn", TURN), ("sum", SUM), ("rows", ROWS), ("when", WHEN), ("measure", MEASURE)];
     let file = |(name, text): (&str, &str)| {
         let path = format!("{name}.wgsl");
         (path.clone(), Source::new(path, text))

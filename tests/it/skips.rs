@@ -4,7 +4,6 @@ use crate::{device, support};
 use lightgraph::diag::Source;
 use lightgraph::gpu::Gpu;
 use lightgraph::graph::ast::{Name, Param};
-use lightgraph::plan::change::Why;
 use lightgraph::scene::{self, Scene, Shift};
 use lightgraph::session::{Project, Session, Settings};
 use lightgraph::value::Value;
@@ -56,12 +55,10 @@ fn a_moving_camera_touches_no_probe_and_a_moving_light_captures_nothing() {
     assert!(ran(&s).contains("composite"));
     s.shift.lights.y = -0.2;
     frame(gpu, &mut s, 2, 0.0);
-    for pass in ["capture", "factors"] {
+    // What the camera sees shares its memory with nothing that changes with the light.
+    for pass in ["capture", "factors", "surface"] {
         assert!(!ran(&s).contains(pass), "{pass} ran, though only the light moved");
     }
-    // What the camera sees may have to be drawn again, where its memory was shared; but it did not change.
-    let why = s.why().iter().zip(&s.plan.steps).find(|(_, step)| step.pass == "surface").map(|(why, _)| why);
-    assert!(matches!(why, Some(Why::Overwritten | Why::Unchanged { .. } | Why::NotNeeded)), "{why:?}");
     for pass in ["shadow_maps", "direct_at_probes", "relight", "place", "composite"] {
         assert!(ran(&s).contains(pass), "{pass} did not run, though the light moved");
     }

@@ -34,6 +34,30 @@ fn a_chain_needs_two_memories() {
 }
 
 #[test]
+fn what_outlives_a_change_of_its_readers_keeps_its_memory() {
+    // The clock changes `s` and what follows, and not `r`, which `b` reads again then.
+    let by_clock = |name: &str, from: &str, to: &str| {
+        format!(
+            "Compute(name: \"{name}\", shader: \"when.wgsl\", over: \"{to}\", bind: {{\"here\": \"{from}\", \"there\": \"{to}\"}}),"
+        )
+    };
+    let passes = make("a", "q")
+        + &turn("aa", "q", "r")
+        + &by_clock("b", "r", "s")
+        + &turn("c", "s", "t")
+        + &turn("d", "t", "u")
+        + &turn("e", "u", "v");
+    let sample = sample(&images(&["q", "r", "s", "t", "u", "v"]), &passes, "\"v\": \"v\"");
+    let plan = sample.plan();
+    apart(&plan);
+    let slot = |name: &str| plan.resource(name).slot;
+    for other in ["q", "s", "t", "u", "v"] {
+        assert_ne!(slot(other), slot("r"), "`{other}` lies where `r` is asked for again\n{plan}");
+    }
+    assert_eq!(slot("s"), slot("u"), "what changes together shares memory\n{plan}");
+}
+
+#[test]
 fn an_output_is_alive_to_the_end() {
     // `x` would be free after `b`, were it not asked for.
     let passes = make("a", "x") + &turn("b", "x", "y") + &turn("c", "y", "z");
