@@ -243,21 +243,6 @@ impl Unit {
         all.into_iter().filter(telling).map(Ingredient::to_string).collect()
     }
 
-    /// Names of the values that each frame brings it.
-    pub(super) fn frame_values(&self) -> impl Iterator<Item = &str> {
-        self.given.iter().filter(|(_, g)| matches!(g, Given::Value(None))).map(|(i, _)| i.name.as_str())
-    }
-
-    /// Names of the scene's tables that it depends on, by what its members see of them too.
-    pub(super) fn tables<'p>(&self, plan: &'p Plan) -> Vec<&'p str> {
-        let seen = match &self.apart {
-            Some(Apart::Seen(step)) => region::parts(plan, &plan.steps[*step]).map_or(vec![], |parts| parts.tables),
-            _ => vec![],
-        };
-        let read = self.given.iter().filter_map(|(_, g)| if let Given::Table(i) = g { Some(*i) } else { None });
-        read.chain(seen).filter_map(|i| plan.tables.get(i)).map(|t| t.table.as_str()).collect()
-    }
-
     /// What its members do with what tells them apart: they see it, or read it.
     pub fn verb(&self) -> &'static str {
         if matches!(self.apart, Some(Apart::Seen(_))) { "see" } else { "read" }

@@ -1,6 +1,6 @@
 //! Lifetimes, and which resources share memory.
 
-use super::causes::{Cause, Causes, causes};
+use super::causes::{Causes, Moving, causes};
 use super::{Action, Binding, Desc, Node, Place, Plan, ResourceId, Slot, Step};
 use std::collections::BTreeSet;
 
@@ -59,29 +59,29 @@ pub fn allocate(plan: &mut Plan, share: bool) {
     // For each slot the place after which it is free; `None` when it never is.
     let mut free: Vec<Option<usize>> = vec![];
     let mut shapes: Vec<Desc> = vec![];
-    let mut changed_by: Vec<BTreeSet<Cause>> = vec![];
+    let mut changed_by: Vec<Moving> = vec![];
     for i in order {
         let r = &plan.resources[i];
         // What the device made up to draw can be counted after the frame.
         let counted = matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu::BufferUsages::INDIRECT));
         let sharing = share && !r.history && !counted && !in_parts.contains(&i);
-        let Causes { of, outlived } = &causes[i];
+        let Causes { of, outlived } = causes[i];
         let until = (sharing && !outlived).then_some(r.alive.1);
         let shape = r.desc.shape();
-        let stays = |s: usize| !outlived || changed_by[s].is_subset(of);
+        let stays = |s: usize| !outlived || changed_by[s].is_among(of);
         let fits = |s: &usize| free[*s].is_some_and(|f| f < r.alive.0) && shapes[*s] == shape && stays(*s);
         let slot = match (0..shapes.len()).find(|s| sharing && fits(s)) {
             Some(s) => {
                 unite(&mut plan.slots[s].desc, &r.desc);
                 free[s] = until;
-                changed_by[s].extend(of);
+                changed_by[s] |= of;
                 s
             }
             None => {
                 plan.slots.push(Slot { desc: r.desc.clone(), bytes: r.desc.bytes() });
                 free.push(until);
                 shapes.push(shape);
-                changed_by.push(of.clone());
+                changed_by.push(of);
                 plan.slots.len() - 1
             }
         };

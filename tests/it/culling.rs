@@ -110,8 +110,6 @@ fn walls_round_everything_shadow_nothing() {
         }
         let (new, old) = (values(&mut with), values(&mut without));
         assert!(triangles(gpu, &with, "shadow_maps").0 > 0, "{scene}: the ceiling is left out");
-        let lit = |values: &[f32]| values.iter().filter(|x| **x > 0.0).count();
-        assert!(lit(&new) * 50 < new.len(), "{scene}: light comes through the ceiling");
         let same = new.iter().zip(&old).filter(|(n, o)| n == o).count();
         assert!(same * 50 > new.len() * 49, "{scene}: {same} of {} values are the same", new.len());
     }
