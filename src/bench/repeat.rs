@@ -81,6 +81,8 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
         .iter()
         .filter(|e| e.peer.is_none())
         .filter_map(|before| Some((before, new.entries.iter().find(|e| e.key() == before.key())?)))
+        // What was left out or failed in one run says nothing of the other.
+        .filter(|(before, after)| before.fault.is_none() && after.fault.is_none())
         .collect();
     let mut timed: BTreeMap<_, Vec<Timed<'_>>> = BTreeMap::new();
     for (before, after) in both {

@@ -203,6 +203,10 @@ fn error_figures_are_equal_to_the_last_digit_or_named() {
     assert!(text.contains("not equal: b on room, grid=4: rmse of `indirect` was 24.99"), "{text}");
     assert!(text.find("a on room") < text.find("b on room"), "the greatest change first: {text}");
 
+    let mut left_out = after.clone();
+    left_out.entries[0].fault = Some("left out".into());
+    assert_eq!(against(&old, &left_out).repeated.rows, 2, "of what did not run nothing is compared");
+
     after.entries[0].scores.pop();
     assert!(against(&old, &after).to_string().contains("`indirect` is no longer compared"));
     let many = |truth| results((0..20).map(|i| entry(&i.to_string(), &[1.0], truth)).collect());
