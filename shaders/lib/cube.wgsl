@@ -24,6 +24,11 @@ fn axes(face: u32) -> Axes {
 /// corners to 1/256 of a texel; the hair is more, and not alike both ways, so that diagonals have sides too.
 const BESIDE = vec2f(1.5 / 256.0, 1.0 / 256.0);
 
+/// How far beside, at a distance of 1.
+fn beside(edge: u32) -> f32 {
+    return 2.0 / f32(edge) * BESIDE.x;
+}
+
 /// The frame of a face of `edge`² texels that has those places where the other has their centres.
 fn axes_beside(face: u32, edge: u32) -> Axes {
     let a = axes(face);
