@@ -275,7 +275,8 @@ impl World {
     }
 
     /// For each view a version of what lies in its frustum: a sum over the nodes in it, so that only those need a look that have
-    /// moved since `before`.
+    /// moved since `before`. What [`Seen::settle`] gave back goes on from there: the same world reached in another way may then have
+    /// another version, for which a member runs once more than it need.
     fn versions(&self, views: &[View], before: Option<&Seen>) -> Vec<u64> {
         let hashed = |what: &dyn Fn(&mut DefaultHasher)| {
             let mut h = DefaultHasher::new();
