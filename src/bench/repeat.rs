@@ -31,27 +31,36 @@ pub struct Order {
     pub pairs: usize,
     /// Those of which the same one is the faster one in the new results.
     pub kept: usize,
+    /// Those of which the other one is, by [`APART`] too.
+    pub reversed: usize,
 }
 
 impl fmt::Display for Order {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Order { pairs, kept } = *self;
+        let Order { pairs, kept, reversed } = *self;
         let percent = (APART - 1.0) * 100.0;
-        write!(f, "of {pairs} pairs of settings more than {percent:.0} % apart, {kept}")?;
-        if pairs > 0 {
-            // Not rounded up: 100 % are all of them.
-            write!(f, " ({:.2} %)", (100.0 * kept as f64 / pairs as f64 * 100.0).floor() / 100.0)?;
-        }
-        write!(f, " are in the same order")
+        // Not rounded up: 100 % are all of them.
+        let share = |n: usize| match pairs {
+            0 => n.to_string(),
+            _ => format!("{n} ({:.2} %)", (1e4 * n as f64 / pairs as f64).floor() / 100.0),
+        };
+        write!(
+            f,
+            "of {pairs} pairs of settings more than {percent:.0} % apart, {} are in the same order, ",
+            share(kept)
+        )?;
+        write!(f, "{} in the other by as much", share(reversed))
     }
 }
 
 impl Repeated {
     /// Of all phases together.
     pub fn order(&self) -> Order {
-        self.order
-            .values()
-            .fold(Order::default(), |all, o| Order { pairs: all.pairs + o.pairs, kept: all.kept + o.kept })
+        self.order.values().fold(Order::default(), |a, b| Order {
+            pairs: a.pairs + b.pairs,
+            kept: a.kept + b.kept,
+            reversed: a.reversed + b.reversed,
+        })
     }
 }
 
@@ -155,6 +164,7 @@ impl Repeated {
             order.kept += 1;
             return;
         }
+        order.reversed += usize::from(fast.ms[1] > slow.ms[1] * APART);
         let factor = (slow.ms[0] / fast.ms[0]) * (fast.ms[1] / slow.ms[1]);
         if self.worst.as_ref().is_none_or(|w| factor > w.0) {
             let took = |t: &Timed<'_>| format!("{} took {:.3} and {:.3} ms", name(t.entry), t.ms[0], t.ms[1]);

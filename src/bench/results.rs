@@ -78,6 +78,9 @@ pub struct Entry {
     pub bytes_without_sharing: u64,
     /// Milliseconds of each stage before the first frame.
     pub start_up_ms: BTreeMap<String, f64>,
+    /// How often all of it was measured; the phases hold the frames of each time.
+    #[serde(default = "once")]
+    pub rounds: u32,
     pub phases: Vec<PhaseTimes>,
     /// Of the first frame.
     pub scores: Vec<Score>,
@@ -134,7 +137,10 @@ pub struct PhaseTimes {
     pub repeats: u32,
     /// From the call to the end of the device's work, in milliseconds.
     pub wall_ms: Spread,
-    /// Sum over the steps; `None` where the adapter has no timestamps.
+    /// The same of each frame, in the order they were taken.
+    #[serde(default)]
+    pub frames_ms: Vec<f64>,
+    /// Sum over the steps, in the round with the quickest frame; `None` where the adapter has no timestamps.
     pub gpu_ms: Option<Spread>,
     /// Steps that ran in the last frame, and those of the plan that did not.
     pub steps_run: u32,
@@ -144,7 +150,7 @@ pub struct PhaseTimes {
     pub causes: Vec<String>,
     /// Iterations of each loop in the last frame.
     pub iterations: BTreeMap<String, u32>,
-    /// Pass by pass, in the order of their first run.
+    /// Pass by pass, in the order of their first run, in the round with the quickest frame.
     pub passes: Vec<PassTime>,
     /// Root mean square change of `color` from the frame at rest to the first that moved, in percent of the mean.
     pub change_percent: Option<f64>,
@@ -152,6 +158,18 @@ pub struct PhaseTimes {
     /// that moved. Empty: those of the first frame, since every frame begins anew.
     #[serde(default)]
     pub scores: Vec<Score>,
+}
+
+impl PhaseTimes {
+    fn again(&mut self, other: PhaseTimes) {
+        let quicker = other.wall_ms.min < self.wall_ms.min;
+        self.repeats += other.repeats;
+        self.frames_ms.extend(other.frames_ms);
+        self.wall_ms = Spread::of(&self.frames_ms).unwrap_or(self.wall_ms);
+        if quicker {
+            (self.gpu_ms, self.passes) = (other.gpu_ms, other.passes);
+        }
+    }
 }
 
 /// Median, least and greatest of some repeats.
@@ -184,10 +202,31 @@ pub struct PassTime {
     pub gpu_ms: Option<f64>,
 }
 
+/// Of results that don't say: one round.
+fn once() -> u32 {
+    1
+}
+
 impl Entry {
     /// What makes it the same entry in another bench.
     pub fn key(&self) -> (&str, &str, Option<&str>, [u32; 2], &BTreeMap<String, String>) {
         (&self.graph, &self.scene, self.camera.as_deref(), self.size, &self.params)
+    }
+
+    /// Seconds that the frames of one round took together, on average.
+    pub fn round_seconds(&self) -> f64 {
+        let ms: f64 = self.phases.iter().flat_map(|t| &t.frames_ms).sum();
+        ms / 1e3 / f64::from(self.rounds.max(1))
+    }
+
+    /// Adds the frames of another round. What is no time stays as it was.
+    pub fn again(&mut self, other: Entry) {
+        self.rounds += other.rounds;
+        for more in other.phases {
+            if let Some(t) = self.phases.iter_mut().find(|t| t.phase == more.phase) {
+                t.again(more);
+            }
+        }
     }
 
     /// The times of a phase. A renderer that knows no frames does all its work in each.
@@ -352,7 +391,11 @@ impl Journal {
             false => vec![],
         };
         let text = if go_on { std::fs::read_to_string(&path).unwrap_or_default() } else { String::new() };
-        kept.extend(text.lines().filter_map(|line| serde_json::from_str(line).ok()));
+        for entry in text.lines().filter_map(|line| serde_json::from_str::<Entry>(line).ok()) {
+            // A later round's holds what was measured before.
+            kept.retain(|e| e.key() != entry.key() || e.inputs != entry.inputs);
+            kept.push(entry);
+        }
         std::fs::create_dir_all(folder).map_err(|e| fault(&e))?;
         let file = File::options().create(true).append(go_on).write(true).truncate(!go_on).open(&path);
         let mut journal = Journal { file: file.map_err(|e| fault(&e))?, path: path.clone() };

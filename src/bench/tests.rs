@@ -19,6 +19,7 @@ fn times(phase: Phase, walls: &[f64]) -> PhaseTimes {
         phase,
         repeats: walls.len() as u32,
         wall_ms: Spread::of(walls).unwrap(),
+        frames_ms: walls.to_vec(),
         gpu_ms: None,
         steps_run: 3,
         steps_skipped: 1,
@@ -58,6 +59,7 @@ fn entry(graph: &str, walls: &[f64], truth: f32) -> Entry {
         bytes: 1 << 20,
         bytes_without_sharing: 1 << 21,
         start_up_ms: BTreeMap::from([("device".into(), 80.25)]),
+        rounds: 1,
         phases: vec![times(Phase::First, &walls[..1]), times(Phase::Everything, walls)],
         scores: vec![score("color", truth), score("indirect", truth)],
         leak: Some(0.125),
@@ -223,6 +225,8 @@ fn settings_that_are_apart_stay_in_their_order_or_the_worst_is_named() {
         let r = against(&run(old), &run(new)).repeated;
         (r.order().pairs, r.order().kept, r.worst.map(|w| w.1).unwrap_or_default())
     };
+    let reversed = |old, new| against(&run(old), &run(new)).repeated.order().reversed;
+    assert_eq!(reversed([10.0, 20.0, 40.0], [10.0, 8.5, 8.0]), 1, "10 is more than 20 % above 8, and not above 8.5");
     assert_eq!(order([10.0, 11.0, 12.0], [3.0, 2.0, 1.0]), (0, 0, String::new()), "12 is not more than 20 % above 10");
     assert_eq!(order([10.0, 11.0, 13.0], [2.0, 1.0, 2.5]), (1, 1, String::new()), "only the first and the third count");
     let (pairs, kept, worst) = order([10.0, 20.0, 40.0], [10.0, 9.0, 8.0]);
@@ -233,7 +237,9 @@ fn settings_that_are_apart_stay_in_their_order_or_the_worst_is_named() {
 
     let text = against(&run([10.0, 20.0, 40.0]), &run([10.0, 30.0, 20.0])).to_string();
     assert!(
-        text.contains("times: of 3 pairs of settings more than 20 % apart, 2 (66.66 %) are in the same order"),
+        text.contains(
+            "times: of 3 pairs of settings more than 20 % apart, 2 (66.66 %) are in the same order, 1 (33.33 %) in"
+        ),
         "{text}"
     );
     assert!(!text.contains("still: of"), "of one phase all is said: {text}");
@@ -364,5 +370,20 @@ fn a_small_bench_from_end_to_end_resumes_and_repeats_its_errors() {
     let second = Results::read(&again.join("results.json")).unwrap();
     for (a, b) in first.entries.iter().zip(&second.entries) {
         assert_eq!(a.scores, b.scores, "errors repeat to the last digit");
+    }
+
+    // A round later the frames of both count.
+    bench(&again, &["--resume", "--rounds", "2", "--brief", "0"]);
+    assert_eq!(Results::read(&again.join("results.json")).unwrap(), second, "no frame takes no time");
+    bench(&again, &["--resume", "--rounds", "2", "--brief", "100"]);
+    for (a, b) in second.entries.iter().zip(&Results::read(&again.join("results.json")).unwrap().entries) {
+        assert_eq!((b.rounds, &b.scores), (2, &a.scores));
+        for (one, both) in a.phases.iter().zip(&b.phases) {
+            assert!(both.frames_ms.len() > one.frames_ms.len() && both.frames_ms.starts_with(&one.frames_ms));
+            assert_eq!(
+                (both.repeats as usize, Spread::of(&both.frames_ms)),
+                (both.frames_ms.len(), Some(both.wall_ms))
+            );
+        }
     }
 }

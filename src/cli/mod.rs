@@ -5,6 +5,7 @@
 pub mod bench;
 pub mod check;
 pub mod compare;
+mod course;
 mod fastest;
 pub mod new;
 mod outputs;
