@@ -264,6 +264,10 @@ impl<'g> Check<'g> {
         let ExprKind::Binary(op, left, right) = &until.kind else {
             return self.until_shape(until);
         };
+        if *op == Binary::And {
+            self.names(left, Scope::Values);
+            return self.until(right);
+        }
         let comparison = matches!(op, Binary::Less | Binary::LessEqual | Binary::Greater | Binary::GreaterEqual);
         match &left.kind {
             ExprKind::Name(n) if comparison => match self.resources.get(n.as_str()) {

@@ -200,7 +200,8 @@ impl Expander<'_, '_> {
             sight: None,
             after: vec![],
         });
-        Some(Indirect { buffer, first: draws - parts[1].1, second: parts[1].1, frusta })
+        let [first, second] = [draws - parts[1].1, parts[1].1];
+        Some(Indirect { buffer, first, second, frusta, occluders: r.occluders })
     }
 
     fn draws(&mut self, name: &str, size: u64, span: &Span) -> Option<ResourceId> {

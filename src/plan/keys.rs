@@ -519,7 +519,7 @@ impl<'p> Gather<'p> {
             self.touch(*resource);
             self.fix(Kind::Target, "", &(format, clear.map(f32::to_bits), compare, write));
         }
-        if let Some(super::Indirect { buffer, first, second, frusta: _ }) = indirect {
+        if let Some(super::Indirect { buffer, first, second, frusta: _, occluders: _ }) = indirect {
             self.touch(*buffer);
             self.fix(Kind::Extent, "", &(first, second));
         }

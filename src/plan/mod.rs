@@ -315,6 +315,8 @@ pub struct Indirect {
     /// Draws of its second part.
     pub second: u32,
     pub frusta: Frusta,
+    /// What can hide nothing from the eye is left out.
+    pub occluders: bool,
 }
 
 /// Where the frusta of the members of a draw are, by their index.

@@ -218,8 +218,13 @@ impl<'g> Wirer<'g, '_> {
         items
     }
 
+    /// The test that may end a loop early; `None` where a value before it says that it never does.
     fn until(&mut self, e: &crate::graph::expr::Expr) -> Option<(String, Comparison, f32)> {
         let ExprKind::Binary(op, left, right) = &e.kind else { return None };
+        if *op == Binary::And {
+            let tested = left.truth(&|n| self.value(n));
+            return self.keep(tested)?.then(|| self.until(right))?;
+        }
         let ExprKind::Name(buffer) = &left.kind else { return None };
         let comparison = match op {
             Binary::Less => Comparison::Less,

@@ -53,6 +53,23 @@ fn the_test_of_a_loop_keeps_what_writes_it() {
 }
 
 #[test]
+fn a_loop_that_never_ends_early_measures_nothing() {
+    let resources = images(&["x"]) + "\"change\": Buffer(stride: 4, count: 1),";
+    let steps = |until: &str| {
+        let body = "Clear(name: \"measure\", target: \"change\"),".to_string() + &make("a", "x");
+        let passes = format!("Loop(name: \"n\", count: 3, until: \"{until}\", passes: [{body}]),");
+        sample(&resources, &passes, "\"x\": \"x\"").plan().names().join(" ")
+    };
+    assert_eq!(steps("1 > 0 && change < 1"), "measure a");
+    assert_eq!(steps("1 < 0 && change < 1"), "a");
+    assert_eq!(
+        steps("1 > 0 && 2 > 1 && change < 1"),
+        "measure a",
+        "tests stand before the comparison, as many as there are"
+    );
+}
+
+#[test]
 fn an_initial_value_is_given_at_the_start_of_each_frame_that_finds_it() {
     let resources = format!("\"x\": Texture(format: R32Float, size: 8, initial: 3),{}", images(&["y"]));
     let plan = sample(&resources, &turn("a", "x", "y"), "\"y\": \"y\"").plan();
