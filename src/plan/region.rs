@@ -1,7 +1,7 @@
 //! Draws and dispatches over many views, member by member: what each sees, so that each has a version of its own and only
 //! those whose version is new run again. No device.
 
-use super::sight::{covered, meets_planes, planes};
+use super::sight::{covered, eye, meets_planes, planes};
 use super::{
     Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Frusta, Place, Plan, ResourceId, Sight, Step, TextureDesc,
 };
@@ -9,7 +9,7 @@ use crate::image::Image;
 use crate::scene::{Bounds, Column, Table, reach};
 use crate::shader::Stage;
 use crate::value::Value;
-use glam::{Mat4, Vec4};
+use glam::{Mat4, Vec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -161,7 +161,12 @@ pub fn seen(
                 rows.map(|i| View { frustum: frustum(frusta, i), row: row_hash(table, i) }).collect()
             }
         };
-        let versions = world.versions(&views, before.get(&index));
+        let looks = match &step.action {
+            Action::Draw(draw) if draw.indirect.is_some_and(|i| i.occluders) => Looks::Occluders,
+            Action::Draw(_) => Looks::Drawn,
+            _ => Looks::Rays,
+        };
+        let versions = world.versions(&views, looks, before.get(&index));
         all.insert(index, Seen { versions, views: Arc::new(views), world: world.clone() });
     }
     all
@@ -236,55 +241,96 @@ pub fn buffers(plan: &Plan) -> BTreeSet<ResourceId> {
     plan.steps.iter().filter_map(of).collect()
 }
 
+/// What a member makes where nothing lies in its frustum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Looks {
+    /// What follows from its frustum alone.
+    Rays,
+    /// What it clears its targets to, wherever the frustum is.
+    Drawn,
+    /// The same, of draws that leave out what can hide nothing from the eye.
+    Occluders,
+}
+
+/// The version of a member that draws nothing.
+const NOTHING: u64 = 0;
+
 /// The nodes of a scene at a pose, as draws see them.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct World {
-    /// By row of the `nodes` table: its content and which of its clusters lie outermost, and the box round its triangles.
-    nodes: Vec<(u64, Bounds)>,
+    /// By row of the `nodes` table.
+    nodes: Vec<Node>,
+    /// Between the clusters that lie in a side of the box round everything: from within they hide nothing.
+    inside: Bounds,
+}
+
+/// A node as draws see it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Node {
+    /// A hash of its row, and of which of its clusters lie in which sides of the box round everything.
+    content: u64,
+    /// Round its triangles.
+    bounds: Bounds,
+    /// Round those that lie in no side.
+    inner: Bounds,
 }
 
 impl World {
     /// From the tables `nodes` and `clusters`; `None` without them.
     pub fn new(tables: &[Table]) -> Option<World> {
         let find = |name: &str| tables.iter().find(|t| t.name == name);
-        let (nodes, clusters) = (find("nodes")?, find("clusters")?);
+        let (rows, clusters) = (find("nodes")?, find("clusters")?);
         let column = |name: &str| clusters.columns.iter().find(|(n, _)| *n == name).map(|(_, c)| c);
         let (Some(Column::Vec3(lower)), Some(Column::Vec3(upper)), Some(Column::Uint(node)), Some(Column::Uint(sides))) =
             (column("lower"), column("upper"), column("node"), column("sides"))
         else {
             return None;
         };
-        let mut found = vec![(DefaultHasher::new(), Bounds::EMPTY); nodes.rows];
-        for (i, (min, max)) in lower.iter().zip(upper).enumerate() {
-            if let Some((content, bounds)) = node.get(i).and_then(|node| found.get_mut(*node as usize)) {
-                *bounds = bounds.union(Bounds { min: *min, max: *max });
-                sides.get(i).hash(content);
+        let nothing = Node { content: 0, bounds: Bounds::EMPTY, inner: Bounds::EMPTY };
+        let mut nodes = vec![(DefaultHasher::new(), nothing); rows.rows];
+        let mut inside = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
+        for (((min, max), sides), node) in lower.iter().zip(upper).zip(sides).zip(node) {
+            for axis in 0..3 {
+                if sides >> axis & 1 == 1 {
+                    inside.min[axis] = inside.min[axis].max(max[axis]);
+                }
+                if sides >> (axis + 3) & 1 == 1 {
+                    inside.max[axis] = inside.max[axis].min(min[axis]);
+                }
+            }
+            if let Some((content, node)) = nodes.get_mut(*node as usize) {
+                let bounds = Bounds { min: *min, max: *max };
+                node.bounds = node.bounds.union(bounds);
+                if *sides == 0 {
+                    node.inner = node.inner.union(bounds);
+                }
+                sides.hash(content);
             }
         }
-        let content = |(row, (mut h, bounds)): (usize, (DefaultHasher, Bounds))| {
-            row_hash(nodes, row).hash(&mut h);
-            (h.finish(), bounds)
+        let finished = |(row, (mut h, node)): (usize, (DefaultHasher, Node))| {
+            row_hash(rows, row).hash(&mut h);
+            Node { content: h.finish(), ..node }
         };
-        Some(World { nodes: found.into_iter().enumerate().map(content).collect() })
+        Some(World { nodes: nodes.into_iter().enumerate().map(finished).collect(), inside })
     }
 
     /// How far it reaches, as [`reach`] says.
     fn reach(&self) -> u64 {
-        let all = self.nodes.iter().fold(Bounds::EMPTY, |all, (_, bounds)| all.union(*bounds));
+        let all = self.nodes.iter().fold(Bounds::EMPTY, |all, node| all.union(node.bounds));
         u64::from(reach(all).to_bits())
     }
 
     /// For each view a version of what lies in its frustum: a sum over the nodes in it, so that only those need a look that have
     /// moved since `before`. What [`Seen::settle`] gave back goes on from there: the same world reached in another way may then have
     /// another version, for which a member runs once more than it need.
-    fn versions(&self, views: &[View], before: Option<&Seen>) -> Vec<u64> {
+    fn versions(&self, views: &[View], looks: Looks, before: Option<&Seen>) -> Vec<u64> {
         let hashed = |what: &dyn Fn(&mut DefaultHasher)| {
             let mut h = DefaultHasher::new();
             what(&mut h);
             h.finish()
         };
-        let part = |row: usize, node: &(u64, Bounds), planes: &[Vec4; 6]| match meets_planes(planes, &node.1) {
-            true => hashed(&|h| (row, node.0).hash(h)),
+        let part = |row: usize, node: &Node, planes: &[Vec4; 6]| match meets_planes(planes, &node.bounds) {
+            true => hashed(&|h| (row, node.content).hash(h)),
             false => 0,
         };
         let same = |before: &&Seen| before.world.nodes.len() == self.nodes.len() && before.views.as_slice() == views;
@@ -301,6 +347,11 @@ impl World {
         }
         let one = |view: &View| {
             let planes = planes(&view.frustum);
+            let within = looks == Looks::Occluders && self.holds(&view.frustum);
+            let shown = |node: &Node| meets_planes(&planes, if within { &node.inner } else { &node.bounds });
+            if looks != Looks::Rays && !self.nodes.iter().any(shown) {
+                return NOTHING;
+            }
             let start = hashed(&|h| (view.frustum.to_cols_array().map(f32::to_bits), view.row).hash(h));
             let nodes = self.nodes.iter().enumerate();
             nodes.fold(start, |sum, (row, node)| sum.wrapping_add(part(row, node, &planes)))
@@ -308,10 +359,19 @@ impl World {
         views.iter().map(one).collect()
     }
 
+    /// Whether the eye of a view lies well within all sides of the box round everything.
+    fn holds(&self, frustum: &Mat4) -> bool {
+        let eye = eye(frustum);
+        let at = eye.truncate() / eye.w;
+        let size = |v: Vec3| v.to_array().into_iter().filter(|x| x.is_finite()).map(f32::abs).fold(0.0, f32::max);
+        let slack = 1e-4 * size(at).max(size(self.inside.min)).max(size(self.inside.max));
+        eye.w > 0.0 && at.cmpgt(self.inside.min + slack).all() && at.cmplt(self.inside.max - slack).all()
+    }
+
     /// Boxes round what differs from an earlier world: where it was and where it is. `None`: they have other nodes.
     fn moved(&self, before: &World) -> Option<Vec<(Bounds, Bounds)>> {
         let pairs = before.nodes.iter().zip(&self.nodes);
-        let moved = pairs.filter(|(then, now)| then != now).map(|(then, now)| (then.1, now.1));
+        let moved = pairs.filter(|(then, now)| then != now).map(|(then, now)| (then.bounds, now.bounds));
         (before.nodes.len() == self.nodes.len()).then(|| moved.collect())
     }
 }
@@ -328,37 +388,74 @@ pub fn row_hash(table: &Table, row: usize) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     fn boxed(center: Vec3, half: f32) -> Bounds {
         Bounds { min: center - half, max: center + half }
     }
 
+    const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
+
+    fn node(content: u64, at: Vec3) -> Node {
+        Node { content, bounds: boxed(at, 0.5), inner: boxed(at, 0.5) }
+    }
+
+    /// Views from a point along some directions.
+    fn look<const N: usize>(from: Vec3, directions: [Vec3; N]) -> [View; N] {
+        directions.map(|direction| {
+            let up = if direction.y.abs() > 0.5 { Vec3::Z } else { Vec3::Y };
+            let frustum = Mat4::perspective_rh(1.0, 1.0, 0.1, 10.0) * Mat4::look_to_rh(from, direction, up);
+            View { frustum, row: 0 }
+        })
+    }
+
     #[test]
     fn only_the_views_that_an_object_leaves_or_enters_have_a_new_version() {
-        let look = |direction: Vec3| {
-            let up = if direction.y.abs() > 0.5 { Vec3::Z } else { Vec3::Y };
-            Mat4::perspective_rh(1.0, 1.0, 0.1, 10.0) * Mat4::look_to_rh(Vec3::ZERO, direction, up)
+        let views = look(Vec3::ZERO, [Vec3::X, Vec3::NEG_X, Vec3::Y]);
+        let world = |content: u64, at: Vec3| World {
+            nodes: vec![node(1, Vec3::Z * 5.0), node(content, at)],
+            inside: EVERYWHERE,
         };
-        let views = [Vec3::X, Vec3::NEG_X, Vec3::Y].map(|d| View { frustum: look(d), row: 0 });
-        let world =
-            |content: u64, at: Vec3| World { nodes: vec![(1, boxed(Vec3::Z * 5.0, 0.5)), (content, boxed(at, 0.5))] };
-        let versions = |world: &World| world.versions(&views, None);
-        let before = versions(&world(7, Vec3::X * 5.0));
-        let differ = |after: Vec<u64>| [0, 1, 2].map(|i| before[i] != after[i]);
-        assert_eq!(differ(versions(&world(7, Vec3::X * 5.0))), [false, false, false]);
-        assert_eq!(differ(versions(&world(8, Vec3::X * 5.0))), [true, false, false], "it turned in place");
-        assert_eq!(differ(versions(&world(8, Vec3::Y * 5.0))), [true, false, true]);
-        // From a world to the next, with what was seen before: the same.
+        for looks in [Looks::Rays, Looks::Drawn] {
+            let versions = |world: &World| world.versions(&views, looks, None);
+            let before = versions(&world(7, Vec3::X * 5.0));
+            let differ = |after: Vec<u64>| [0, 1, 2].map(|i| before[i] != after[i]);
+            assert_eq!(differ(versions(&world(7, Vec3::X * 5.0))), [false, false, false]);
+            assert_eq!(differ(versions(&world(8, Vec3::X * 5.0))), [true, false, false], "it turned in place");
+            assert_eq!(differ(versions(&world(8, Vec3::Y * 5.0))), [true, false, true]);
+            let [a, b, c] = views;
+            let other = [View { row: 1, ..a }, View { row: 1, ..b }, c];
+            let turned = differ(world(7, Vec3::X * 5.0).versions(&other, looks, None));
+            assert_eq!(turned, [true, looks == Looks::Rays, false], "what draws nothing has nothing of its own");
+        }
+        // From a world to the next, with what was seen before: the same, where rays see it.
+        let versions = |world: &World, before: Option<&Seen>| world.versions(&views, Looks::Rays, before);
         let places = [(7, Vec3::X), (8, Vec3::X), (8, Vec3::Y), (9, Vec3::Z), (7, Vec3::X)];
         let worlds = places.map(|(content, at)| world(content, at * 5.0));
         for pair in worlds.windows(2) {
             let views = Arc::new(views.to_vec());
-            let seen = Seen { versions: versions(&pair[0]), views, world: Arc::new(pair[0].clone()) };
-            assert_eq!(pair[1].versions(&seen.views, Some(&seen)), versions(&pair[1]));
+            let seen = Seen { versions: versions(&pair[0], None), views, world: Arc::new(pair[0].clone()) };
+            assert_eq!(versions(&pair[1], Some(&seen)), versions(&pair[1], None));
         }
-        let [a, b, c] = views;
-        let other = [a, View { row: 1, ..b }, c];
-        assert_eq!(differ(world(7, Vec3::X * 5.0).versions(&other, None)), [false, true, false]);
+    }
+
+    #[test]
+    fn from_within_the_sides_of_everything_only_what_lies_between_them_is_drawn() {
+        // A wall and a thing before it, both of one node; the wall is the upper side along x.
+        let thing = boxed(Vec3::X * 3.0, 0.5);
+        let wall = Bounds { min: Vec3::new(5.0, -5.0, -5.0), max: Vec3::new(5.0, 5.0, 5.0) };
+        let room = Node { content: 1, bounds: thing.union(wall), inner: thing };
+        let world = World {
+            nodes: vec![room],
+            inside: Bounds { max: Vec3::new(5.0, f32::INFINITY, f32::INFINITY), ..EVERYWHERE },
+        };
+        let drawn = |from: Vec3, looks| {
+            let views = look(from, [Vec3::X, Vec3::new(1.0, 1.0, 0.0).normalize(), Vec3::NEG_X]);
+            world.versions(&views, looks, None).iter().map(|v| *v != NOTHING).collect::<Vec<_>>()
+        };
+        assert_eq!(drawn(Vec3::ZERO, Looks::Drawn), [true, true, false]);
+        assert_eq!(drawn(Vec3::ZERO, Looks::Occluders), [true, false, false]);
+        assert_eq!(drawn(Vec3::X * 4.0, Looks::Occluders), [false, false, true]);
+        assert_eq!(drawn(Vec3::X * 5.0, Looks::Occluders), [false, true, true], "on the wall: it may hide");
+        assert_eq!(drawn(Vec3::ZERO, Looks::Rays), [true, true, true]);
     }
 }

@@ -26,6 +26,18 @@ pub fn planes(view_projection: &Mat4) -> [Vec4; 6] {
     [w + x, w - x, w + y, w - y, z, w - z]
 }
 
+/// Where the lines of sight of a view begin: a point (w above 0), or the direction to it (w 0). The twin of `eye_of` in
+/// `cull.wgsl`.
+pub fn eye(view_projection: &Mat4) -> Vec4 {
+    let rows = view_projection.transpose();
+    let (a, b, c) = (rows.x_axis, rows.y_axis, rows.w_axis);
+    let [an, bn, cn] = [a, b, c].map(Vec4::truncate);
+    let meet = a.w * bn.cross(cn) + b.w * cn.cross(an) + c.w * an.cross(bn);
+    let eye = (-meet).extend(an.dot(bn.cross(cn)));
+    // Depths fall towards it.
+    if rows.z_axis.dot(eye) > 0.0 { -eye } else { eye }
+}
+
 /// As [`meets`], of a view whose planes are known.
 pub fn meets_planes(planes: &[Vec4; 6], bounds: &Bounds) -> bool {
     if bounds.min.cmpgt(bounds.max).any() {
