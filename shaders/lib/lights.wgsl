@@ -3,6 +3,7 @@
 //!
 //! With LIGHT_UNIFORMS the rows of lights lie in uniforms: for scenes that have few.
 #define_import_path lightgraph::lights
+#import lightgraph::cube
 #import lightgraph::surface::Surface
 #import lightgraph::lobe::reflectance
 
@@ -24,6 +25,8 @@ struct Light {
 
 struct LightView {
     view_projection: mat4x4f,
+    near: f32,
+    far: f32,
 }
 
 #ifdef LIGHT_UNIFORMS
@@ -82,20 +85,33 @@ fn arrival(light: Light, point: vec3f) -> Arrival {
     return Arrival(direction, strength * light.intensity);
 }
 
-/// The view of a light with six, in the order +X -X +Y -Y +Z -Z, that `offset` from the light lies in.
-fn cube_view(offset: vec3f) -> u32 {
-    let size = abs(offset);
-    if size.x >= size.y && size.x >= size.z {
-        return select(0u, 1u, offset.x < 0.0);
-    }
-    if size.y >= size.z {
-        return select(2u, 3u, offset.y < 0.0);
-    }
-    return select(4u, 5u, offset.z < 0.0);
+/// Where a shadow map shows a point.
+struct Shown {
+    /// Of `light_views`.
+    view: u32,
+    clip: vec4f,
+    /// Of what the map shows at the depth of the point, in metres.
+    width: f32,
+    /// Between the view's axis and a direction.
+    cosine: f32,
 }
 
-fn view_of(light: Light, point: vec3f) -> u32 {
-    return light.first_view + select(0u, cube_view(point - light.position), light.views == 6u);
+/// Where the light's shadow map shows a point. A light with six views has those of a cube map seen from outside, left and
+/// right exchanged: what each shows follows from where the light is, without the matrix of each.
+fn shown(light: Light, point: vec3f, normal: vec3f) -> Shown {
+    let first = light_views[light.first_view];
+    if light.views == 6u {
+        let offset = point - light.position;
+        let face = cube::face_of(offset);
+        let at = cube::inward(face, offset);
+        let depth = first.far * (at.z - first.near) / (first.far - first.near);
+        return Shown(light.first_view + face, vec4f(-at.xy, depth, at.z), 2.0 * at.z, cube::inward(face, normal).z);
+    }
+    let m = first.view_projection;
+    let clip = m * vec4f(point, 1.0);
+    let along = normalize(vec3f(m[0].z, m[1].z, m[2].z));
+    let width = 2.0 * abs(clip.w) / length(vec3f(m[0].x, m[1].x, m[2].x));
+    return Shown(light.first_view, clip, width, dot(normal, along));
 }
 
 /// Share of a light that reaches a surface, 0 to 1: its shadow map at the four texels round the point, weighed
@@ -106,30 +122,22 @@ fn view_of(light: Light, point: vec3f) -> u32 {
 /// normal and the view's axis: 1.42 texels at most. A tenth covers the rounding of depths where the sine vanishes.
 fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     let edge = f32(shadow.shadow_size);
-    let m = light_views[view_of(light, point)].view_projection;
-    let across = vec3f(m[0].x, m[1].x, m[2].x);
-    let along = normalize(vec3f(m[0].z, m[1].z, m[2].z));
-    let depth = (m * vec4f(point, 1.0)).w;
-    let texel = 2.0 * abs(depth) / (edge * length(across));
-    let cosine = dot(normal, along);
-    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    let moved = point + shadow.bias * texel * max(sine, 0.1) * normal;
-
-    let view = view_of(light, moved);
-    let clip = light_views[view].view_projection * vec4f(moved, 1.0);
-    if clip.w <= 0.0 {
+    let here = shown(light, point, normal);
+    let sine = sqrt(max(1.0 - here.cosine * here.cosine, 0.0));
+    let moved = shown(light, point + shadow.bias * here.width / edge * max(sine, 0.1) * normal, normal);
+    if moved.clip.w <= 0.0 {
         return 1.0;
     }
-    let ndc = clip.xyz / clip.w;
+    let ndc = moved.clip.xyz / moved.clip.w;
     let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge - 0.5;
     let share = at - floor(at);
     let low = clamp(floor(at), vec2f(0.0), vec2f(edge - 1.0));
     let high = clamp(floor(at) + 1.0, vec2f(0.0), vec2f(edge - 1.0));
     let lit = vec4f(ndc.z) <= vec4f(
-        textureLoad(shadow_map, vec2u(low), view, 0),
-        textureLoad(shadow_map, vec2u(vec2f(high.x, low.y)), view, 0),
-        textureLoad(shadow_map, vec2u(vec2f(low.x, high.y)), view, 0),
-        textureLoad(shadow_map, vec2u(high), view, 0),
+        textureLoad(shadow_map, vec2u(low), moved.view, 0),
+        textureLoad(shadow_map, vec2u(vec2f(high.x, low.y)), moved.view, 0),
+        textureLoad(shadow_map, vec2u(vec2f(low.x, high.y)), moved.view, 0),
+        textureLoad(shadow_map, vec2u(high), moved.view, 0),
     );
     let near = 1.0 - share;
     return dot(

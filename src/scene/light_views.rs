@@ -29,12 +29,13 @@ const SPOT_MARGIN: f32 = 1.025;
 /// distance, a tenth of a millimetre a metre.
 const LEAST_NEAR: f32 = 1.0 / 2000.0;
 
-/// The faces of a point light, in the order of its views: direction and up.
+/// The faces of a point light, in the order of its views: direction and up. They are a cube map's as seen from outside:
+/// left and right exchanged.
 const FACES: [(Vec3, Vec3); 6] = [
     (Vec3::X, Vec3::Y),
     (Vec3::NEG_X, Vec3::Y),
-    (Vec3::Y, Vec3::Z),
-    (Vec3::NEG_Y, Vec3::NEG_Z),
+    (Vec3::Y, Vec3::NEG_Z),
+    (Vec3::NEG_Y, Vec3::Z),
     (Vec3::Z, Vec3::Y),
     (Vec3::NEG_Z, Vec3::Y),
 ];

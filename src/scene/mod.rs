@@ -215,7 +215,7 @@ impl Column {
 ///   (colour × candela, or × lux for directional), `range` (0: none), `cos_inner`, `cos_outer`, `first_view`, `views`
 ///   (the light's rows in `light_views`)
 /// - `light_views`: one row a shadow map: `light`, `view_projection`, `near`, `far`; a point light has 6 in the
-///   order +X −X +Y −Y +Z −Z, the others 1
+///   order +X −X +Y −Y +Z −Z, a cube map's faces with left and right exchanged, the others 1
 /// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them `na`,
 ///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, `material`; in the order of the leaves of `bvh`
 /// - `bvh`: boxes within boxes over `triangles`, sorted where they stand at time 0, each leaf of one node, the root first: `lower`, `upper` (corners of the box), `count` (of a
