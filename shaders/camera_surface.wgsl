@@ -39,7 +39,7 @@ struct Seen {
 }
 
 /// Metres along the ray through the pixel's centre to the plane that holds `world` and has this normal of any length. Drivers round
-/// corners, so that `world` itself need not lie on the ray; see `along_ray` of lightgraph::cube.
+/// corners, so that `world` itself need not lie on the ray; see `along` of lightgraph::cube.
 fn along_ray(pixel: vec2u, world: vec3f, normal: vec3f) -> f32 {
     let ray = pixel_ray(pixel);
     let shown = distance(world, ray.origin);

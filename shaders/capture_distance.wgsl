@@ -43,7 +43,7 @@ struct Captured {
 fn fragment(in: Varying, @builtin(front_facing) mirrored_front: bool) -> Captured {
     let edge = params.distance_face;
     let plane = cube::plane(in.face, in.offset, cube::slope(in.at, edge));
-    let distance = cube::along_ray(in.face, vec2u(in.at.xy) % edge, edge, in.offset, plane);
+    let distance = cube::along(cube::direction_beside(in.face, vec2u(in.at.xy) % edge, edge), in.offset, plane);
     // A cube's face is a mirror image, which turns every triangle round.
     let solid = mirrored_front && materials[in.material].double_sided == 0u;
     return Captured(vec4f(select(1.0, -1.0, solid) * distance, plane));

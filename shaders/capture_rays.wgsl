@@ -1,4 +1,4 @@
-//! What a probe sees through the centre of every texel of its cube, by a ray each: as capture.wgsl has it. With
+//! What a probe sees through every texel of its cube, by a ray each: as capture.wgsl has it. With
 //! PROBES_KEPT only for probes that are stale; the others' texels stay as they are. With BY_FACE a face is a member, which
 //! shows what lies between the planes of its view, and leaves its depths.
 #import lightgraph::cube
@@ -10,9 +10,9 @@
 #import lightgraph::surface::Record
 #ifdef BY_FACE
 #import lightgraph::probe_views::depths
-#import lightgraph::trace::{FAR, Hit, NOTHING, closest_between, triangles}
+#import lightgraph::trace::{FAR, Hit, NOTHING, closest_between}
 #else
-#import lightgraph::trace::{Hit, NOTHING, closest, triangles}
+#import lightgraph::trace::{Hit, closest}
 #endif
 
 struct Params {
@@ -66,35 +66,18 @@ var cube_far: texture_storage_2d<r32float, write>;
 var<storage, read> members: array<u32>;
 #endif
 
-/// The triangle that drawing would give a texel to, met by the ray through its centre.
-struct Covering {
-    hit: Hit,
-    /// Along the face's axis, metres, where the triangle was found.
-    depth: f32,
-}
-
-/// `aim`: where it is looked for.
-fn covering(probe: vec3f, ray: vec3f, aim: vec3f, face: u32) -> Covering {
-    let slant = cube::inward(face, aim).z;
+/// What the ray of a texel meets; `slant`: how far along the face's axis a step along it leads.
+fn meet(probe: vec3f, ray: vec3f, slant: f32) -> Hit {
 #ifdef BY_FACE
     let planes = depths() / slant;
-    var hit = closest_between(probe, aim, planes.x, planes.y);
+    var hit = closest_between(probe, ray, planes.x, planes.y);
     if hit.triangle == NOTHING {
         hit.distance = FAR;
     }
+    return hit;
 #else
-    var hit = closest(probe, aim);
+    return closest(probe, ray);
 #endif
-    let depth = hit.distance * slant;
-    if hit.triangle != NOTHING {
-        let t = triangles[hit.triangle];
-        let normal = cross(t.b - t.a, t.c - t.a);
-        let slope = dot(normal, ray);
-        // Seen edge on, the plane need not meet the ray itself.
-        let distance = dot(normal, t.a - probe) / slope;
-        hit.distance = select(hit.distance, distance, slope != 0.0 && distance > 0.0);
-    }
-    return Covering(hit, depth);
 }
 
 @compute @workgroup_size(8, 8)
@@ -122,15 +105,16 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
 #endif
     let probe = probes::position(probes::coordinates(here.tile / 6u));
     let face = here.tile % 6u;
-    let ray = cube::direction(face, here.texel, edge);
+    let ray = cube::direction_beside(face, here.texel, edge);
+    let slant = cube::inward(face, ray).z;
+    let hit = meet(probe, ray, slant);
     // The texel's width seen from the probe.
     let spread = sqrt(cube::solid_angle(here.texel, edge));
-    let found = covering(probe, ray, cube::direction_beside(face, here.texel, edge), face);
-    keep(at, hit::record(hit::describe(found.hit, probe, ray, spread)));
+    keep(at, hit::record(hit::describe(hit, probe, ray, spread)));
 #ifdef BY_FACE
     // As a draw through the face's view leaves it.
     let d = depths();
-    let depth = max(found.depth, d.x);
+    let depth = max(hit.distance * slant, d.x);
     let ndc = min(d.y * (depth - d.x) / ((d.y - d.x) * depth), 1.0);
     textureStore(cube_far, at, vec4f(ndc));
 #endif

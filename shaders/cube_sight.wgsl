@@ -29,7 +29,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local
             let r = surface_at(corner + texel);
             var seen = 0u;
             if is_lit(r.albedo) {
-                let point = eye + r.normal.w * cube::direction(face, texel, edge);
+                let point = eye + r.normal.w * cube::direction_beside(face, texel, edge);
                 seen = sight(probes::cell(point), point, r.normal.xyz);
             }
             textureStore(cube_sight, corner + texel, vec4u(seen, 0u, 0u, 0u));

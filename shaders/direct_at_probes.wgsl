@@ -10,7 +10,6 @@
 #ifdef LIGHTS
 #ifdef LIGHT_CUTS
 #import lightgraph::light_cuts::reflected_light
-#import lightgraph::trace::leave
 #else
 #import lightgraph::lights::reflected_light
 #endif
@@ -18,9 +17,7 @@
 #ifdef EMITTERS_DIRECT
 #import lightgraph::emitters::reflected_emitters
 #import lightgraph::random::seed
-#ifndef LIGHT_CUTS
 #import lightgraph::trace::leave
-#endif
 #endif
 
 struct Params {
@@ -57,18 +54,16 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
     let r = surface_at(at);
     if is_lit(r.albedo) {
         let probe = probes::position(probes::coordinates(face / 6u));
-        let ray = cube::direction(face % 6u, id.xy, edge);
+        let ray = cube::direction_beside(face % 6u, id.xy, edge);
         let s = read_record(r.albedo, r.normal, probe, ray);
-        // Along the centre's ray the plane that was seen may lie behind the next one at a concave edge.
-        let before = s.position + 4.0 * cube::beside(edge) * r.normal.w * s.view;
 #ifdef EMITTERS_DIRECT
-        light = reflected_emitters(s, leave(before, s.normal + s.view), params.hit_samples, seed(at, 0u));
+        light = reflected_emitters(s, leave(s.position, s.normal + s.view), params.hit_samples, seed(at, 0u));
 #else
         light = s.emission;
 #endif
 #ifdef LIGHTS
 #ifdef LIGHT_CUTS
-        light += reflected_light(s, leave(before, s.normal + s.view), params.error_captured);
+        light += reflected_light(s, params.error_captured);
 #else
         light += reflected_light(s);
 #endif

@@ -4,7 +4,6 @@
 #ifdef LIGHTS
 #ifdef LIGHT_CUTS
 #import lightgraph::light_cuts::reflected_light
-#import lightgraph::trace::leave
 #else
 #import lightgraph::lights::reflected_light
 #endif
@@ -12,9 +11,7 @@
 #ifdef EMITTERS_DIRECT
 #import lightgraph::emitters::reflected_emitters
 #import lightgraph::random::seed
-#ifndef LIGHT_CUTS
 #import lightgraph::trace::leave
-#endif
 #endif
 
 #ifdef EMITTERS_DIRECT
@@ -40,7 +37,7 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
         light = s.emission;
 #ifdef LIGHTS
 #ifdef LIGHT_CUTS
-        light += reflected_light(s, leave(s.position, s.normal + s.view), error_seen);
+        light += reflected_light(s, error_seen);
 #else
         light += reflected_light(s);
 #endif

@@ -84,8 +84,8 @@ fn light_probes(
             let area = cube::solid_angle(texel, edge);
             var corner = first;
             for (var face = 0u; face < 6u; face++) {
-                let ray = cube::direction(face, texel, edge);
-                s = cube_sums::with_texel(s, light_of(eye, ray, corner + texel), ray, area, face, texel, edge);
+                let light = light_of(eye, cube::direction_beside(face, texel, edge), corner + texel);
+                s = cube_sums::with_texel(s, light, cube::direction(face, texel, edge), area, face, texel, edge);
                 corner.x += edge;
                 if corner.x == columns * edge {
                     corner = vec2u(0u, corner.y + edge);

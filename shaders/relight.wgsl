@@ -33,7 +33,7 @@ fn relight(@builtin(global_invocation_id) id: vec3u) {
     let normal = textureLoad(cube_normal, id.xy, 0);
     if is_lit(albedo) {
         let probe = probes::position(probes::coordinates(here.tile / 6u));
-        let ray = cube::direction(here.tile % 6u, here.texel, edge);
+        let ray = cube::direction_beside(here.tile % 6u, here.texel, edge);
         let s = read_record(albedo, normal, probe, ray);
         light = textureLoad(cube_direct, id.xy, 0).rgb;
         // Before the first bounce the probes hold no light.

@@ -43,7 +43,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let at = cube::unplace(id.x * 6u + face, texel, edge, params.cube_albedo_columns);
         let albedo = textureLoad(cube_albedo, at, 0);
         if is_lit(albedo) {
-            let ray = cube::direction(face, texel, edge);
+            let ray = cube::direction_beside(face, texel, edge);
             let s = read_record(albedo, textureLoad(cube_normal, at, 0), eye, ray);
             let here = probes::cell(s.position);
             // Most probes are none of the eight round a surface.

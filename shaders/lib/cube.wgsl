@@ -19,15 +19,11 @@ fn axes(face: u32) -> Axes {
     }
 }
 
-/// Where a texel's surface is looked for, to the right of its centre and below it, in texels. Where the scene and the lattice of
+/// Where a texel's surface is looked for and found, to the right of its centre and below it, in texels. Its light counts as
+/// coming through the centre, so that sums over all texels cancel as the cube's symmetries ask. Where the scene and the lattice of
 /// probes have round proportions, edges pass exactly through centres: a hair beside them each has a side. Drawing rounds
 /// corners to 1/256 of a texel; the hair is more, and not alike both ways, so that diagonals have sides too.
 const BESIDE = vec2f(1.5 / 256.0, 1.0 / 256.0);
-
-/// How far beside, at a distance of 1.
-fn beside(edge: u32) -> f32 {
-    return 2.0 / f32(edge) * BESIDE.x;
-}
 
 /// The frame of a face of `edge`² texels that has those places where the other has their centres.
 fn axes_beside(face: u32, edge: u32) -> Axes {
@@ -112,12 +108,12 @@ fn plane(face: u32, offset: vec3f, slope: vec2f) -> vec3f {
     return normalize((1.0 / depth - dot(at, slope)) * a.forward + slope.x * a.right + slope.y * a.down);
 }
 
-/// Metres from the cube's centre to a plane, along the ray through the centre of a texel. `offset`: a point of the plane that
-/// drawing says the texel shows. It need not lie on the ray: drivers round corners to between 1/256 and 1/16 of a texel,
-/// which on a surface seen nearly edge on is far.
-fn along_ray(face: u32, texel: vec2u, edge: u32, offset: vec3f, normal: vec3f) -> f32 {
+/// Metres from the cube's centre to a plane, along a unit direction. `offset`: a point of the plane near it, from the centre. It
+/// need not lie on the ray: drivers round corners to between 1/256 and 1/16 of a texel, which on a surface seen nearly
+/// edge on is far.
+fn along(direction: vec3f, offset: vec3f, normal: vec3f) -> f32 {
     let shown = length(offset);
-    let slope = dot(direction(face, texel, edge), normal);
+    let slope = dot(direction, normal);
     // A ray that misses the surface by that rounding may meet its plane anywhere.
     let met = clamp(dot(offset, normal) / max(slope, 1e-20), 0.8 * shown, 1.25 * shown);
     return select(shown, met, slope > 0.0);

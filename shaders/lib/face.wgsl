@@ -49,6 +49,7 @@ fn seen(in: Vertex, index: u32, face: u32) -> Varying {
 /// A cube's face is a mirror image, which turns every triangle round.
 fn recorded(in: Varying, mirrored_front: bool) -> Record {
     let plane = cube::plane(in.face, in.offset, cube::slope(in.at, faces.face));
-    let distance = cube::along_ray(in.face, vec2u(in.at.xy) % faces.face, faces.face, in.offset, plane);
+    let ray = cube::direction_beside(in.face, vec2u(in.at.xy) % faces.face, faces.face);
+    let distance = cube::along(ray, in.offset, plane);
     return record(in.material, in.uv, in.normal, distance, !mirrored_front);
 }

@@ -6,7 +6,7 @@
 #import lightgraph::lobe::reflectance
 #import lightgraph::gloss::matte
 #import lightgraph::surface::Surface
-#import lightgraph::trace::{FAR, is_free}
+#import lightgraph::trace::{FAR, is_free, leave}
 
 struct Tree {
     lights: u32,
@@ -160,7 +160,8 @@ fn lit_by(s: Surface, l: Lamp, start: vec3f) -> vec3f {
 
 /// Radiance that a surface reflects towards its viewer straight from all lights. Each group that is lit as one is wrong by
 /// a share `error` of all light without shadows at most; with 0 each light is lit by itself.
-fn reflected_light(s: Surface, start: vec3f, error: f32) -> vec3f {
+fn reflected_light(s: Surface, error: f32) -> vec3f {
+    let start = leave(s.position, s.normal + s.view);
     let limit = limit_of(s, error);
     var sum = vec3f(0.0);
     var cut = follow(s, Cut(), limit);

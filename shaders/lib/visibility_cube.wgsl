@@ -54,7 +54,7 @@ fn hides(probe: u32, d: vec3f, offset: vec3f, normal: vec3f, slack: f32) -> bool
     let edge = edge_of_map();
     let at = cube::locate(d, edge);
     let seen = seen_at(probe * 6u + at.face, at.texel);
-    let behind = offset - seen.x * cube::direction(at.face, at.texel, edge);
+    let behind = offset - seen.x * cube::direction_beside(at.face, at.texel, edge);
     return (seen.x > 0.0) & (dot(behind, seen.yzw) > slack) & (dot(behind, normal) < -slack);
 }
 

@@ -29,11 +29,23 @@ pub fn axes(face: u32) -> Axes {
     Axes { forward, right, down }
 }
 
+/// Where a texel's surface is looked for and found, to the right of its centre and below it, in texels.
+pub const BESIDE: [f64; 2] = [1.5 / 256.0, 1.0 / 256.0];
+
 /// Unit direction through the centre of a texel (column, row) of a face of `edge`² texels.
 pub fn direction(face: u32, texel: [u32; 2], edge: u32) -> DVec3 {
+    through(face, texel, edge, [0.0; 2])
+}
+
+/// Unit direction through the place of a texel where its surface is: [`BESIDE`] its centre.
+pub fn direction_beside(face: u32, texel: [u32; 2], edge: u32) -> DVec3 {
+    through(face, texel, edge, BESIDE)
+}
+
+fn through(face: u32, texel: [u32; 2], edge: u32, beside: [f64; 2]) -> DVec3 {
     let axes = axes(face);
-    let at = |i: u32| (2.0 * f64::from(i) + 1.0) / f64::from(edge) - 1.0;
-    (axes.forward + axes.right * at(texel[0]) + axes.down * at(texel[1])).normalize()
+    let at = |i: usize| (2.0 * (f64::from(texel[i]) + beside[i]) + 1.0) / f64::from(edge) - 1.0;
+    (axes.forward + axes.right * at(0) + axes.down * at(1)).normalize()
 }
 
 /// Face, and (u, v) of −1..1 on it, that a direction meets.

@@ -106,7 +106,7 @@ fn captured_surfaces_reflect_the_interpolated_coefficients() {
             if at[3] == 0.0 {
                 continue;
             }
-            let ray = cube::direction(face, place, FACE);
+            let ray = cube::direction_beside(face, place, FACE);
             let n3 = DVec3::new(n[0], n[1], n[2]);
             let material = &scene.materials[at[3].abs() as usize - 1];
             let shares = grid.facing(grid.position(probe) + ray * n[3], n3, 0.1, open);
