@@ -27,6 +27,10 @@ impl<T> Recent<T> {
         self.things.truncate(self.most);
     }
 
+    pub fn clear(&mut self) {
+        self.things.clear();
+    }
+
     /// The last asked for first.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
         self.things.iter()
@@ -63,6 +67,10 @@ impl<T> InUse<T> {
 
     pub fn keep(&mut self, thing: T) {
         self.things.push((self.turn, thing));
+    }
+
+    pub fn clear(&mut self) {
+        self.things.clear();
     }
 }
 

@@ -182,6 +182,12 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
+    /// Lets go of pipelines, samplers and uploads that are kept for whoever asks for the same again. What sessions use
+    /// goes on as it was; the next session makes its own.
+    pub fn forget(&self) {
+        self.kept.clear();
+    }
+
     /// # Errors
     /// The device is lost.
     pub fn check(&self) -> Checked<()> {

@@ -8,7 +8,7 @@ use crate::recent::{InUse, Recent};
 use std::sync::{Mutex, PoisonError};
 
 /// Pipelines stay while one of the last so many plans asked for them. A driver may take megabytes for each.
-pub const PLANS: u64 = 16;
+const PLANS: u64 = 16;
 
 /// Pipelines that clear kept at most: a plan has a few.
 const MOST_FILLS: usize = 32;
@@ -48,6 +48,18 @@ impl Default for Kept {
     }
 }
 
+impl Kept {
+    pub(super) fn clear(&self) {
+        self.pipelines.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.fills.clear();
+        self.ends.clear();
+        self.checks.clear();
+        self.samplers.clear();
+        self.meshes.clear();
+        self.textures.clear();
+    }
+}
+
 /// Things made lately, for several threads.
 #[derive(Debug)]
 pub(super) struct Store<T>(Mutex<Recent<T>>);
@@ -59,6 +71,10 @@ impl<T: Clone> Store<T> {
 
     pub(super) fn find(&self, test: impl FnMut(&T) -> bool) -> Option<T> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).find(test).cloned()
+    }
+
+    fn clear(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
     pub(super) fn keep(&self, thing: &T) {

@@ -31,7 +31,6 @@ mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError};
 pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};
-pub use kept::PLANS as KEPT_PLANS;
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};
 pub use prepare::{Prepared, prepare, prepare_after};

@@ -6,7 +6,7 @@ use super::dice::Dice;
 use super::report::{Row, State};
 use super::run::{Graph, difference};
 use crate::diag::{Checked, Diagnostic};
-use crate::gpu::{Gpu, KEPT_PLANS};
+use crate::gpu::Gpu;
 use crate::image::Image;
 use crate::scene::{Scene, Shift};
 use crate::session::{Project, Session, Settings};
@@ -21,9 +21,7 @@ const STRIDE: u32 = 25;
 const SETTLE: u32 = 24;
 /// Relative difference from the first image that is left then.
 const DRIFT: f64 = 5e-4;
-/// Frames in which edits of every kind come, so that what is made once is there.
-const WARM: u32 = 200;
-/// How much more memory the process may hold in the end than after a tenth of the way, or those frames: 5 %, and the driver's own buffers.
+/// How much more memory the process may hold after the second flight than after the first: 5 %, and the driver's own buffers.
 const MEMORY: f64 = 1.05;
 const MEMORY_SLACK: f64 = 16.0 * 1024.0 * 1024.0;
 
@@ -44,10 +42,9 @@ struct Trace {
     /// Of the images at every look.
     hashes: Vec<u64>,
     frames: u32,
-    /// Bytes of the process, and objects of the device, after a tenth of the way (or [`WARM`]) and in the end, each time with
-    /// everything as in the beginning.
-    early: Option<(f64, usize)>,
-    late: Option<(f64, usize)>,
+    /// Bytes of the process, and objects of the device, in the beginning and with everything as it was then.
+    begun: Option<(f64, usize)>,
+    left: Option<(f64, usize)>,
     drift: f64,
     finite: bool,
 }
@@ -76,40 +73,39 @@ impl Flight<'_> {
             }
             row
         };
+        let begin = Instant::now();
+        let second = self.fly(first.frames, stop)?;
+        let mut again = row("flight: second run");
+        again.seconds = begin.elapsed().as_secs_f64();
         let mut finite = row("flight: numbers");
-        if !first.finite {
+        if !(first.finite && second.finite) {
             finite.fail("an image holds what is no number");
         }
         let mut drift = row("flight: drift");
-        drift.judge(Some(0.0), Some(first.drift), first.drift, DRIFT);
+        let most = first.drift.max(second.drift);
+        drift.judge(Some(0.0), Some(most), most, DRIFT);
         let mut memory = row("flight: memory, MiB");
         let mut objects = row("flight: device objects");
-        match (first.early, first.late) {
-            (Some((bytes, count)), Some((bytes_late, count_late))) => {
+        match (first.begun, first.left, second.left) {
+            (Some((_, count)), Some((bytes, count_after)), Some((bytes_after, _))) => {
+                let (count, count_after) = (count as f64, count_after as f64);
+                objects.judge(Some(count), Some(count_after), count_after, count);
+                // The second flight does nothing that the first has not done, so the system has all pages that it takes.
                 let mib = 1024.0 * 1024.0;
-                memory.judge(
-                    Some(bytes / mib),
-                    Some(bytes_late / mib),
-                    bytes_late / mib,
-                    (bytes * MEMORY).max(bytes + MEMORY_SLACK) / mib,
-                );
-                let (count, count_late) = (count as f64, count_late as f64);
-                objects.judge(Some(count), Some(count_late), count_late, count);
+                let most = (bytes * MEMORY).max(bytes + MEMORY_SLACK) / mib;
+                memory.judge(Some(bytes / mib), Some(bytes_after / mib), bytes_after / mib, most);
+                if second.frames == 0 {
+                    memory.state = State::Left;
+                    memory.note("no time was left for a second flight");
+                }
             }
-            (early, late) => {
-                let why = match early.is_none() && late.is_some() {
-                    true => "the flight ended before everything had been used once",
-                    false => "this system does not say",
-                };
-                (memory.state, objects.state) = (State::Absent, State::Absent);
-                memory.note(why);
-                objects.note(why);
+            _ => {
+                for row in [&mut memory, &mut objects] {
+                    row.state = State::Absent;
+                    row.note("this system does not say");
+                }
             }
         }
-        let mut again = row("flight: second run");
-        let begin = Instant::now();
-        let second = self.fly(first.frames, stop)?;
-        again.seconds = begin.elapsed().as_secs_f64();
         let differs = first.hashes.iter().zip(&second.hashes).position(|(a, b)| a != b);
         match differs {
             Some(i) => again.fail(&format!("other bits at frame {}", (i as u32 + 1) * STRIDE)),
@@ -134,8 +130,7 @@ impl Flight<'_> {
         };
         let mut trace = Trace { finite: true, ..Trace::default() };
         let first = plane.home()?;
-        // The same in every flight, however far it comes: the way home is part of what it does.
-        let tenth = self.frames.div_ceil(10).max(WARM);
+        trace.begun = self.held();
         for i in 0..frames {
             if i % STRIDE == 0 && stop() {
                 break;
@@ -150,13 +145,9 @@ impl Flight<'_> {
                 image.data.iter().for_each(|x| x.to_bits().hash(&mut h));
                 trace.hashes.push(h.finish());
             }
-            if i + 1 == tenth {
-                trace.drift = difference(&plane.home()?, &first, 1.0);
-                trace.early = self.held();
-            }
         }
-        trace.drift = trace.drift.max(difference(&plane.home()?, &first, 1.0));
-        trace.late = self.held();
+        trace.drift = difference(&plane.home()?, &first, 1.0);
+        trace.left = self.held();
         Ok(trace)
     }
 }
@@ -174,13 +165,11 @@ struct Plane<'a> {
 }
 
 impl Plane<'_> {
-    /// Everything as in the beginning, and what is seen once history has settled. Opened so often that the device keeps
-    /// nothing for plans that are gone.
+    /// Everything as in the beginning, with nothing kept for plans that are gone, and what is seen once history has settled.
     fn home(&mut self) -> Checked<Image> {
         let size = self.flight.cases.fly.size;
-        for _ in 0..=KEPT_PLANS {
-            self.open(self.start.clone(), [size.0, size.1])?;
-        }
+        self.flight.gpu.forget();
+        self.open(self.start.clone(), [size.0, size.1])?;
         if let Some(session) = &mut self.session {
             session.shift = Shift::default();
         }
