@@ -28,7 +28,7 @@ impl Scratch {
         tables: &[Table],
         earlier: Option<&Scratch>,
     ) -> Checked<Scratch> {
-        let kept = earlier.map_or_else(|| vec![None; plan.slots.len()], |e| carry_history(plan, &e.held));
+        let kept = earlier.map_or_else(|| vec![None; plan.slots.len()], |e| carry_history(plan, keys, &e.held));
         let held = Held::new(plan, keys, &kept, earlier.map(|e| &e.held));
         let memory: Vec<Option<Memory>> = match earlier {
             Some(earlier) => earlier.prepared.pool.taken(&kept),

@@ -201,7 +201,7 @@ impl Held {
 /// By slot of a plan the slot of earlier memory to take over: history by name, and whatever holds a content that the
 /// plan wants, if the next frame is given these values. Each piece of memory is taken once.
 pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values: &Values) -> Vec<Option<usize>> {
-    let mut kept = carry_history(plan, earlier);
+    let mut kept = carry_history(plan, keys, earlier);
     let mut free: BTreeMap<Version, Vec<usize>> = BTreeMap::new();
     for (j, cell) in earlier.cells.iter().enumerate().filter(|(j, _)| !kept.contains(&Some(*j))) {
         free.entry(cell.content.get()).or_default().push(j);
@@ -211,7 +211,9 @@ pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values
     let versions = keys.versions(plan, soon.history(plan), outside, values);
     // Of those that share memory the last to write is there at the end.
     for (unit, after) in keys.units.iter().zip(&versions.after).rev() {
-        for (r, version) in unit.writes.iter().zip(after) {
+        // History is what the frame begins with, not what it makes.
+        let made = unit.writes.iter().zip(after).filter(|(r, _)| !plan.resources[r.0].history);
+        for (r, version) in made {
             let slot = plan.resources[r.0].slot;
             let Some(cells) = free.get_mut(version) else { continue };
             let fits = |j: &usize| fits(&plan.slots[slot].desc, &earlier.cells[*j].desc);
@@ -223,15 +225,43 @@ pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values
     kept
 }
 
-/// As [`carry`], history only.
-pub fn carry_history(plan: &Plan, earlier: &Held) -> Vec<Option<usize>> {
+/// As [`carry`], history only. What depends on one another comes over together or not at all: an image that begins anew, say,
+/// and the count of frames that it holds.
+pub fn carry_history(plan: &Plan, keys: &Keys, earlier: &Held) -> Vec<Option<usize>> {
     let mut kept = vec![None; plan.slots.len()];
-    for r in plan.resources.iter().filter(|r| r.history) {
-        let mut cells = earlier.cells.iter();
+    let found = |id: &ResourceId| {
+        let r = &plan.resources[id.0];
         let same = |c: &Cell| c.history.as_ref() == Some(&r.name) && fits(&plan.slots[r.slot].desc, &c.desc);
-        kept[r.slot] = cells.position(same);
+        Some((r.slot, earlier.cells.iter().position(same)?))
+    };
+    for group in bound_together(plan, keys) {
+        let all: Option<Vec<(usize, usize)>> = group.iter().map(found).collect();
+        for (slot, there) in all.unwrap_or_default() {
+            kept[slot] = Some(there);
+        }
     }
     kept
+}
+
+/// All history, in groups: what one of a group holds after a frame depends on what another held before it.
+fn bound_together(plan: &Plan, keys: &Keys) -> Vec<BTreeSet<ResourceId>> {
+    let history: BTreeSet<ResourceId> =
+        (0..plan.resources.len()).map(ResourceId).filter(|r| plan.resources[r.0].history).collect();
+    let mut from: BTreeMap<ResourceId, BTreeSet<ResourceId>> =
+        history.iter().map(|r| (*r, BTreeSet::from([*r]))).collect();
+    for unit in &keys.units {
+        let needs: BTreeSet<ResourceId> = unit.needs.iter().filter_map(|r| from.get(r)).flatten().copied().collect();
+        if !needs.is_empty() {
+            unit.writes.iter().for_each(|r| from.entry(*r).or_default().extend(&needs));
+        }
+    }
+    let mut groups: Vec<BTreeSet<ResourceId>> = vec![];
+    for of in history.iter().filter_map(|r| from.remove(r)) {
+        let (with, mut others): (Vec<_>, Vec<_>) = groups.into_iter().partition(|g| !g.is_disjoint(&of));
+        others.push(with.into_iter().flatten().chain(of).collect());
+        groups = others;
+    }
+    groups
 }
 
 /// Whether memory that was allocated as `there` can serve as `wanted`.

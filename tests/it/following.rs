@@ -12,8 +12,14 @@ const FINE: [u32; 3] = [6, 5, 4];
 const COARSE: u32 = 8;
 
 fn session(gpu: &Gpu) -> Session {
+    session_after(gpu, 4, None)
+}
+
+/// With so many texels along a face, in place of another session.
+fn session_after(gpu: &Gpu, face: u32, previous: Option<&Session>) -> Session {
     let project = Project::open(&repository("graphs/view_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let set = ["coarse=2,2,2", "fine=6,5,4", "spacing=0.7", "face=4", "bounces=2", "epsilon=0"].map(String::from);
+    let face = format!("face={face}");
+    let set = ["coarse=2,2,2", "fine=6,5,4", "spacing=0.7", &face, "bounces=2", "epsilon=0"].map(String::from);
     let settings = Settings {
         params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),
         size: [64, 64],
@@ -22,7 +28,7 @@ fn session(gpu: &Gpu) -> Session {
         ..Settings::default()
     };
     let loaded = scene::load(&repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}"));
-    Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
+    Session::after(gpu, &project, loaded.scene, settings, previous).unwrap_or_else(|f| panic!("{f}"))
 }
 
 /// The next frame, with the camera inside the box and moved along x: how many probes it captured, and its image.
@@ -49,6 +55,30 @@ fn a_step_of_one_cell_captures_one_slab() {
     let block = s.scene.nodes.iter().position(|n| n.name == "tall").expect("the scene has a block");
     s.shift.nodes = vec![(block, glam::Vec3::new(0.05, 0.0, 0.0))];
     assert_eq!(frame(gpu, &mut s, &mut index, 0.0).0, all, "what the probes saw has moved");
+}
+
+#[test]
+fn probes_whose_faces_have_another_size_are_captured_anew() {
+    let gpu = &device::gpu();
+    let all = (COARSE + FINE.iter().product::<u32>()) as f32;
+    let mut index = 0;
+    let mut s = session(gpu);
+    let (_, small) = frame(gpu, &mut s, &mut index, 0.0);
+    let (_, large) = frame(gpu, &mut session_after(gpu, 6, None), &mut index, 0.0);
+    let mut expect = |s: &mut Session, captured: f32, image: &Image| {
+        let now = frame(gpu, s, &mut index, 0.0);
+        assert_eq!(now.0, captured);
+        assert!(now.1 == *image, "another image");
+    };
+    s = session_after(gpu, 4, Some(&s));
+    expect(&mut s, 0.0, &small);
+    s = session_after(gpu, 6, Some(&s));
+    expect(&mut s, all, &large);
+    s = session_after(gpu, 4, Some(&s));
+    expect(&mut s, all, &small);
+    // By way of a session that never renders.
+    s = session_after(gpu, 4, Some(&session_after(gpu, 6, Some(&s))));
+    expect(&mut s, all, &small);
 }
 
 /// Just before and just after a slab comes in, the images are the same but for what the camera itself moved.
