@@ -1,10 +1,11 @@
 //! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first bounce.
 //! With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission elsewhere. With
-//! PACKED_SURFACE what the probes see is packed in one texel. A face of a probe is a member.
+//! PACKED_SURFACE what the probes see is packed in one texel, and so is the light. A face of a probe is a member.
 #import lightgraph::cube
 #import lightgraph::probes
 #import lightgraph::surface::{Record, is_lit, read_record}
 #ifdef PACKED_SURFACE
+#import lightgraph::packed_light
 #import lightgraph::packed_surface::surface_at
 #endif
 #ifdef LIGHTS
@@ -39,7 +40,11 @@ fn surface_at(at: vec2u) -> Record {
     return Record(textureLoad(cube_albedo, at, 0), textureLoad(cube_normal, at, 0));
 }
 #endif
+#ifdef PACKED_SURFACE
+var cube_direct: texture_storage_2d<rg32uint, write>;
+#else
 var cube_direct: texture_storage_2d<rgba32float, write>;
+#endif
 var<storage, read> members: array<u32>;
 
 @compute @workgroup_size(8, 8)
@@ -69,5 +74,9 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
 #endif
 #endif
     }
+#ifdef PACKED_SURFACE
+    textureStore(cube_direct, at, vec4u(packed_light::pack(light, 0u), 0u, 0u));
+#else
     textureStore(cube_direct, at, vec4f(light, 1.0));
+#endif
 }

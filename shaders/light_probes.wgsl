@@ -4,6 +4,7 @@
 //! what sees a texel beside its light, for the bounces after it: one fetch then gives both.
 #import lightgraph::cube
 #import lightgraph::cube_sums
+#import lightgraph::packed_light
 #import lightgraph::packed_probes::{STEPS, TEXELS, packed_place}
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
@@ -35,12 +36,12 @@ var<storage, read> members: array<u32>;
 #endif
 #ifdef FIRST_BOUNCE
 #ifdef LIT_BEFORE
-var cube_direct: texture_2d<f32>;
+var cube_direct: texture_2d<u32>;
 #else
-var cube_direct: texture_storage_2d<rgba32float, write>;
+var cube_direct: texture_storage_2d<rg32uint, write>;
 #endif
 #else
-var cube_direct: texture_2d<f32>;
+var cube_direct: texture_2d<u32>;
 #endif
 #ifdef SIGHT
 /// What sees each texel.
@@ -143,7 +144,7 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
     if is_lit(r.albedo) {
 #ifdef FIRST_BOUNCE
 #ifdef LIT_BEFORE
-        light = textureLoad(cube_direct, at, 0).rgb;
+        light = packed_light::unpack(textureLoad(cube_direct, at, 0).xy).light;
 #else
         let s = read_record(r.albedo, r.normal, eye, ray);
 #ifdef EMISSIVE
@@ -154,22 +155,23 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
 #endif
 #endif
 #else
-        let direct = textureLoad(cube_direct, at, 0);
+        let direct = packed_light::unpack(textureLoad(cube_direct, at, 0).xy);
 #ifdef PROBE_VISIBILITY
-        let sight = u32(direct.a);
+        let sight = direct.number;
 #else
         let sight = packed_indirect::ALL;
 #endif
-        light = direct.rgb + packed_indirect::reflected_probes(r, eye, ray, params.behind_captured, sight);
+        light = direct.light + packed_indirect::reflected_probes(r, eye, ray, params.behind_captured, sight);
 #endif
     }
 #ifdef FIRST_BOUNCE
 #ifndef LIT_BEFORE
 #ifdef SIGHT
-    textureStore(cube_direct, at, vec4f(light, f32(textureLoad(cube_sight, at, 0).x)));
+    let sight = textureLoad(cube_sight, at, 0).x;
 #else
-    textureStore(cube_direct, at, vec4f(light, 1.0));
+    let sight = 0u;
 #endif
+    textureStore(cube_direct, at, vec4u(packed_light::pack(light, sight), 0u, 0u));
 #endif
 #endif
     return vec4f(light, select(1.0, 0.0, is_back(r.albedo, r.normal)));

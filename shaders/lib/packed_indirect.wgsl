@@ -19,7 +19,7 @@ fn one(w: Weights, here: probes::Cell, i: u32, point: vec3f, normal: vec3f, behi
     var share = probes::share_of(here, i & 7u);
 #ifdef PROBE_VISIBILITY
     // Beyond the corners: the one that is nearest, alone.
-    probe = select(probe, probes::near_probe(here, sight >> 9u), vec3(i == 8u));
+    probe = select(probe, probes::near_probe(here, sight & 63u), vec3(i == 8u));
     share = select(share, 1.0, i == 8u);
 #endif
     let found = weigh(w, probe);
@@ -40,7 +40,7 @@ fn one(w: Weights, here: probes::Cell, i: u32, point: vec3f, normal: vec3f, behi
 /// A round for each probe that counts, not for each that might: on SIMD lanes what a branch leaves out takes its time too.
 fn gather(w: Weights, here: probes::Cell, point: vec3f, normal: vec3f, behind: f32, sight: u32) -> vec3f {
 #ifdef PROBE_VISIBILITY
-    var left = sight & 511u;
+    var left = select(sight, 256u, sight >= 256u);
 #else
     var left = sight & probes::corners_with_share(here);
 #endif

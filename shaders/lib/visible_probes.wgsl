@@ -75,8 +75,8 @@ fn gather(
 }
 
 #if PROBE_VISIBILITY == 1
-/// What sees a surface point. Bit i: corner i of its cell. Where none of the corners counts, bit 8: from bit 9 on stands the
-/// nearest probe that sees it, as `probes::near_probe` counts.
+/// What sees a surface point. Bit i: corner i of its cell. Where none of the corners counts, bit 8: the others are the number of
+/// the nearest probe that sees it, as `probes::near_probe` counts.
 fn sight(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
     // Those that the surface faces, first: only they need a look.
     var left = probes::corners_with_share(here);
@@ -97,7 +97,7 @@ fn sight(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
     }
     if shares < NONE {
         let found = nearest_visible(here, point, normal);
-        return select(256u | found << 9u, 0u, found == NOTHING);
+        return select(256u | found, 0u, found == NOTHING);
     }
     return seen;
 }
