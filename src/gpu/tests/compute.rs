@@ -1,6 +1,6 @@
 use crate::gpu::testing::{Sketch, gpu, run, run_scene, try_run};
 use crate::gpu::{Frame, execute, prepare, prepare_after, read_buffer};
-use crate::plan::change::{Held, carry, carry_history};
+use crate::plan::change::{Held, carry};
 use crate::plan::keys::{Keys, Outside};
 use crate::plan::{Action, TextureKind};
 use crate::scene::{Assets, Column, Geometry, Table};
@@ -189,35 +189,6 @@ fn clears_and_copies_reach_every_layer() {
     assert_eq!(ran.image("depth").data, [0.25; 12]);
     assert_eq!(ran.floats("zeros"), [0.25; 5]);
     assert_eq!(ran.floats("numbers"), [0.0; 5]);
-}
-
-#[test]
-fn histories_that_depend_on_one_another_come_over_together() {
-    let sketch = |size| {
-        let mut s = Sketch::new();
-        for (i, (name, size)) in [("count", 4), ("sum", size), ("free", 4)].into_iter().enumerate() {
-            s.buffer(name, size);
-            s.plan.resources[i].history = true;
-        }
-        s.buffer("step", 4);
-        let shader = |wgsl: &str| format!("{wgsl} @compute @workgroup_size(1) fn main() {{ work(); }}");
-        let count = "var<storage, read_write> count: array<f32>; var<storage, read_write> step: array<f32>;";
-        let count = s.compute(
-            "count_up",
-            &shader(&format!("{count} fn work() {{ count[0] += 1.0; step[0] = 1.0 / count[0]; }}")),
-            [1, 1, 1],
-        );
-        let sum = "var<storage, read> step: array<f32>; var<storage, read_write> sum: array<f32>;";
-        let sum = s.compute("add", &shader(&format!("{sum} fn work() {{ sum[0] += step[0]; }}")), [1, 1, 1]);
-        let free = "var<storage, read_write> free: array<f32>; fn work() { free[0] += 1.0; }";
-        let free = s.compute("other", &shader(free), [1, 1, 1]);
-        s.order([count, sum, free])
-    };
-    let first = sketch(8);
-    let held = Held::new(&first, &Keys::of(&first, None), &vec![None; first.slots.len()], None);
-    let kept = |plan: &crate::plan::Plan| carry_history(plan, &Keys::of(plan, None), &held)[..3].to_vec();
-    assert_eq!(kept(&sketch(8)), [Some(0), Some(1), Some(2)]);
-    assert_eq!(kept(&sketch(16)), [None, None, Some(2)], "the sum begins anew, and so does what is counted in it");
 }
 
 #[test]

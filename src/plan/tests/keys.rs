@@ -1,7 +1,7 @@
 //! Versions of contents: equal work has equal ones in any plan, other work has others.
 
 use super::super::build::Options;
-use super::super::change::{Held, Selection, carry, everything, select};
+use super::super::change::{Held, Selection, carry, carry_history, everything, select};
 use super::super::keys::{Keys, Outside, UNDEFINED, Version};
 use super::*;
 
@@ -74,4 +74,33 @@ fn memory_moves_to_another_place_in_another_plan() {
     // The first plan knows which of its memory the second has written to.
     let again = run(&first, &mut held, select);
     assert_eq!(run(&first, &mut held, select), [""; 0], "after {again:?}");
+}
+
+#[test]
+fn histories_that_depend_on_one_another_come_over_together() {
+    // `sum` is made from `count` by way of `x`; `alone` from itself.
+    let plan = |size: u32| {
+        let history = |name: &str, size: u32| {
+            format!("\"{name}\": Texture(format: R32Float, size: {size}, history: true, initial: 1),")
+        };
+        let resources = history("count", 8) + &history("sum", size) + &history("alone", 8) + &images(&["x", "y"]);
+        let copy = |from: &str, to: &str| format!("Copy(name: \"to_{to}\", from: \"{from}\", to: \"{to}\"),");
+        let passes = turn("a", "count", "x") + &turn("b", "x", "sum") + &copy("x", "count");
+        let passes = passes + &turn("c", "alone", "y") + &copy("y", "alone");
+        sample(&resources, &passes, "\"sum\": \"sum\", \"alone\": \"alone\"").plan()
+    };
+    let first = plan(8);
+    let mut held = Held::new(&first, &Keys::of(&first, None), &[], None);
+    run(&first, &mut held, everything);
+    let comes = |plan: &Plan, kept: &[Option<usize>]| {
+        ["count", "sum", "alone"].map(|name| kept[plan.resource(name).slot].is_some())
+    };
+    for (size, expected) in [(8, [true; 3]), (16, [false, false, true])] {
+        let next = plan(size);
+        let keys = Keys::of(&next, None);
+        assert_eq!(comes(&next, &carry_history(&next, &keys, &held)), expected);
+        // Nor is what the first frame made of `count` taken for what the next begins with.
+        let kept = carry(&next, &keys, &held, &Outside::default(), &Values::new());
+        assert_eq!(comes(&next, &kept), expected);
+    }
 }
