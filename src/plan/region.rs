@@ -333,19 +333,7 @@ impl World {
             true => hashed(&|h| (row, node.content).hash(h)),
             false => 0,
         };
-        let same = |before: &&Seen| before.world.nodes.len() == self.nodes.len() && before.views.as_slice() == views;
-        if let Some(before) = before.filter(same) {
-            let pairs = before.world.nodes.iter().zip(&self.nodes).enumerate();
-            let moved: Vec<_> = pairs.filter(|(_, (then, now))| then != now).collect();
-            let one = |(view, version): (&View, &u64)| {
-                let planes = planes(&view.frustum);
-                moved.iter().fold(*version, |sum, (row, (then, now))| {
-                    sum.wrapping_sub(part(*row, then, &planes)).wrapping_add(part(*row, now, &planes))
-                })
-            };
-            return views.iter().zip(&before.versions).map(one).collect();
-        }
-        let one = |view: &View| {
+        let anew = |view: &View| {
             let planes = planes(&view.frustum);
             let within = looks == Looks::Occluders && self.holds(&view.frustum);
             let shown = |node: &Node| meets_planes(&planes, if within { &node.inner } else { &node.bounds });
@@ -356,7 +344,21 @@ impl World {
             let nodes = self.nodes.iter().enumerate();
             nodes.fold(start, |sum, (row, node)| sum.wrapping_add(part(row, node, &planes)))
         };
-        views.iter().map(one).collect()
+        let same = |before: &&Seen| before.world.nodes.len() == self.nodes.len() && before.views.as_slice() == views;
+        let Some(before) = before.filter(same) else { return views.iter().map(anew).collect() };
+        let pairs = before.world.nodes.iter().zip(&self.nodes).enumerate();
+        let moved: Vec<_> = pairs.filter(|(_, (then, now))| then != now).collect();
+        let one = |(view, version): (&View, &u64)| {
+            // It says nothing of where the frustum is, so nothing can be added to it.
+            if *version == NOTHING {
+                return anew(view);
+            }
+            let planes = planes(&view.frustum);
+            moved.iter().fold(*version, |sum, (row, (then, now))| {
+                sum.wrapping_sub(part(*row, then, &planes)).wrapping_add(part(*row, now, &planes))
+            })
+        };
+        views.iter().zip(&before.versions).map(one).collect()
     }
 
     /// Whether the eye of a view lies well within all sides of the box round everything.
@@ -436,6 +438,20 @@ mod tests {
             let seen = Seen { versions: versions(&pair[0], None), views, world: Arc::new(pair[0].clone()) };
             assert_eq!(versions(&pair[1], Some(&seen)), versions(&pair[1], None));
         }
+    }
+
+    #[test]
+    fn what_enters_an_empty_view_is_told_with_where_the_view_is() {
+        let world = |at: Vec3| Arc::new(World { nodes: vec![node(7, at)], inside: EVERYWHERE });
+        let entered = |from: Vec3| {
+            let views = Arc::new(look(from, [Vec3::X]).to_vec());
+            let empty = world(Vec3::NEG_X * 5.0);
+            let versions = empty.versions(&views, Looks::Drawn, None);
+            assert_eq!(versions, [NOTHING]);
+            let before = Seen { versions, views: views.clone(), world: empty };
+            world(Vec3::X * 5.0).versions(&views, Looks::Drawn, Some(&before))
+        };
+        assert_ne!(entered(Vec3::ZERO), entered(Vec3::Y * 0.5), "the same thing, seen from elsewhere");
     }
 
     #[test]
