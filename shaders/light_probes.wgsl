@@ -55,12 +55,14 @@ var sh: texture_storage_3d<rgba32float, write>;
 var packed: texture_storage_2d<rgba32uint, write>;
 #endif
 
-const LANES_X: u32 = 8u;
-const LANES_Y: u32 = 4u;
+/// A power of two each.
+const LANES_X: u32 = #{LANES_X}u;
+const LANES_Y: u32 = #{LANES_Y}u;
 const LANES: u32 = LANES_X * LANES_Y;
+const HALF: u32 = LANES / 2u;
 
-/// The sums of each lane: coefficient k of lane i at k * LANES + i; then in the first COUNT places those of all.
-var<workgroup> sums: array<vec4f, LANES * COUNT>;
+/// The sums of half of the lanes: coefficient k of lane i at k * HALF + i; then in the first COUNT places those of all.
+var<workgroup> sums: array<vec4f, HALF * COUNT>;
 
 @compute @workgroup_size(LANES_X, LANES_Y)
 fn light_probes(
@@ -94,13 +96,24 @@ fn light_probes(
             }
         }
     }
-    spread(s, lane);
+    // One half hands its sums to the other, and so on.
+    for (var half = HALF; half > 0u; half /= 2u) {
+        if lane >= half && lane < 2u * half {
+            spread(s, lane - half);
+        }
+        workgroupBarrier();
+        if lane < half {
+            s = gathered(s, lane);
+        }
+        workgroupBarrier();
+    }
+    if lane == 0u {
+        spread(s, 0u);
+    }
     workgroupBarrier();
     var total = vec4f(0.0);
     if lane < COUNT {
-        for (var i = 0u; i < LANES; i++) {
-            total += sums[lane * LANES + i];
-        }
+        total = sums[lane * HALF];
     }
     workgroupBarrier();
 #ifdef LEAST_SQUARES
@@ -177,7 +190,7 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
     return vec4f(light, select(1.0, 0.0, is_back(r.albedo, r.normal)));
 }
 
-/// Puts a lane's sums where all see them.
+/// Puts a lane's sums at the place of a lane of the lower half.
 fn spread(s: cube_sums::Sums, lane: u32) {
 #if SH_ORDER >= 1
     spread_four(s.m0, 0u, lane);
@@ -195,16 +208,50 @@ fn spread(s: cube_sums::Sums, lane: u32) {
 #endif
 #if SH_ORDER != 1
 #if SH_ORDER != 3
-    sums[(COUNT - 1u) * LANES + lane] = s.last;
+    sums[(COUNT - 1u) * HALF + lane] = s.last;
 #endif
 #endif
 }
 
+/// A lane's sums and those that lie at its place.
+fn gathered(sums_of: cube_sums::Sums, lane: u32) -> cube_sums::Sums {
+    var s = sums_of;
+#if SH_ORDER >= 1
+    s.m0 += four(0u, lane);
+#endif
+#if SH_ORDER >= 2
+    s.m1 += four(4u, lane);
+#endif
+#if SH_ORDER >= 3
+    s.m2 += four(8u, lane);
+    s.m3 += four(12u, lane);
+#endif
+#if SH_ORDER >= 4
+    s.m4 += four(16u, lane);
+    s.m5 += four(20u, lane);
+#endif
+#if SH_ORDER != 1
+#if SH_ORDER != 3
+    s.last += sums[(COUNT - 1u) * HALF + lane];
+#endif
+#endif
+    return s;
+}
+
+fn four(first: u32, lane: u32) -> mat4x4f {
+    return mat4x4f(
+        sums[first * HALF + lane],
+        sums[(first + 1u) * HALF + lane],
+        sums[(first + 2u) * HALF + lane],
+        sums[(first + 3u) * HALF + lane],
+    );
+}
+
 fn spread_four(m: mat4x4f, first: u32, lane: u32) {
-    sums[first * LANES + lane] = m[0];
-    sums[(first + 1u) * LANES + lane] = m[1];
-    sums[(first + 2u) * LANES + lane] = m[2];
-    sums[(first + 3u) * LANES + lane] = m[3];
+    sums[first * HALF + lane] = m[0];
+    sums[(first + 1u) * HALF + lane] = m[1];
+    sums[(first + 2u) * HALF + lane] = m[2];
+    sums[(first + 3u) * HALF + lane] = m[3];
 }
 
 /// A texel of the packed probe, once `sums` holds all its coefficients.

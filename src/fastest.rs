@@ -73,7 +73,7 @@ pub fn measured(
         let plan = plan_for(project, scene, &settings, gpu)?.plan;
         let Some(group) = plan.alternatives.iter().find(|a| !choices.contains_key(&a.name)) else { break };
         let sides = sides(gpu, project, scene, &settings, group)?;
-        let key = key(gpu, scene, &sides);
+        let key = key(gpu, project, scene, group, &sides);
         let times = match known::find(file, &key).filter(|ms| ms.len() == sides.len()) {
             Some(times) => times,
             None => {
@@ -123,11 +123,19 @@ fn sides(
     Ok(sides)
 }
 
-/// The same for the same work on the same adapter.
-fn key(gpu: &Gpu, scene: &Scene, sides: &[Side]) -> String {
+/// The same for the same work on the same adapter. Of a group that is measured once the work is the text of its shaders.
+fn key(gpu: &Gpu, project: &Project, scene: &Scene, group: &Alternatives, sides: &[Side]) -> String {
     let info = &gpu.info;
     let adapter =
         (&info.name, info.vendor, info.device, &info.driver, &info.driver_info, format!("{:?}", info.backend));
+    if group.once {
+        let text = |path: &String| project.texts.files.get(path).map(|source| source.text.as_str());
+        let own = sides.iter().flat_map(|s| s.own.iter().map(|i| (&s.plan, *i)));
+        let shaders = own.filter_map(|(plan, i)| plan.shaders.get(plan.steps.get(i)?.action.shader()?));
+        let work: Vec<Option<&str>> = shaders.flat_map(|shader| shader.sources.iter().map(text)).collect();
+        let passes: Vec<&[String]> = group.ways.iter().map(|way| way.passes.as_slice()).collect();
+        return format!("{:032x}", hash(&(adapter, passes, work)));
+    }
     let facts = scene.facts();
     let counts = FACTS.iter().filter(|(_, ty)| *ty == Type::Uint);
     let counts: Vec<Option<&[u8]>> = counts.map(|(name, _)| facts.get(*name).map(Value::bytes)).collect();

@@ -2,7 +2,7 @@
 
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
-use crate::gpu::{self, Frame, FrameReport, Gpu, Memory, Prepared};
+use crate::gpu::{self, Frame, FrameReport, Gpu, Memory, Prepared, Timing};
 use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
@@ -105,6 +105,8 @@ pub struct Settings {
     pub choices: Choices,
     /// Leave out steps whose results are still in memory.
     pub skip: bool,
+    /// Whether each step is timed, or frames alone: what the former takes by itself some GPUs notice.
+    pub timing: Timing,
     /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
     pub verify: bool,
     /// Check the numbers that every step leaves; see [`FrameReport::numerics`].
@@ -163,6 +165,8 @@ pub struct Session {
     /// The texts that the plan's shaders were made from.
     texts: Library,
     prepared: Prepared,
+    /// The steps that run member by member.
+    apart: region::Apart,
     keys: Keys,
     held: Held,
     /// What the uploaded tables and the rest of the scene are, hashed.
@@ -229,10 +233,11 @@ impl Session {
         let began = previous.map_or(0, |p| p.held.frames());
         let mut outside = Outside::new(&plan, hashes, began, &tables.list)?;
         let keys = Keys::of(&plan, settings.without);
+        let apart = region::steps_apart(&plan);
         let frusta = previous.map(|p| p.frusta.clone()).unwrap_or_default();
         let made = change::end(&plan, &keys, &Held::default(), &outside, &values);
         let known = |id: ResourceId| frusta.get(&made[id.0]).cloned();
-        outside.members = region::seen(&plan, &tables.list, known, &BTreeMap::new());
+        outside.members = region::seen(&plan, &apart, &tables.list, known, &BTreeMap::new());
         // The memory that verifies begins as the other does, or not at all.
         let earlier = previous.filter(|p| !settings.verify || p.scratch.is_some());
         let kept = match earlier {
@@ -263,6 +268,7 @@ impl Session {
             shift,
             texts,
             prepared,
+            apart,
             keys,
             held,
             outside,
@@ -292,7 +298,8 @@ impl Session {
         let choose = if self.settings.skip { change::select } else { change::everything };
         let selection = choose(plan, keys, held, &self.outside, &values);
         let members = selection.members.clone();
-        let frame = Frame { values, tables: changed.as_deref(), run: Some(&selection.run), members };
+        let timing = self.settings.timing;
+        let frame = Frame { values, tables: changed.as_deref(), run: Some(&selection.run), members, timing };
         self.why.clear();
         self.uploaded = false;
         self.held.start(&selection);
@@ -313,6 +320,7 @@ impl Session {
         if let Some((earlier, reasons)) = earlier {
             report.steps.splice(0..0, earlier.steps.into_iter().filter(|s| !selection.run[s.step]));
             report.wall_ms += earlier.wall_ms;
+            report.device_ms = report.device_ms.zip(earlier.device_ms).map(|(a, b)| a + b);
             for (why, reason) in why.iter_mut().zip(reasons) {
                 if reason.runs() && !why.runs() {
                     *why = reason;
@@ -365,7 +373,7 @@ impl Session {
     ) -> Checked<Option<(FrameReport, Vec<Why>)>> {
         let (plan, keys) = (&self.plan, &self.keys);
         let made = change::end(plan, keys, &self.held, &self.outside, values);
-        let buffers = region::buffers(plan);
+        let buffers = region::buffers(&self.apart);
         let versions: Vec<Version> = buffers.iter().map(|id| made[id.0]).collect();
         if self.looked.as_ref() == Some(&versions) {
             return Ok(None);
@@ -401,7 +409,7 @@ impl Session {
         self.looked = Some(versions);
         let frusta = &self.frusta;
         let known = |id: ResourceId| frusta.get(&made[id.0]).cloned();
-        self.seen = region::seen(plan, &self.tables.list, known, &self.seen);
+        self.seen = region::seen(plan, &self.apart, &self.tables.list, known, &self.seen);
         Ok(ran)
     }
 
@@ -434,11 +442,7 @@ impl Session {
                 "a check in the shader of `{}` does not hold: invocation ({x}, {y}, {z}){often}",
                 step.name
             ));
-            let shader = match &step.action {
-                Action::Draw(draw) => self.plan.shaders.get(draw.shader),
-                Action::Compute { shader, .. } => self.plan.shaders.get(*shader),
-                Action::Copy { .. } | Action::Clear { .. } => None,
-            };
+            let shader = step.action.shader().and_then(|i| self.plan.shaders.get(i));
             match shader.and_then(|s| failed.span(s, &self.texts)) {
                 Some(span) => d.at(&span, ""),
                 None => d,
@@ -531,8 +535,7 @@ fn tables(scene: &Scene, plan: &Plan, pose: Pose, levels: Vec<Arc<Level>>, earli
     let sights = plan.steps.iter().any(|s| s.sight.is_some());
     let asked = |name: &str| sights && ["nodes", "clusters"].contains(&name);
     let wanted = |name: &str| asked(name) || plan.tables.iter().any(|t| t.table == name);
-    let list = scene.tables_after(&pose, wanted, &levels, earlier);
-    Tables { pose, levels, list }
+    scene.tables_after(pose, wanted, levels, earlier)
 }
 
 /// The scene of an earlier session, where it is the same.

@@ -10,7 +10,7 @@ use super::{
     record::Record,
     reports::Reports,
     scope::Scope,
-    timing::Timer,
+    timing::{Timer, Timing},
 };
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
@@ -37,6 +37,7 @@ pub struct Frame<'a> {
     pub tables: Option<&'a [Table]>,
     /// By step: whether it runs; `None`: all run. A loop runs when any step of its body does.
     pub run: Option<&'a [bool]>,
+    pub timing: Timing,
     /// By index of a step that runs for some of its members only: whether each does, in their order. What the others made must
     /// be there still.
     pub members: BTreeMap<usize, Vec<bool>>,
@@ -55,6 +56,8 @@ pub struct FrameReport {
     pub numerics: Option<Numerics>,
     /// Checks in shaders that do not hold, by step: as of its last run.
     pub failed: Vec<(StepId, Failed)>,
+    /// From the begin of the first timed step to the end of the last one, by the device's clock; `None` where it has none.
+    pub device_ms: Option<f64>,
     /// From the call to the end of the device's work, in milliseconds.
     pub wall_ms: f64,
 }
@@ -105,6 +108,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         reports,
         probe: probe.as_ref(),
         gates,
+        timing: frame.timing,
         members: &frame.members,
         gate: None,
         gated: vec![],
@@ -119,7 +123,13 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         loops: vec![],
         warnings: vec![],
     };
+    if frame.timing == Timing::Frame {
+        walk.timer.mark(gpu, &mut walk.record);
+    }
     walk.top(&plan.order, frame.run)?;
+    if frame.timing == Timing::Frame {
+        walk.timer.mark(gpu, &mut walk.record);
+    }
     // Times and reports come with the frame's last submission.
     walk.timer.resolve(gpu, &mut walk.record)?;
     walk.reports.collect(&mut walk.record);
@@ -132,7 +142,8 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         }
         None => None,
     };
-    for ((ms, timed), time) in timer.read(gpu, plan.steps.len())?.into_iter().zip(&mut times) {
+    let taken = timer.read(gpu, plan.steps.len())?;
+    for ((ms, timed), time) in taken.steps.into_iter().zip(&mut times) {
         if let Some(time) = time {
             time.gpu_ms = (timed == time.runs).then_some(ms);
         }
@@ -143,7 +154,8 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     }
     let failed = reports.read(gpu)?;
     let steps = first_runs.into_iter().filter_map(|s: StepId| times.get(s.0).copied().flatten()).collect();
-    Ok(FrameReport { steps, loops, warnings, numerics, failed, wall_ms: ms_since(start) })
+    let (device_ms, wall_ms) = (taken.whole, ms_since(start));
+    Ok(FrameReport { steps, loops, warnings, numerics, failed, device_ms, wall_ms })
 }
 
 /// The state of a walk along the order.
@@ -153,6 +165,7 @@ struct Walk<'a> {
     reports: &'a Reports,
     probe: Option<&'a wgpu::Buffer>,
     gates: &'a Gates,
+    timing: Timing,
     members: &'a BTreeMap<usize, Vec<bool>>,
     /// Of the loop around, after its first iteration, when it ends on the device.
     gate: Option<&'a Gate>,
@@ -259,7 +272,10 @@ impl Walk<'_> {
             self.reports.clear(&mut self.record, id);
         }
         let follows = dispatches && self.record.stamped();
-        let pair = self.timer.pair(gpu, id, in_pass, follows);
+        let pair = match self.timing {
+            Timing::Steps => self.timer.pair(gpu, id, in_pass, follows),
+            Timing::Frame => None,
+        };
         let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, only };
         self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
         if let Some(watch) = &mut self.watch {

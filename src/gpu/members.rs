@@ -16,6 +16,8 @@ struct List {
     members: u32,
     /// What the buffer begins with.
     holds: Vec<u32>,
+    /// That is all of them.
+    whole: bool,
 }
 
 impl Members {
@@ -42,6 +44,7 @@ impl Members {
                 }),
                 members,
                 holds: vec![],
+                whole: false,
             };
             Members(listed.map(|(index, members)| (index, list(members))).collect())
         })
@@ -58,6 +61,11 @@ impl Members {
                 Some(some) => some.get(*member as usize).copied().unwrap_or(false),
                 None => true,
             };
+            let whole = !some.contains_key(index);
+            if whole && list.whole {
+                continue;
+            }
+            list.whole = whole;
             // Most frames want what the last one did, and must not ask for memory.
             let wanted = (0..list.members).filter(does);
             if !wanted.clone().eq(list.holds.iter().copied()) {

@@ -10,6 +10,16 @@ const CHUNK: u32 = wgpu::QUERY_SET_MAX_QUERIES;
 /// Runs beyond this many sets go untimed, so that an endless loop doesn't eat the memory.
 const MOST_CHUNKS: usize = 64;
 
+/// What is timed in a frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Timing {
+    /// Each step: the device may have to end one before it begins the next.
+    #[default]
+    Steps,
+    /// The frame as a whole.
+    Frame,
+}
+
 /// Hands out pairs of queries and reads them at the end of a frame. Its query sets stay for the next frame.
 #[derive(Debug)]
 pub(super) struct Timer {
@@ -22,6 +32,8 @@ pub(super) struct Timer {
     resolved: Option<(wgpu::Buffer, wgpu::Buffer)>,
     /// Each run's step, set, and queries in it, in the order of use.
     runs: Vec<(StepId, usize, [u32; 2])>,
+    /// Moments of the frame that are no step's: set, and query in it.
+    marks: Vec<(usize, u32)>,
 }
 
 /// Where a run of a step writes its begin and its end.
@@ -34,15 +46,24 @@ pub(super) struct Pair {
     pub end: u32,
 }
 
+/// What a frame took on the device.
+pub(super) struct Timed {
+    /// By index of the step: milliseconds, and the runs that were timed.
+    pub steps: Vec<(f64, u32)>,
+    /// From the first begin to the last end, milliseconds.
+    pub whole: Option<f64>,
+}
+
 impl Timer {
     pub(super) fn new(gpu: &Gpu) -> Timer {
         let passes = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY);
         let encoders = passes && gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
-        Timer { encoders, passes, sets: vec![], used: vec![], resolved: None, runs: vec![] }
+        Timer { encoders, passes, sets: vec![], used: vec![], resolved: None, runs: vec![], marks: vec![] }
     }
 
     pub(super) fn start(&mut self) {
         self.runs.clear();
+        self.marks.clear();
         self.used.clear();
     }
 
@@ -52,6 +73,32 @@ impl Timer {
         if !(if in_pass { self.passes } else { self.encoders }) {
             return None;
         }
+        let (chunk, set) = self.room(gpu)?;
+        let used = self.used.last_mut()?;
+        let begun = follows && *used > 0;
+        let begin = *used - u32::from(begun);
+        let end = begin + 1;
+        *used = end + 1;
+        self.runs.push((step, chunk, [begin, end]));
+        Some(Pair { set, begin, begun, end })
+    }
+
+    /// Notes when the device comes to this moment of the frame.
+    pub(super) fn mark(&mut self, gpu: &Gpu, record: &mut Record<'_>) {
+        if !self.encoders {
+            return;
+        }
+        if let Some((chunk, set)) = self.room(gpu)
+            && let Some(used) = self.used.last_mut()
+        {
+            record.encoder().write_timestamp(&set, *used);
+            self.marks.push((chunk, *used));
+            *used += 1;
+        }
+    }
+
+    /// A set with room for two queries, and its number.
+    fn room(&mut self, gpu: &Gpu) -> Option<(usize, wgpu::QuerySet)> {
         let full = |used: &u32| used + 2 > CHUNK;
         if self.used.last().is_none_or(full) {
             if self.used.len() >= MOST_CHUNKS {
@@ -67,14 +114,7 @@ impl Timer {
                 count: CHUNK,
             }));
         }
-        let set = self.sets.get(chunk)?.clone();
-        let used = self.used.last_mut()?;
-        let begun = follows && *used > 0;
-        let begin = *used - u32::from(begun);
-        let end = begin + 1;
-        *used = end + 1;
-        self.runs.push((step, chunk, [begin, end]));
-        Some(Pair { set, begin, begun, end })
+        Some((chunk, self.sets.get(chunk)?.clone()))
     }
 
     /// Hands over the times of all runs, to be read when the frame is done.
@@ -101,27 +141,33 @@ impl Timer {
         full * u64::from(CHUNK) + u64::from(self.used.last().copied().unwrap_or(0))
     }
 
-    /// Waits for the frame; milliseconds and timed runs of each step, by its index.
+    /// Waits for the frame; what its steps took.
     ///
     /// # Errors
     /// The device fails.
-    pub(super) fn read(&self, gpu: &Gpu, steps: usize) -> Checked<Vec<(f64, u32)>> {
+    pub(super) fn read(&self, gpu: &Gpu, steps: usize) -> Checked<Timed> {
         let mut out = vec![(0.0, 0); steps];
         let queries = self.queries();
         let Some((_, read)) = self.resolved.as_ref().filter(|_| queries > 0) else {
             gpu.wait()?;
-            return Ok(out);
+            return Ok(Timed { steps: out, whole: None });
         };
         let bytes = map(gpu, read, 8 * queries)?;
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
+        let ms = |begin: u64, end: u64| end.saturating_sub(begin) as f64 * f64::from(gpu.timestamp_period) * 1e-6;
+        let at = |chunk: usize, query: u32| ticks.get(chunk * CHUNK as usize + query as usize);
+        let marks = self.marks.iter().filter_map(|(chunk, query)| at(*chunk, *query).copied());
+        let mut whole = marks.clone().min().zip(marks.max()).map(|(first, last)| [first, last]);
         for (step, chunk, pair) in &self.runs {
-            let [begin, end] = pair.map(|query| ticks.get(chunk * CHUNK as usize + query as usize));
-            if let (Some((ms, runs)), Some(begin), Some(end)) = (out.get_mut(step.0), begin, end) {
-                *ms += end.saturating_sub(*begin) as f64 * f64::from(gpu.timestamp_period) * 1e-6;
+            let [begin, end] = pair.map(|query| at(*chunk, query));
+            if let (Some((sum, runs)), Some(&begin), Some(&end)) = (out.get_mut(step.0), begin, end) {
+                *sum += ms(begin, end);
                 *runs += 1;
+                let [first, last] = whole.unwrap_or([begin, end]);
+                whole = Some([first.min(begin), last.max(end)]);
             }
         }
-        Ok(out)
+        Ok(Timed { steps: out, whole: whole.map(|[begin, end]| ms(begin, end)) })
     }
 
     fn buffers(&mut self, gpu: &Gpu, size: u64) -> Checked<(wgpu::Buffer, wgpu::Buffer)> {

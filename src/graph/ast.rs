@@ -125,6 +125,8 @@ pub enum PassKind {
     /// Alternatives that leave the same results; one of them runs.
     Fastest {
         of: Vec<Vec<Pass>>,
+        /// Measured once on an adapter, whatever the scene and the sizes.
+        once: bool,
     },
 }
 
@@ -192,7 +194,7 @@ impl PassKind {
     pub fn bodies(&self) -> &[Vec<Pass>] {
         match self {
             PassKind::Loop { passes, .. } => std::slice::from_ref(passes),
-            PassKind::Fastest { of } => of,
+            PassKind::Fastest { of, .. } => of,
             _ => &[],
         }
     }
@@ -201,7 +203,7 @@ impl PassKind {
     pub fn bodies_mut(&mut self) -> &mut [Vec<Pass>] {
         match self {
             PassKind::Loop { passes, .. } => std::slice::from_mut(passes),
-            PassKind::Fastest { of } => of,
+            PassKind::Fastest { of, .. } => of,
             _ => &mut [],
         }
     }

@@ -233,7 +233,7 @@ impl<'g> Check<'g> {
                 self.passes(passes, loops);
                 loops.pop();
             }
-            PassKind::Fastest { of } => {
+            PassKind::Fastest { of, .. } => {
                 self.alternatives(p, of);
                 of.iter().for_each(|passes| self.passes(passes, loops));
             }

@@ -242,7 +242,8 @@ impl Reader {
             "Fastest" => {
                 let of = self.need(f, "of");
                 let passes = |r: &mut Reader, n| r.list(Some(n)).iter().filter_map(|n| r.pass(n)).collect();
-                Some(PassKind::Fastest { of: self.list(of).iter().map(|n| passes(self, n)).collect() })
+                let of = self.list(of).iter().map(|n| passes(self, n)).collect();
+                Some(PassKind::Fastest { of, once: self.bool(f.get("once"), false) })
             }
             _ => {
                 let count = self.need(f, "count").and_then(|n| self.expr(n));

@@ -8,6 +8,7 @@
 
 use super::ingredient::{Ingredient, Ingredients, Kind};
 use super::keys::{Keys, Outside, UNDEFINED, Unit, Version, Versions, initial};
+use super::member::Members;
 use super::region::{self, Seen};
 use super::{Desc, Plan, ResourceId, TextureDesc};
 use crate::diag::Checked;
@@ -58,8 +59,8 @@ impl Content {
 struct Ran {
     key: Version,
     ingredients: Ingredients,
-    /// A version of what each of its members alone depended on; empty when it ran as a whole.
-    members: Vec<u64>,
+    /// What each of its members alone depended on.
+    members: Members,
     /// What the members of a draw saw.
     seen: Option<Seen>,
     frame: u32,
@@ -361,12 +362,12 @@ fn outdated(
     held: &Held,
     before: &Selection,
     now: &Ingredients,
-    members: &[u64],
+    members: &Members,
 ) -> Option<Vec<bool>> {
     let ran = standing(plan, unit, held, now)?;
     let untouched = |r: &ResourceId| before.writes.iter().all(|(slot, _)| *slot != plan.resources[r.0].slot);
     let fits = !members.is_empty() && ran.members.len() == members.len() && unit.writes.iter().all(untouched);
-    fits.then(|| members.iter().zip(&ran.members).map(|(now, then)| now != then).collect())
+    fits.then(|| members.each().iter().zip(ran.members.each()).map(|(now, then)| now != then).collect())
 }
 
 /// The last run of a unit, when what it made is in memory still and nothing but what tells its members apart is new since.
@@ -399,7 +400,7 @@ pub fn settle(
         let [step] = unit.steps[..] else { continue };
         let Some(mut seen) = outside.members.get(&step.0).cloned() else { continue };
         let saw = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref());
-        if saw.is_none_or(|saw| saw.versions == seen.versions) {
+        if saw.is_none_or(|saw| !seen.unsettled(saw)) {
             continue;
         }
         let versions = keys.versions(plan, held.history(plan), outside, values);

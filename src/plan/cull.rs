@@ -25,6 +25,9 @@ const MOST_DRAWS_EACH: u32 = 64;
 /// Triangles of the scene to a draw at least: to begin a draw takes a driver as long as so many triangles out of sight.
 const LEAST_TRIANGLES_A_DRAW: u32 = 128;
 
+/// Draws that a workgroup of the shader finds.
+const DRAWS_A_WORKGROUP: u32 = 8;
+
 /// Bytes of the arguments of an indexed indirect draw.
 pub const DRAW_BYTES: u64 = 20;
 
@@ -185,7 +188,7 @@ impl Expander<'_, '_> {
             | Binding::Report
             | Binding::Members => return None,
         };
-        let groups = (rows.checked_mul(draws)?).div_ceil(64);
+        let groups = (rows.checked_mul(draws)?).div_ceil(DRAWS_A_WORKGROUP);
         let across = groups.clamp(1, self.limits.max_compute_workgroups_per_dimension);
         let entry = self.shaders[culling.shader].interface.entry(Stage::Compute)?.name.clone();
         self.out.steps.push(Step {

@@ -84,19 +84,26 @@ fn hides_nothing(c: Cluster, eye: vec4f) -> bool {
     return any(below & (eye.xyz > c.upper * eye.w)) || any(above & (eye.xyz < c.lower * eye.w));
 }
 
-/// One invocation a draw: from the first to the last cluster that is seen of an equal share of the clusters.
+/// So many lanes look at the clusters of a draw.
+const LANES: u32 = 8u;
+const DRAWS: u32 = 8u;
+
+/// Of each draw: the first index of what is seen, with its bits turned round, and the end of it. Both begin as 0.
+var<workgroup> firsts: array<atomic<u32>, DRAWS>;
+var<workgroup> ends: array<atomic<u32>, DRAWS>;
+
+/// A few lanes a draw: from the first to the last cluster that is seen of an equal share of the clusters.
 @compute @workgroup_size(64)
 fn cull(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let draw = (group.y * groups.x + group.x) * 64u + lane;
+    let slot = lane / LANES;
+    let draw = (group.y * groups.x + group.x) * DRAWS + slot;
     let draws_each = culling.first_draws + culling.second_draws;
     let row = draw / draws_each;
-    if row >= culling.members {
-        return;
-    }
+    let there = row < culling.members;
     let member = culling.first_member + row;
     var place = draw % draws_each;
     var base = 0u;
@@ -116,7 +123,7 @@ fn cull(
     let eye = eye_of(rows);
     var first = 0xffffffffu;
     var last = 0u;
-    for (var i = begin; i < end; i++) {
+    for (var i = begin + lane % LANES; there && i < end; i += LANES) {
         let c = clusters[culling.first_cluster + i];
         if culling.occluders != 0u && known && hides_nothing(c, eye) {
             continue;
@@ -126,6 +133,16 @@ fn cull(
             last = c.first + c.count;
         }
     }
+    if last != 0u {
+        atomicMax(&firsts[slot], ~first);
+        atomicMax(&ends[slot], last);
+    }
+    workgroupBarrier();
+    if !there || lane % LANES != 0u {
+        return;
+    }
+    first = ~atomicLoad(&firsts[slot]);
+    last = atomicLoad(&ends[slot]);
     let seen = first < last;
     draws[draw] = Draw(select(0u, last - first, seen), select(0u, 1u, seen), select(0u, first, seen), 0, member);
 }

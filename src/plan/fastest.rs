@@ -27,6 +27,8 @@ pub struct Choice {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Alternatives {
     pub name: String,
+    /// What is fastest in one scene and at one size is taken to be in all.
+    pub once: bool,
     /// In the order of the file, without those that their conditions leave out.
     pub ways: Vec<Way>,
     /// The one that runs: an index into `ways`.
@@ -127,7 +129,8 @@ impl<'g> Wirer<'g, '_> {
             let (ways, touched): (Vec<Way>, Vec<Touched>) = found.into_iter().unzip();
             let why = asked.filter(|c| c.index == index).map_or("the first, not measured".into(), |c| c.why.clone());
             let chosen = ways.iter().position(|w| w.index == index).unwrap_or(0);
-            let found = Alternatives { name: name.clone(), ways, chosen, why };
+            let once = matches!(group.kind, PassKind::Fastest { once: true, .. });
+            let found = Alternatives { name: name.clone(), once, ways, chosen, why };
             self.out.off.extend(others.into_iter().map(|p| (p, found.to_string())));
             self.out.groups.push(Group { pass: group, found, touched });
         }
@@ -194,7 +197,7 @@ pub fn unknown(graph: &Graph, choices: &Choices) -> Vec<Diagnostic> {
 pub fn groups(graph: &Graph) -> Vec<(&str, &[Vec<Pass>])> {
     let mut found = vec![];
     walk(&graph.passes, &mut |p| {
-        if let PassKind::Fastest { of } = &p.kind {
+        if let PassKind::Fastest { of, .. } = &p.kind {
             found.push((p.name.value.as_str(), of.as_slice()));
         }
     });

@@ -6,6 +6,7 @@
 //! a plan or by a name of the graph, so equal work has equal versions in any two plans.
 
 use super::ingredient::{Ingredient, Ingredients, Kind, add};
+use super::member::Members;
 use super::region;
 use super::tables::pack;
 use super::{
@@ -17,7 +18,7 @@ use crate::scene::{AssetHashes, Table};
 use crate::shader::Layout;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::hash::Hash;
 
 /// Identifies a content. [`UNDEFINED`]: nothing has been written.
 pub type Version = u128;
@@ -141,7 +142,7 @@ pub struct Versions {
     /// By unit.
     pub keys: Vec<Version>,
     /// By unit that can run for some of its members: a version of what each of them alone depends on; else empty.
-    pub members: Vec<Vec<u64>>,
+    pub members: Vec<Members>,
     /// By unit: of what it needs, in that order.
     pub before: Vec<Vec<Version>>,
     /// By unit: of what it writes, in that order.
@@ -195,7 +196,7 @@ impl Keys {
             let inputs = (self.without != Some(Kind::Input)).then(|| untold.collect::<Vec<_>>());
             let common = hash(&(unit.start, given, inputs)).max(1);
             let told = unit.apart.is_some() && self.without != Some(Kind::Member);
-            let key = if told { hash(&(common, &members)).max(1) } else { common };
+            let key = if told { hash(&(common, members.all())).max(1) } else { common };
             let after: Vec<Version> = unit.writes.iter().map(|r| unit.content(key, *r)).collect();
             for (r, v) in unit.writes.iter().zip(&after) {
                 now[r.0] = *v;
@@ -253,25 +254,21 @@ impl Unit {
         &self,
         now: &[Version],
         made: &BTreeMap<ResourceId, Made>,
-        units: &[Vec<u64>],
+        units: &[Members],
         outside: &Outside,
-    ) -> Vec<u64> {
+    ) -> Members {
         let (members, reads) = match &self.apart {
-            None => return vec![],
-            Some(Apart::Seen(step)) => return outside.members.get(step).map_or(vec![], |seen| seen.versions.clone()),
+            None => return Members::default(),
+            Some(Apart::Seen(step)) => {
+                return outside.members.get(step).map(|s| s.versions.clone()).unwrap_or_default();
+            }
             Some(Apart::Own(members, reads)) => (*members as usize, reads),
         };
-        let input = |r: &ResourceId| match made.get(r).map(|m| (m.common, units[m.unit].as_slice())) {
-            Some((common, parts)) if shares(parts, members, 0).is_some() => (common, parts),
-            _ => (now[r.0], &[][..]),
+        let input = |r: &ResourceId| match made.get(r).map(|m| (m.common, &units[m.unit])) {
+            Some((common, parts)) if parts.go_into(members) => (common, parts.clone()),
+            _ => (now[r.0], Members::default()),
         };
-        let inputs: Vec<(Version, &[u64])> = reads.iter().map(input).collect();
-        let member = |i: usize| {
-            let mut h = DefaultHasher::new();
-            inputs.iter().for_each(|(common, parts)| (common, shares(parts, members, i)).hash(&mut h));
-            h.finish()
-        };
-        (0..members).map(member).collect()
+        Members::reading(members, reads.iter().map(input).collect())
     }
 
     /// All that its result depends on in a frame, of whose versions it is unit number `index`.
@@ -294,21 +291,8 @@ impl Unit {
     }
 }
 
-/// What one of so many members has of some parts: a few in a row, or one that a few members share. `None`: they don't go into
-/// each other.
-fn shares(parts: &[u64], members: usize, member: usize) -> Option<&[u64]> {
-    let (parts_each, members_each) = (parts.len() / members.max(1), members / parts.len().max(1));
-    if parts_each > 0 && parts_each * members == parts.len() {
-        parts.get(parts_each * member..parts_each * (member + 1))
-    } else if members_each > 0 && members_each * parts.len() == members {
-        parts.get(member / members_each..=member / members_each)
-    } else {
-        None
-    }
-}
-
 impl Given {
-    fn hash(&self, name: &str, members: &[u64], outside: &Outside, values: &Values) -> u128 {
+    fn hash(&self, name: &str, members: &Members, outside: &Outside, values: &Values) -> u128 {
         match self {
             Given::Value(known) => hash(&values.get(name).or(known.as_ref()).map(|v| (v.ty(), v.bytes()))),
             Given::Table(i) => outside.tables.get(*i).copied().unwrap_or(0),
@@ -316,7 +300,7 @@ impl Given {
             Given::Order => outside.assets.order,
             Given::Textures => outside.assets.textures,
             Given::Began => outside.began.into(),
-            Given::Members => hash(members),
+            Given::Members => members.all(),
         }
     }
 }
@@ -542,20 +526,5 @@ impl<'p> Gather<'p> {
                 self.give(Kind::Value, name, Given::Value(self.plan.values.get(name).copied()));
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn members_share_parts_in_their_order() {
-        let parts = [10, 11, 12, 13, 14, 15];
-        assert_eq!(shares(&parts, 6, 4), Some(&[14][..]));
-        assert_eq!(shares(&parts, 2, 1), Some(&[13, 14, 15][..]), "three parts each");
-        assert_eq!(shares(&parts, 12, 7), Some(&[13][..]), "two members a part");
-        assert_eq!(shares(&parts, 4, 0), None, "neither goes into the other");
-        assert_eq!(shares(&[], 4, 0), None);
     }
 }

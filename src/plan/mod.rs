@@ -16,6 +16,7 @@ pub mod ingredient;
 pub mod keys;
 pub mod lint;
 pub mod live;
+pub mod member;
 pub mod memory;
 pub mod order;
 mod reduce;
@@ -265,6 +266,17 @@ pub enum Action {
     Copy { from: ResourceId, to: ResourceId },
     /// Every texel (or, for buffers, every `f32`) to a value.
     Clear { target: ResourceId, value: [f64; 4] },
+}
+
+impl Action {
+    /// Index into [`Plan::shaders`].
+    pub fn shader(&self) -> Option<usize> {
+        match self {
+            Action::Draw(draw) => Some(draw.shader),
+            Action::Compute { shader, .. } => Some(*shader),
+            Action::Copy { .. } | Action::Clear { .. } => None,
+        }
+    }
 }
 
 /// A render pass.

@@ -1,6 +1,7 @@
 //! Draws and dispatches over many views, member by member: what each sees, so that each has a version of its own and only
 //! those whose version is new run again. No device.
 
+use super::member::Members;
 use super::sight::{covered, eye, meets_planes, planes};
 use super::{
     Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Frusta, Place, Plan, ResourceId, Sight, Step, TextureDesc,
@@ -109,13 +110,25 @@ fn places<'p>(plan: &'p Plan, step: &Step) -> Option<(Vec<Place>, &'p TextureDes
     Some(((0..*members).map(place).collect(), t))
 }
 
+/// The steps of a plan that run member by member, by index.
+pub type Apart = BTreeMap<usize, Parts>;
+
+/// They are many members to look at: once a plan.
+pub fn steps_apart(plan: &Plan) -> Apart {
+    plan.steps.iter().enumerate().filter_map(|(index, step)| Some((index, parts(plan, step)?))).collect()
+}
+
 /// What the members of a step see.
 #[derive(Debug, Clone)]
 pub struct Seen {
     /// By member: a version of it.
-    pub versions: Vec<u64>,
+    pub versions: Members,
     views: Arc<Vec<View>>,
+    /// The buffer of frusta that the views are of.
+    frusta: Option<Arc<Vec<Mat4>>>,
     world: Arc<World>,
+    /// Those that the world is of.
+    tables: Vec<Table>,
 }
 
 /// What a member is told of its own.
@@ -128,18 +141,23 @@ struct View {
     row: u64,
 }
 
-/// By step that can run member by member, what each of its members sees. `known` gives the frusta in a buffer;
-/// steps whose frusta it doesn't know are left out. What was seen `before` saves time where little has moved since.
+/// By step that runs member by member, what each of its members sees. `known` gives the frusta in a buffer;
+/// steps whose frusta it doesn't know are left out. What was seen `before` is handed on where nothing has moved since, and saves time where
+/// little has.
 pub fn seen(
     plan: &Plan,
+    apart: &Apart,
     tables: &[Table],
     known: impl Fn(ResourceId) -> Option<Arc<Vec<Mat4>>>,
     before: &BTreeMap<usize, Seen>,
 ) -> BTreeMap<usize, Seen> {
     let mut all = BTreeMap::new();
-    let Some(world) = World::new(tables).map(Arc::new) else { return all };
-    for (index, step) in plan.steps.iter().enumerate() {
-        let Some(parts) = parts(plan, step) else { continue };
+    let of: Vec<Table> = tables.iter().filter(|t| WORLD.contains(&t.name)).cloned().collect();
+    let same = |seen: &&Seen| seen.tables.len() == of.len() && seen.tables.iter().zip(&of).all(|(a, b)| a.is_clone(b));
+    let known_world = before.values().find(same).map(|seen| seen.world.clone());
+    let Some(world) = known_world.or_else(|| World::new(tables).map(Arc::new)) else { return all };
+    for (&index, parts) in apart {
+        let Some(step) = plan.steps.get(index) else { continue };
         let (rows, reach): (Vec<usize>, u64) = match (&step.action, &step.sight) {
             (Action::Draw(draw), _) => (draw.members.iter().map(|m| m.index as usize).collect(), 0),
             (_, Some(sight)) => ((0..sight.members as usize).collect(), world.reach()),
@@ -148,17 +166,25 @@ pub fn seen(
         let rows = rows.into_iter();
         // What is not a number sees everything.
         let frustum = |all: &[Mat4], i: usize| all.get(i).copied().unwrap_or(Mat4::NAN);
-        let views: Vec<View> = match parts.frusta {
+        let earlier = before.get(&index);
+        let (views, frusta) = match parts.frusta {
             Frusta::Buffer(id) => {
                 let Some(frusta) = known(id) else { continue };
-                rows.map(|i| View { frustum: frustum(&frusta, i), row: reach }).collect()
+                let from = |seen: &&Seen| seen.frusta.as_ref().is_some_and(|f| Arc::ptr_eq(f, &frusta));
+                let reaches = |seen: &&Seen| seen.views.first().is_none_or(|v| v.row == reach);
+                let views = match earlier.filter(from).filter(reaches) {
+                    Some(seen) => seen.views.clone(),
+                    None => Arc::new(rows.map(|i| View { frustum: frustum(&frusta, i), row: reach }).collect()),
+                };
+                (views, Some(frusta))
             }
             Frusta::Table(i) => {
                 let name = plan.tables.get(i).map_or("", |t| t.table.as_str());
                 let Some(table) = tables.iter().find(|t| t.name == name) else { continue };
                 let column = table.columns.iter().find(|(name, _)| *name == super::cull::FRUSTUM);
                 let frusta = if let Some((_, Column::Mat4(all))) = column { all.as_slice() } else { &[] };
-                rows.map(|i| View { frustum: frustum(frusta, i), row: row_hash(table, i) }).collect()
+                let view = |i| View { frustum: frustum(frusta, i), row: row_hash(table, i) };
+                (Arc::new(rows.map(view).collect()), None)
             }
         };
         let looks = match &step.action {
@@ -166,8 +192,12 @@ pub fn seen(
             Action::Draw(_) => Looks::Drawn,
             _ => Looks::Rays,
         };
-        let versions = world.versions(&views, looks, before.get(&index));
-        all.insert(index, Seen { versions, views: Arc::new(views), world: world.clone() });
+        let still = |seen: &&Seen| Arc::ptr_eq(&seen.views, &views) && seen.world == world;
+        let versions = match earlier.filter(still) {
+            Some(seen) => seen.versions.clone(),
+            None => Members::of(world.versions(&views, looks, earlier)),
+        };
+        all.insert(index, Seen { versions, views, frusta, world: world.clone(), tables: of.clone() });
     }
     all
 }
@@ -197,18 +227,28 @@ pub(super) fn worth_reading(t: &TextureDesc) -> bool {
 const MOST_DEPTHS: u64 = 1 << 22;
 
 impl Seen {
+    /// Whether a member that looks where it looked before may show something that moved since: the question that
+    /// [`Seen::settle`] answers.
+    pub fn unsettled(&self, before: &Seen) -> bool {
+        let versions = self.versions.each().iter().zip(before.versions.each());
+        let mut views = self.views.iter().zip(before.views.iter()).zip(versions);
+        self.versions != before.versions && views.any(|((a, b), (now, then))| a == b && now != then)
+    }
+
     /// Gives back the versions of before to members that show nothing of what moved since: it covers no centre of a texel of
     /// theirs, or lies behind what they hold; both where it was and where it is. `held` are the depths that all of them
     /// drew last, those of [`depths`].
     pub fn settle(&mut self, before: &Seen, plan: &Plan, step: &Step, held: Option<&Image>) {
         let Some(moved) = self.world.moved(&before.world) else { return };
         let Some((places, target)) = places(plan, step) else { return };
-        if self.views.len() != before.views.len() || self.views.len() != places.len() {
+        let counts = [before.views.len(), places.len(), self.versions.len(), before.versions.len()];
+        if counts.iter().any(|count| *count != self.views.len()) {
             return;
         }
+        let (mut now, then) = (self.versions.each().to_vec(), before.versions.each());
         for (i, place) in places.into_iter().enumerate() {
             let view = self.views[i];
-            if self.versions[i] == before.versions[i] || view != before.views[i] {
+            if now[i] == then[i] || view != before.views[i] {
                 continue;
             }
             let ([x, y, width, height], layer) = match place {
@@ -226,19 +266,20 @@ impl Seen {
                 None => false,
             };
             if !moved.iter().any(|(then, now)| shows(then) || shows(now)) {
-                self.versions[i] = before.versions[i];
+                now[i] = then[i];
             }
         }
+        self.versions = Members::of(now);
     }
 }
 
-/// The buffers of frusta that a plan's steps go by.
-pub fn buffers(plan: &Plan) -> BTreeSet<ResourceId> {
-    let of = |step: &Step| match parts(plan, step)?.frusta {
+/// The buffers of frusta that steps go by.
+pub fn buffers(apart: &Apart) -> BTreeSet<ResourceId> {
+    let of = |parts: &Parts| match parts.frusta {
         Frusta::Buffer(id) => Some(id),
         Frusta::Table(_) => None,
     };
-    plan.steps.iter().filter_map(of).collect()
+    apart.values().filter_map(of).collect()
 }
 
 /// What a member makes where nothing lies in its frustum.
@@ -255,8 +296,11 @@ enum Looks {
 /// The version of a member that draws nothing.
 const NOTHING: u64 = 0;
 
+/// The tables that a [`World`] is made of.
+const WORLD: [&str; 2] = ["nodes", "clusters"];
+
 /// The nodes of a scene at a pose, as draws see them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct World {
     /// By row of the `nodes` table.
     nodes: Vec<Node>,
@@ -358,7 +402,7 @@ impl World {
                 sum.wrapping_sub(part(*row, then, &planes)).wrapping_add(part(*row, now, &planes))
             })
         };
-        views.iter().zip(&before.versions).map(one).collect()
+        views.iter().zip(before.versions.each()).map(one).collect()
     }
 
     /// Whether the eye of a view lies well within all sides of the box round everything.
@@ -401,6 +445,10 @@ mod tests {
         Node { content, bounds: boxed(at, 0.5), inner: boxed(at, 0.5) }
     }
 
+    fn saw(versions: Vec<u64>, views: Arc<Vec<View>>, world: Arc<World>) -> Seen {
+        Seen { versions: Members::of(versions), views, frusta: None, world, tables: vec![] }
+    }
+
     /// Views from a point along some directions.
     fn look<const N: usize>(from: Vec3, directions: [Vec3; N]) -> [View; N] {
         directions.map(|direction| {
@@ -435,7 +483,7 @@ mod tests {
         let worlds = places.map(|(content, at)| world(content, at * 5.0));
         for pair in worlds.windows(2) {
             let views = Arc::new(views.to_vec());
-            let seen = Seen { versions: versions(&pair[0], None), views, world: Arc::new(pair[0].clone()) };
+            let seen = saw(versions(&pair[0], None), views, Arc::new(pair[0].clone()));
             assert_eq!(versions(&pair[1], Some(&seen)), versions(&pair[1], None));
         }
     }
@@ -448,7 +496,7 @@ mod tests {
             let empty = world(Vec3::NEG_X * 5.0);
             let versions = empty.versions(&views, Looks::Drawn, None);
             assert_eq!(versions, [NOTHING]);
-            let before = Seen { versions, views: views.clone(), world: empty };
+            let before = saw(versions, views.clone(), empty);
             world(Vec3::X * 5.0).versions(&views, Looks::Drawn, Some(&before))
         };
         assert_ne!(entered(Vec3::ZERO), entered(Vec3::Y * 0.5), "the same thing, seen from elsewhere");

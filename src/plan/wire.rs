@@ -207,7 +207,7 @@ impl<'g> Wirer<'g, '_> {
                     }
                     items.push(Item::Loop { pass, count: n, until, body });
                 }
-                PassKind::Fastest { of } => items.extend(self.fastest(pass, of, loops)),
+                PassKind::Fastest { of, .. } => items.extend(self.fastest(pass, of, loops)),
                 _ => {
                     if let Some(wired) = self.pass(pass, loops) {
                         items.push(Item::Pass(wired));
@@ -336,7 +336,7 @@ impl<'g> Wirer<'g, '_> {
             }
             match &pass.kind {
                 PassKind::Loop { passes, .. } => open.extend(passes.iter().rev()),
-                PassKind::Fastest { of } => open.extend(of.iter().flatten().rev()),
+                PassKind::Fastest { of, .. } => open.extend(of.iter().flatten().rev()),
                 kind => {
                     let Some(name) = kind.shader() else { continue };
                     let shader = (name.value.as_str(), self.defs(pass, name, &mut vec![]));

@@ -82,8 +82,20 @@ struct Task {
 }
 
 impl Bvh {
-    /// The boxes of a hierarchy over triangles that stand where it was made for, or elsewhere; all corners finite.
-    pub fn of(tree: Tree, corners: impl Fn(usize) -> [Vec3; 3]) -> Bvh {
+    /// The boxes of a hierarchy over triangles that stand where it was made for, or elsewhere; all corners finite. `all` is the
+    /// box round all of them; `kept` gives the boxes of leaves that need no look, as they came out of here with the same [`reach`].
+    pub fn of(
+        tree: Tree,
+        all: Bounds,
+        corners: impl Fn(usize) -> [Vec3; 3],
+        kept: impl Fn(usize) -> Option<Bounds>,
+    ) -> Bvh {
+        // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
+        let margin = Vec3::splat(reach(all) * 4.0 * f32::EPSILON);
+        let leaf = |triangles: &[u32]| {
+            let exact = Bounds::of(triangles.iter().flat_map(|i| corners(*i as usize)));
+            Bounds { min: exact.min - margin, max: exact.max + margin }
+        };
         let (mut lower, mut upper) = (vec![Vec3::ZERO; tree.rows()], vec![Vec3::ZERO; tree.rows()]);
         // Children stand after their parents.
         for row in (0..tree.rows()).rev() {
@@ -91,14 +103,10 @@ impl Bvh {
             let bounds = match count {
                 0 => Bounds { min: lower[first].min(lower[first + 1]), max: upper[first].max(upper[first + 1]) },
                 _ if tree.order.is_empty() => continue,
-                _ => Bounds::of(tree.order[first..first + count].iter().flat_map(|i| corners(*i as usize))),
+                _ => kept(row).unwrap_or_else(|| leaf(&tree.order[first..first + count])),
             };
             (lower[row], upper[row]) = (bounds.min, bounds.max);
         }
-        // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
-        let margin = Vec3::splat(reach(Bounds { min: lower[0], max: upper[0] }) * 4.0 * f32::EPSILON);
-        lower.iter_mut().for_each(|p| *p -= margin);
-        upper.iter_mut().for_each(|p| *p += margin);
         Bvh { lower, upper, tree }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{Vertex, bvh::Tree, geometry::Geometry, model::Bounds};
 use glam::{Mat4, Vec3};
+use std::ops::Range;
 
 /// Triangles of a cluster at most: few enough that a cluster seldom lies half inside a view, many enough that testing it
 /// costs far less than drawing it.
@@ -68,8 +69,12 @@ pub(super) fn clustered(
 
 /// The box round a cluster's corners, given those of each triangle by its place in [`Geometry::indices`].
 pub(super) fn bounds(cluster: &Cluster, corners: impl Fn(usize) -> [Vec3; 3]) -> Bounds {
-    let range = cluster.first as usize / 3..(cluster.first + cluster.count) as usize / 3;
-    Bounds::of(range.flat_map(corners))
+    Bounds::of(triangles(cluster).flat_map(corners))
+}
+
+/// The places of a cluster's triangles in [`Geometry::indices`].
+pub(super) fn triangles(cluster: &Cluster) -> Range<usize> {
+    cluster.first as usize / 3..(cluster.first + cluster.count) as usize / 3
 }
 
 /// The sides of `all` that a box lies in: bits 0 to 2 the lower ones along x, y, z, bits 3 to 5 the upper ones.

@@ -1,6 +1,7 @@
 //! The views that shadow maps are drawn from.
 
 use super::{
+    clusters::{Cluster, triangles, widened},
     model::{Bounds, LightKind, Scene},
     motion::{LightPose, Pose},
 };
@@ -40,11 +41,36 @@ const FACES: [(Vec3, Vec3); 6] = [
     (Vec3::NEG_Z, Vec3::Y),
 ];
 
-/// All views at a pose, in the order of the lights. `triangles` gives the scene's corners in world space at the pose.
-pub(super) fn light_views<I: Iterator<Item = [Vec3; 3]>>(
+/// The surfaces of a scene at a pose, in parts with boxes round them.
+pub(super) struct Surfaces<'a, C> {
+    pub parts: &'a [Cluster],
+    /// By part.
+    pub boxes: &'a [Bounds],
+    /// A triangle's corners in world space, by its place in the scene's indices.
+    pub corners: C,
+}
+
+impl<C: Fn(usize) -> [Vec3; 3]> Surfaces<'_, C> {
+    /// The distance from a point to the nearest surface, or `most` where that is less. Only what lies in boxes nearer than
+    /// the best so far is looked at, the nearest box first.
+    fn nearest(&self, point: Vec3, most: f32) -> f32 {
+        let ways: Vec<f32> = self.boxes.iter().map(|b| widened(b).nearest(point)).collect();
+        let first = (0..ways.len()).min_by(|a, b| ways[*a].total_cmp(&ways[*b]));
+        first.into_iter().chain(0..ways.len()).fold(most, |best, part| match self.parts.get(part) {
+            Some(part_of) if ways[part] < best => {
+                let corners = triangles(part_of).map(&self.corners);
+                corners.map(|t| distance_to_triangle(point, t)).fold(best, f32::min)
+            }
+            _ => best,
+        })
+    }
+}
+
+/// All views at a pose, in the order of the lights.
+pub(super) fn light_views<C: Fn(usize) -> [Vec3; 3]>(
     scene: &Scene,
     pose: &Pose,
-    triangles: impl Fn() -> I,
+    surfaces: &Surfaces<'_, C>,
 ) -> Vec<LightView> {
     let mut views = vec![];
     for (row, (light, at)) in scene.lights.iter().zip(&pose.lights).enumerate() {
@@ -53,7 +79,7 @@ pub(super) fn light_views<I: Iterator<Item = [Vec3; 3]>>(
         match light.kind {
             LightKind::Point => {
                 // A cube's corner lies 1/√3 of its distance along the face's axis.
-                let (near, far) = depths(scene, at, light.range, 3.0_f32.sqrt().recip(), triangles());
+                let (near, far) = depths(scene, at, light.range, 3.0_f32.sqrt().recip(), surfaces);
                 let projection = Mat4::perspective_rh(std::f32::consts::FRAC_PI_2, 1.0, near, far);
                 views.extend(
                     FACES.map(|(direction, up)| {
@@ -65,7 +91,7 @@ pub(super) fn light_views<I: Iterator<Item = [Vec3; 3]>>(
                 let tan = light.outer.min(WIDEST_HALF_ANGLE).tan() * SPOT_MARGIN;
                 // The picture is a square round the cone: its corner lies √2 farther out than its edge.
                 let corner = (1.0 + 2.0 * tan * tan).sqrt().recip();
-                let (near, far) = depths(scene, at, light.range, corner, triangles());
+                let (near, far) = depths(scene, at, light.range, corner, surfaces);
                 let projection = Mat4::perspective_rh(2.0 * tan.atan(), 1.0, near, far);
                 views.push(view(projection * Mat4::look_to_rh(at.position, at.direction, up(at.direction)), near, far));
             }
@@ -80,18 +106,17 @@ pub(super) fn light_views<I: Iterator<Item = [Vec3; 3]>>(
 
 /// Near and far planes of a view from a light's position. `corner` is the least cosine between the view's axis
 /// and a direction inside it: what is `d` away lies at least `d · corner` deep.
-fn depths(
+fn depths<C: Fn(usize) -> [Vec3; 3]>(
     scene: &Scene,
     at: &LightPose,
     range: f32,
     corner: f32,
-    triangles: impl Iterator<Item = [Vec3; 3]>,
+    surfaces: &Surfaces<'_, C>,
 ) -> (f32, f32) {
     let reach = scene.bounds.farthest(at.position) * 1.001;
     // Past its range a light gives nothing, so there is nothing to shadow.
     let far = if range > 0.0 { reach.min(range) } else { reach }.max(1e-4);
-    let nearest = triangles.map(|t| distance_to_triangle(at.position, t)).fold(far, f32::min);
-    let near = (nearest * corner * 0.99).clamp(far * LEAST_NEAR, far * 0.5);
+    let near = (surfaces.nearest(at.position, far) * corner * 0.99).clamp(far * LEAST_NEAR, far * 0.5);
     (near, far)
 }
 
@@ -143,6 +168,7 @@ fn distance_to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::clusters::bounds;
 
     #[test]
     fn the_distance_to_a_triangle_is_to_its_face_edge_or_corner() {
@@ -158,6 +184,23 @@ mod tests {
         ] {
             let found = distance_to_triangle(p, t);
             assert!((found - expected).abs() < 1e-5, "{p}: {found}, not {expected}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_of_many_triangles_is_found_by_their_boxes() {
+        let corner = |i: usize, axis: usize| {
+            let turn = 0.37 * (7 * i + axis) as f32;
+            Vec3::new(turn.sin(), (1.3 * turn).cos(), (1.7 * turn).sin()) * 5.0 + Vec3::AXES[axis] * 0.3
+        };
+        let corners = |i: usize| [0, 1, 2].map(|axis| corner(i, axis));
+        let parts: Vec<Cluster> = (0..25).map(|i| Cluster { first: 12 * i, count: 12, node: 0 }).collect();
+        let boxes: Vec<Bounds> = parts.iter().map(|c| bounds(c, corners)).collect();
+        let surfaces = Surfaces { parts: &parts, boxes: &boxes, corners };
+        for p in [Vec3::ZERO, Vec3::new(4.0, -1.0, 2.0), corners(31)[1], Vec3::new(0.0, 90.0, 0.0)] {
+            let all = (0..100).map(|i| distance_to_triangle(p, corners(i))).fold(f32::INFINITY, f32::min);
+            assert_eq!(surfaces.nearest(p, f32::INFINITY), all, "{p}");
+            assert_eq!(surfaces.nearest(p, 0.5 * all), 0.5 * all, "{p}");
         }
     }
 

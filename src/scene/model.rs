@@ -167,6 +167,11 @@ impl Bounds {
         self.min.distance(self.max)
     }
 
+    /// Distance from a point to the box: 0 inside.
+    pub fn nearest(self, point: Vec3) -> f32 {
+        (point - point.max(self.min).min(self.max)).length()
+    }
+
     /// Distance from a point to the farthest corner.
     pub fn farthest(self, point: Vec3) -> f32 {
         (point - self.min).abs().max((point - self.max).abs()).length()

@@ -2,16 +2,19 @@
 
 use super::{
     Column, Level, TABLES, Table,
-    bvh::{Bvh, Tree},
+    bvh::{Bvh, Tree, reach},
     clusters,
     corners::{Corners, Held, normal_matrix},
     geometry::Geometry,
-    light_views::{LightView, light_views},
+    light_views::{LightView, Surfaces, light_views},
     model::{Bounds, Scene},
     motion::Pose,
 };
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
+
+/// The tables that boxes round clusters are needed for.
+const BOXED: [&str; 4] = ["light_views", "triangles", "bvh", "clusters"];
 
 /// What stands in `base_color_texture` for none.
 const NO_TEXTURE: u32 = u32::MAX;
@@ -23,6 +26,8 @@ pub struct Tables {
     /// Whose clusters follow those of the scene itself.
     pub levels: Vec<Arc<Level>>,
     pub list: Vec<Table>,
+    /// Exactly round the corners of each cluster; none where no table is made of them.
+    boxes: Arc<[Bounds]>,
 }
 
 impl Scene {
@@ -33,20 +38,20 @@ impl Scene {
 
     /// The tables whose names pass, in the order of [`TABLES`]; the others cost nothing.
     pub fn tables_named(&self, pose: &Pose, wanted: impl Fn(&str) -> bool) -> Vec<Table> {
-        self.tables_after(pose, wanted, &[], None)
+        self.tables_after(pose.clone(), wanted, vec![], None).list
     }
 
     /// As [`Scene::tables_named`], with the clusters of levels of this scene. Of earlier tables of this scene those are taken
-    /// that are the same still.
+    /// that are the same still; of the others what has not moved.
     pub fn tables_after(
         &self,
-        pose: &Pose,
+        pose: Pose,
         wanted: impl Fn(&str) -> bool,
-        levels: &[Arc<Level>],
+        levels: Vec<Arc<Level>>,
         earlier: Option<&Tables>,
-    ) -> Vec<Table> {
+    ) -> Tables {
         let kept = |name: &str| {
-            let Tables { pose: before, levels: beside, list } = earlier?;
+            let Tables { pose: before, levels: beside, list, boxes: _ } = earlier?;
             let (nodes, lights) = (before.nodes == pose.nodes, before.lights == pose.lights);
             let same = match name {
                 "materials" => true,
@@ -57,25 +62,33 @@ impl Scene {
             };
             list.iter().find(|t| same && t.name == name).cloned()
         };
-        let world = World { scene: self, pose };
+        let names = || TABLES.iter().map(|(name, _)| *name).filter(|name| wanted(name));
+        let world = World { scene: self, pose: &pose };
+        let boxes = match names().any(|name| BOXED.contains(&name)) {
+            true => world.boxes(&levels, earlier),
+            false => Arc::default(),
+        };
         let corners = |triangle: usize| world.corners(triangle);
         let mut traced = None;
         let mut made = |name: &str| match name {
-            "nodes" => Some(nodes(pose)),
+            "nodes" => Some(nodes(&pose)),
             "materials" => Some(self.material_table()),
-            "lights" => Some(self.light_table(pose)),
-            "light_views" => Some(light_view_table(&light_views(self, pose, || (0..world.triangles()).map(corners)))),
+            "lights" => Some(self.light_table(&pose)),
+            "light_views" => {
+                let surfaces = Surfaces { parts: &self.geometry.clusters, boxes: &boxes, corners };
+                Some(light_view_table(&light_views(self, &pose, &surfaces)))
+            }
             // Both come of the same sorting.
             "triangles" | "bvh" => {
-                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, earlier));
+                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, &boxes, earlier));
                 Some(if name == "bvh" { bvh.clone() } else { triangles.clone() })
             }
-            "clusters" => Some(self.cluster_table(&world, levels)),
+            "clusters" => Some(self.cluster_table(&boxes, &levels)),
             "emitters" => Some(self.emitter_table(corners)),
             _ => None,
         };
-        let names = TABLES.iter().map(|(name, _)| *name).filter(|name| wanted(name));
-        names.filter_map(|name| kept(name).or_else(|| made(name))).collect()
+        let list = names().filter_map(|name| kept(name).or_else(|| made(name))).collect();
+        Tables { list, boxes, levels, pose }
     }
 
     fn material_table(&self) -> Table {
@@ -124,19 +137,17 @@ impl Scene {
         }
     }
 
-    fn cluster_table(&self, world: &World<'_>, levels: &[Arc<Level>]) -> Table {
-        let geometry = &self.geometry;
-        let own = (geometry.indices.as_slice(), geometry.clusters.as_slice());
+    fn cluster_table(&self, boxes: &[Bounds], levels: &[Arc<Level>]) -> Table {
+        let own = (self.geometry.indices.as_slice(), self.geometry.clusters.as_slice());
         let lists = std::iter::once(own).chain(levels.iter().map(|l| (l.indices.as_slice(), l.clusters.as_slice())));
-        let (mut clusters, mut bounds, mut before) = (vec![], vec![], 0);
+        let (mut clusters, mut before) = (vec![], 0);
         for (indices, list) in lists {
-            bounds.extend(list.iter().map(|c| clusters::bounds(c, |triangle| world.corners_of(indices, triangle))));
             clusters.extend(list.iter().map(|c| clusters::Cluster { first: before + c.first, ..*c }));
             before += indices.len() as u32;
         }
-        let all = bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
-        let sides = bounds.iter().map(|b| clusters::sides(b, &all)).collect();
-        let bounds: Vec<Bounds> = bounds.iter().map(clusters::widened).collect();
+        let all = boxes.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
+        let sides = boxes.iter().map(|b| clusters::sides(b, &all)).collect();
+        let bounds: Vec<Bounds> = boxes.iter().map(clusters::widened).collect();
         Table {
             name: "clusters",
             rows: clusters.len(),
@@ -209,10 +220,6 @@ struct World<'a> {
 }
 
 impl World<'_> {
-    fn triangles(&self) -> usize {
-        self.scene.geometry.indices.len() / 3
-    }
-
     /// The corners of a triangle by its place in the scene's indices.
     fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.corners_of(&self.scene.geometry.indices, triangle)
@@ -222,6 +229,31 @@ impl World<'_> {
     fn corners_of(&self, indices: &[u32], triangle: usize) -> [Vec3; 3] {
         let i = 3 * triangle;
         [i, i + 1, i + 2].map(|i| self.position(indices[i] as usize))
+    }
+
+    /// Exactly round the corners of each cluster, those of the levels after the scene's own.
+    fn boxes(&self, levels: &[Arc<Level>], earlier: Option<&Tables>) -> Arc<[Bounds]> {
+        let Geometry { indices, clusters, .. } = &*self.scene.geometry;
+        let own = (indices.as_slice(), clusters.as_slice());
+        let lists = std::iter::once(own).chain(levels.iter().map(|l| (l.indices.as_slice(), l.clusters.as_slice())));
+        let all = lists.flat_map(|(indices, list)| list.iter().map(move |c| (indices, c)));
+        let known = earlier.filter(|e| e.levels == levels && e.boxes.len() == all.clone().count());
+        if let Some(known) = known.filter(|k| k.pose.nodes == self.pose.nodes) {
+            return known.boxes.clone();
+        }
+        let still =
+            |node: u32| known.is_some_and(|k| k.pose.nodes.get(node as usize) == self.pose.nodes.get(node as usize));
+        let one = |(i, (indices, c)): (usize, (&[u32], &clusters::Cluster))| match known.and_then(|k| k.boxes.get(i)) {
+            Some(found) if still(c.node) => *found,
+            _ => clusters::bounds(c, |triangle| self.corners_of(indices, triangle)),
+        };
+        all.enumerate().map(one).collect()
+    }
+
+    /// Round all triangles, given the boxes of clusters.
+    fn whole(&self, boxes: &[Bounds]) -> Bounds {
+        let own = boxes.iter().take(self.scene.geometry.clusters.len());
+        own.fold(Bounds::EMPTY, |all, b| all.union(*b))
     }
 
     fn position(&self, vertex: usize) -> Vec3 {
@@ -255,7 +287,6 @@ fn light_view_table(views: &[LightView]) -> Table {
     }
 }
 
-/// The tables `triangles` and `bvh`.
 /// The scene's triangles sorted where they stand in the beginning: one order for all poses.
 fn sorted(scene: &Scene) -> Tree {
     let pose = scene.pose(0.0);
@@ -267,12 +298,24 @@ fn sorted(scene: &Scene) -> Tree {
     Tree::new(triangles.len(), corners, |i| vertices[triangles[i][0] as usize].node, 1)
 }
 
+impl Tables {
+    fn column(&self, table: &str, column: &str) -> Option<&Column> {
+        let table = self.list.iter().find(|t| t.name == table)?;
+        table.columns.iter().find(|(name, _)| *name == column).map(|(_, c)| c)
+    }
+}
+
+/// The corners of the boxes of earlier tables, by row of `bvh`.
+fn boxes_of(tables: &Tables) -> Option<(&[Vec3], &[Vec3])> {
+    match (tables.column("bvh", "lower"), tables.column("bvh", "upper")) {
+        (Some(Column::Vec3(lower)), Some(Column::Vec3(upper))) => Some((lower, upper)),
+        _ => None,
+    }
+}
+
 /// How earlier tables of a scene have its triangles sorted.
 fn tree_of(tables: &Tables) -> Option<Tree> {
-    let column = |table: &str, column: &str| {
-        let table = tables.list.iter().find(|t| t.name == table)?;
-        table.columns.iter().find(|(name, _)| *name == column).map(|(_, c)| c)
-    };
+    let column = |table, column| tables.column(table, column);
     let (Some(Column::Uint(first)), Some(Column::Uint(count)), Some(Column::Corner { of, .. })) =
         (column("bvh", "first"), column("bvh", "count"), column("triangles", "a"))
     else {
@@ -281,13 +324,27 @@ fn tree_of(tables: &Tables) -> Option<Tree> {
     Some(Tree { first: first.clone(), count: count.clone(), order: of.order().to_vec() })
 }
 
-fn traced_tables(world: &World<'_>, earlier: Option<&Tables>) -> (Table, Table) {
+/// The tables `triangles` and `bvh`.
+fn traced_tables(world: &World<'_>, boxes: &[Bounds], earlier: Option<&Tables>) -> (Table, Table) {
     let tree = earlier.and_then(tree_of).unwrap_or_else(|| sorted(world.scene));
-    let Bvh { lower, upper, tree: Tree { first, count, order } } = {
-        let positions: Vec<Vec3> = (0..world.scene.geometry.vertices.len()).map(|i| world.position(i)).collect();
-        let (triangles, _) = world.scene.geometry.indices.as_chunks::<3>();
-        Bvh::of(tree, |i| triangles[i].map(|vertex| positions[vertex as usize]))
+    let Geometry { vertices, indices, .. } = &*world.scene.geometry;
+    let all = world.whole(boxes);
+    // A leaf is of one node: where that stands as before, so does the leaf.
+    let known = earlier.filter(|e| reach(world.whole(&e.boxes)) == reach(all)).and_then(|e| Some((e, boxes_of(e)?)));
+    let node = |row: usize| {
+        let triangle = *tree.order.get(tree.first[row] as usize)? as usize;
+        Some(vertices[*indices.get(3 * triangle)? as usize].node as usize)
     };
+    let kept = |row: usize| {
+        let (before, (lower, upper)) = known?;
+        let node = node(row)?;
+        let still = before.pose.nodes.get(node) == world.pose.nodes.get(node);
+        still.then_some(Bounds { min: *lower.get(row)?, max: *upper.get(row)? })
+    };
+    let mut leaves = vec![None; tree.rows()];
+    (0..tree.rows()).filter(|row| tree.count[*row] > 0).for_each(|row| leaves[row] = kept(row));
+    let Bvh { lower, upper, tree: Tree { first, count, order } } =
+        Bvh::of(tree, all, |i| world.corners(i), |row| leaves[row]);
     let bvh = Table {
         name: "bvh",
         rows: count.len(),

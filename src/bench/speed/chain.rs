@@ -5,8 +5,10 @@
 
 use super::handwritten::Handwritten;
 use super::list::{Chain, Run};
+use super::pairs::median;
 use super::{Bench, Row, Wanted};
 use crate::diag::{Checked, Diagnostic};
+use crate::gpu::Timing;
 use crate::scene::{self, Scene};
 use crate::session::{Project, Session, Settings, plan_for};
 use std::sync::Arc;
@@ -93,6 +95,8 @@ impl Bench<'_> {
 
     fn by_hand(&self, chain: &Chain) -> Checked<Row> {
         let mut session = self.chained(&chain.run, chain, chain.few, std::slice::from_ref(&chain.work))?.session;
+        // The program takes no times of its passes either.
+        session.settings.timing = Timing::Frame;
         let program = Handwritten::new(self.gpu, &session.plan).ok_or_else(|| {
             Diagnostic::error(format!("`{}` is not the chain that was written by hand", chain.run.graph))
         })?;
@@ -121,10 +125,4 @@ impl Bench<'_> {
         let note = format!("{:.2} ms, {:.2} ms by hand; {} passes", median(ours), median(theirs), chain.few);
         Ok(row.wanted(Wanted::AtMost(chain.most_ratio)).note(note))
     }
-}
-
-/// The one in the middle of an odd number; of an even number the larger of both.
-fn median(mut of: Vec<f64>) -> f64 {
-    of.sort_by(f64::total_cmp);
-    of.get(of.len() / 2).copied().unwrap_or(f64::NAN)
 }

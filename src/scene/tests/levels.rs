@@ -72,7 +72,7 @@ fn a_larger_tolerance_leaves_fewer_triangles_and_each_is_made_once() {
 fn clusters_of_levels_follow_those_of_the_scene() {
     let scene = hall();
     let levels = [scene.level(0.002), scene.level(0.05)];
-    let tables = scene.tables_after(&scene.pose(0.0), |name| name == "clusters", &levels, None);
+    let tables = scene.tables_after(scene.pose(0.0), |name| name == "clusters", levels.to_vec(), None).list;
     let column = |name: &str| match tables[0].columns.iter().find(|c| c.0 == name) {
         Some((_, Column::Uint(all))) => all.clone(),
         _ => panic!("no column {name}"),

@@ -3,7 +3,7 @@
 use super::fixture::Fixture;
 use crate::{
     diag::render,
-    scene::{Bounds, Scene, Shift, Table, Tables},
+    scene::{Bounds, Scene, Shift, Table},
 };
 use glam::{Mat4, Quat, Vec3};
 use serde_json::json;
@@ -150,7 +150,7 @@ fn tables_that_a_move_leaves_alone_are_those_of_before() {
     let mut f = Fixture::quad();
     f.light(json!({"name": "lamp", "translation": [0, 0, 2]}), json!({"type": "point", "intensity": 1}));
     let scene = f.scene();
-    let earlier = Tables { pose: scene.pose(0.0), levels: vec![], list: scene.tables(&scene.pose(0.0)) };
+    let earlier = scene.tables_after(scene.pose(0.0), |_| true, vec![], None);
     let lights = scene.pose_shifted(0.0, &Shift { lights: Vec3::X, ..Shift::default() });
     let mut nodes = scene.pose(0.0);
     nodes.nodes[0] = Mat4::from_translation(Vec3::Y);
@@ -159,7 +159,7 @@ fn tables_that_a_move_leaves_alone_are_those_of_before() {
         (&lights, vec!["lights", "light_views"]),
         (&nodes, vec!["nodes", "light_views", "triangles", "bvh", "clusters", "emitters"]),
     ] {
-        let found = scene.tables_after(pose, |_| true, &[], Some(&earlier));
+        let found = scene.tables_after(pose.clone(), |_| true, vec![], Some(&earlier)).list;
         assert_eq!(found, scene.tables(pose), "what is kept is what would be made");
         let kept = |t: &Table| earlier.list.iter().any(|e| e.is_clone(t));
         assert_eq!(found.iter().filter(|t| !kept(t)).map(|t| t.name).collect::<Vec<_>>(), expected);
@@ -172,10 +172,10 @@ fn rows_that_differ_are_those_of_what_moved() {
     f.push("nodes", json!({"name": "other", "mesh": 0, "translation": [0, 0, 3]}));
     f.json["nodes"][0]["children"] = json!([1]);
     let scene = f.scene();
-    let earlier = Tables { pose: scene.pose(0.0), levels: vec![], list: scene.tables(&scene.pose(0.0)) };
+    let earlier = scene.tables_after(scene.pose(0.0), |_| true, vec![], None);
     let mut pose = scene.pose(0.0);
     pose.nodes[1] = Mat4::from_translation(Vec3::Y);
-    let found = scene.tables_after(&pose, |_| true, &[], Some(&earlier));
+    let found = scene.tables_after(pose.clone(), |_| true, vec![], Some(&earlier)).list;
     assert_eq!(found, scene.tables(&pose), "the order does not depend on the way");
     for (now, then) in found.iter().zip(&earlier.list) {
         let ranges = now.differs(then).expect("it has as many rows");
