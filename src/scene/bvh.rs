@@ -83,12 +83,12 @@ struct Task {
 
 impl Bvh {
     /// The boxes of a hierarchy over triangles that stand where it was made for, or elsewhere; all corners finite. `all` is the
-    /// box round all of them; `kept` gives the boxes of leaves that need no look, as they came out of here with the same [`reach`].
+    /// box round all of them; `kept` gives the boxes of leaves (rows) that need no look, as they came out of here with the same [`reach`].
     pub fn of(
         tree: Tree,
         all: Bounds,
         corners: impl Fn(usize) -> [Vec3; 3],
-        kept: impl Fn(usize) -> Option<Bounds>,
+        kept: impl Fn(&Tree, usize) -> Option<Bounds>,
     ) -> Bvh {
         // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
         let margin = Vec3::splat(reach(all) * 4.0 * f32::EPSILON);
@@ -103,7 +103,7 @@ impl Bvh {
             let bounds = match count {
                 0 => Bounds { min: lower[first].min(lower[first + 1]), max: upper[first].max(upper[first + 1]) },
                 _ if tree.order.is_empty() => continue,
-                _ => kept(row).unwrap_or_else(|| leaf(&tree.order[first..first + count])),
+                _ => kept(&tree, row).unwrap_or_else(|| leaf(&tree.order[first..first + count])),
             };
             (lower[row], upper[row]) = (bounds.min, bounds.max);
         }

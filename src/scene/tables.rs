@@ -331,20 +331,14 @@ fn traced_tables(world: &World<'_>, boxes: &[Bounds], earlier: Option<&Tables>) 
     let all = world.whole(boxes);
     // A leaf is of one node: where that stands as before, so does the leaf.
     let known = earlier.filter(|e| reach(world.whole(&e.boxes)) == reach(all)).and_then(|e| Some((e, boxes_of(e)?)));
-    let node = |row: usize| {
-        let triangle = *tree.order.get(tree.first[row] as usize)? as usize;
-        Some(vertices[*indices.get(3 * triangle)? as usize].node as usize)
-    };
-    let kept = |row: usize| {
+    let kept = |tree: &Tree, row: usize| {
         let (before, (lower, upper)) = known?;
-        let node = node(row)?;
+        let triangle = *tree.order.get(tree.first[row] as usize)? as usize;
+        let node = vertices[*indices.get(3 * triangle)? as usize].node as usize;
         let still = before.pose.nodes.get(node) == world.pose.nodes.get(node);
         still.then_some(Bounds { min: *lower.get(row)?, max: *upper.get(row)? })
     };
-    let mut leaves = vec![None; tree.rows()];
-    (0..tree.rows()).filter(|row| tree.count[*row] > 0).for_each(|row| leaves[row] = kept(row));
-    let Bvh { lower, upper, tree: Tree { first, count, order } } =
-        Bvh::of(tree, all, |i| world.corners(i), |row| leaves[row]);
+    let Bvh { lower, upper, tree: Tree { first, count, order } } = Bvh::of(tree, all, |i| world.corners(i), kept);
     let bvh = Table {
         name: "bvh",
         rows: count.len(),

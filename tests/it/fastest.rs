@@ -130,6 +130,51 @@ fn the_faster_alternative_is_found_and_remembered() {
 }
 
 #[test]
+fn what_is_measured_once_holds_for_all_scenes_and_sizes() {
+    let gpu = &device::gpu();
+    let scratch = Scratch::new("fastest-once");
+    let graph = files(&scratch);
+    let file = scratch.path().join("fastest.json");
+    let count = || {
+        let text = fs::read_to_string(&file).unwrap();
+        serde_json::from_str::<serde_json::Value>(&text).unwrap().as_array().unwrap().len()
+    };
+    let choose = |name: &str, set: &str| {
+        let project = Project::open(&graph, &[]).unwrap_or_else(|f| panic!("{f}"));
+        let scene = scene::load(&repository(name)).unwrap_or_else(|f| panic!("{f}")).scene;
+        let params = project.params(&[set.into()]).unwrap_or_else(|f| panic!("{f}"));
+        let settings = Settings { params, size: [64, 64], ..Settings::default() };
+        measured(gpu, &project, &Arc::new(scene), &settings, Some(&file)).unwrap_or_else(|f| panic!("{f}"))["sum"].index
+    };
+    let sized = GRAPH
+        .replace(
+            "    resources:",
+            "    params: {\"rows\": Uint(default: 64, min: 1, max: 64, about: \"rows\")},\n    resources:",
+        )
+        .replace("over: (4096, 1, 1)", "over: (\"64 * rows\", 1, 1)");
+    for (text, asked) in
+        [(sized.clone(), [1, 2, 3]), (sized.replace("\"sum\", of", "\"sum\", once: true, of"), [1, 1, 1])]
+    {
+        fs::write(&graph, text).unwrap();
+        fs::write(&file, "[]").unwrap();
+        let cases = [
+            ("scenes/lambert_plane.glb", "rows=64"),
+            ("scenes/lambert_plane.glb", "rows=32"),
+            ("scenes/furnace.glb", "rows=32"),
+        ];
+        for ((scene, set), asked) in cases.into_iter().zip(asked) {
+            assert_eq!(choose(scene, set), 1, "the quick one");
+            assert_eq!(count(), asked, "{scene} {set}");
+        }
+    }
+    // Another text of a shader is another work.
+    let (name, text) = SHADERS[0];
+    fs::write(scratch.path().join(format!("shaders/{name}.wgsl")), format!("// slow\n{text}")).unwrap();
+    assert_eq!(choose("scenes/lambert_plane.glb", "rows=64"), 1);
+    assert_eq!(count(), 2);
+}
+
+#[test]
 fn the_command_measures_unless_it_is_told() {
     let scratch = Scratch::new("fastest-command");
     let graph = files(&scratch).display().to_string();

@@ -1,5 +1,5 @@
 use crate::gpu::testing::{Sketch, gpu, run, run_scene, try_run};
-use crate::gpu::{Frame, execute, prepare, prepare_after, read_buffer};
+use crate::gpu::{Frame, Timing, execute, prepare, prepare_after, read_buffer};
 use crate::plan::change::{Held, carry};
 use crate::plan::keys::{Keys, Outside};
 use crate::plan::{Action, TextureKind};
@@ -31,6 +31,27 @@ fn compute_writes_a_texture_and_a_buffer() {
     let step = ran.report.steps[0];
     assert_eq!((step.step, step.runs), (0, 1));
     assert_eq!(step.gpu_ms.is_some(), gpu().features.contains(wgpu::Features::TIMESTAMP_QUERY));
+}
+
+#[test]
+fn a_frame_timed_as_a_whole_has_no_times_of_steps() {
+    let mut s = Sketch::new();
+    s.image("image", F::Rgba32Float, 5, 3);
+    s.buffer("sums", 60);
+    let fill = s.compute("fill", FILL, [1, 1, 1]);
+    let plan = s.order([fill]);
+    let mut prepared = prepare(gpu(), &plan, &Assets::default(), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let mut frame = |timing| {
+        let frame = Frame { timing, ..Frame::default() };
+        execute(gpu(), &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"))
+    };
+    let (whole, steps) = (frame(Timing::Frame), frame(Timing::Steps));
+    let features = gpu().features;
+    assert_eq!(whole.device_ms.is_some(), features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS));
+    assert_eq!(whole.steps[0].gpu_ms, None);
+    assert_eq!(steps.device_ms.is_some(), steps.steps[0].gpu_ms.is_some());
+    // Of one step alone both are the same pair of stamps.
+    assert_eq!(steps.device_ms, steps.steps[0].gpu_ms);
 }
 
 #[test]
