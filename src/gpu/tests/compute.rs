@@ -40,7 +40,8 @@ fn a_frame_timed_as_a_whole_has_no_times_of_steps() {
     s.buffer("sums", 60);
     let fill = s.compute("fill", FILL, [1, 1, 1]);
     let plan = s.order([fill]);
-    let mut prepared = prepare(gpu(), &plan, &Assets::default(), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let mut prepared =
+        prepare(gpu(), &plan, &Assets::new(&Geometry::default(), None), &[]).unwrap_or_else(|f| panic!("{f}"));
     let mut frame = |timing| {
         let frame = Frame { timing, ..Frame::default() };
         execute(gpu(), &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"))
