@@ -59,10 +59,17 @@ var packed: texture_storage_2d<rgba32uint, write>;
 const LANES_X: u32 = #{LANES_X}u;
 const LANES_Y: u32 = #{LANES_Y}u;
 const LANES: u32 = LANES_X * LANES_Y;
-const HALF: u32 = LANES / 2u;
+/// Lanes whose sums are added up one after the other. With HALVES the upper half hands its sums to the lower one, and so on, until one
+/// has all.
+#ifdef HALVES
+const PARTS: u32 = 1u;
+#else
+const PARTS: u32 = LANES;
+#endif
+const PLACES: u32 = max(LANES / 2u, PARTS);
 
-/// The sums of half of the lanes: coefficient k of lane i at k * HALF + i; then in the first COUNT places those of all.
-var<workgroup> sums: array<vec4f, HALF * COUNT>;
+/// The sums of some lanes: coefficient k of the one in place i at k * PLACES + i; then in the first COUNT places those of all.
+var<workgroup> sums: array<vec4f, PLACES * COUNT>;
 
 @compute @workgroup_size(LANES_X, LANES_Y)
 fn light_probes(
@@ -96,8 +103,7 @@ fn light_probes(
             }
         }
     }
-    // One half hands its sums to the other, and so on.
-    for (var half = HALF; half > 0u; half /= 2u) {
+    for (var half = LANES / 2u; half >= PARTS; half /= 2u) {
         if lane >= half && lane < 2u * half {
             spread(s, lane - half);
         }
@@ -107,13 +113,15 @@ fn light_probes(
         }
         workgroupBarrier();
     }
-    if lane == 0u {
-        spread(s, 0u);
+    if lane < PARTS {
+        spread(s, lane);
     }
     workgroupBarrier();
     var total = vec4f(0.0);
     if lane < COUNT {
-        total = sums[lane * HALF];
+        for (var i = 0u; i < PARTS; i++) {
+            total += sums[lane * PLACES + i];
+        }
     }
     workgroupBarrier();
 #ifdef LEAST_SQUARES
@@ -190,68 +198,68 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
     return vec4f(light, select(1.0, 0.0, is_back(r.albedo, r.normal)));
 }
 
-/// Puts a lane's sums at the place of a lane of the lower half.
-fn spread(s: cube_sums::Sums, lane: u32) {
+/// Puts a lane's sums in a place.
+fn spread(s: cube_sums::Sums, place: u32) {
 #if SH_ORDER >= 1
-    spread_four(s.m0, 0u, lane);
+    spread_four(s.m0, 0u, place);
 #endif
 #if SH_ORDER >= 2
-    spread_four(s.m1, 4u, lane);
+    spread_four(s.m1, 4u, place);
 #endif
 #if SH_ORDER >= 3
-    spread_four(s.m2, 8u, lane);
-    spread_four(s.m3, 12u, lane);
+    spread_four(s.m2, 8u, place);
+    spread_four(s.m3, 12u, place);
 #endif
 #if SH_ORDER >= 4
-    spread_four(s.m4, 16u, lane);
-    spread_four(s.m5, 20u, lane);
+    spread_four(s.m4, 16u, place);
+    spread_four(s.m5, 20u, place);
 #endif
 #if SH_ORDER != 1
 #if SH_ORDER != 3
-    sums[(COUNT - 1u) * HALF + lane] = s.last;
+    sums[(COUNT - 1u) * PLACES + place] = s.last;
 #endif
 #endif
 }
 
-/// A lane's sums and those that lie at its place.
-fn gathered(sums_of: cube_sums::Sums, lane: u32) -> cube_sums::Sums {
-    var s = sums_of;
+/// A lane's sums and those in a place.
+fn gathered(before: cube_sums::Sums, place: u32) -> cube_sums::Sums {
+    var s = before;
 #if SH_ORDER >= 1
-    s.m0 += four(0u, lane);
+    s.m0 += four(0u, place);
 #endif
 #if SH_ORDER >= 2
-    s.m1 += four(4u, lane);
+    s.m1 += four(4u, place);
 #endif
 #if SH_ORDER >= 3
-    s.m2 += four(8u, lane);
-    s.m3 += four(12u, lane);
+    s.m2 += four(8u, place);
+    s.m3 += four(12u, place);
 #endif
 #if SH_ORDER >= 4
-    s.m4 += four(16u, lane);
-    s.m5 += four(20u, lane);
+    s.m4 += four(16u, place);
+    s.m5 += four(20u, place);
 #endif
 #if SH_ORDER != 1
 #if SH_ORDER != 3
-    s.last += sums[(COUNT - 1u) * HALF + lane];
+    s.last += sums[(COUNT - 1u) * PLACES + place];
 #endif
 #endif
     return s;
 }
 
-fn four(first: u32, lane: u32) -> mat4x4f {
+fn four(first: u32, place: u32) -> mat4x4f {
     return mat4x4f(
-        sums[first * HALF + lane],
-        sums[(first + 1u) * HALF + lane],
-        sums[(first + 2u) * HALF + lane],
-        sums[(first + 3u) * HALF + lane],
+        sums[first * PLACES + place],
+        sums[(first + 1u) * PLACES + place],
+        sums[(first + 2u) * PLACES + place],
+        sums[(first + 3u) * PLACES + place],
     );
 }
 
-fn spread_four(m: mat4x4f, first: u32, lane: u32) {
-    sums[first * HALF + lane] = m[0];
-    sums[(first + 1u) * HALF + lane] = m[1];
-    sums[(first + 2u) * HALF + lane] = m[2];
-    sums[(first + 3u) * HALF + lane] = m[3];
+fn spread_four(m: mat4x4f, first: u32, place: u32) {
+    sums[first * PLACES + place] = m[0];
+    sums[(first + 1u) * PLACES + place] = m[1];
+    sums[(first + 2u) * PLACES + place] = m[2];
+    sums[(first + 3u) * PLACES + place] = m[3];
 }
 
 /// A texel of the packed probe, once `sums` holds all its coefficients.
