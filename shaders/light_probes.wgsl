@@ -103,6 +103,7 @@ fn light_probes(
             }
         }
     }
+#ifdef HALVES
     for (var half = LANES / 2u; half >= PARTS; half /= 2u) {
         if lane >= half && lane < 2u * half {
             spread(s, lane - half);
@@ -113,6 +114,7 @@ fn light_probes(
         }
         workgroupBarrier();
     }
+#endif
     if lane < PARTS {
         spread(s, lane);
     }

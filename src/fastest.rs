@@ -9,7 +9,8 @@ pub mod known;
 use crate::content::hash;
 use crate::diag::Checked;
 use crate::gpu::{FrameReport, Gpu};
-use crate::plan::fastest::{Alternatives, Choice, Choices, groups};
+use crate::graph::ast::{Pass, walk};
+use crate::plan::fastest::{Alternatives, Choice, Choices, groups, once};
 use crate::plan::keys::work;
 use crate::plan::{Plan, StepId};
 use crate::scene::{FACTS, Scene};
@@ -65,6 +66,13 @@ pub fn measured(
     file: Option<&Path>,
 ) -> Checked<Choices> {
     let mut choices = settings.choices.clone();
+    for (name, of) in groups(&project.graph).into_iter().filter(|(name, _)| once(&project.graph, name)) {
+        let known = known::find(file, &key_once(gpu, project, name, of)).filter(|ms| ms.len() == of.len());
+        if let (Some(times), false) = (known, choices.contains_key(name)) {
+            let index = fastest(&times);
+            choices.insert(name.to_string(), Choice { index, why: why(&times, index, &gpu.info.name) });
+        }
+    }
     if groups(&project.graph).iter().all(|(name, _)| choices.contains_key(*name)) {
         return Ok(choices);
     }
@@ -73,7 +81,11 @@ pub fn measured(
         let plan = plan_for(project, scene, &settings, gpu)?.plan;
         let Some(group) = plan.alternatives.iter().find(|a| !choices.contains_key(&a.name)) else { break };
         let sides = sides(gpu, project, scene, &settings, group)?;
-        let key = key(gpu, project, scene, group, &sides);
+        let of = groups(&project.graph).into_iter().find(|(name, _)| *name == group.name).map(|(_, of)| of);
+        let key = match of.filter(|_| group.once) {
+            Some(of) => key_once(gpu, project, &group.name, of),
+            None => key(gpu, scene, &sides),
+        };
         let times = match known::find(file, &key).filter(|ms| ms.len() == sides.len()) {
             Some(times) => times,
             None => {
@@ -123,25 +135,32 @@ fn sides(
     Ok(sides)
 }
 
-/// The same for the same work on the same adapter. Of a group that is measured once the work is the text of its shaders.
-fn key(gpu: &Gpu, project: &Project, scene: &Scene, group: &Alternatives, sides: &[Side]) -> String {
+/// The same for the same adapter.
+fn adapter(gpu: &Gpu) -> u128 {
     let info = &gpu.info;
-    let adapter =
-        (&info.name, info.vendor, info.device, &info.driver, &info.driver_info, format!("{:?}", info.backend));
-    if group.once {
-        let text = |path: &String| project.texts.files.get(path).map(|source| source.text.as_str());
-        let own = sides.iter().flat_map(|s| s.own.iter().map(|i| (&s.plan, *i)));
-        let shaders = own.filter_map(|(plan, i)| plan.shaders.get(plan.steps.get(i)?.action.shader()?));
-        let work: Vec<Option<&str>> = shaders.flat_map(|shader| shader.sources.iter().map(text)).collect();
-        let passes: Vec<&[String]> = group.ways.iter().map(|way| way.passes.as_slice()).collect();
-        return format!("{:032x}", hash(&(adapter, passes, work)));
+    hash(&(&info.name, info.vendor, info.device, &info.driver, &info.driver_info, format!("{:?}", info.backend)))
+}
+
+/// The same for the same passes on the same adapter, as long as the texts of their shaders are the same.
+fn key_once(gpu: &Gpu, project: &Project, group: &str, of: &[Vec<Pass>]) -> String {
+    let mut passes = vec![];
+    for way in of {
+        walk(way, &mut |pass| {
+            let shader = pass.kind.shader().and_then(|path| project.texts.files.get(&path.value));
+            passes.push((pass.name.value.clone(), shader.map(|source| hash(&source.text))));
+        });
     }
+    format!("{:032x}", hash(&(adapter(gpu), group, passes)))
+}
+
+/// The same for the same work on the same adapter.
+fn key(gpu: &Gpu, scene: &Scene, sides: &[Side]) -> String {
     let facts = scene.facts();
     let counts = FACTS.iter().filter(|(_, ty)| *ty == Type::Uint);
     let counts: Vec<Option<&[u8]>> = counts.map(|(name, _)| facts.get(*name).map(Value::bytes)).collect();
     let work: Vec<Vec<u128>> =
         sides.iter().map(|s| s.own.iter().map(|i| work(&s.plan, StepId(*i))).collect()).collect();
-    format!("{:032x}", hash(&(adapter, counts, work)))
+    format!("{:032x}", hash(&(adapter(gpu), counts, work)))
 }
 
 /// Milliseconds of the own steps of each side, the least of several runs in turn, so that what else the machine does falls

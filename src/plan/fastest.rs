@@ -204,6 +204,15 @@ pub fn groups(graph: &Graph) -> Vec<(&str, &[Vec<Pass>])> {
     found
 }
 
+/// Whether a group of a graph is measured once on an adapter.
+pub fn once(graph: &Graph, group: &str) -> bool {
+    let mut found = false;
+    walk(&graph.passes, &mut |p| {
+        found |= p.name.value == group && matches!(p.kind, PassKind::Fastest { once: true, .. })
+    });
+    found
+}
+
 /// Of some choices those that a graph still offers.
 pub fn still(graph: &Graph, choices: &Choices) -> Choices {
     let offered = |name: &str, index| groups(graph).iter().any(|(n, of)| *n == name && index < of.len());
