@@ -57,7 +57,7 @@ impl Scene {
                 "materials" => true,
                 "lights" => lights,
                 "light_views" => nodes && lights,
-                "clusters" => nodes && *beside == levels,
+                "clusters" => nodes && same_levels(beside, &levels),
                 _ => nodes,
             };
             list.iter().find(|t| same && t.name == name).cloned()
@@ -137,11 +137,18 @@ impl Scene {
         }
     }
 
-    fn cluster_table(&self, boxes: &[Bounds], levels: &[Arc<Level>]) -> Table {
+    /// The scene's indices with their clusters, then those of levels.
+    fn clustered<'a>(
+        &'a self,
+        levels: &'a [Arc<Level>],
+    ) -> impl Iterator<Item = (&'a [u32], &'a [clusters::Cluster])> + Clone {
         let own = (self.geometry.indices.as_slice(), self.geometry.clusters.as_slice());
-        let lists = std::iter::once(own).chain(levels.iter().map(|l| (l.indices.as_slice(), l.clusters.as_slice())));
+        std::iter::once(own).chain(levels.iter().map(|l| (l.indices.as_slice(), l.clusters.as_slice())))
+    }
+
+    fn cluster_table(&self, boxes: &[Bounds], levels: &[Arc<Level>]) -> Table {
         let (mut clusters, mut before) = (vec![], 0);
-        for (indices, list) in lists {
+        for (indices, list) in self.clustered(levels) {
             clusters.extend(list.iter().map(|c| clusters::Cluster { first: before + c.first, ..*c }));
             before += indices.len() as u32;
         }
@@ -196,6 +203,11 @@ impl Scene {
     }
 }
 
+/// Whether levels of one scene are the same: it keeps those that were asked for, so they need no look.
+fn same_levels(a: &[Arc<Level>], b: &[Arc<Level>]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Arc::ptr_eq(a, b))
+}
+
 /// A triangle that gives light.
 struct Emitter {
     corners: [Vec3; 3],
@@ -233,11 +245,8 @@ impl World<'_> {
 
     /// Exactly round the corners of each cluster, those of the levels after the scene's own.
     fn boxes(&self, levels: &[Arc<Level>], earlier: Option<&Tables>) -> Arc<[Bounds]> {
-        let Geometry { indices, clusters, .. } = &*self.scene.geometry;
-        let own = (indices.as_slice(), clusters.as_slice());
-        let lists = std::iter::once(own).chain(levels.iter().map(|l| (l.indices.as_slice(), l.clusters.as_slice())));
-        let all = lists.flat_map(|(indices, list)| list.iter().map(move |c| (indices, c)));
-        let known = earlier.filter(|e| e.levels == levels && e.boxes.len() == all.clone().count());
+        let all = self.scene.clustered(levels).flat_map(|(indices, list)| list.iter().map(move |c| (indices, c)));
+        let known = earlier.filter(|e| same_levels(&e.levels, levels) && e.boxes.len() == all.clone().count());
         if let Some(known) = known.filter(|k| k.pose.nodes == self.pose.nodes) {
             return known.boxes.clone();
         }
