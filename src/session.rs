@@ -332,6 +332,11 @@ impl Session {
         Ok(report)
     }
 
+    /// Makes the next frame run every step, as the first one did.
+    pub fn forget(&mut self) {
+        self.held.forget();
+    }
+
     /// Runs some steps of the last frame once more, or of the first, whatever they hold: for whoever asks how long they take.
     ///
     /// # Errors
@@ -341,7 +346,7 @@ impl Session {
         let pose = self.scene.pose_shifted(*time, shift);
         let (values, _) = frame_values(&self.scene, &self.settings, &pose, *index)?;
         // What other steps would have left isn't there.
-        self.held.forget();
+        self.forget();
         gpu::execute(gpu, &self.plan, &mut self.prepared, &Frame { values, run: Some(run), ..Frame::default() })
     }
 

@@ -2,6 +2,9 @@
 //! behind a surface or in a solid weigh as much as any, which needs neither where they are nor how open.
 #define_import_path lightgraph::packed_indirect
 #import lightgraph::packed_probes::{Weights, lambert, weigh}
+#ifdef PROBE_VIEW
+#import lightgraph::probe_view
+#endif
 #import lightgraph::probes
 #import lightgraph::surface::Record
 #ifdef SPECULAR
@@ -52,17 +55,35 @@ fn gather(w: Weights, here: probes::Cell, point: vec3f, normal: vec3f, behind: f
     return sum.rgb / max(sum.a, 1e-30);
 }
 
+/// The same round a point, of all grids that there are.
+fn gather_round(w: Weights, point: vec3f, normal: vec3f, behind: f32, sight: u32) -> vec3f {
+#ifdef PROBE_VIEW
+    let near = probe_view::share(point);
+    var mean = vec3f(0.0);
+    for (var grid = 0u; grid < select(1u, 2u, near > 0.0); grid++) {
+        var here = probes::cell(point);
+        if grid == 1u {
+            here = probes::near_cell(point);
+        }
+        let light = gather(w, here, point, normal, behind, sight);
+        mean = mix(light, mix(mean, light, near), f32(grid));
+    }
+    return mean;
+#else
+    return gather(w, probes::cell(point), point, normal, behind, sight);
+#endif
+}
+
 /// Radiance that the recorded surface on the ray from `eye` along `ray` reflects back.
 fn reflected_probes(r: Record, eye: vec3f, ray: vec3f, behind: f32, sight: u32) -> vec3f {
     let point = eye + r.normal.w * ray;
-    let here = probes::cell(point);
-    var sum = r.albedo.rgb * gather(lambert(r.normal.xyz), here, point, r.normal.xyz, behind, sight);
+    var sum = r.albedo.rgb * gather_round(lambert(r.normal.xyz), point, r.normal.xyz, behind, sight);
 #ifdef SPECULAR
     let row = u32(max(abs(r.albedo.a), 1.0)) - 1u;
     let specular = materials[row].specular;
     if specular > 0.0 {
         let w = weights(phong_weights(reflect(ray, r.normal.xyz), materials[row].shininess));
-        sum += specular * gather(w, here, point, r.normal.xyz, behind, sight);
+        sum += specular * gather_round(w, point, r.normal.xyz, behind, sight);
     }
 #endif
     return sum;

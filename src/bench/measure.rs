@@ -3,7 +3,7 @@
 //! The frames: the first; then nothing moves; then one of each kind of motion, for the change it makes and, where a graph
 //! keeps something from frame to frame, the error it leaves; then more of each, as many as there is time for. How many
 //! frames come before an image is compared never depends on how long they take, so that errors are the same in every
-//! repeat of a bench.
+//! repeat of a bench. Further rounds, with other settings' in between, add to the times alone.
 
 use super::references::References;
 use super::results::{Entry, PassTime, Phase, PhaseTimes, Spread};
@@ -25,7 +25,7 @@ use std::time::Instant;
 pub struct Target<'a> {
     pub graph: &'a str,
     pub project: &'a Project,
-    pub scene: &'a Scene,
+    pub scene: &'a Arc<Scene>,
     pub camera: Option<&'a str>,
     pub size: [u32; 2],
     /// What the sweep sets, as `NAME`, `VALUE`.
@@ -51,11 +51,12 @@ pub struct Effort<'a> {
 }
 
 /// An entry and the pictures it was judged by.
-#[derive(Debug, Clone)]
-pub struct Measured {
+pub struct Measured<'a> {
     pub entry: Entry,
     /// Outputs by name: the last that nothing moved in.
     pub images: BTreeMap<String, Image>,
+    /// What rendered it, for more frames. `None` after a fault, and of other renderers.
+    pub subject: Option<Subject<'a>>,
 }
 
 /// The output that a viewer sees.
@@ -101,16 +102,31 @@ pub fn planned(target: &Target<'_>) -> Checked<Entry> {
 ///
 /// # Errors
 /// A setting that the graph refuses.
-pub fn measure(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>) -> Checked<Measured> {
-    let mut measured = Measured { entry: planned(target)?, images: BTreeMap::new() };
-    if let Err(Faults(faults)) = run(gpu, target, effort, &mut measured) {
-        let texts: Vec<&str> = faults.iter().map(|d| d.message.as_str()).collect();
-        measured.entry.fault = Some(texts.join("; "));
-    }
-    Ok(measured)
+pub fn measure<'a>(gpu: &'a Gpu, target: &Target<'_>, effort: Effort<'_>) -> Checked<Measured<'a>> {
+    let (mut entry, mut images) = (planned(target)?, BTreeMap::new());
+    let subject = match run(gpu, target, effort, &mut entry, &mut images) {
+        Ok(subject) => Some(subject),
+        Err(faults) => {
+            entry.fault = Some(told(&faults));
+            None
+        }
+    };
+    Ok(Measured { entry, images, subject })
 }
 
-fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>, measured: &mut Measured) -> Checked<()> {
+/// As an entry's `fault` has it.
+fn told(faults: &Faults) -> String {
+    let texts: Vec<&str> = faults.0.iter().map(|d| d.message.as_str()).collect();
+    texts.join("; ")
+}
+
+fn run<'a>(
+    gpu: &'a Gpu,
+    target: &Target<'_>,
+    effort: Effort<'_>,
+    entry: &mut Entry,
+    images: &mut BTreeMap<String, Image>,
+) -> Checked<Subject<'a>> {
     let declared = target.project.graph.outputs.iter().map(|o| o.0.value.clone());
     let wanted = |o: &String| o == SEEN || target.references.all.iter().any(|r| r.output == *o);
     let outputs: Vec<String> = declared.filter(wanted).collect();
@@ -123,11 +139,9 @@ fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>, measured: &mut Measur
         skip: true,
         ..Settings::default()
     };
-    let scene = Arc::new(target.scene.clone());
-    settings.choices = target.fastest.choices(gpu, target.project, &scene, &settings)?;
+    settings.choices = target.fastest.choices(gpu, target.project, target.scene, &settings)?;
     let start = Instant::now();
-    let session = Session::new(gpu, target.project, scene, settings)?;
-    let Measured { entry, images } = measured;
+    let session = Session::new(gpu, target.project, target.scene.clone(), settings)?;
     entry.start_up_ms.insert("prepare".into(), start.elapsed().as_secs_f64() * 1e3);
     (entry.bytes, entry.bytes_without_sharing) = session.plan.bytes();
 
@@ -154,7 +168,7 @@ fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>, measured: &mut Measur
     let mut moving = Phase::MOVING.to_vec();
     moving.retain(|p| effort.phases.contains(p) && runner.motions.has(*p));
     let mut begun = vec![];
-    for phase in moving {
+    for &phase in &moving {
         let before = runner.seen(images)?;
         let taken = Taken::of(runner.step(phase, Places::turned)?);
         let change_percent = before.map(|before| change(&before, &runner.session.image(gpu, SEEN)?)).transpose()?;
@@ -168,9 +182,7 @@ fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>, measured: &mut Measur
     }
     for (phase, mut taken, change_percent, scores) in begun {
         while taken.walls.len() < effort.repeat as usize && taken.seconds() <= effort.seconds {
-            // Within a step of its place, and never twice at the same in a row.
-            let share = ((runner.frame % PLACES) as f32 + 0.5) / PLACES as f32;
-            taken.add(runner.step(phase, |_| share)?);
+            taken.add(runner.go_on(phase)?);
         }
         let times = taken.times(phase, &runner.session.plan);
         entry.phases.extend(times.map(|t| PhaseTimes { change_percent, scores, ..t }));
@@ -184,8 +196,44 @@ fn run(gpu: &Gpu, target: &Target<'_>, effort: Effort<'_>, measured: &mut Measur
             Ok::<f64, Faults>(mean(&runner.session.image(gpu, SEEN)?))
         });
         entry.leak = Some(dark? / lit?).filter(|l| l.is_finite());
+        runner.session.settings.camera = target.camera.map(String::from);
     }
-    Ok(())
+    Ok(Subject { runner, moving })
+}
+
+/// A setting that was measured and can go on.
+pub struct Subject<'a> {
+    runner: Runner<'a>,
+    /// The phases in which something moves that are measured.
+    moving: Vec<Phase>,
+}
+
+impl Subject<'_> {
+    /// Another round: of each phase in which something moves a frame more. In the second round a frame before them in which nothing is
+    /// held, as in the first one; by then the driver has compiled everything. False: what went wrong is the entry's `fault`.
+    pub fn again(&mut self, entry: &mut Entry) -> bool {
+        let more = self.frames(entry.rounds == 1);
+        entry.rounds += 1;
+        match more {
+            Ok(more) => more.into_iter().for_each(|t| entry.more(t)),
+            Err(faults) => entry.fault = Some(told(&faults)),
+        }
+        entry.fault.is_none()
+    }
+
+    fn frames(&mut self, first: bool) -> Checked<Vec<PhaseTimes>> {
+        let mut found = vec![];
+        if first {
+            self.runner.session.forget();
+            let once = Taken::of(self.runner.frame(Shift::default())?);
+            found.extend(once.times(Phase::First, &self.runner.session.plan));
+        }
+        for phase in &self.moving {
+            let once = Taken::of(self.runner.go_on(*phase)?);
+            found.extend(once.times(*phase, &self.runner.session.plan));
+        }
+        Ok(found)
+    }
 }
 
 /// A session that counts its frames.
@@ -219,6 +267,12 @@ impl Runner<'_> {
         }
         let shift = self.motions.shift(self.places);
         self.frame(shift)
+    }
+
+    /// A frame in which what a phase moves is within a step of its place, and never twice at the same in a row.
+    fn go_on(&mut self, phase: Phase) -> Checked<(f64, FrameReport, Vec<String>)> {
+        let share = ((self.frame % PLACES) as f32 + 0.5) / PLACES as f32;
+        self.step(phase, |_| share)
     }
 
     fn images(&self, outputs: &[String]) -> Checked<BTreeMap<String, Image>> {

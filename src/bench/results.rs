@@ -161,7 +161,7 @@ pub struct PhaseTimes {
 }
 
 impl PhaseTimes {
-    fn again(&mut self, other: PhaseTimes) {
+    fn more(&mut self, other: PhaseTimes) {
         let quicker = other.wall_ms.min < self.wall_ms.min;
         self.repeats += other.repeats;
         self.frames_ms.extend(other.frames_ms);
@@ -213,19 +213,16 @@ impl Entry {
         (&self.graph, &self.scene, self.camera.as_deref(), self.size, &self.params)
     }
 
-    /// Seconds that the frames of one round took together, on average.
+    /// Seconds that a frame of each phase in which something moves takes, together.
     pub fn round_seconds(&self) -> f64 {
-        let ms: f64 = self.phases.iter().flat_map(|t| &t.frames_ms).sum();
-        ms / 1e3 / f64::from(self.rounds.max(1))
+        let moving = self.phases.iter().filter(|t| Phase::MOVING.contains(&t.phase));
+        moving.map(|t| t.wall_ms.min / 1e3).sum()
     }
 
-    /// Adds the frames of another round. What is no time stays as it was.
-    pub fn again(&mut self, other: Entry) {
-        self.rounds += other.rounds;
-        for more in other.phases {
-            if let Some(t) = self.phases.iter_mut().find(|t| t.phase == more.phase) {
-                t.again(more);
-            }
+    /// Adds frames of another round to those of a phase. What is no time stays as it was.
+    pub fn more(&mut self, more: PhaseTimes) {
+        if let Some(t) = self.phases.iter_mut().find(|t| t.phase == more.phase) {
+            t.more(more);
         }
     }
 

@@ -35,11 +35,11 @@ pub struct Args {
     /// Leaves out settings that have as much or more of everything than one whose frames took longer than this
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub patience: Option<f64>,
-    /// How often to go over all settings. From the second time on those are left out whose frames took longer than --brief.
-    /// All frames count: what slows the machine down for a while then slows no setting alone
+    /// How often to go over the settings of a scene, all of them in turn, so that what slows the machine down for a while slows
+    /// none alone. From the second time on a frame of each phase is added, and slow settings are left out: see --brief
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rounds: u32,
-    /// Settings whose frames of one round took no longer than this together are measured in all rounds
+    /// Settings of which a frame of each phase takes no longer than this together take part in all rounds
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = seconds)]
     pub brief: f64,
     /// What is measured besides the first frame: still, camera, lights, object, everything [default: all]

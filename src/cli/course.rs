@@ -2,7 +2,7 @@
 
 use super::bench::Args;
 use super::notices;
-use crate::bench::measure::{Effort, Measured, Target, measure, planned};
+use crate::bench::measure::{Effort, Measured, Subject, Target, measure, planned};
 use crate::bench::peers::{self, Job};
 use crate::bench::references::{Manifest, References};
 use crate::bench::report;
@@ -16,6 +16,7 @@ use crate::session::Project;
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A graph under its name.
@@ -59,12 +60,9 @@ pub(super) struct Asked<'a> {
 pub(super) fn course(asked: &Asked<'_>, results: Results) -> Checked<Results> {
     let (journal, kept) = Journal::open(&asked.args.out, asked.args.resume)?;
     let settings: usize = asked.graphs.iter().map(|g| g.settings(asked.sweep).len()).sum();
-    let rounds = asked.args.rounds as usize;
-    let progress = progress(asked.views.len() * (rounds * settings + asked.peers.len()));
+    let progress = progress(asked.views.len() * (settings + asked.peers.len()));
     let mut course = Course { asked, results, kept, journal, progress };
-    for round in 1..=asked.args.rounds {
-        asked.views.iter().try_for_each(|view| course.view(view, round))?;
-    }
+    asked.views.iter().try_for_each(|view| course.view(view))?;
     let Course { mut results, kept, journal, progress, .. } = course;
     progress.finish_and_clear();
     for entry in kept {
@@ -90,9 +88,19 @@ struct Course<'a> {
 /// A loaded view.
 struct Place<'a> {
     view: &'a View,
-    scene: &'a Scene,
+    scene: &'a Arc<Scene>,
     references: &'a References,
 }
+
+/// A setting that takes part in further rounds.
+struct Held<'a> {
+    /// The index of its entry.
+    entry: usize,
+    subject: Subject<'a>,
+}
+
+/// Bytes that held settings take on the device at most. When they have more, their rounds come at once.
+const MOST_HELD: u64 = 4 << 30;
 
 /// A setting that was beyond the user's patience.
 struct Slow {
@@ -100,19 +108,19 @@ struct Slow {
     seconds: f64,
 }
 
-impl Course<'_> {
-    fn view(&mut self, view: &View, round: u32) -> Checked<()> {
+impl<'a> Course<'a> {
+    fn view(&mut self, view: &View) -> Checked<()> {
         let Asked { args, manifest, graphs, sweep, peers, device_ms, .. } = *self.asked;
         let start = Instant::now();
         let loaded = scene::load(&view.path)?;
         let scene_ms = start.elapsed().as_secs_f64() * 1e3;
         let mut notes = vec![];
         let references = manifest.load(&loaded.scene.name, view.camera.as_deref(), args.size, &mut notes)?;
-        let place = Place { view, scene: &loaded.scene, references: &references };
-        if round == 1 {
-            notices(&notes);
-            self.reference_pictures(&place)?;
-        }
+        let scene = Arc::new(loaded.scene);
+        let place = Place { view, scene: &scene, references: &references };
+        notices(&notes);
+        self.reference_pictures(&place)?;
+        let mut held = vec![];
         for graph in graphs {
             let inputs = inputs(graph, &loaded.files, self.results.commit.as_deref())?;
             let ms = [("device", device_ms), ("graph", graph.ms), ("scene", scene_ms)];
@@ -132,56 +140,62 @@ impl Course<'_> {
                     fastest: args.fastest,
                 };
                 self.progress.set_message(format!("{} on {}", graph.name, place.scene.name));
-                if round > 1 {
-                    self.again(&target, round)?;
-                } else if let Some(slow) = slow.as_ref().filter(|s| sweep.is_more(&setting, &s.setting)) {
+                if let Some(slow) = slow.as_ref().filter(|s| sweep.is_more(&setting, &s.setting)) {
                     self.leave_out(&target, slow)?;
                 } else {
-                    let seconds = self.one(&target, &place)?;
+                    let (seconds, subject) = self.one(&target, &place)?;
                     if args.patience.is_some_and(|most| seconds > most) {
                         slow = Some(Slow { setting, seconds });
+                    }
+                    let entry = self.results.entries.len() - 1;
+                    held.extend(subject.map(|subject| Held { entry, subject }));
+                    if held.iter().map(|h| self.results.entries[h.entry].bytes).sum::<u64>() > MOST_HELD {
+                        self.rounds(std::mem::take(&mut held))?;
                     }
                 }
                 self.progress.inc(1);
             }
         }
-        if round == 1 {
-            peers.iter().try_for_each(|peer| self.peer(peer, &place))?;
-        }
-        Ok(())
+        self.rounds(held)?;
+        peers.iter().try_for_each(|peer| self.peer(peer, &place))
     }
 
-    /// Measures a setting, if no earlier run did. Seconds of its slowest frame.
-    fn one(&mut self, target: &Target<'_>, place: &Place<'_>) -> Checked<f64> {
+    /// The further rounds of some settings, in turn: what slows the machine down for a while then slows all of them.
+    fn rounds(&mut self, mut held: Vec<Held<'a>>) -> Checked<()> {
+        let more = self.asked.args.rounds - 1;
+        self.progress.inc_length(u64::from(more) * held.len() as u64);
+        for _ in 0..more {
+            held.retain_mut(|h| {
+                self.progress.inc(1);
+                let entry = &mut self.results.entries[h.entry];
+                self.progress.set_message(format!("{} on {}, again", entry.graph, entry.scene));
+                h.subject.again(entry)
+            });
+        }
+        held.iter().try_for_each(|h| self.journal.add(&self.results.entries[h.entry]))
+    }
+
+    /// Measures a setting, if no earlier run did, and adds its entry. Seconds of its slowest frame; what takes part in further rounds.
+    fn one(&mut self, target: &Target<'_>, place: &Place<'_>) -> Checked<(f64, Option<Subject<'a>>)> {
         let plan = planned(target)?;
+        let Args { rounds, brief, .. } = *self.asked.args;
         let same = |e: &Entry| e.key() == plan.key() && e.inputs == plan.inputs && e.fault.is_none();
-        if let Some(at) = self.kept.iter().position(same) {
+        let done = |e: &Entry| same(e) && (e.rounds >= rounds || e.round_seconds() > brief);
+        if let Some(at) = self.kept.iter().position(done) {
             let entry = self.kept.swap_remove(at);
             let seconds = longest(&entry);
             self.results.entries.push(entry);
-            return Ok(seconds);
+            return Ok((seconds, None));
         }
-        let measured = measure(self.asked.gpu, target, effort(self.asked))?;
+        let mut measured = measure(self.asked.gpu, target, effort(self.asked))?;
         if let Some(fault) = &measured.entry.fault {
             let text = format!("{} on {}, {}: {fault}", target.graph, target.scene.name, measured.entry.setting);
             self.progress.suspend(|| notices(&[Diagnostic::warning(text)]));
         }
         let seconds = longest(&measured.entry);
+        let subject = measured.subject.take().filter(|_| rounds > 1 && measured.entry.round_seconds() <= brief);
         self.add(measured, place)?;
-        Ok(seconds)
-    }
-
-    /// Adds the frames of another round to a setting's, if it takes part.
-    fn again(&mut self, target: &Target<'_>, round: u32) -> Checked<()> {
-        let plan = planned(target)?;
-        let brief =
-            |e: &&mut Entry| e.fault.is_none() && e.rounds < round && e.round_seconds() <= self.asked.args.brief;
-        let Some(entry) = self.results.entries.iter_mut().find(|e| e.key() == plan.key()).filter(brief) else {
-            return Ok(());
-        };
-        let more = measure(self.asked.gpu, target, effort(self.asked))?.entry;
-        entry.again(more);
-        self.journal.add(entry)
+        Ok((seconds, subject))
     }
 
     /// For a setting that would take even longer.
@@ -194,8 +208,8 @@ impl Course<'_> {
         Ok(())
     }
 
-    fn add(&mut self, measured: Measured, place: &Place<'_>) -> Checked<()> {
-        let Measured { mut entry, images } = measured;
+    fn add(&mut self, measured: Measured<'_>, place: &Place<'_>) -> Checked<()> {
+        let Measured { mut entry, images, subject: _ } = measured;
         entry.picture = report::pictures(&self.asked.args.out, &entry, &images, place.references)?;
         self.journal.add(&entry)?;
         self.results.entries.push(entry);
@@ -230,7 +244,7 @@ impl Course<'_> {
                 Ok(entries) => {
                     for (mut entry, images) in entries {
                         entry.inputs.clone_from(&origin);
-                        self.add(Measured { entry, images }, place)?;
+                        self.add(Measured { entry, images, subject: None }, place)?;
                     }
                 }
                 Err(absent) if self.results.absent.contains(&absent) => {}

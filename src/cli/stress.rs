@@ -49,8 +49,10 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         seed: args.seed,
         quick: args.quick,
         filter: args.filter.clone(),
+        cases: args.cases.clone(),
         folder: args.out.clone(),
         program,
+        shaders: args.shaders.folders.clone(),
     };
     let report = stress::run(&gpu, &cases, &graphs, &options, &mut |row| {
         if row.state == State::Failed {

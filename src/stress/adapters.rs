@@ -2,6 +2,7 @@
 //!
 //! A driver is chosen when the Vulkan loader starts, so every other one gets a process of its own.
 
+use super::Options;
 use super::case::Cases;
 use super::report::{Row, State};
 use super::run::{Graph, difference_but, one_line};
@@ -29,7 +30,7 @@ struct Other {
     variables: Vec<(&'static str, String)>,
 }
 
-/// The rows of all graphs on all other adapters, rendered by `program`, the `lightgraph` command.
+/// The rows of all graphs on all other adapters.
 ///
 /// # Errors
 /// The scene can't be made or written.
@@ -37,10 +38,10 @@ pub(super) fn rows(
     gpu: &Gpu,
     cases: &Cases,
     graphs: &[&Graph],
-    program: &Path,
-    folder: &Path,
+    options: &Options,
     stop: &mut dyn FnMut() -> bool,
 ) -> Checked<Vec<Row>> {
+    let folder = &options.folder;
     let (bytes, description) = cases.adapters.scene.bytes(&Default::default())?;
     let file = folder.join("adapters.glb");
     write_atomically(&file, &bytes)?;
@@ -68,14 +69,12 @@ pub(super) fn rows(
         for other in &others {
             let mut row = Row::new("adapter", &format!("adapter: {}", other.name), &graph.name, "");
             if stop() {
-                row.state = State::Left;
-                row.note("no time was left");
-                rows.push(row);
+                rows.push(row.left());
                 continue;
             }
             let start = Instant::now();
             let out = folder.join(format!("{}.exr", graph.name));
-            match elsewhere(program, cases, graph, &file, &out, other) {
+            match elsewhere(options, cases, graph, &file, &out, other) {
                 Ok(theirs) => {
                     let off = difference_but(&theirs, &ours, cases.adapters.edges);
                     row.judge(Some(0.0), Some(off), off, cases.adapters.bound);
@@ -126,12 +125,23 @@ fn image(gpu: &Gpu, cases: &Cases, graph: &Graph, scene: &Path) -> Checked<Image
     session.image(gpu, output)
 }
 
-fn elsewhere(program: &Path, cases: &Cases, graph: &Graph, scene: &Path, out: &Path, other: &Other) -> Checked<Image> {
+fn elsewhere(
+    options: &Options,
+    cases: &Cases,
+    graph: &Graph,
+    scene: &Path,
+    out: &Path,
+    other: &Other,
+) -> Checked<Image> {
+    let Options { program, shaders, .. } = options;
     let size = format!("{}x{}", cases.adapters.size.0, cases.adapters.size.1);
     let mut command = Command::new(program);
     command.arg("render").arg(&graph.path).arg("--scene").arg(scene).args(["--size", &size]);
     for text in graph.texts(&cases.settings) {
         command.args(["--set", &text]);
+    }
+    for folder in shaders {
+        command.arg("--shaders").arg(folder);
     }
     let mut output = std::ffi::OsString::from(format!("{}=", cases.adapters.output));
     output.push(out);

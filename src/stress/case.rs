@@ -65,6 +65,9 @@ pub(super) struct Fly {
     pub scene: Shape,
     pub size: (u32, u32),
     pub frames: u32,
+    /// Parameters in place of those of [`Cases::settings`].
+    #[serde(default)]
+    pub set: BTreeMap<String, String>,
     /// By file name without its ending: the graphs that fly.
     pub graphs: Vec<String>,
 }

@@ -1,9 +1,10 @@
 //! A long flight through a scene that changes all the time: cameras, lights and nodes move, parameters are set, the
 //! window is resized, the graph is read again.
 
+use super::Options;
 use super::case::Cases;
 use super::dice::Dice;
-use super::report::{Row, State};
+use super::report::{Report, Row, State};
 use super::run::{Graph, difference};
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::Gpu;
@@ -13,6 +14,8 @@ use crate::session::{Project, Session, Settings};
 use crate::value::Values;
 use glam::Vec3;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::ErrorKind;
+use std::process::Command;
 use std::time::Instant;
 
 /// Frames between two looks at the image.
@@ -24,6 +27,42 @@ const DRIFT: f64 = 5e-4;
 /// How much more memory the process may hold after the second flight than after the first: 5 %, and the driver's own buffers.
 const MEMORY: f64 = 1.05;
 const MEMORY_SLACK: f64 = 16.0 * 1024.0 * 1024.0;
+
+/// The rows of a graph's flight in a process of its own.
+///
+/// # Errors
+/// The process can't be started, or says what went wrong.
+pub(super) fn elsewhere(graph: &Graph, options: &Options, seconds: Option<f64>) -> Checked<Vec<Row>> {
+    let folder = options.folder.join(format!("flight of {}", graph.name));
+    let mut command = Command::new(&options.program);
+    command.args(["stress", "--filter", "flight", "--seed", &options.seed.to_string()]);
+    command.arg("--graphs").arg(&graph.path).arg("--cases").arg(&options.cases).arg("--out").arg(&folder);
+    for shaders in &options.shaders {
+        command.arg("--shaders").arg(shaders);
+    }
+    if options.quick {
+        command.arg("--quick");
+    }
+    if let Some(seconds) = seconds {
+        command.args(["--seconds", &seconds.to_string()]);
+    }
+    let fault = |why: String| Diagnostic::error(format!("the flight of {}: {why}", graph.name));
+    // What an earlier run left there says nothing of this one.
+    match std::fs::remove_dir_all(&folder) {
+        Err(e) if e.kind() != ErrorKind::NotFound => {
+            return Err(fault(format!("can't empty {}: {e}", folder.display())).into());
+        }
+        _ => {}
+    }
+    let program = options.program.display();
+    let done = command.output().map_err(|e| fault(format!("can't run {program}: {e}")))?;
+    // 1: something failed, as its rows say.
+    if !matches!(done.status.code(), Some(0 | 1)) {
+        let said = String::from_utf8_lossy(&done.stderr);
+        return Err(fault(said.lines().next().unwrap_or("it ended without a word").to_string()).into());
+    }
+    Ok(Report::read(&folder)?.rows)
+}
 
 /// One flight.
 pub(super) struct Flight<'a> {
@@ -59,10 +98,7 @@ impl Flight<'_> {
         let first = self.fly(self.frames, half)?;
         let seconds = start.elapsed().as_secs_f64();
         if first.frames == 0 {
-            let mut row = Row::new("fly-through", "flight", &self.graph.name, "");
-            row.state = State::Left;
-            row.note("no time was left");
-            return Ok(vec![row]);
+            return Ok(vec![Row::new("fly-through", "flight", &self.graph.name, "").left()]);
         }
         let setting = format!("{} frames", first.frames);
         let row = |case: &str| {
@@ -119,11 +155,13 @@ impl Flight<'_> {
 
     fn fly(&self, frames: u32, stop: &mut dyn FnMut() -> bool) -> Checked<Trace> {
         let loaded = self.cases.fly.scene.load(&Default::default(), &self.cases.folder)?;
+        let mut settings = self.cases.settings.clone();
+        settings.extend(self.cases.fly.set.clone());
         let mut plane = Plane {
             flight: self,
             scene: loaded.scene,
             project: self.graph.project.clone(),
-            start: self.graph.project.params(&self.graph.texts(&self.cases.settings))?,
+            start: self.graph.project.params(&self.graph.texts(&settings))?,
             session: None,
             dice: Dice::new(self.seed, &self.graph.name),
             frame: 0,

@@ -1,7 +1,6 @@
 //! Graphs side by side: shaders are compiled on one core each, so that one graph after the other would leave the others idle.
 
 use super::report::{Row, Rows};
-use super::run::Graph;
 use crate::diag::{Checked, Faults};
 use crate::gpu::Gpu;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,21 +9,21 @@ use std::sync::mpsc;
 /// More would compete for the device, and each has its own memory.
 const MOST: usize = 4;
 
-/// What a graph's turn does: with a device of the lane's own, the graph's place in the list, its share of the time that is
-/// left, and whom to give its rows to.
+/// What a turn does: with a device of the lane's own, its number, its share of the time that is left, and whom to give its
+/// rows to.
 pub(super) type Turn<'t> = dyn Fn(&Gpu, usize, f64, &mut dyn FnMut(Vec<Row>)) -> Checked<()> + Sync + 't;
 
-/// How many graphs have their turn at once.
-fn count(graphs: usize) -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from).min(MOST).min(graphs)
+/// How many turns are taken at once.
+fn count(turns: usize) -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from).min(MOST).min(turns)
 }
 
-/// Gives each graph its turn. Rows are told when they are known, and kept in the order of the graphs.
+/// Takes so many turns. Rows are told when they are known, and returned in the order of the turns.
 ///
 /// # Errors
 /// Those of the turns, and no further device; all of them.
-pub(super) fn turns(gpu: &Gpu, graphs: &[&Graph], rows: &mut Rows<'_>, turn: &Turn<'_>) -> Checked<()> {
-    let lanes = count(graphs.len());
+pub(super) fn turns(gpu: &Gpu, number: usize, rows: &mut Rows<'_>, turn: &Turn<'_>) -> Checked<Vec<Row>> {
+    let lanes = count(number);
     let next = AtomicUsize::new(0);
     let (send, receive) = mpsc::channel();
     std::thread::scope(|scope| {
@@ -39,11 +38,11 @@ pub(super) fn turns(gpu: &Gpu, graphs: &[&Graph], rows: &mut Rows<'_>, turn: &Tu
                 };
                 loop {
                     let i = next.fetch_add(1, Ordering::Relaxed);
-                    if i >= graphs.len() {
+                    if i >= number {
                         break;
                     }
                     // All that are left share the time, as many at once as there are lanes.
-                    let share = 1.0 / (graphs.len() - i).div_ceil(lanes) as f64;
+                    let share = 1.0 / (number - i).div_ceil(lanes) as f64;
                     let mut keep = |rows| drop(send.send((i, Ok(rows))));
                     if let Err(faults) = turn(&own, i, share, &mut keep).and_then(|()| own.check()) {
                         fail(faults);
@@ -52,7 +51,7 @@ pub(super) fn turns(gpu: &Gpu, graphs: &[&Graph], rows: &mut Rows<'_>, turn: &Tu
             });
         }
         drop(send);
-        let mut found: Vec<Vec<Row>> = vec![vec![]; graphs.len()];
+        let mut found: Vec<Vec<Row>> = vec![vec![]; number];
         let mut faults = vec![];
         for (i, result) in receive {
             match result {
@@ -63,7 +62,6 @@ pub(super) fn turns(gpu: &Gpu, graphs: &[&Graph], rows: &mut Rows<'_>, turn: &Tu
                 Err(more) => faults.extend(more.0),
             }
         }
-        rows.all.extend(found.concat());
-        Faults::check(faults, ())
+        Faults::check(faults, found.concat())
     })
 }

@@ -2,7 +2,7 @@
 //!
 //! - `case` reads the file of cases; `shape`, `build` and `number` make their scenes; `run` renders and judges
 //! - `random` draws parameters, `fly` changes everything over thousands of frames, `adapters` renders elsewhere
-//! - `lanes` runs graphs side by side; `report` holds the rows
+//! - `lanes` takes turns side by side; `report` holds the rows
 //!
 //! What is checked after every step of every frame: see [`crate::gpu::Numerics`].
 
@@ -22,10 +22,10 @@ pub use case::Cases;
 pub use report::{Report, Row, State};
 pub use run::Graph;
 
-use crate::diag::{Checked, Faults};
+use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::Gpu;
 use case::Case;
-use report::Rows;
+use report::{Rows, Wanted, caught_up};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -40,10 +40,14 @@ pub struct Options {
     pub quick: bool,
     /// Only cases whose names hold this.
     pub filter: Option<String>,
+    /// The file of cases.
+    pub cases: PathBuf,
     /// Where scenes and images go that other processes read.
     pub folder: PathBuf,
-    /// The `lightgraph` command, to render on other adapters.
+    /// The `lightgraph` command, for what has to be a process of its own.
     pub program: PathBuf,
+    /// Folders of shaders that it is told of.
+    pub shaders: Vec<PathBuf>,
 }
 
 /// Shares of the time, at whose end each part stops: cases and random parameters of every graph, other adapters, flights; more random
@@ -84,7 +88,7 @@ pub fn run(
     if run.chosen("adapters") {
         let taken: Vec<&Graph> = run.graphs.iter().copied().filter(|g| run.takes_cases(g)).collect();
         let mut stop = run.after(SHARES[1]);
-        rows.keep(adapters::rows(gpu, cases, &taken, &options.program, &options.folder, &mut stop)?);
+        rows.keep(adapters::rows(gpu, cases, &taken, options, &mut stop)?);
     }
     if run.chosen("flight") {
         run.flights(&mut rows)?;
@@ -147,15 +151,37 @@ impl Run<'_> {
             if let Some(graph) = own.as_ref().or(any) {
                 let runs = if self.options.quick { 0..usize::from(case.quick) } else { 0..usize::MAX };
                 let mut stop = self.after(SHARES[0]);
-                rows.keep(run::Runner::new(self.gpu, self.cases).case(case, graph, &runs, &mut stop));
+                rows.keep(run::Runner::new(self.gpu, self.cases).case(case, graph, (&runs, Wanted::All), &mut stop));
             }
         }
         Ok(())
     }
 
-    /// The cases and random parameters of each graph, so that one takes over what the case before built.
+    /// All graphs get an equal part of the time. What is left out for it has another turn, as long as others leave some of theirs.
     fn graph_by_graph(&self, rows: &mut Rows<'_>) -> Checked<()> {
-        lanes::turns(self.gpu, &self.graphs, rows, &|gpu, i, part, give| {
+        let all: Vec<usize> = (0..self.graphs.len()).collect();
+        let mut found = self.turns(&all, Wanted::All, rows)?;
+        let mut over = self.after(SHARES[0]);
+        while !over() {
+            let has_left = |i: &usize| {
+                let of = |row: &&Row| row.graph == self.graphs[*i].name;
+                found.iter().filter(of).any(|row| row.state == State::Left)
+            };
+            let again: Vec<usize> = all.iter().copied().filter(has_left).collect();
+            if again.is_empty() {
+                break;
+            }
+            let more = self.turns(&again, Wanted::Left(&found), rows)?;
+            caught_up(&mut found, more);
+        }
+        rows.all.extend(found);
+        Ok(())
+    }
+
+    /// The cases and random parameters of some graphs, one graph after the other, so that a case takes over what the one before built.
+    fn turns(&self, graphs: &[usize], wanted: Wanted<'_>, rows: &mut Rows<'_>) -> Checked<Vec<Row>> {
+        lanes::turns(self.gpu, graphs.len(), rows, &|gpu, turn, part, give| {
+            let i = graphs[turn];
             let graph = self.graphs[i];
             let mut stop = self.after(self.part(part, SHARES[0]));
             let mut runner = run::Runner::new(gpu, self.cases);
@@ -164,43 +190,68 @@ impl Run<'_> {
             cases.retain(|_| self.takes_cases(graph));
             // The first runs of the quick cases before all others.
             for case in cases.iter().filter(|c| c.quick) {
-                give(runner.case(case, graph, &(0..1), &mut stop));
+                give(runner.case(case, graph, (&(0..1), wanted), &mut stop));
             }
             for case in cases.iter().filter(|_| !self.options.quick) {
-                give(runner.case(case, graph, &(usize::from(case.quick)..usize::MAX), &mut stop));
+                give(runner.case(case, graph, (&(usize::from(case.quick)..usize::MAX), wanted), &mut stop));
             }
             if self.chosen("random") {
                 let Options { seed, folder, .. } = self.options;
                 let mut drawer = random::Drawer::new(gpu, self.cases, graph, *seed, folder)?;
                 if !self.options.quick {
-                    give(drawer.ends(&self.graphs[..i], &mut stop));
+                    give(drawer.ends(&self.graphs[..i], wanted, &mut stop));
                 }
-                give(vec![drawer.draw(&mut stop)]);
+                give(drawer.draw(wanted, &mut stop).into_iter().collect());
             }
             Ok(())
         })
     }
 
-    /// One flight after the other: what they ask of the process is nobody else's.
+    /// All at once, where there are several, so that what ends early leaves the others its cores; each in a process of its own,
+    /// whose memory is nobody else's.
     fn flights(&self, rows: &mut Rows<'_>) -> Checked<()> {
         let flying: Vec<&Graph> =
             self.graphs.iter().copied().filter(|g| self.cases.fly.graphs.contains(&g.name)).collect();
-        let frames = if self.options.quick { QUICK_FRAMES } else { self.cases.fly.frames };
-        for (i, graph) in flying.iter().enumerate() {
-            let share = 1.0 / (flying.len() - i) as f64;
-            let mut half = self.after(self.part(0.5 * share, SHARES[2]));
-            let mut stop = self.after(self.part(share, SHARES[2]));
-            let instance = Gpu::instance();
-            let gpu = Gpu::open_for(&instance, Some(&self.gpu.info.name), None).map_err(Faults::from)?;
-            let (cases, seed) = (self.cases, self.options.seed);
-            let flight = fly::Flight { instance: &instance, gpu: &gpu, cases, graph, seed, frames };
-            rows.keep(flight.rows(&mut half, &mut stop).unwrap_or_else(|faults| {
-                let mut row = Row::new("fly-through", "flight", &graph.name, "");
-                row.fail(&run::one_line(&faults));
-                vec![row]
-            }));
+        let failed = |graph: &Graph, faults: &Faults| {
+            let mut row = Row::new("fly-through", "flight", &graph.name, "");
+            row.fail(&run::one_line(faults));
+            vec![row]
+        };
+        if let [graph] = flying.as_slice() {
+            let flown = self.flight(graph);
+            rows.keep(flown.unwrap_or_else(|faults| failed(graph, &faults)));
+            return Ok(());
         }
+        let seconds = self.seconds_until(SHARES[2]);
+        std::thread::scope(|scope| {
+            let started: Vec<_> = flying
+                .iter()
+                .copied()
+                .map(|graph| (graph, scope.spawn(move || fly::elsewhere(graph, self.options, seconds))))
+                .collect();
+            for (graph, flight) in started {
+                let ended = Faults::from(Diagnostic::error("its thread ended"));
+                let flown = flight.join().unwrap_or(Err(ended));
+                rows.keep(flown.unwrap_or_else(|faults| failed(graph, &faults)));
+            }
+        });
         Ok(())
+    }
+
+    /// In this process.
+    fn flight(&self, graph: &Graph) -> Checked<Vec<Row>> {
+        let mut half = self.after(self.part(0.5, SHARES[2]));
+        let mut stop = self.after(SHARES[2]);
+        let instance = Gpu::instance();
+        let gpu = Gpu::open_for(&instance, Some(&self.gpu.info.name), None).map_err(Faults::from)?;
+        let frames = if self.options.quick { QUICK_FRAMES } else { self.cases.fly.frames };
+        let (cases, seed) = (self.cases, self.options.seed);
+        fly::Flight { instance: &instance, gpu: &gpu, cases, graph, seed, frames }.rows(&mut half, &mut stop)
+    }
+
+    /// From now to a share of the time; `None` without an end.
+    fn seconds_until(&self, share: f64) -> Option<f64> {
+        self.options.seconds.map(|all| (all * share - self.start.elapsed().as_secs_f64()).max(1.0))
     }
 
     /// Random parameters from the seeds after this one, until the time is over.
@@ -212,15 +263,16 @@ impl Run<'_> {
             if self.after(1.0)() {
                 break;
             }
-            lanes::turns(self.gpu, &self.graphs, rows, &|gpu, i, _, give| {
+            let found = lanes::turns(self.gpu, self.graphs.len(), rows, &|gpu, i, _, give| {
                 let mut stop = self.after(1.0);
                 if !stop() {
                     let folder = &self.options.folder;
                     let mut drawer = random::Drawer::new(gpu, self.cases, self.graphs[i], seed, folder)?;
-                    give(vec![drawer.draw(&mut stop)]);
+                    give(drawer.draw(Wanted::All, &mut stop).into_iter().collect());
                 }
                 Ok(())
             })?;
+            rows.all.extend(found);
         }
         Ok(())
     }

@@ -6,7 +6,7 @@
 
 use super::case::Cases;
 use super::dice::Dice;
-use super::report::{Row, State};
+use super::report::{Row, Wanted};
 use super::run::{Graph, one_line};
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::Gpu;
@@ -88,7 +88,7 @@ impl<'a> Drawer<'a> {
 
     /// Every parameter at either end of its range, as far as there is room, the others at their small settings. Of one that
     /// a graph before this one has just so, one end, the graphs in turn.
-    pub fn ends(&mut self, before: &[&Graph], stop: &mut dyn FnMut() -> bool) -> Vec<Row> {
+    pub fn ends(&mut self, before: &[&Graph], wanted: Wanted<'_>, stop: &mut dyn FnMut() -> bool) -> Vec<Row> {
         let mut rows = vec![];
         let params: Vec<(String, Param)> =
             self.graph.project.graph.params.iter().map(|(n, p)| (n.value.clone(), p.clone())).collect();
@@ -105,17 +105,18 @@ impl<'a> Drawer<'a> {
             for end in ends.into_iter().flatten() {
                 let values = self.cut(&[(name, end)]);
                 let short = values.get(name) != Some(&end);
-                rows.push(self.row("parameters at their ends", &values, stop));
-                if let Some(row) = rows.last_mut().filter(|_| short) {
+                let mut row = self.row("parameters at their ends", &values, wanted, stop);
+                if let Some(row) = row.as_mut().filter(|_| short) {
                     row.note(&format!("{name}={} would be too much work", plain(&end)));
                 }
+                rows.extend(row);
             }
         }
         rows
     }
 
     /// One vector of parameters.
-    pub fn draw(&mut self, stop: &mut dyn FnMut() -> bool) -> Row {
+    pub fn draw(&mut self, wanted: Wanted<'_>, stop: &mut dyn FnMut() -> bool) -> Option<Row> {
         let params = &self.graph.project.graph.params;
         let mut order: Vec<usize> = (0..params.len()).collect();
         for i in (1..order.len()).rev() {
@@ -128,7 +129,7 @@ impl<'a> Drawer<'a> {
             drawn.push((&name.value, draw(param, base, &mut self.dice)));
         }
         let values = self.cut(&drawn);
-        self.row("random parameters", &values, stop)
+        self.row("random parameters", &values, wanted, stop)
     }
 
     /// The small settings with these in their places, each cut by what those before it leave of the room.
@@ -157,12 +158,13 @@ impl<'a> Drawer<'a> {
         plan_for(&self.graph.project, &self.scene, &settings, self.gpu)
     }
 
-    fn row(&mut self, case: &str, values: &Values, stop: &mut dyn FnMut() -> bool) -> Row {
+    fn row(&mut self, case: &str, values: &Values, wanted: Wanted<'_>, stop: &mut dyn FnMut() -> bool) -> Option<Row> {
         let mut row = Row::new("random", case, &self.graph.name, &self.shown(values));
+        if !wanted.has(&row) {
+            return None;
+        }
         if stop() {
-            row.state = State::Left;
-            row.notice = "no time was left".into();
-            return row;
+            return Some(row.left());
         }
         let start = Instant::now();
         match self.run(values) {
@@ -175,7 +177,7 @@ impl<'a> Drawer<'a> {
             }
         }
         row.seconds = start.elapsed().as_secs_f64();
-        row
+        Some(row)
     }
 
     /// What differs from the small settings.

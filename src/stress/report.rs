@@ -2,14 +2,14 @@
 
 use crate::diag::{Checked, Diagnostic};
 use crate::image::file::write_atomically;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::path::Path;
 
 const STYLE: &str = include_str!("report.css");
 
 /// Everything of a run.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Report {
     pub version: String,
     /// Name and driver.
@@ -22,7 +22,7 @@ pub struct Report {
 }
 
 /// One run of a case on a graph.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Row {
     /// `case`, `random`, `fly-through` or `adapter`.
     pub part: String,
@@ -65,8 +65,33 @@ impl<'t> Rows<'t> {
     }
 }
 
+/// The runs that have their turn: all of them, or those that others had left no time for.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Wanted<'a> {
+    All,
+    Left(&'a [Row]),
+}
+
+impl Wanted<'_> {
+    pub fn has(self, run: &Row) -> bool {
+        match self {
+            Wanted::All => true,
+            Wanted::Left(rows) => rows.iter().any(|row| row.state == State::Left && row.is_of(run)),
+        }
+    }
+}
+
+/// Puts rows in the places of those that were left out.
+pub(super) fn caught_up(rows: &mut [Row], more: Vec<Row>) {
+    for new in more {
+        if let Some(row) = rows.iter_mut().find(|row| row.state == State::Left && row.is_of(&new)) {
+            *row = new;
+        }
+    }
+}
+
 /// How a row ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
     Passed,
@@ -115,6 +140,19 @@ impl Row {
         self.notice.push_str(text);
     }
 
+    /// Left out for lack of time.
+    pub(super) fn left(self) -> Row {
+        Row { state: State::Left, notice: "no time was left".into(), ..self }
+    }
+
+    /// Whether it is of the same run.
+    pub(super) fn is_of(&self, other: &Row) -> bool {
+        fn key(row: &Row) -> [&str; 4] {
+            [&row.part, &row.case, &row.graph, &row.setting]
+        }
+        key(self) == key(other)
+    }
+
     pub(super) fn fail(&mut self, why: &str) {
         self.state = State::Failed;
         self.note(why);
@@ -138,6 +176,17 @@ impl Row {
 }
 
 impl Report {
+    /// Reads the `results.json` of a folder.
+    ///
+    /// # Errors
+    /// A file that can't be read or holds something else.
+    pub(super) fn read(folder: &Path) -> Checked<Report> {
+        let path = folder.join("results.json");
+        let fault = |why: String| Diagnostic::error(format!("can't read {}: {why}", path.display()));
+        let text = std::fs::read_to_string(&path).map_err(|e| fault(e.to_string()))?;
+        Ok(serde_json::from_str(&text).map_err(|e| fault(e.to_string()))?)
+    }
+
     /// How many rows are in a state.
     pub fn count(&self, state: State) -> usize {
         self.rows.iter().filter(|r| r.state == state).count()
@@ -275,4 +324,24 @@ fn short(x: f64) -> String {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_that_were_left_out_are_caught_up_with_in_their_places() {
+        let row = |setting: &str| Row::new("case", "grids", "uniform_grid", setting);
+        let mut rows = vec![row("n=1"), row("n=2").left(), row("n=3").left()];
+        let wanted = Wanted::Left(&rows);
+        let runs = ["n=1", "n=2", "n=3"].map(|setting| wanted.has(&row(setting)));
+        assert_eq!(runs, [false, true, true]);
+        assert!(Wanted::All.has(&row("n=1")) && !wanted.has(&Row::new("random", "grids", "uniform_grid", "n=2")));
+        let mut again = row("n=3");
+        again.fail("too dark");
+        caught_up(&mut rows, vec![again, row("n=2").left()]);
+        let states: Vec<_> = rows.iter().map(|r| (r.setting.as_str(), r.state)).collect();
+        assert_eq!(states, [("n=1", State::Passed), ("n=2", State::Left), ("n=3", State::Failed)]);
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Cases, Expect, settings};
 use super::number::{Names, Number};
-use super::report::{Row, State};
+use super::report::{Row, State, Wanted};
 use super::shape::Shape;
 use crate::diag::{Checked, Diagnostic, Faults, Severity, Source};
 use crate::gpu::Gpu;
@@ -91,12 +91,12 @@ impl<'a> Runner<'a> {
         Runner { gpu, cases, last: None }
     }
 
-    /// The rows of a case on a graph, one a run, for these of its runs, until `stop` says that time is up.
+    /// The rows of a case on a graph, one a run, for those of its runs that are `wanted`, until `stop` says that time is up.
     pub fn case(
         &mut self,
         case: &Case,
         graph: &Graph,
-        runs: &Range<usize>,
+        (runs, wanted): (&Range<usize>, Wanted<'_>),
         stop: &mut dyn FnMut() -> bool,
     ) -> Vec<Row> {
         let mut rows = vec![];
@@ -104,10 +104,11 @@ impl<'a> Runner<'a> {
             let setting: Vec<String> = names.iter().map(|(n, v)| format!("{n}={v}")).collect();
             let mut row = Row::new("case", &case.name, &graph.name, &setting.join(" "));
             row.about.clone_from(&case.about);
+            if !wanted.has(&row) {
+                continue;
+            }
             if stop() {
-                row.state = State::Left;
-                row.notice = "no time was left".into();
-                rows.push(row);
+                rows.push(row.left());
                 continue;
             }
             let start = Instant::now();

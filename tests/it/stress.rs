@@ -47,8 +47,10 @@ fn options(folder: &Path, filter: Option<&str>, seed: u64) -> Options {
         seed,
         quick: true,
         filter: filter.map(String::from),
+        cases: repository("tests/stress/cases.ron"),
         folder: folder.into(),
         program: env!("CARGO_BIN_EXE_lightgraph").into(),
+        shaders: vec![],
     }
 }
 
