@@ -23,7 +23,7 @@ demo: driver
 # and the fast one, in all phases.
 bench: driver
 	cargo build --release
-	target/release/lightgraph bench --scenes $(BENCHED) --sweep "$(SWEEP)" --phases everything --seconds 0 --patience 3 --rounds 5 --brief 0.15 --images 6 --out out/bench
+	target/release/lightgraph bench --scenes $(BENCHED) --sweep "$(SWEEP)" --phases everything --seconds 0 --patience 2 --rounds 4 --brief 0.15 --images 6 --out out/bench
 	target/release/lightgraph bench --resume --graphs $(FINE) --scenes cornell_point,room_spot --sweep "grid=8;face=16;bounces=6" --phases everything --images 6 --out out/bench
 	target/release/lightgraph bench --resume --graphs $(ROWS) --scenes hall,art_gallery --sweep "grid=4;face=16;bounces=2" --images 6 --out out/bench
 

@@ -9,13 +9,14 @@ pub mod known;
 use crate::content::hash;
 use crate::diag::Checked;
 use crate::gpu::{FrameReport, Gpu};
-use crate::graph::ast::{Pass, walk};
+use crate::graph::ast::{Pass, PassKind, Size, walk};
+use crate::graph::expr::{Expr, Val};
 use crate::plan::fastest::{Alternatives, Choice, Choices, groups, once};
 use crate::plan::keys::work;
 use crate::plan::{Plan, StepId};
 use crate::scene::{FACTS, Scene};
-use crate::session::{Project, Session, Settings, plan_for};
-use crate::value::{Type, Value};
+use crate::session::{Project, Session, Settings, plan_for, values_for};
+use crate::value::{Type, Value, Values};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -66,8 +67,9 @@ pub fn measured(
     file: Option<&Path>,
 ) -> Checked<Choices> {
     let mut choices = settings.choices.clone();
+    let values = values_for(project, scene, settings, gpu)?;
     for (name, of) in groups(&project.graph).into_iter().filter(|(name, _)| once(&project.graph, name)) {
-        let known = known::find(file, &key_once(gpu, project, name, of)).filter(|ms| ms.len() == of.len());
+        let known = known::find(file, &key_once(gpu, project, &values, (name, of))).filter(|ms| ms.len() == of.len());
         if let (Some(times), false) = (known, choices.contains_key(name)) {
             let index = fastest(&times);
             choices.insert(name.to_string(), Choice { index, why: why(&times, index, &gpu.info.name) });
@@ -83,7 +85,7 @@ pub fn measured(
         let sides = sides(gpu, project, scene, &settings, group)?;
         let of = groups(&project.graph).into_iter().find(|(name, _)| *name == group.name).map(|(_, of)| of);
         let key = match of.filter(|_| group.once) {
-            Some(of) => key_once(gpu, project, &group.name, of),
+            Some(of) => key_once(gpu, project, &values, (&group.name, of)),
             None => key(gpu, scene, &sides),
         };
         let times = match known::find(file, &key).filter(|ms| ms.len() == sides.len()) {
@@ -141,16 +143,37 @@ fn adapter(gpu: &Gpu) -> u128 {
     hash(&(&info.name, info.vendor, info.device, &info.driver, &info.driver_info, format!("{:?}", info.backend)))
 }
 
-/// The same for the same passes on the same adapter, as long as the texts of their shaders are the same.
-fn key_once(gpu: &Gpu, project: &Project, group: &str, of: &[Vec<Pass>]) -> String {
+/// The same for the same passes on the same adapter, as long as the texts of their shaders, what they define themselves and the order of
+/// magnitude of their dispatches are the same.
+fn key_once(gpu: &Gpu, project: &Project, values: &Values, (group, of): (&str, &[Vec<Pass>])) -> String {
     let mut passes = vec![];
     for way in of {
         walk(way, &mut |pass| {
             let shader = pass.kind.shader().and_then(|path| project.texts.files.get(&path.value));
-            passes.push((pass.name.value.clone(), shader.map(|source| hash(&source.text))));
+            let value = |e: &Expr| e.eval(&|n| values.get(n).map(|v| Val::from(*v))).ok();
+            let define = |e: &Expr| value(e).map(|v| format!("{v:?}"));
+            let defines: Vec<_> = pass.defines.iter().map(|(name, e)| (name.value.clone(), define(e))).collect();
+            let text = shader.map(|source| hash(&source.text));
+            passes.push((pass.name.value.clone(), text, defines, magnitude(pass, &value)));
         });
     }
     format!("{:032x}", hash(&(adapter(gpu), group, passes)))
+}
+
+/// How much a dispatch does, in powers of 64, as far as expressions say it: resources that it goes over have a size that no more than a plan
+/// knows.
+fn magnitude(pass: &Pass, value: &dyn Fn(&Expr) -> Option<Val>) -> u32 {
+    let count = |e: &Expr| match value(e) {
+        Some(Val::Int(i)) => i.max(1) as f64,
+        Some(Val::Ints(all)) => all.iter().map(|i| (*i).max(1) as f64).product(),
+        _ => 1.0,
+    };
+    let over = match &pass.kind {
+        PassKind::Compute { over: Size::One(e), .. } => count(e),
+        PassKind::Compute { over: Size::Axes(axes, _), .. } => axes.iter().map(count).product(),
+        _ => 1.0,
+    };
+    ((pass.each.as_ref().map_or(1.0, count) * over).log2() / 6.0) as u32
 }
 
 /// The same for the same work on the same adapter.

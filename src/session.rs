@@ -12,7 +12,7 @@ use crate::plan::ingredient::Kind;
 use crate::plan::keys::{Keys, Outside, Version};
 use crate::plan::region::Seen;
 use crate::plan::request::{Request, tolerances};
-use crate::plan::{Action, Plan, ResourceId, StepId, cull, region};
+use crate::plan::{Action, Plan, ResourceId, StepId, cull, region, request};
 use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};
 use crate::shader::Library;
 use crate::shader::report::{self, Failed};
@@ -133,22 +133,41 @@ fn plan_of(
     settings: &Settings,
     gpu: &Gpu,
 ) -> Checked<(Planned, Vec<Arc<Level>>)> {
-    let request = Request {
+    let facts = scene.facts();
+    let request = request_for((graph, texts), &facts, settings, gpu);
+    let levels: Vec<Arc<Level>> = tolerances(&request).into_iter().map(|metres| scene.level(metres)).collect();
+    let readable = settings.verify || settings.inspect || settings.watch;
+    let options = Options { readable, share: !settings.inspect, ..Options::default() };
+    Ok((plan_with(&Request { levels: &levels, ..request }, options)?, levels))
+}
+
+/// Without the scene's levels.
+fn request_for<'r>(
+    (graph, texts): (&'r Graph, &'r Library),
+    facts: &'r Values,
+    settings: &'r Settings,
+    gpu: &'r Gpu,
+) -> Request<'r> {
+    Request {
         graph,
         texts,
         params: &settings.params,
-        facts: &scene.facts(),
+        facts,
         screen: settings.size,
         outputs: settings.outputs.as_deref(),
         choices: &settings.choices,
         levels: &[],
         limits: &gpu.limits,
         features: gpu.features,
-    };
-    let levels: Vec<Arc<Level>> = tolerances(&request).into_iter().map(|metres| scene.level(metres)).collect();
-    let readable = settings.verify || settings.inspect || settings.watch;
-    let options = Options { readable, share: !settings.inspect, ..Options::default() };
-    Ok((plan_with(&Request { levels: &levels, ..request }, options)?, levels))
+    }
+}
+
+/// What the expressions of a graph are computed from.
+///
+/// # Errors
+/// As [`request::values`].
+pub(crate) fn values_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Values> {
+    request::values(&request_for((&project.graph, &project.texts), &scene.facts(), settings, gpu))
 }
 
 /// A plan on a device, ready for frames.

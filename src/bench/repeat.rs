@@ -105,8 +105,7 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
             let Some(new) = after.phases.iter().find(|t| t.phase == old.phase) else { continue };
             found.row(&format!("{}, {}", name(before), old.phase.word()), &old.scores, &new.scores);
             let place = (&before.scene, &before.camera, before.size, old.phase);
-            // What else the machine does adds to a time, and takes nothing from it.
-            let ms = [old.wall_ms.min, new.wall_ms.min];
+            let ms = [old, new].map(|times| times.quick_ms());
             timed.entry(place).or_default().push(Timed { entry: before, phase: old.phase, ms });
         }
     }
@@ -119,7 +118,7 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
     found
 }
 
-/// A setting's quickest frame in a phase.
+/// How quick a setting's frames are in a phase.
 struct Timed<'a> {
     entry: &'a Entry,
     phase: Phase,

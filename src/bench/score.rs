@@ -5,6 +5,7 @@ use crate::diag::{Checked, Diagnostic};
 use crate::image::Image;
 use crate::image::flip::flip;
 use crate::image::metrics::{Metrics, compare};
+use crate::parallel;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -38,13 +39,10 @@ pub fn score(
     references: &References,
     params: &BTreeMap<String, String>,
 ) -> Checked<Vec<Score>> {
-    let mut scores = vec![];
-    for reference in references.all.iter().filter(|r| r.applies(params)) {
-        if let Some(image) = images.get(&reference.output).filter(|_| mean(&reference.image) != 0.0) {
-            scores.push(one(image, reference, references.hit.as_deref())?);
-        }
-    }
-    Ok(scores)
+    let applying = references.all.iter().filter(|r| r.applies(params) && mean(&r.image) != 0.0);
+    let pairs: Vec<(&Image, &Reference)> = applying.filter_map(|r| Some((images.get(&r.output)?, r))).collect();
+    let one = |i: usize| one(pairs[i].0, pairs[i].1, references.hit.as_deref());
+    parallel::each(0..pairs.len(), one).into_iter().collect()
 }
 
 fn one(image: &Image, reference: &Reference, hit: Option<&[bool]>) -> Checked<Score> {

@@ -125,7 +125,7 @@ pub enum PassKind {
     /// Alternatives that leave the same results; one of them runs.
     Fastest {
         of: Vec<Vec<Pass>>,
-        /// Measured once on an adapter, whatever the scene and the sizes.
+        /// Measured once on an adapter for what its passes define, whatever the scene, and for sizes of the same order.
         once: bool,
     },
 }
