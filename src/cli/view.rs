@@ -31,6 +31,9 @@ pub struct Args {
     /// Open what the window saved with "all"; the other arguments come on top
     #[arg(long, value_name = "FILE.ron")]
     pub restore: Option<PathBuf>,
+    /// Check what every step leaves: NaN, infinite numbers, and those outside of the ranges that the graph states
+    #[arg(long)]
+    pub watch_numerics: bool,
     /// Where the window writes pictures
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub folder: PathBuf,
@@ -83,6 +86,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         choice,
         shaders: args.shaders.folders.clone(),
         fastest: args.fastest,
+        watch: args.watch_numerics,
         size: args.size,
         folder: args.folder.clone(),
         script: args.script.as_deref().map(Script::load).transpose()?,

@@ -91,6 +91,17 @@ impl Numerics {
         all
     }
 
+    /// What holds after a later frame: what was found of a resource stands until that is written again.
+    pub fn then(self, later: Numerics) -> Numerics {
+        let again = |resource: ResourceId| later.readings.iter().any(|r| r.resource == resource);
+        let readings: Vec<Reading> = self.readings.into_iter().filter(|r| !again(r.resource)).collect();
+        let broken: Vec<Broken> = self.broken.into_iter().filter(|b| !again(b.resource)).collect();
+        Numerics {
+            readings: readings.into_iter().chain(later.readings).collect(),
+            broken: broken.into_iter().chain(later.broken).collect(),
+        }
+    }
+
     /// The reading of a resource by its name.
     pub fn reading(&self, plan: &Plan, name: &str) -> Option<&Reading> {
         self.readings.iter().find(|r| plan.resources.get(r.resource.0).is_some_and(|x| x.name == name))

@@ -36,6 +36,8 @@ pub struct Start {
     pub shaders: Vec<PathBuf>,
     /// Which of a graph's alternatives run.
     pub fastest: Policy,
+    /// Check the numbers that every step leaves.
+    pub watch: bool,
     /// Of the window, in pixels.
     pub size: [u32; 2],
     /// Where pictures and states are written.
@@ -232,7 +234,7 @@ impl App {
             let _ = tell.send(told);
             let _ = proxy.send_event(Wake);
         };
-        let stage = Stage::new(gpu.clone(), self.start.shaders.clone(), self.start.fastest);
+        let stage = Stage::new(gpu.clone(), self.start.shaders.clone(), self.start.fastest, self.start.watch);
         let engine = Engine::start(stage, told).map_err(Ended::Faults)?;
         let most = gpu.limits.max_texture_dimension_2d as usize;
         let id = egui::ViewportId::ROOT;

@@ -7,7 +7,7 @@ use super::shown::{Reference, copy, reference};
 use super::variants::{self, Variant};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::fastest::Policy;
-use crate::gpu::{self, Gpu, Memory};
+use crate::gpu::{self, Gpu, Memory, Numerics};
 use crate::image::metrics;
 use crate::plan::fastest::still;
 use crate::plan::show::picture;
@@ -59,6 +59,8 @@ pub struct Stage {
     shaders: Vec<PathBuf>,
     /// Which alternatives of graphs run.
     fastest: Policy,
+    /// Whether the numbers that steps leave are checked.
+    watch: bool,
     scene: Option<Loaded>,
     kept: Vec<Kept>,
     /// What was tried in vain, so that it is not tried again before something changes.
@@ -104,8 +106,10 @@ struct Kept {
     rest: bool,
     /// Why it can't.
     fault: Option<Faults>,
-    /// The checks in shaders that do not hold in the last frame.
+    /// The checks in shaders that do not hold in the last frame, and what is wrong with the numbers that steps left.
     checks: Arc<Vec<Diagnostic>>,
+    /// Of what is in memory, where numbers are checked.
+    numerics: Option<Numerics>,
 }
 
 /// What a session depends on.
@@ -119,11 +123,12 @@ struct Key {
 }
 
 impl Stage {
-    pub fn new(gpu: Arc<Gpu>, shaders: Vec<PathBuf>, fastest: Policy) -> Stage {
+    pub fn new(gpu: Arc<Gpu>, shaders: Vec<PathBuf>, fastest: Policy, watch: bool) -> Stage {
         Stage {
             gpu,
             shaders,
             fastest,
+            watch,
             scene: None,
             kept: vec![],
             vain: vec![],
@@ -330,6 +335,7 @@ impl Stage {
             size: wish.size,
             camera: wish.choice.camera.clone(),
             skip: true,
+            watch: self.watch,
             inspect: true,
             choices: decided.unwrap_or_default(),
             ..Settings::default()
@@ -337,8 +343,12 @@ impl Stage {
         let choices = self.fastest.choices(&self.gpu, &project, &scene, &settings);
         settings.choices = choices.map_err(|f| self.note(key.clone(), f))?;
         let before = at.map(|i| &self.kept[i].session);
-        let session = Session::after(&self.gpu, &project, scene.clone(), settings, before)
+        let mut session = Session::after(&self.gpu, &project, scene.clone(), settings, before)
             .map_err(|f| self.note(key.clone(), f))?;
+        if self.watch {
+            // What comes over was not checked by this session.
+            session.forget();
+        }
         remade.prepare_ms = ms(start);
         let subject = Arc::new(Subject {
             graph: Arc::new(project.graph.clone()),
@@ -362,6 +372,7 @@ impl Stage {
             rest: false,
             fault: None,
             checks: Arc::default(),
+            numerics: None,
         };
         if let Some(i) = at {
             self.kept.remove(i);
@@ -525,8 +536,12 @@ impl Stage {
 
 impl Kept {
     fn render(&mut self, gpu: &Gpu, time: f32) -> Checked<Rendered> {
-        let report = self.session.frame(gpu, self.frames, time)?;
+        let mut report = self.session.frame(gpu, self.frames, time)?;
         self.frames += 1;
+        if let Some(now) = report.numerics.take() {
+            report.numerics = Some(self.numerics.take().unwrap_or_default().then(now));
+            self.numerics.clone_from(&report.numerics);
+        }
         self.checks = Arc::new(self.session.failed_checks(&report));
         let shown = match self.session.memory(self.session.output(&self.output)?)? {
             Memory::Texture(texture) => copy(gpu, texture, self.image.take()),

@@ -68,7 +68,7 @@ impl Drop for Files {
 
 fn stage() -> Stage {
     let gpu = Gpu::open().unwrap_or_else(|e| panic!("{}", Faults::from(e)));
-    Stage::new(Arc::new(gpu), vec![], Policy::First)
+    Stage::new(Arc::new(gpu), vec![], Policy::First, false)
 }
 
 /// Goes on until nothing more comes.
@@ -111,6 +111,30 @@ fn a_fault_leaves_the_last_good_frame_until_it_is_mended() {
     let told = settle(&mut stage, &wish);
     assert!(told.faults.is_empty(), "{}", render(&told.faults));
     assert_eq!(pixel(&stage.gpu, &told), [0.125, 0.0]);
+}
+
+#[test]
+fn numbers_that_should_not_be_are_told_until_they_are_mended() {
+    let (files, mut stage) = (Files::new("numbers"), stage());
+    stage.watch = true;
+    let mut wish = files.wish();
+    assert!(settle(&mut stage, &wish).checks.is_empty());
+    let written = |stage: &mut Stage, text: &str| {
+        let shader = files.0.join("shaders/fill.wgsl");
+        fs::write(&shader, text).unwrap();
+        stage.changed(&BTreeSet::from([shader]));
+    };
+    written(&mut stage, &FILL.replace("vec4f(f32(at.x + 10u * at.z))", "vec4f(1.0 / f32(at.x))"));
+    let told = settle(&mut stage, &wish);
+    assert!(render(&told.checks).contains("`fill` leaves numbers in `ramp`"), "{}", render(&told.checks));
+    // Nothing of it runs again: it still holds. With another parameter another session takes the memory over.
+    wish.time = 1.0;
+    assert!(!settle(&mut stage, &wish).checks.is_empty());
+    wish.choice.params.insert("red".into(), Value::Float(0.75));
+    assert!(!settle(&mut stage, &wish).checks.is_empty());
+    written(&mut stage, FILL);
+    let told = settle(&mut stage, &wish);
+    assert!(told.checks.is_empty(), "{}", render(&told.checks));
 }
 
 #[test]
