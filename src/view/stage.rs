@@ -57,9 +57,8 @@ pub struct Inspect {
 pub struct Stage {
     gpu: Arc<Gpu>,
     shaders: Vec<PathBuf>,
-    /// Which alternatives of graphs run.
+    /// Which alternatives of graphs run, and whether the numbers that steps leave are checked.
     fastest: Policy,
-    /// Whether the numbers that steps leave are checked.
     watch: bool,
     scene: Option<Loaded>,
     kept: Vec<Kept>,
@@ -342,13 +341,10 @@ impl Stage {
         };
         let choices = self.fastest.choices(&self.gpu, &project, &scene, &settings);
         settings.choices = choices.map_err(|f| self.note(key.clone(), f))?;
-        let before = at.map(|i| &self.kept[i].session);
-        let mut session = Session::after(&self.gpu, &project, scene.clone(), settings, before)
+        // What came over would not be checked by this session.
+        let before = at.filter(|_| !self.watch).map(|i| &self.kept[i].session);
+        let session = Session::after(&self.gpu, &project, scene.clone(), settings, before)
             .map_err(|f| self.note(key.clone(), f))?;
-        if self.watch {
-            // What comes over was not checked by this session.
-            session.forget();
-        }
         remade.prepare_ms = ms(start);
         let subject = Arc::new(Subject {
             graph: Arc::new(project.graph.clone()),

@@ -127,7 +127,7 @@ fn numbers_that_should_not_be_are_told_until_they_are_mended() {
     written(&mut stage, &FILL.replace("vec4f(f32(at.x + 10u * at.z))", "vec4f(1.0 / f32(at.x))"));
     let told = settle(&mut stage, &wish);
     assert!(render(&told.checks).contains("`fill` leaves numbers in `ramp`"), "{}", render(&told.checks));
-    // Nothing of it runs again: it still holds. With another parameter another session takes the memory over.
+    // Nothing of it runs again: it still holds. Another parameter has a session of its own.
     wish.time = 1.0;
     assert!(!settle(&mut stage, &wish).checks.is_empty());
     wish.choice.params.insert("red".into(), Value::Float(0.75));
