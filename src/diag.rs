@@ -165,6 +165,11 @@ impl Faults {
         }
         Err(Faults(once))
     }
+
+    /// The messages alone, where there is room for a line.
+    pub fn one_line(&self) -> String {
+        self.0.iter().map(|d| d.message.as_str()).collect::<Vec<_>>().join("; ")
+    }
 }
 
 impl From<Diagnostic> for Faults {

@@ -67,15 +67,19 @@ pub fn measured(
     file: Option<&Path>,
 ) -> Checked<Choices> {
     let mut choices = settings.choices.clone();
+    let groups = groups(&project.graph);
+    if groups.iter().all(|(name, _)| choices.contains_key(*name)) {
+        return Ok(choices);
+    }
     let values = values_for(project, scene, settings, gpu)?;
-    for (name, of) in groups(&project.graph).into_iter().filter(|(name, _)| once(&project.graph, name)) {
+    for &(name, of) in groups.iter().filter(|(name, _)| once(&project.graph, name)) {
         let known = known::find(file, &key_once(gpu, project, &values, (name, of))).filter(|ms| ms.len() == of.len());
         if let (Some(times), false) = (known, choices.contains_key(name)) {
             let index = fastest(&times);
             choices.insert(name.to_string(), Choice { index, why: why(&times, index, &gpu.info.name) });
         }
     }
-    if groups(&project.graph).iter().all(|(name, _)| choices.contains_key(*name)) {
+    if groups.iter().all(|(name, _)| choices.contains_key(*name)) {
         return Ok(choices);
     }
     loop {
@@ -83,7 +87,7 @@ pub fn measured(
         let plan = plan_for(project, scene, &settings, gpu)?.plan;
         let Some(group) = plan.alternatives.iter().find(|a| !choices.contains_key(&a.name)) else { break };
         let sides = sides(gpu, project, scene, &settings, group)?;
-        let of = groups(&project.graph).into_iter().find(|(name, _)| *name == group.name).map(|(_, of)| of);
+        let of = groups.iter().find(|(name, _)| *name == group.name).map(|(_, of)| *of);
         let key = match of.filter(|_| group.once) {
             Some(of) => key_once(gpu, project, &values, (&group.name, of)),
             None => key(gpu, scene, &sides),

@@ -107,17 +107,11 @@ pub fn measure<'a>(gpu: &'a Gpu, target: &Target<'_>, effort: Effort<'_>) -> Che
     let subject = match run(gpu, target, effort, &mut entry, &mut images) {
         Ok(subject) => Some(subject),
         Err(faults) => {
-            entry.fault = Some(told(&faults));
+            entry.fault = Some(faults.one_line());
             None
         }
     };
     Ok(Measured { entry, images, subject })
-}
-
-/// As an entry's `fault` has it.
-fn told(faults: &Faults) -> String {
-    let texts: Vec<&str> = faults.0.iter().map(|d| d.message.as_str()).collect();
-    texts.join("; ")
 }
 
 fn run<'a>(
@@ -216,7 +210,7 @@ impl Subject<'_> {
         entry.rounds += 1;
         match more {
             Ok(more) => more.into_iter().for_each(|t| entry.more(t)),
-            Err(faults) => entry.fault = Some(told(&faults)),
+            Err(faults) => entry.fault = Some(faults.one_line()),
         }
         entry.fault.is_none()
     }

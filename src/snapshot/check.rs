@@ -111,10 +111,10 @@ impl Limits {
         if actual == expected && actual.non_finite(None).is_none() {
             return Ok(());
         }
-        let m = compare(actual, expected, None).map_err(|f| messages(&f))?;
+        let m = compare(actual, expected, None).map_err(|f| f.one_line())?;
         let Metrics { rmse_percent, max_error, p95_error, bias_percent, .. } = m;
         let flip = match self.flip {
-            Some(_) => Some(flip(actual, expected, None).map_err(|f| messages(&f))?),
+            Some(_) => Some(flip(actual, expected, None).map_err(|f| f.one_line())?),
             None => None,
         };
         let measured = [
@@ -252,10 +252,6 @@ fn short(value: f64) -> String {
     } else {
         format!("{value:.3e}")
     }
-}
-
-fn messages(faults: &crate::diag::Faults) -> String {
-    faults.0.iter().map(|d| d.message.as_str()).collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]

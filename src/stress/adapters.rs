@@ -2,10 +2,10 @@
 //!
 //! A driver is chosen when the Vulkan loader starts, so every other one gets a process of its own.
 
-use super::Options;
 use super::case::Cases;
 use super::report::{Row, State};
-use super::run::{Graph, difference_but, one_line};
+use super::run::{Graph, difference_but};
+use super::{Options, finish};
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::{ADAPTER_VARIABLE, Gpu};
 use crate::image::Image;
@@ -61,7 +61,7 @@ pub(super) fn rows(
             Ok(image) => image,
             Err(faults) => {
                 let mut row = Row::new("adapter", "adapter: ours", &graph.name, "");
-                row.fail(&one_line(&faults));
+                row.fail(&faults.one_line());
                 rows.push(row);
                 continue;
             }
@@ -79,7 +79,7 @@ pub(super) fn rows(
                     let off = difference_but(&theirs, &ours, cases.adapters.edges);
                     row.judge(Some(0.0), Some(off), off, cases.adapters.bound);
                 }
-                Err(faults) => row.fail(&one_line(&faults)),
+                Err(faults) => row.fail(&faults.one_line()),
             }
             row.seconds = start.elapsed().as_secs_f64();
             rows.push(row);
@@ -148,10 +148,6 @@ fn elsewhere(
     command.arg("--output").arg(output);
     command.envs(other.variables.iter().map(|(name, value)| (name, value)));
     let fault = |why: String| Diagnostic::error(format!("on {}: {why}", other.name));
-    let done = command.output().map_err(|e| fault(format!("can't run {}: {e}", program.display())))?;
-    if !done.status.success() {
-        let said = String::from_utf8_lossy(&done.stderr);
-        return Err(fault(said.lines().next().unwrap_or("it failed without a word").to_string()).into());
-    }
+    finish(&mut command, &[0]).map_err(fault)?;
     crate::image::exr::read_exr(out)
 }

@@ -1,11 +1,11 @@
 //! A long flight through a scene that changes all the time: cameras, lights and nodes move, parameters are set, the
 //! window is resized, the graph is read again.
 
-use super::Options;
 use super::case::Cases;
 use super::dice::Dice;
 use super::report::{Report, Row, State};
 use super::run::{Graph, difference};
+use super::{Options, finish};
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::Gpu;
 use crate::image::Image;
@@ -54,13 +54,8 @@ pub(super) fn elsewhere(graph: &Graph, options: &Options, seconds: Option<f64>) 
         }
         _ => {}
     }
-    let program = options.program.display();
-    let done = command.output().map_err(|e| fault(format!("can't run {program}: {e}")))?;
     // 1: something failed, as its rows say.
-    if !matches!(done.status.code(), Some(0 | 1)) {
-        let said = String::from_utf8_lossy(&done.stderr);
-        return Err(fault(said.lines().next().unwrap_or("it ended without a word").to_string()).into());
-    }
+    finish(&mut command, &[0, 1]).map_err(fault)?;
     Ok(Report::read(&folder)?.rows)
 }
 

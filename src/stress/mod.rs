@@ -22,11 +22,12 @@ pub use case::Cases;
 pub use report::{Report, Row, State};
 pub use run::Graph;
 
-use crate::diag::{Checked, Diagnostic, Faults};
+use crate::diag::{Checked, Faults};
 use crate::gpu::Gpu;
 use case::Case;
 use report::{Rows, Wanted, caught_up};
 use std::path::PathBuf;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// How much is run.
@@ -105,6 +106,17 @@ pub fn run(
         seconds: run.start.elapsed().as_secs_f64(),
         rows: rows.all,
     })
+}
+
+/// Runs another process until it ends with one of these codes; else why it did not, in a line.
+fn finish(command: &mut Command, codes: &[i32]) -> Result<(), String> {
+    let program = command.get_program().to_string_lossy().into_owned();
+    let done = command.output().map_err(|e| format!("can't run {program}: {e}"))?;
+    if done.status.code().is_some_and(|code| codes.contains(&code)) {
+        return Ok(());
+    }
+    let said = String::from_utf8_lossy(&done.stderr);
+    Err(said.lines().next().unwrap_or("it ended without a word").to_string())
 }
 
 /// A run under way.
@@ -214,7 +226,7 @@ impl Run<'_> {
             self.graphs.iter().copied().filter(|g| self.cases.fly.graphs.contains(&g.name)).collect();
         let failed = |graph: &Graph, faults: &Faults| {
             let mut row = Row::new("fly-through", "flight", &graph.name, "");
-            row.fail(&run::one_line(faults));
+            row.fail(&faults.one_line());
             vec![row]
         };
         if let [graph] = flying.as_slice() {
@@ -230,8 +242,7 @@ impl Run<'_> {
                 .map(|graph| (graph, scope.spawn(move || fly::elsewhere(graph, self.options, seconds))))
                 .collect();
             for (graph, flight) in started {
-                let ended = Faults::from(Diagnostic::error("its thread ended"));
-                let flown = flight.join().unwrap_or(Err(ended));
+                let flown = flight.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
                 rows.keep(flown.unwrap_or_else(|faults| failed(graph, &faults)));
             }
         });

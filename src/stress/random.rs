@@ -7,7 +7,7 @@
 use super::case::Cases;
 use super::dice::Dice;
 use super::report::{Row, Wanted};
-use super::run::{Graph, one_line};
+use super::run::Graph;
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::Gpu;
 use crate::graph::ast::Param;
@@ -205,7 +205,7 @@ impl<'a> Drawer<'a> {
 
     fn run(&mut self, values: &Values) -> Outcome {
         match self.planned(values) {
-            Err(faults) => return Outcome::Refused(one_line(&faults)),
+            Err(faults) => return Outcome::Refused(faults.one_line()),
             Ok(planned) if planned.plan.bytes().0 > MOST_BYTES => {
                 return Outcome::Refused(format!("it takes {} MiB", planned.plan.bytes().0 >> 20));
             }
@@ -216,7 +216,7 @@ impl<'a> Drawer<'a> {
                 None => Outcome::Fine,
                 Some(d) => Outcome::Broken(format!("{} ({})", d.message, d.help.join("; "))),
             },
-            Err(faults) => Outcome::Broken(one_line(&faults)),
+            Err(faults) => Outcome::Broken(faults.one_line()),
         }
     }
 

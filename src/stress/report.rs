@@ -332,12 +332,12 @@ mod tests {
 
     #[test]
     fn rows_that_were_left_out_are_caught_up_with_in_their_places() {
-        let row = |setting: &str| Row::new("case", "grids", "uniform_grid", setting);
+        let row = |setting: &str| Row::new("case", "sizes", "a graph", setting);
         let mut rows = vec![row("n=1"), row("n=2").left(), row("n=3").left()];
         let wanted = Wanted::Left(&rows);
         let runs = ["n=1", "n=2", "n=3"].map(|setting| wanted.has(&row(setting)));
         assert_eq!(runs, [false, true, true]);
-        assert!(Wanted::All.has(&row("n=1")) && !wanted.has(&Row::new("random", "grids", "uniform_grid", "n=2")));
+        assert!(Wanted::All.has(&row("n=1")) && !wanted.has(&Row::new("random", "sizes", "a graph", "n=2")));
         let mut again = row("n=3");
         again.fail("too dark");
         caught_up(&mut rows, vec![again, row("n=2").left()]);

@@ -4,7 +4,7 @@ use super::case::{Case, Cases, Expect, settings};
 use super::number::{Names, Number};
 use super::report::{Row, State, Wanted};
 use super::shape::Shape;
-use crate::diag::{Checked, Diagnostic, Faults, Severity, Source};
+use crate::diag::{Checked, Diagnostic, Severity, Source};
 use crate::gpu::Gpu;
 use crate::image::Image;
 use crate::scene::Loaded;
@@ -113,7 +113,7 @@ impl<'a> Runner<'a> {
             }
             let start = Instant::now();
             if let Err(faults) = self.judge(case, graph, &names, &mut row) {
-                row.fail(&one_line(&faults));
+                row.fail(&faults.one_line());
             }
             row.seconds = start.elapsed().as_secs_f64();
             rows.push(row);
@@ -126,7 +126,7 @@ impl<'a> Runner<'a> {
             match case.scene.load(names, &self.cases.folder) {
                 Ok(_) => row.fail("the loader takes the scene"),
                 Err(faults) => {
-                    let text = one_line(&faults);
+                    let text = faults.one_line();
                     row.judge_text(says, &text);
                 }
             }
@@ -333,11 +333,6 @@ fn exact_sum(image: &Image) -> (f64, f64) {
         magnitude += x.abs();
     }
     (sum + lost, magnitude)
-}
-
-/// The messages of faults in one line.
-pub(super) fn one_line(faults: &Faults) -> String {
-    faults.0.iter().map(|d| d.message.clone()).collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]
