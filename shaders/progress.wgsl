@@ -1,7 +1,7 @@
 //! How many paths show the same as the next batch and came before it: 0 after the camera, the scene or a parameter changed.
 #import lightgraph::digest::{add, add_matrix}
 #import lightgraph::random::scramble
-#import lightgraph::geometry::nodes
+#import lightgraph::geometry::{node_count, nodes}
 #import lightgraph::surface::materials
 #ifdef LIGHTS
 #import lightgraph::lights::lights
@@ -32,7 +32,7 @@ var<storage, read_write> progress: Progress;
 @compute @workgroup_size(1)
 fn main() {
     var hash = 1u;
-    for (var i = 0u; i < arrayLength(&nodes); i++) {
+    for (var i = 0u; i < node_count(); i++) {
         hash = add_matrix(hash, nodes[i].transform);
     }
 #ifdef LIGHTS

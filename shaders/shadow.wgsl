@@ -1,10 +1,14 @@
-//! Depth of the scene from one view of a light.
+//! Depth of the scene from one view of a light. With LIGHT_UNIFORMS the rows of views lie in a uniform.
 #import lightgraph::geometry::world_position
 
 struct LightView {
     view_projection: mat4x4f,
 }
+#ifdef LIGHT_UNIFORMS
+var<uniform> light_views: array<LightView, #{VIEW_ROWS}>;
+#else
 var<storage, read> light_views: array<LightView>;
+#endif
 
 @vertex
 fn vertex(

@@ -1,7 +1,7 @@
 //! Which probes must be captured anew: those that stand elsewhere than when they were captured, and all when something in
 //! the scene has moved.
 #import lightgraph::digest::add_matrix
-#import lightgraph::geometry::nodes
+#import lightgraph::geometry::{node_count, nodes}
 #import lightgraph::probes
 
 struct Params {
@@ -28,7 +28,7 @@ var<workgroup> content: u32;
 fn choose(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         var hash = 1u;
-        for (var i = 0u; i < arrayLength(&nodes); i++) {
+        for (var i = 0u; i < node_count(); i++) {
             hash = add_matrix(hash, nodes[i].transform);
         }
         content = max(hash, 1u);

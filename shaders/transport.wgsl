@@ -10,69 +10,68 @@
 #import lightgraph::cube
 #import lightgraph::probes
 #import lightgraph::sh::COUNT
-#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::surface::read_record
 
 struct Params {
     grid: vec3u,
     cube_albedo_tile: u32,
     cube_albedo_columns: u32,
-    behind_captured: f32,
 }
 var<uniform> params: Params;
 var cube_albedo: texture_2d<f32>;
 var cube_normal: texture_2d<f32>;
 var<storage, read> factor_table: array<f32>;
-var openness: texture_3d<f32>;
+/// Of the probes at the corners of the cell that a texel's surface lies in: as `texel_shares.wgsl` leaves them.
+struct Shares {
+    base: vec3u,
+    lit: u32,
+    corners: array<vec4f, 2>,
+}
+var<storage, read> texel_shares: array<Shares>;
 var<storage, read_write> matrix: array<vec4f>;
 
-/// x: the probe that sees; y: the probe whose light is reflected; z: its coefficient.
-@compute @workgroup_size(4, 4, 4)
+/// x: the probe whose light is reflected, and its coefficient; y: the probe that sees. Neighbours share the former, and so leave out
+/// the same texels.
+@compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let count = params.grid.x * params.grid.y * params.grid.z;
-    if id.x >= count || id.y >= count || id.z >= COUNT {
+    if id.x >= count * COUNT || id.y >= count {
         return;
     }
+    let giver = probes::coordinates(id.x / COUNT);
+    let j = id.x % COUNT;
     let edge = params.cube_albedo_tile;
-    let eye = probes::position(probes::coordinates(id.x));
-    let giver = probes::coordinates(id.y);
+    let eye = probes::position(probes::coordinates(id.y));
     let texels = 6u * edge * edge;
     var column: array<vec3f, COUNT>;
     for (var i = 0u; i < texels; i++) {
-        let face = i / (edge * edge);
-        let texel = vec2u(i % edge, i / edge % edge);
-        let at = cube::unplace(id.x * 6u + face, texel, edge, params.cube_albedo_columns);
-        let albedo = textureLoad(cube_albedo, at, 0);
-        if is_lit(albedo) {
+        let shares = texel_shares[id.y * texels + i];
+        // Most probes are none of the eight round a surface.
+        let side = giver - shares.base;
+        if shares.lit != 0u && all(side <= vec3u(1u)) {
+            let share = shares.corners[side.z][side.x + 2u * side.y];
+            let face = i / (edge * edge);
+            let texel = vec2u(i % edge, i / edge % edge);
+            let at = cube::unplace(id.y * 6u + face, texel, edge, params.cube_albedo_columns);
             let ray = cube::direction_beside(face, texel, edge);
-            let s = read_record(albedo, textureLoad(cube_normal, at, 0), eye, ray);
-            let here = probes::cell(s.position);
-            // Most probes are none of the eight round a surface.
-            if all(giver >= here.base) && all(giver <= here.base + 1u) {
-                var mine = 0.0;
-                var all_shares = 0.0;
-                for (var corner = 0u; corner < 8u; corner++) {
-                    let share = probes::facing_share(
-                        openness, here, corner, s.position, s.normal, params.behind_captured);
-                    all_shares += share;
-                    mine += select(0.0, share, all(probes::probe_at(here, corner) == giver));
-                }
-                var weights = lambert_weights(s.normal);
-                var reflected = s.albedo * weights[id.z];
+            let s = read_record(textureLoad(cube_albedo, at, 0), textureLoad(cube_normal, at, 0), eye, ray);
+            var weights = lambert_weights(s.normal);
+            var reflected = s.albedo * weights[j];
 #ifdef SPECULAR
-                if s.specular > 0.0 {
-                    var gloss = phong_weights(reflect(-s.view, s.normal), s.shininess);
-                    reflected += s.specular * gloss[id.z];
-                }
+            if s.specular > 0.0 {
+                var gloss = phong_weights(reflect(-s.view, s.normal), s.shininess);
+                reflected += s.specular * gloss[j];
+            }
 #endif
-                reflected *= mine / all_shares;
-                for (var k = 0u; k < COUNT; k++) {
-                    column[k] += factor_table[k * texels + i] * reflected;
-                }
+            reflected *= share;
+            for (var k = 0u; k < COUNT; k++) {
+                column[k] += factor_table[k * texels + i] * reflected;
             }
         }
     }
     for (var k = 0u; k < COUNT; k++) {
-        let one = select(0.0, 1.0, id.x == id.y && k == id.z);
-        matrix[(id.x * COUNT + k) * count * COUNT + id.y * COUNT + id.z] = vec4f(one - column[k], 0.0);
+        let row = id.y * COUNT + k;
+        let one = select(0.0, 1.0, id.x == row);
+        matrix[row * count * COUNT + id.x] = vec4f(one - column[k], 0.0);
     }
 }

@@ -1,12 +1,14 @@
 //! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
 
+mod ahead;
+
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::gpu::{self, Frame, FrameReport, Gpu, Memory, Prepared, Timing};
 use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
-use crate::plan::change::{self, Held, Why};
+use crate::plan::change::{self, Held, Selection, Why};
 use crate::plan::fastest::Choices;
 use crate::plan::ingredient::Kind;
 use crate::plan::keys::{Keys, Outside, Version};
@@ -18,8 +20,9 @@ use crate::shader::Library;
 use crate::shader::report::{self, Failed};
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
+use ahead::{Ahead, Contents};
 use glam::Mat4;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -197,6 +200,8 @@ pub struct Session {
     depths: BTreeMap<Version, Arc<Image>>,
     /// What the members of draws see, by their frusta alone.
     seen: BTreeMap<usize, Seen>,
+    /// What the results of steps are compared by.
+    contents: Contents,
     /// The versions of the frusta by which the draws' members were last looked at; `None` when things have moved since.
     looked: Option<Vec<Version>>,
     /// The tables are on the device.
@@ -251,6 +256,7 @@ impl Session {
         let tables = tables(&scene, &plan, pose, levels, earlier);
         let began = previous.map_or(0, |p| p.held.frames());
         let mut outside = Outside::new(&plan, hashes, began, &tables.list)?;
+        outside.alike = previous.map(|p| p.outside.alike.clone()).unwrap_or_default();
         let keys = Keys::of(&plan, settings.without);
         let apart = region::steps_apart(&plan);
         let frusta = previous.map(|p| p.frusta.clone()).unwrap_or_default();
@@ -295,6 +301,7 @@ impl Session {
             frusta,
             depths: BTreeMap::new(),
             seen: BTreeMap::new(),
+            contents: Contents::default(),
             looked: None,
             uploaded: true,
             last,
@@ -310,45 +317,41 @@ impl Session {
     pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
         let pose = self.scene.pose_shifted(time, &self.shift);
         let (values, _) = frame_values(&self.scene, &self.settings, &pose, index)?;
-        let changed = self.pose(pose)?;
-        let earlier = self.look(gpu, &values, changed.as_deref())?;
+        let mut ahead = Ahead::of(self.pose(pose)?);
+        self.look(gpu, &values, &mut ahead)?;
         self.settle(gpu, &values)?;
-        let (plan, keys, held) = (&self.plan, &self.keys, &self.held);
-        let choose = if self.settings.skip { change::select } else { change::everything };
-        let selection = choose(plan, keys, held, &self.outside, &values);
-        let members = selection.members.clone();
-        let timing = self.settings.timing;
-        let frame = Frame { values, tables: changed.as_deref(), run: Some(&selection.run), members, timing };
-        self.why.clear();
-        self.uploaded = false;
-        self.held.start(&selection);
-        let mut report = match gpu::execute(gpu, plan, &mut self.prepared, &frame) {
-            Ok(report) => report,
-            Err(faults) => {
-                // The next frame begins anew.
-                self.held.forget();
-                return Err(faults);
-            }
+        let selection = match self.settings.skip {
+            true => self.compare(gpu, &values, &mut ahead)?,
+            false => change::everything(&self.plan, &self.keys, &self.held, &self.outside, &values),
         };
-        self.uploaded = true;
+        let members = selection.members.clone();
+        let (timing, tables) = (self.settings.timing, ahead.tables.as_deref());
+        let frame = Frame { values, tables, run: Some(&selection.run), members, timing };
+        self.why.clear();
+        let mut report = self.run(gpu, &frame, &selection)?;
         let mut why = selection.why.clone();
         self.held.finish(selection.clone());
         if let Some(scratch) = &mut self.scratch {
+            let (plan, keys) = (&self.plan, &self.keys);
+            let frame = Frame { tables: ahead.uploaded.as_deref().or(frame.tables), ..frame };
             scratch.verify(gpu, (plan, keys), (&self.prepared, &self.held), &self.outside, &frame)?;
         }
-        if let Some((earlier, reasons)) = earlier {
-            report.steps.splice(0..0, earlier.steps.into_iter().filter(|s| !selection.run[s.step]));
-            report.wall_ms += earlier.wall_ms;
-            report.device_ms = report.device_ms.zip(earlier.device_ms).map(|(a, b)| a + b);
-            for (why, reason) in why.iter_mut().zip(reasons) {
-                if reason.runs() && !why.runs() {
-                    *why = reason;
-                }
-            }
-        }
+        ahead.join(&mut report, &mut why, &selection);
         self.last = (index, time, self.shift.clone());
         self.why = why;
         Ok(report)
+    }
+
+    /// Executes what was selected. After a fault the next frame begins anew.
+    fn run(&mut self, gpu: &Gpu, frame: &Frame<'_>, selection: &Selection) -> Checked<FrameReport> {
+        self.uploaded = false;
+        self.held.start(selection);
+        let done = gpu::execute(gpu, &self.plan, &mut self.prepared, frame);
+        self.uploaded = done.is_ok();
+        if done.is_err() {
+            self.held.forget();
+        }
+        done
     }
 
     /// Makes the next frame run every step, as the first one did.
@@ -385,74 +388,6 @@ impl Session {
             changed.clone_from(&self.tables.list);
         }
         Ok(Some(changed).filter(|c| !c.is_empty()))
-    }
-
-    /// Learns what the members of draws see. Where the device makes their frusta and has made none like these before, it makes them
-    /// now, ahead of the frame; then with what that took, and why each step ran.
-    fn look(
-        &mut self,
-        gpu: &Gpu,
-        values: &Values,
-        changed: Option<&[Table]>,
-    ) -> Checked<Option<(FrameReport, Vec<Why>)>> {
-        let (plan, keys) = (&self.plan, &self.keys);
-        let made = change::end(plan, keys, &self.held, &self.outside, values);
-        let buffers = region::buffers(&self.apart);
-        let versions: Vec<Version> = buffers.iter().map(|id| made[id.0]).collect();
-        if self.looked.as_ref() == Some(&versions) {
-            return Ok(None);
-        }
-        let unknown: BTreeSet<ResourceId> =
-            buffers.iter().copied().filter(|id| !self.frusta.contains_key(&made[id.0])).collect();
-        let mut ran = None;
-        if !unknown.is_empty() {
-            let selection = change::select_for(plan, keys, &self.held, &self.outside, values, &unknown);
-            let (values, run) = (values.clone(), Some(selection.run.as_slice()));
-            let frame = Frame { values, tables: changed, run, ..Frame::default() };
-            self.uploaded = false;
-            self.held.start(&selection);
-            let report = match gpu::execute(gpu, plan, &mut self.prepared, &frame) {
-                Ok(report) => report,
-                Err(faults) => {
-                    self.held.forget();
-                    return Err(faults);
-                }
-            };
-            self.uploaded = true;
-            let why = selection.why.clone();
-            self.held.finish_part(selection);
-            self.frusta.retain(|version, _| versions.contains(version));
-            for id in unknown {
-                let bytes = gpu::read_buffer(gpu, &self.prepared, plan, id)?;
-                let frusta = bytemuck::pod_collect_to_vec::<u8, [f32; 16]>(&bytes[..bytes.len() / 64 * 64]);
-                let frusta = frusta.iter().map(Mat4::from_cols_array).collect();
-                self.frusta.insert(made[id.0], Arc::new(frusta));
-            }
-            ran = Some((report, why));
-        }
-        self.looked = Some(versions);
-        let frusta = &self.frusta;
-        let known = |id: ResourceId| frusta.get(&made[id.0]).cloned();
-        self.seen = region::seen(plan, &self.apart, &self.tables.list, known, &self.seen);
-        Ok(ran)
-    }
-
-    /// Finds which members of draws show nothing of what moved, by the depths that the device holds of them.
-    fn settle(&mut self, gpu: &Gpu, values: &Values) -> Checked<()> {
-        let (plan, prepared, known) = (&self.plan, &self.prepared, &mut self.depths);
-        let mut used = BTreeSet::new();
-        self.outside.members = self.seen.clone();
-        change::settle(plan, &self.keys, &self.held, &mut self.outside, values, |id, version| {
-            used.insert(version);
-            if let Some(image) = known.get(&version) {
-                return Ok(image.clone());
-            }
-            let image = Arc::new(gpu::read_image(gpu, prepared, plan, id)?);
-            known.insert(version, image.clone());
-            Ok(image)
-        })?;
-        self.depths.retain(|version, _| used.contains(version));
-        Ok(())
     }
 
     /// The checks in shaders that do not hold after a frame, each at its line, and the numbers that steps left and should

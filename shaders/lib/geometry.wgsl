@@ -1,4 +1,4 @@
-//! The scene's vertices in the world.
+//! The scene's vertices in the world. With NODE_UNIFORMS the rows of nodes lie in a uniform: for scenes that have few.
 #define_import_path lightgraph::geometry
 
 struct Node {
@@ -6,7 +6,19 @@ struct Node {
     /// For normals.
     inverse_transpose: mat4x4f,
 }
+#ifdef NODE_UNIFORMS
+var<uniform> nodes: array<Node, #{NODE_ROWS}>;
+
+fn node_count() -> u32 {
+    return #{NODE_ROWS}u;
+}
+#else
 var<storage, read> nodes: array<Node>;
+
+fn node_count() -> u32 {
+    return arrayLength(&nodes);
+}
+#endif
 
 /// Position in metres, in the world.
 fn world_position(node: u32, position: vec3f) -> vec3f {

@@ -34,5 +34,5 @@ pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};
 pub use prepare::{Prepared, prepare, prepare_after};
-pub use readback::{read_buffer, read_bytes, read_image, read_plane};
+pub use readback::{read_buffer, read_bytes, read_content, read_image, read_plane};
 pub use timing::Timing;

@@ -1,9 +1,12 @@
 //! What the device computed, back on the CPU.
 
-use super::{device::Gpu, prepare::Prepared, scope::scoped, texel};
+use super::{device::Gpu, pool::Memory, prepare::Prepared, scope::scoped, texel};
 use crate::diag::{Checked, Diagnostic};
 use crate::image::Image;
 use crate::plan::{Plan, ResourceId};
+
+/// Of a texture, to be copied in one go.
+const MOST_BYTES_AT_ONCE: u64 = 64 << 20;
 
 /// How long to wait for word of work that is done. Far longer than it takes, so that only a broken driver runs out of it.
 const ANSWER: std::time::Duration = std::time::Duration::from_secs(10);
@@ -16,15 +19,9 @@ const ANSWER: std::time::Duration = std::time::Duration::from_secs(10);
 pub fn read_image(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -> Checked<Image> {
     let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
     let texture = prepared.pool.texture(plan, id)?;
-    let size = texture.size();
-    let mut image = Image { width: size.width, height: size.height, layers: 0, channels: 0, data: vec![] };
-    for layer in 0..size.depth_or_array_layers {
-        let plane = read_plane(gpu, texture, name, 0, layer)?;
-        image.channels = plane.channels;
-        image.layers += 1;
-        image.data.extend(plane.data);
-    }
-    Ok(image)
+    decoded(texture, name, 0, texture.depth_or_array_layers(), |texel| {
+        copied(gpu, texture, (name, texel), 0, 0..texture.depth_or_array_layers())
+    })
 }
 
 /// One layer (a face of a cube, a slice of a 3D texture) of one mip level, as [`read_image`] gives all layers.
@@ -33,14 +30,42 @@ pub fn read_image(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -
 /// # Errors
 /// As [`read_image`], or the texture has no such level or layer.
 pub fn read_plane(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, layer: u32) -> Checked<Image> {
+    decoded(texture, name, mip, 1, |texel| copied(gpu, texture, (name, texel), mip, layer..layer.saturating_add(1)))
+}
+
+/// An image of rows of texels; `rows` is told the bytes of one texel.
+fn decoded(
+    texture: &wgpu::Texture,
+    name: &str,
+    mip: u32,
+    layers: u32,
+    rows: impl FnOnce(u32) -> Checked<Vec<u8>>,
+) -> Checked<Image> {
     let format = texture.format();
-    let (Some(channels), Some(texel_bytes)) =
-        (texel::channels(format), format.block_copy_size(Some(wgpu::TextureAspect::All)))
-    else {
+    let (Some(channels), Some(texel)) = (texel::channels(format), texel_bytes(format)) else {
         return Err(Diagnostic::error(format!("`{name}` has the format {format:?}, which can't be read back"))
             .help("copy it to a texture of a plain format in a pass")
             .into());
     };
+    let bytes = rows(texel)?;
+    let size = texture.size().mip_level_size(mip, texture.dimension());
+    let mut data = Vec::with_capacity(bytes.len() / texel as usize * channels as usize);
+    texel::decode_row(format, texel as usize, &bytes, &mut data);
+    Ok(Image { width: size.width, height: size.height, layers, channels, data })
+}
+
+fn texel_bytes(format: wgpu::TextureFormat) -> Option<u32> {
+    format.block_copy_size(Some(wgpu::TextureAspect::All))
+}
+
+/// The texels of some layers, row by row, as the device has them.
+fn copied(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    (name, texel): (&str, u32),
+    mip: u32,
+    layers: std::ops::Range<u32>,
+) -> Checked<Vec<u8>> {
     if !texture.usage().contains(wgpu::TextureUsages::COPY_SRC) {
         return Err(Diagnostic::error(format!("`{name}` can't be read back: it is no output of the graph"))
             .help(format!("add `\"{name}\": \"{name}\"` to the outputs"))
@@ -51,40 +76,64 @@ pub fn read_plane(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, laye
         return Err(Diagnostic::error(format!("`{name}` has {levels} mip level(s), and none of index {mip}")).into());
     }
     let size = texture.size().mip_level_size(mip, texture.dimension());
-    if layer >= size.depth_or_array_layers {
-        let layers = size.depth_or_array_layers;
-        return Err(Diagnostic::error(format!("`{name}` has {layers} layer(s), and none of index {layer}")).into());
+    if layers.end > size.depth_or_array_layers {
+        let all = size.depth_or_array_layers;
+        let last = layers.end.saturating_sub(1);
+        return Err(Diagnostic::error(format!("`{name}` has {all} layer(s), and none of index {last}")).into());
     }
-    let row = u64::from(size.width) * u64::from(texel_bytes);
+    let row = u64::from(size.width) * u64::from(texel);
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into());
-    let bytes = padded * u64::from(size.height);
+    let layer = padded * u64::from(size.height);
     let too_large = || Diagnostic::error(format!("a row of `{name}` is too long to be read back"));
     let bytes_per_row = u32::try_from(padded).map_err(|_| too_large())?;
 
-    let staging = staging(gpu, name, bytes)?;
-    scoped(gpu, &format!("read back `{name}`"), || {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let from = wgpu::TexelCopyTextureInfo {
-            mip_level: mip,
-            origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
-            ..texture.as_image_copy()
-        };
-        let to = wgpu::TexelCopyBufferInfo {
-            buffer: &staging,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(bytes_per_row),
-                rows_per_image: Some(size.height),
-            },
-        };
-        encoder.copy_texture_to_buffer(from, to, wgpu::Extent3d { depth_or_array_layers: 1, ..size });
-        gpu.queue.submit([encoder.finish()]);
-    })?;
-    let mut data = Vec::with_capacity(size.width as usize * size.height as usize * channels as usize);
-    for line in map(gpu, &staging, bytes)?.chunks_exact(padded as usize) {
-        texel::decode_row(format, texel_bytes as usize, &line[..row as usize], &mut data);
+    let at_once = (MOST_BYTES_AT_ONCE / layer.max(1)).clamp(1, layers.len().max(1) as u64) as u32;
+    let staging = staging(gpu, name, layer * u64::from(at_once))?;
+    let mut all = vec![];
+    for first in layers.clone().step_by(at_once as usize) {
+        let count = at_once.min(layers.end - first);
+        scoped(gpu, &format!("read back `{name}`"), || {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let from = wgpu::TexelCopyTextureInfo {
+                mip_level: mip,
+                origin: wgpu::Origin3d { x: 0, y: 0, z: first },
+                ..texture.as_image_copy()
+            };
+            let to = wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(bytes_per_row),
+                    rows_per_image: Some(size.height),
+                },
+            };
+            encoder.copy_texture_to_buffer(from, to, wgpu::Extent3d { depth_or_array_layers: count, ..size });
+            gpu.queue.submit([encoder.finish()]);
+        })?;
+        let bytes = map(gpu, &staging, layer * u64::from(count))?;
+        if padded == row && all.is_empty() {
+            all = bytes;
+        } else {
+            bytes.chunks_exact(padded as usize).for_each(|line| all.extend_from_slice(&line[..row as usize]));
+        }
     }
-    Ok(Image { width: size.width, height: size.height, layers: 1, channels, data })
+    Ok(all)
+}
+
+/// What a resource holds, as the device has it: of a texture the texels of its first mip level, row by row.
+///
+/// # Errors
+/// Its memory can't be copied from, or the device fails.
+pub fn read_content(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -> Checked<Vec<u8>> {
+    let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
+    match prepared.pool.memory(plan, id)? {
+        Memory::Buffer(buffer) => read_bytes(gpu, buffer, name),
+        Memory::Texture(texture) => {
+            let unreadable = || Diagnostic::error(format!("`{name}` has texels of several parts"));
+            let texel = texel_bytes(texture.format()).ok_or_else(unreadable)?;
+            copied(gpu, texture, (name, texel), 0, 0..texture.depth_or_array_layers())
+        }
+    }
 }
 
 /// All bytes of a buffer.

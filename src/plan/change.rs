@@ -181,6 +181,18 @@ impl Held {
         self.frames += 1;
     }
 
+    /// Whether any memory holds this content.
+    pub fn holds(&self, version: Version) -> bool {
+        self.cells.iter().any(|c| c.content.get() == version)
+    }
+
+    /// A slot holds what another version stands for, too.
+    pub fn stands(&self, slot: usize, version: Version) {
+        if let Some(cell) = self.cells.get(slot) {
+            cell.content.set(version);
+        }
+    }
+
     /// As [`Held::finish`], for a part of a frame.
     pub fn finish_part(&mut self, selection: Selection) {
         self.finish(selection);
@@ -279,8 +291,20 @@ fn fits(wanted: &Desc, there: &Desc) -> bool {
 
 /// Chooses the steps of a frame.
 pub fn select(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
+    select_for(plan, keys, held, outside, values, &lasting(plan))
+}
+
+/// Chooses of the steps of a frame those that some resources take.
+pub fn select_for(
+    plan: &Plan,
+    keys: &Keys,
+    held: &Held,
+    outside: &Outside,
+    values: &Values,
+    wanted: &BTreeSet<ResourceId>,
+) -> Selection {
     let versions = keys.versions(plan, held.history(plan), outside, values);
-    let run = required(plan, keys, held, &versions, &lasting(plan));
+    let run = required(plan, keys, held, &versions, wanted);
     let why = |i: usize| {
         let unit = &keys.units[i];
         let before = held.ran.get(&unit.name);
@@ -332,7 +356,7 @@ fn selection(
         let members = &versions.members[i];
         let ingredients = || unit.ingredients(plan, (versions, i), outside, values);
         if let (Why::Changed(names), Some(step)) = (&mut why, step)
-            && let Some(some) = outdated(plan, unit, held, &all, &ingredients(), members)
+            && let Some(some) = outdated(plan, unit, held, (&all, outside), &ingredients(), members)
         {
             let (count, verb) = (some.iter().filter(|m| **m).count(), unit.verb());
             *names = vec![format!("what {count} of {} members {verb}", some.len())];
@@ -360,23 +384,24 @@ fn outdated(
     plan: &Plan,
     unit: &Unit,
     held: &Held,
-    before: &Selection,
+    (before, outside): (&Selection, &Outside),
     now: &Ingredients,
     members: &Members,
 ) -> Option<Vec<bool>> {
-    let ran = standing(plan, unit, held, now)?;
+    let ran = standing(plan, unit, held, outside, now)?;
     let untouched = |r: &ResourceId| before.writes.iter().all(|(slot, _)| *slot != plan.resources[r.0].slot);
     let fits = !members.is_empty() && ran.members.len() == members.len() && unit.writes.iter().all(untouched);
     fits.then(|| members.each().iter().zip(ran.members.each()).map(|(now, then)| now != then).collect())
 }
 
 /// The last run of a unit, when what it made is in memory still and nothing but what tells its members apart is new since.
-fn standing<'h>(plan: &Plan, unit: &Unit, held: &'h Held, now: &Ingredients) -> Option<&'h Ran> {
+fn standing<'h>(plan: &Plan, unit: &Unit, held: &'h Held, outside: &Outside, now: &Ingredients) -> Option<&'h Ran> {
     let ran = held.ran.get(&unit.name)?;
     let whole = |i: &&Ingredient| i.kind != Kind::Member;
     let same = ran.ingredients.keys().filter(whole).eq(now.keys().filter(whole))
         && now.iter().filter(|(i, _)| whole(i)).all(|(i, content)| ran.ingredients.get(i) == Some(content));
-    let there = unit.writes.iter().all(|r| held.version(plan.resources[r.0].slot) == unit.content(ran.key, *r));
+    let made = |r: &ResourceId| outside.alike.of(unit.content(ran.key, *r));
+    let there = unit.writes.iter().all(|r| held.version(plan.resources[r.0].slot) == made(r));
     (same && there).then_some(ran)
 }
 
@@ -405,28 +430,13 @@ pub fn settle(
         }
         let versions = keys.versions(plan, held.history(plan), outside, values);
         let now = unit.ingredients(plan, (&versions, i), outside, values);
-        let Some(saw) = standing(plan, unit, held, &now).and_then(|ran| ran.seen.as_ref()) else { continue };
+        let Some(saw) = standing(plan, unit, held, outside, &now).and_then(|ran| ran.seen.as_ref()) else { continue };
         let target = region::depths(plan, &plan.steps[step.0]);
         let image = target.map(|id| depths(id, held.version(plan.resources[id.0].slot))).transpose()?;
         seen.settle(saw, plan, &plan.steps[step.0], image.as_deref());
         outside.members.insert(step.0, seen);
     }
     Ok(())
-}
-
-/// The steps that make some resources, where memory lacks them.
-pub fn select_for(
-    plan: &Plan,
-    keys: &Keys,
-    held: &Held,
-    outside: &Outside,
-    values: &Values,
-    wanted: &BTreeSet<ResourceId>,
-) -> Selection {
-    let versions = keys.versions(plan, held.history(plan), outside, values);
-    let run = required(plan, keys, held, &versions, wanted);
-    let why = |i| if run.contains(&i) { Why::First } else { Why::NotNeeded };
-    selection(plan, keys, held, (outside, values), &versions, (0..keys.units.len()).map(why).collect())
 }
 
 /// The version that each resource has at the end of a frame.

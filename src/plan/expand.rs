@@ -2,6 +2,7 @@
 //!
 //! [`super::draw`] places what draw and screen passes draw, [`super::reduce`] makes the stages of reductions.
 
+use super::alike::comparable;
 use super::order::{Block, Entry};
 use super::region::worth_reading;
 use super::sizes::{MOST_STEPS, Sizes};
@@ -230,7 +231,7 @@ impl Expander<'_, '_> {
         let bindings = self.bindings(w, member, &name, &BTreeMap::new())?;
         let own = self.own(w, batched)?;
         let sight = self.sight(w, batched)?;
-        self.out.steps.push(Step {
+        let step = Step {
             name,
             pass: pass.name.value.clone(),
             group: pass.group.as_ref().map(|g| g.value.clone()),
@@ -241,7 +242,13 @@ impl Expander<'_, '_> {
             own,
             sight,
             after: vec![],
-        });
+        };
+        for id in &step.writes {
+            if comparable(&step, &self.out.resources[id.0].desc) {
+                self.usage(*id, How::CopySource);
+            }
+        }
+        self.out.steps.push(step);
         Some(())
     }
 

@@ -5,6 +5,7 @@
 //! so on. The records that say what runs are those that the key is made from. No key names anything by its place in
 //! a plan or by a name of the graph, so equal work has equal versions in any two plans.
 
+use super::alike::Alike;
 use super::ingredient::{Ingredient, Ingredients, Kind, add};
 use super::member::Members;
 use super::region;
@@ -36,13 +37,16 @@ pub struct Outside {
     tables: Vec<u128>,
     /// By step that runs member by member: what each of its members sees.
     pub members: BTreeMap<usize, region::Seen>,
+    /// Results that came out as they were before.
+    pub alike: Alike,
 }
 
 impl Outside {
     /// # Errors
     /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
     pub fn new(plan: &Plan, assets: AssetHashes, began: u32, tables: &[Table]) -> Checked<Outside> {
-        let mut outside = Outside { assets, began, tables: vec![0; plan.tables.len()], members: BTreeMap::new() };
+        let tables_of_none = vec![0; plan.tables.len()];
+        let mut outside = Outside { assets, began, tables: tables_of_none, ..Outside::default() };
         outside.follow(plan, &[], tables)?;
         Ok(outside)
     }
@@ -197,7 +201,7 @@ impl Keys {
             let common = hash(&(unit.start, given, inputs)).max(1);
             let told = unit.apart.is_some() && self.without != Some(Kind::Member);
             let key = if told { hash(&(common, members.all())).max(1) } else { common };
-            let after: Vec<Version> = unit.writes.iter().map(|r| unit.content(key, *r)).collect();
+            let after: Vec<Version> = unit.writes.iter().map(|r| outside.alike.of(unit.content(key, *r))).collect();
             for (r, v) in unit.writes.iter().zip(&after) {
                 now[r.0] = *v;
                 made.remove(r);

@@ -3,6 +3,7 @@
 //! Everything is decided here: sizes, order, what is left out and why, which resources share memory, what each
 //! variable is bound to. The executor only walks it.
 
+pub mod alike;
 mod bind;
 pub mod build;
 mod causes;

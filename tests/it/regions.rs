@@ -120,6 +120,31 @@ fn rays_are_traced_again_only_for_the_faces_that_show_what_moved() {
     }
 }
 
+/// What moves in the dark leaves the light that probes were lit by as it was; only probes that see it have anything new to send.
+#[test]
+fn an_object_in_the_dark_lights_again_only_the_probes_that_see_it() {
+    let gpu = &device::gpu();
+    let set = ["grid=4", "face=8", "bounces=2", "shadow_size=256"];
+    let mut s = session(gpu, "fast_grid.ron", "hall.ron", &set);
+    let (corbel, ball) = (node(&s, "corbel"), node(&s, "ball"));
+    frame(gpu, &mut s, &[]);
+    for i in 1..4 {
+        frame(gpu, &mut s, &[(corbel, Vec3::new(0.03 * i as f32, 0.0, 0.0))]);
+        let (first, all) = members(&s, "first_bounce").expect("some probes see the corbel");
+        let (second, _) = members(&s, "second_bounce").expect("some probes see the corbel");
+        assert!(first > 0 && second >= first && second < all, "{first} and {second} of {all} probes");
+    }
+    // Back where it was, all is as it was.
+    let end = s.image(gpu, "color").unwrap_or_else(|f| panic!("{f}"));
+    frame(gpu, &mut s, &[]);
+    frame(gpu, &mut s, &[(corbel, Vec3::new(0.09, 0.0, 0.0))]);
+    assert!(s.image(gpu, "color").unwrap_or_else(|f| panic!("{f}")) == end);
+    // What stands in the light changes the light of all, and every probe gathers it.
+    frame(gpu, &mut s, &[(ball, Vec3::new(0.1, 0.2, 0.0))]);
+    let second = s.plan.steps.iter().zip(s.why()).find(|(step, _)| step.name == "second_bounce").expect("a step");
+    assert!(matches!(second.1, Why::Changed(names) if names.contains(&"first_packed".to_string())), "{}", second.1);
+}
+
 /// What stands still keeps its place among the triangles for rays, whatever moves.
 #[test]
 fn rays_do_not_see_what_a_wall_hides() {

@@ -47,6 +47,23 @@ fn another_size_wiring_or_number_of_turns_makes_another_version() {
     assert_ne!(turns(2), turns(3));
 }
 
+#[test]
+fn what_reads_an_equal_content_has_the_version_of_before() {
+    let end = |plan: &Plan, outside: &Outside, name: &str| {
+        let versions = Keys::of(plan, None).versions(plan, |_| UNDEFINED, outside, &Values::new());
+        versions.end[plan.resources.iter().position(|r| r.name == name).unwrap_or_else(|| panic!("no {name}"))]
+    };
+    let before = sample(&images(&["x", "y"]), &(make("a", "x") + &turn("b", "x", "y")), "\"y\": \"y\"").plan();
+    let passes = make("a", "z") + &turn("c", "z", "x") + &turn("b", "x", "y");
+    let now = sample(&images(&["x", "y", "z"]), &passes, "\"y\": \"y\"").plan();
+    let mut outside = Outside::default();
+    let [was, is] = [&before, &now].map(|plan| end(plan, &outside, "x"));
+    assert_ne!(end(&now, &outside, "y"), end(&before, &outside, "y"));
+    outside.alike.add(is, was, |_| true);
+    assert_eq!(end(&now, &outside, "x"), was);
+    assert_eq!(end(&now, &outside, "y"), end(&before, &outside, "y"));
+}
+
 /// Chooses and counts as run.
 fn run(plan: &Plan, held: &mut Held, choose: fn(&Plan, &Keys, &Held, &Outside, &Values) -> Selection) -> Vec<String> {
     let selection = choose(plan, &Keys::of(plan, None), held, &Outside::default(), &Values::new());

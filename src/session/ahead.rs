@@ -1,0 +1,170 @@
+//! What a frame finds out before it chooses what to run: what the members of its steps see, and which results come out as they were.
+//! Where only the device can tell, it runs a part of the frame ahead of the rest.
+
+use super::Session;
+use crate::diag::Checked;
+use crate::gpu::{self, Frame, FrameReport, Gpu};
+use crate::plan::alike::{Looks, candidates};
+use crate::plan::change::{self, Selection, Why};
+use crate::plan::keys::Version;
+use crate::plan::{ResourceId, region};
+use crate::scene::Table;
+use crate::value::Values;
+use glam::Mat4;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// The parts of a frame that run ahead of the rest.
+pub(super) struct Ahead {
+    /// Tables that the device does not hold as they are now.
+    pub tables: Option<Vec<Table>>,
+    /// Those that it got with a part.
+    pub uploaded: Option<Vec<Table>>,
+    /// Of each part what it took, and by step why it ran or not.
+    parts: Vec<(FrameReport, Vec<Why>)>,
+}
+
+/// What the results of steps are compared by.
+#[derive(Debug, Default)]
+pub(super) struct Contents {
+    /// By version, of what memory still holds.
+    known: BTreeMap<Version, Arc<Vec<u8>>>,
+    looks: Looks,
+}
+
+impl Ahead {
+    pub(super) fn of(tables: Option<Vec<Table>>) -> Ahead {
+        Ahead { tables, uploaded: None, parts: vec![] }
+    }
+
+    /// Adds the parts to what the rest of the frame took.
+    pub(super) fn join(self, report: &mut FrameReport, why: &mut [Why], rest: &Selection) {
+        for (part, reasons) in self.parts.into_iter().rev() {
+            let runs_again = |step: usize| rest.run.get(step).copied().unwrap_or(false);
+            report.steps.splice(0..0, part.steps.into_iter().filter(|s| !runs_again(s.step)));
+            report.loops.splice(0..0, part.loops);
+            report.warnings.splice(0..0, part.warnings);
+            report.failed.splice(0..0, part.failed);
+            report.numerics = match (part.numerics, report.numerics.take()) {
+                (Some(first), Some(later)) => Some(first.then(later)),
+                (first, later) => first.or(later),
+            };
+            report.wall_ms += part.wall_ms;
+            report.device_ms = report.device_ms.zip(part.device_ms).map(|(a, b)| a + b);
+            for (why, reason) in why.iter_mut().zip(reasons) {
+                if reason.runs() && !why.runs() {
+                    *why = reason;
+                }
+            }
+        }
+    }
+}
+
+impl Session {
+    /// Runs a part of the frame.
+    fn ahead(&mut self, gpu: &Gpu, selection: Selection, values: &Values, ahead: &mut Ahead) -> Checked<()> {
+        let (values, members) = (values.clone(), selection.members.clone());
+        let (run, timing) = (Some(selection.run.as_slice()), self.settings.timing);
+        let frame = Frame { values, tables: ahead.tables.as_deref(), run, members, timing };
+        let report = self.run(gpu, &frame, &selection)?;
+        if let Some(tables) = ahead.tables.take() {
+            ahead.uploaded = Some(tables);
+        }
+        ahead.parts.push((report, selection.why.clone()));
+        self.held.finish_part(selection);
+        Ok(())
+    }
+
+    /// Learns what the members of draws see. Where the device makes their frusta and has made none like these before, it makes them
+    /// now.
+    pub(super) fn look(&mut self, gpu: &Gpu, values: &Values, ahead: &mut Ahead) -> Checked<()> {
+        let made = change::end(&self.plan, &self.keys, &self.held, &self.outside, values);
+        let buffers = region::buffers(&self.apart);
+        let versions: Vec<Version> = buffers.iter().map(|id| made[id.0]).collect();
+        if self.looked.as_ref() == Some(&versions) {
+            return Ok(());
+        }
+        let unknown: BTreeSet<ResourceId> =
+            buffers.iter().copied().filter(|id| !self.frusta.contains_key(&made[id.0])).collect();
+        if !unknown.is_empty() {
+            let (plan, keys) = (&self.plan, &self.keys);
+            let selection = change::select_for(plan, keys, &self.held, &self.outside, values, &unknown);
+            self.ahead(gpu, selection, values, ahead)?;
+            self.frusta.retain(|version, _| versions.contains(version));
+            for id in unknown {
+                let bytes = gpu::read_buffer(gpu, &self.prepared, &self.plan, id)?;
+                let frusta = bytemuck::pod_collect_to_vec::<u8, [f32; 16]>(&bytes[..bytes.len() / 64 * 64]);
+                let frusta = frusta.iter().map(Mat4::from_cols_array).collect();
+                self.frusta.insert(made[id.0], Arc::new(frusta));
+            }
+        }
+        self.looked = Some(versions);
+        let frusta = &self.frusta;
+        let known = |id: ResourceId| frusta.get(&made[id.0]).cloned();
+        self.seen = region::seen(&self.plan, &self.apart, &self.tables.list, known, &self.seen);
+        Ok(())
+    }
+
+    /// Finds which members of draws show nothing of what moved, by the depths that the device holds of them.
+    pub(super) fn settle(&mut self, gpu: &Gpu, values: &Values) -> Checked<()> {
+        let (plan, prepared, known) = (&self.plan, &self.prepared, &mut self.depths);
+        let mut used = BTreeSet::new();
+        self.outside.members = self.seen.clone();
+        change::settle(plan, &self.keys, &self.held, &mut self.outside, values, |id, version| {
+            used.insert(version);
+            if let Some(image) = known.get(&version) {
+                return Ok(image.clone());
+            }
+            let image = Arc::new(gpu::read_image(gpu, prepared, plan, id)?);
+            known.insert(version, image.clone());
+            Ok(image)
+        })?;
+        self.depths.retain(|version, _| used.contains(version));
+        Ok(())
+    }
+
+    /// Chooses the steps of the frame. Those that run for some of their members and leave little go ahead, one at a time: what reads a
+    /// result that came out as it was need not run.
+    pub(super) fn compare(&mut self, gpu: &Gpu, values: &Values, ahead: &mut Ahead) -> Checked<Selection> {
+        let mut asked = BTreeSet::new();
+        loop {
+            let (plan, keys) = (&self.plan, &self.keys);
+            let selection = change::select(plan, keys, &self.held, &self.outside, values);
+            let mut all = candidates(plan, keys, &selection).into_iter();
+            let looks = &mut self.contents.looks;
+            let Some((unit, written)) = all.find(|(i, _)| asked.insert(*i) && looks.due(&keys.units[*i].name)) else {
+                return Ok(selection);
+            };
+            let before = self.contents(gpu, &written)?;
+            let part = change::select_for(&self.plan, &self.keys, &self.held, &self.outside, values, &written);
+            self.ahead(gpu, part, values, ahead)?;
+            let after = self.contents(gpu, &written)?;
+            let mut same = true;
+            for (id, (earlier, (version, content))) in written.iter().zip(before.into_iter().zip(after)) {
+                if content != earlier.1 {
+                    same = false;
+                    continue;
+                }
+                self.held.stands(self.plan.resources[id.0].slot, earlier.0);
+                self.outside.alike.add(version, earlier.0, |v| self.held.holds(v));
+            }
+            self.contents.known.retain(|version, _| self.held.holds(*version));
+            self.contents.looks.learn(&self.keys.units[unit].name, same);
+        }
+    }
+
+    /// What some resources hold, by its version.
+    fn contents(&mut self, gpu: &Gpu, of: &BTreeSet<ResourceId>) -> Checked<Vec<(Version, Arc<Vec<u8>>)>> {
+        let mut found = vec![];
+        for id in of {
+            let version = self.held.version(self.plan.resources[id.0].slot);
+            let content = match self.contents.known.get(&version) {
+                Some(content) => content.clone(),
+                None => Arc::new(gpu::read_content(gpu, &self.prepared, &self.plan, *id)?),
+            };
+            self.contents.known.insert(version, content.clone());
+            found.push((version, content));
+        }
+        Ok(found)
+    }
+}
