@@ -14,9 +14,9 @@
 //! - [`shader`]: composition, bindings, reflection, byte layouts
 //! - [`scene`]: glTF, scene RON, poses, tables, a hierarchy of boxes over triangles, simplified triangles
 //! - [`plan`]: wiring, liveness, sets and reductions, what each view of a set sees, order, shared memory, where loops end,
-//!   what each result is made of, what changed, how much work it is
+//!   what each result is made of, what changed, what came out alike, how much work it is
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback
-//! - [`session`]: from files to frames; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
+//! - [`session`]: from files to frames, and what a frame finds out ahead; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
 //! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - [`builtin`]: the graphs and shaders that the binary carries
