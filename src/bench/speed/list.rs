@@ -61,9 +61,6 @@ pub struct Pair {
     pub fast: Run,
     /// The graph to be faster than, run as `fast` is.
     pub slow: String,
-    /// What `fast` alone is set to besides: how it is fastest here.
-    #[serde(default)]
-    pub fast_set: Vec<String>,
     pub moves: Moves,
     /// How many times as fast it is to be.
     pub at_least: f64,

@@ -94,9 +94,7 @@ impl Bench<'_> {
     }
 
     pub(super) fn pair(&self, pair: &Pair) -> Checked<Vec<Row>> {
-        let fast = Run { set: [&pair.fast.set[..], &pair.fast_set].concat(), ..pair.fast.clone() };
-        let runs = [fast, Run { graph: pair.slow.clone(), ..pair.fast.clone() }];
-        let mut sides = runs.each_ref().map(|run| self.session(run, &run.graph, pair.moves));
+        let mut sides = [&pair.fast.graph, &pair.slow].map(|g| self.session(&pair.fast, g, pair.moves));
         let mut timed = vec![];
         for side in &mut sides {
             let side = side.as_mut().map_err(|f| f.clone())?;
@@ -115,9 +113,9 @@ impl Bench<'_> {
         let mut rows = vec![row.wanted(Wanted::AtLeast(pair.at_least)).note(note)];
         if let Some((output, most)) = &pair.equal {
             let mut images = vec![];
-            for run in &runs {
-                let run = Run { outputs: vec![output.clone()], ..run.clone() };
-                let mut side = self.session(&run, &run.graph, Moves::All)?;
+            for graph in [&pair.fast.graph, &pair.slow] {
+                let run = Run { outputs: vec![output.clone()], ..pair.fast.clone() };
+                let mut side = self.session(&run, graph, Moves::All)?;
                 side.frame(self.gpu)?;
                 images.push(side.session.image(self.gpu, output)?);
             }
