@@ -45,8 +45,7 @@ impl Outside {
     /// # Errors
     /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
     pub fn new(plan: &Plan, assets: AssetHashes, began: u32, tables: &[Table]) -> Checked<Outside> {
-        let tables_of_none = vec![0; plan.tables.len()];
-        let mut outside = Outside { assets, began, tables: tables_of_none, ..Outside::default() };
+        let mut outside = Outside { assets, began, tables: vec![0; plan.tables.len()], ..Outside::default() };
         outside.follow(plan, &[], tables)?;
         Ok(outside)
     }
