@@ -2,6 +2,7 @@
 #import lightgraph::cube
 #import lightgraph::probes
 #import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::texel_shares::Shares
 
 struct Params {
     grid: vec3u,
@@ -13,15 +14,6 @@ var<uniform> params: Params;
 var cube_albedo: texture_2d<f32>;
 var cube_normal: texture_2d<f32>;
 var openness: texture_3d<f32>;
-
-struct Shares {
-    /// The lowest of the eight.
-    base: vec3u,
-    /// 0 for what sends no light: nothing, or a back.
-    lit: u32,
-    /// Of those on the near side along z, then of those on the far side: x fastest. They sum to 1.
-    corners: array<vec4f, 2>,
-}
 var<storage, read_write> texel_shares: array<Shares>;
 
 /// x: the texel of a cube; y: the probe.

@@ -11,6 +11,7 @@
 #import lightgraph::probes
 #import lightgraph::sh::COUNT
 #import lightgraph::surface::read_record
+#import lightgraph::texel_shares::Shares
 
 struct Params {
     grid: vec3u,
@@ -21,12 +22,6 @@ var<uniform> params: Params;
 var cube_albedo: texture_2d<f32>;
 var cube_normal: texture_2d<f32>;
 var<storage, read> factor_table: array<f32>;
-/// Of the probes at the corners of the cell that a texel's surface lies in: as `texel_shares.wgsl` leaves them.
-struct Shares {
-    base: vec3u,
-    lit: u32,
-    corners: array<vec4f, 2>,
-}
 var<storage, read> texel_shares: array<Shares>;
 var<storage, read_write> matrix: array<vec4f>;
 

@@ -2,7 +2,7 @@
 //! in the dark, say. Its new result then counts as the old one, and nothing that reads it runs. No device.
 
 use super::change::Selection;
-use super::keys::{Keys, Version};
+use super::keys::{Keys, Unit, Version};
 use super::{Desc, Plan, ResourceId, Step};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,8 +19,8 @@ impl Alike {
     /// From now on `earlier`, which stands for itself, stands for `version` too, and for no other. What stands for others is forgotten
     /// where it is not `held` any more.
     pub fn add(&mut self, version: Version, earlier: Version, held: impl Fn(Version) -> bool) {
-        self.0.retain(|_, e| *e != earlier && held(*e));
         if version != earlier {
+            self.0.retain(|_, e| *e != earlier && held(*e));
             self.0.insert(version, earlier);
         }
     }
@@ -64,17 +64,17 @@ pub(super) fn comparable(step: &Step, written: &Desc) -> bool {
 }
 
 /// Of a frame's steps that run for some of their members those whose result it pays to look at before the rest: others that run read
-/// it, and it can be read back. By the number of their unit; with what they write.
-pub fn candidates(plan: &Plan, keys: &Keys, selection: &Selection) -> BTreeMap<usize, BTreeSet<ResourceId>> {
-    let mut found = BTreeMap::new();
-    for (i, unit) in keys.units.iter().enumerate() {
-        let [step] = unit.steps[..] else { continue };
-        let some = selection.members.get(&step.0).is_some_and(|m| m.contains(&true) && m.contains(&false));
-        let runs = |reader: &usize| keys.units[*reader].steps.iter().any(|s| selection.run[s.0]);
-        let mut readers = (i + 1..keys.units.len()).filter(|reader| keys.units[*reader].makers.contains(&Some(i)));
-        if !some || !readers.any(|reader| runs(&reader)) {
-            continue;
-        }
+/// it, and it can be read back. The number of the unit, and what it writes.
+pub fn candidates<'a>(
+    plan: &'a Plan,
+    keys: &'a Keys,
+    selection: &'a Selection,
+) -> impl Iterator<Item = (usize, BTreeSet<ResourceId>)> + 'a {
+    keys.units.iter().enumerate().filter_map(move |(i, unit)| {
+        let [step] = unit.steps[..] else { return None };
+        selection.members.get(&step.0).filter(|m| m.contains(&true) && m.contains(&false))?;
+        let runs = |reader: &Unit| reader.steps.iter().any(|s| selection.run[s.0]);
+        keys.units.iter().find(|reader| reader.makers.contains(&Some(i)) && runs(reader))?;
         let compared = |r: &&ResourceId| {
             let desc = &plan.resources[r.0].desc;
             let readable = match desc {
@@ -84,11 +84,8 @@ pub fn candidates(plan: &Plan, keys: &Keys, selection: &Selection) -> BTreeMap<u
             readable && comparable(&plan.steps[step.0], desc) && keys.last[r.0] == Some(i)
         };
         let written: BTreeSet<ResourceId> = unit.writes.iter().filter(compared).copied().collect();
-        if !written.is_empty() {
-            found.insert(i, written);
-        }
-    }
-    found
+        (!written.is_empty()).then_some((i, written))
+    })
 }
 
 #[cfg(test)]

@@ -130,23 +130,21 @@ impl Session {
         loop {
             let (plan, keys) = (&self.plan, &self.keys);
             let selection = change::select(plan, keys, &self.held, &self.outside, values);
-            let mut all = candidates(plan, keys, &selection).into_iter();
             let looks = &mut self.contents.looks;
-            let Some((unit, written)) = all.find(|(i, _)| asked.insert(*i) && looks.due(&keys.units[*i].name)) else {
-                return Ok(selection);
-            };
+            let due = |(i, _): &(usize, _)| asked.insert(*i) && looks.due(&keys.units[*i].name);
+            let Some((unit, written)) = candidates(plan, keys, &selection).find(due) else { return Ok(selection) };
             let before = self.contents(gpu, &written)?;
             let part = change::select_for(&self.plan, &self.keys, &self.held, &self.outside, values, &written);
             self.ahead(gpu, part, values, ahead)?;
             let after = self.contents(gpu, &written)?;
             let mut same = true;
-            for (id, (earlier, (version, content))) in written.iter().zip(before.into_iter().zip(after)) {
-                if content != earlier.1 {
+            for (id, ((earlier, was), (version, is))) in written.iter().zip(before.into_iter().zip(after)) {
+                if is == was {
+                    self.held.stands(self.plan.resources[id.0].slot, earlier);
+                    self.outside.alike.add(version, earlier, |v| self.held.holds(v));
+                } else {
                     same = false;
-                    continue;
                 }
-                self.held.stands(self.plan.resources[id.0].slot, earlier.0);
-                self.outside.alike.add(version, earlier.0, |v| self.held.holds(v));
             }
             self.contents.known.retain(|version, _| self.held.holds(*version));
             self.contents.looks.learn(&self.keys.units[unit].name, same);

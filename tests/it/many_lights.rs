@@ -1,8 +1,11 @@
 //! Lights lit in groups, held against all lights lit one by one: by the same graph, and by the path tracer.
 
-use crate::device::Shot;
+use crate::device::{self, Shot};
+use crate::support;
 use lightgraph::image::Image;
 use lightgraph::image::metrics::{Metrics, compare};
+use lightgraph::scene::{self, Scene};
+use lightgraph::session::{Project, Settings, plan_for};
 
 const GRAPH: &str = "graphs/many_lights.ron";
 
@@ -73,4 +76,21 @@ fn the_work_grows_less_than_the_lights() {
     let each = effort(1024, "error_seen=0");
     println!("by themselves {each:?}");
     assert!(each.0 > 512.0 && each.0 <= 1024.0 && many.0 <= each.0 / 3.0, "{each:?}, {many:?}");
+}
+
+/// Rows of lights lie in uniforms as far as they fit there in every device, else in tables.
+#[test]
+fn the_fast_grid_takes_as_many_lights_as_shadow_maps_have_layers() {
+    let gpu = device::gpu();
+    let project = Project::open(&support::repository("graphs/fast_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}"));
+    let mut scene = Scene::clone(&loaded.scene);
+    let lamp = scene.lights[0].clone();
+    let params = project.params(&["shadow_size=16".to_string()]).unwrap_or_else(|f| panic!("{f}"));
+    // A texture has 2,048 layers at most.
+    for count in [1, 133, 134, 150, 170, 171, 341] {
+        scene.lights = vec![lamp.clone(); count];
+        let settings = Settings { params: params.clone(), size: [16, 12], ..Settings::default() };
+        plan_for(&project, &scene, &settings, &gpu).unwrap_or_else(|f| panic!("{count} lights: {f}"));
+    }
 }
