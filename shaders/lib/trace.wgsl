@@ -28,28 +28,27 @@ struct Triangle {
 var<storage, read> triangles: array<Triangle>;
 
 #ifdef TRACE_TEXELS
-/// The rows of `bvh` and the corners in `triangles`, as trace_texels.wgsl puts them in textures of WIDTH texels a row.
+/// The rows of `bvh` and the corners in `triangles`, as trace_texels.wgsl puts them in textures.
 var box_texels: texture_storage_2d<rgba32uint, read>;
 var corner_texels: texture_storage_2d<rgba32uint, read>;
 
-const WIDTH: u32 = 8192u;
-
-fn texel_place(i: u32) -> vec2u {
-    return vec2u(i % WIDTH, i / WIDTH);
-}
+/// Triangles of a row of texels, a power of two; there are twice as many boxes.
+const PIECE: u32 = #{TRACE_PIECE}u;
 
 fn box_at(row: u32) -> Box {
-    let low = textureLoad(box_texels, texel_place(2u * row));
-    let high = textureLoad(box_texels, texel_place(2u * row + 1u));
+    let place = vec2u(2u * (row % (2u * PIECE)), row / (2u * PIECE));
+    let low = textureLoad(box_texels, place);
+    let high = textureLoad(box_texels, place + vec2u(1u, 0u));
     return Box(bitcast<vec3f>(low.xyz), low.w, bitcast<vec3f>(high.xyz), high.w);
 }
 
 /// The corners of a triangle, a column each.
 fn corners(index: u32) -> mat3x3f {
+    let place = vec2u(3u * (index % PIECE), index / PIECE);
     return mat3x3f(
-        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index)).xyz),
-        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index + 1u)).xyz),
-        bitcast<vec3f>(textureLoad(corner_texels, texel_place(3u * index + 2u)).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, place).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, place + vec2u(1u, 0u)).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, place + vec2u(2u, 0u)).xyz),
     );
 }
 #else

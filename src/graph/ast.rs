@@ -87,10 +87,20 @@ pub struct Pass {
     pub each: Option<Expr>,
     /// Resources of which a member reads nothing but its own part.
     pub own: Vec<Name>,
+    /// Table of the scene, rows: a member reads so many of its own and no others.
+    pub rows: Vec<(Name, Expr)>,
     pub defines: Vec<(Name, Expr)>,
     /// Shader variable, resource.
     pub bind: Vec<(Name, Name)>,
     pub kind: PassKind,
+}
+
+impl Pass {
+    /// The field that says what members read of their own, and the first thing it names.
+    pub fn apart(&self) -> Option<(&'static str, &Name)> {
+        let rows = || self.rows.first().map(|(name, _)| ("rows", name));
+        self.own.first().map(|name| ("own", name)).or_else(rows)
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]

@@ -174,7 +174,7 @@ impl<'g> Check<'g> {
 
     fn passes(&mut self, passes: &'g [Pass], loops: &mut Vec<String>) {
         for p in passes {
-            for e in p.when.iter().chain(&p.each).chain(p.defines.iter().map(|d| &d.1)) {
+            for e in p.when.iter().chain(&p.each).chain(p.rows.iter().chain(&p.defines).map(|d| &d.1)) {
                 self.names(e, Scope::Values);
             }
             for (_, to) in &p.bind {
@@ -184,10 +184,16 @@ impl<'g> Check<'g> {
                 }
             }
             p.own.iter().for_each(|name| self.resource_name(name, "read in parts"));
-            if let (Some(first), None) = (p.own.first(), &p.each) {
-                let d =
-                    Diagnostic::error(format!("`own` says what a member of `{}` reads, which has none", p.name.value));
-                self.faults.push(d.at(&first.span, "").help("give it `each`, or leave `own` out"));
+            for (table, _) in p.rows.iter().filter(|(name, _)| !TABLES.iter().any(|t| t.0 == name.value)) {
+                let d = Diagnostic::error(format!("`{}` is no table of the scene", table.value)).at(&table.span, "");
+                self.faults.push(d.nearest(&table.value, TABLES.iter().map(|t| t.0)));
+            }
+            if let (Some((word, first)), None) = (p.apart(), &p.each) {
+                let d = Diagnostic::error(format!(
+                    "`{word}` says what a member of `{}` reads, which has none",
+                    p.name.value
+                ));
+                self.faults.push(d.at(&first.span, "").help(format!("give it `each`, or leave `{word}` out")));
             }
             if let Some(shader) = p.kind.shader()
                 && !is_inside(&shader.value)
@@ -345,9 +351,10 @@ impl<'g> Check<'g> {
                 Diagnostic::error(format!("`frusta` say what the members of `{}` see, which has none", p.name.value));
             self.faults.push(d.at(&sight.frusta.span, "").help("give it `each`, or leave `frusta` out"));
         }
-        if let Some(own) = p.own.first() {
+        if let Some((word, own)) = p.apart() {
             let d = Diagnostic::error(format!("the members of `{}` see, and read of their own", p.name.value));
-            self.faults.push(d.at(&own.span, "").at(&sight.frusta.span, "").help("give one of `own` and `frusta`"));
+            let d = d.at(&own.span, "").at(&sight.frusta.span, "");
+            self.faults.push(d.help(format!("give one of `{word}` and `frusta`")));
         }
     }
 

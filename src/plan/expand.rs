@@ -254,10 +254,11 @@ impl Expander<'_, '_> {
 
     /// What the pass says that its members read of their own. `None` after a fault.
     fn own(&mut self, w: &Wired, batched: bool) -> Option<Option<Own>> {
-        let (Some(members), Some(first)) = (w.each, w.pass.own.first()) else { return Some(None) };
+        let (Some(members), Some((word, first))) = (w.each, w.pass.apart()) else { return Some(None) };
         if !batched {
             let d = Diagnostic::error(format!("the members of `{}` are steps of their own already", w.pass.name.value));
-            let help = "let the shader do the work of all `members` in one dispatch, or leave `own` out";
+            let help =
+                format!("let the shader do the work of all `members` in one dispatch, or leave `{word}` out");
             self.faults.push(d.at(&first.span, "").help(help));
             return None;
         }
@@ -275,7 +276,7 @@ impl Expander<'_, '_> {
                 reads.push(id);
             }
         }
-        Some(Some(Own { members, reads }))
+        Some(Some(Own { members, reads, rows: w.rows.clone() }))
     }
 
     /// What the pass says that its members see. `None` after a fault.

@@ -11,7 +11,7 @@ use super::member::Members;
 use super::region;
 use super::tables::pack;
 use super::{
-    Action, Binding, Comparison, Desc, Draw, Geometry, Loop, Node, Own, Plan, ResourceId, Step, StepId, Until,
+    Action, Binding, Comparison, Desc, Draw, Geometry, Loop, Node, Own, Plan, ResourceId, Rows, Step, StepId, Until,
 };
 use crate::content::hash;
 use crate::diag::Checked;
@@ -20,6 +20,7 @@ use crate::shader::Layout;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hash;
+use std::ops::Range;
 
 /// Identifies a content. [`UNDEFINED`]: nothing has been written.
 pub type Version = u128;
@@ -35,6 +36,8 @@ pub struct Outside {
     pub began: u32,
     /// By index of [`Plan::tables`].
     tables: Vec<u128>,
+    /// Of tables that members read rows of: by member, a version of its rows.
+    rows: BTreeMap<Rows, Members>,
     /// By step that runs member by member: what each of its members sees.
     pub members: BTreeMap<usize, region::Seen>,
     /// Results that came out as they were before.
@@ -45,7 +48,9 @@ impl Outside {
     /// # Errors
     /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
     pub fn new(plan: &Plan, assets: AssetHashes, began: u32, tables: &[Table]) -> Checked<Outside> {
-        let mut outside = Outside { assets, began, tables: vec![0; plan.tables.len()], ..Outside::default() };
+        let owns = plan.steps.iter().filter_map(|s| s.own.as_ref());
+        let rows = owns.flat_map(|own| &own.rows).map(|rows| (*rows, Members::default())).collect();
+        let mut outside = Outside { assets, began, tables: vec![0; plan.tables.len()], rows, ..Outside::default() };
         outside.follow(plan, &[], tables)?;
         Ok(outside)
     }
@@ -57,7 +62,7 @@ impl Outside {
     pub fn follow(&mut self, plan: &Plan, before: &[Table], tables: &[Table]) -> Checked<()> {
         // What rays meet is large, and follows from little.
         let places = tables.iter().find_map(Table::places).map(|p| hash(&(p, self.assets.geometry, self.assets.order)));
-        for (wanted, hashed) in plan.tables.iter().zip(&mut self.tables) {
+        for (index, (wanted, hashed)) in plan.tables.iter().zip(&mut self.tables).enumerate() {
             let Some(table) = tables.iter().find(|t| t.name == wanted.table) else { continue };
             if before.iter().any(|b| b.is_clone(table)) {
                 continue;
@@ -69,8 +74,27 @@ impl Outside {
                 }
                 None => hash(&pack(wanted, table)?),
             };
+            for (rows, members) in self.rows.iter_mut().filter(|(rows, _)| rows.table == index) {
+                let then = before.iter().find(|b| b.name == table.name).filter(|_| !members.is_empty());
+                *members = rows.versions(members, then.and_then(|then| table.differs(then)), *hashed as u64);
+            }
         }
         Ok(())
+    }
+}
+
+impl Rows {
+    /// The versions of before, but for members some of whose rows are in `changed`: what they hold follows from the table as a whole.
+    /// `None`: all are new.
+    fn versions(&self, before: &Members, changed: Option<Vec<Range<usize>>>, table: u64) -> Members {
+        let (count, each) = (self.members as usize, self.each as usize);
+        let Some(changed) = changed else { return Members::of(vec![table; count]) };
+        let mut versions = before.each().to_vec();
+        for rows in changed {
+            let members = rows.start / each..rows.end.div_ceil(each);
+            versions.iter_mut().take(members.end).skip(members.start).for_each(|v| *v = table);
+        }
+        Members::of(versions)
     }
 }
 
@@ -103,8 +127,8 @@ pub struct Unit {
 enum Apart {
     /// What each sees; by the step.
     Seen(usize),
-    /// So many, and what they read of their own.
-    Own(u32, Vec<ResourceId>),
+    /// What each reads of its own.
+    Own(Own),
 }
 
 /// Who made a content part by part.
@@ -260,18 +284,20 @@ impl Unit {
         units: &[Members],
         outside: &Outside,
     ) -> Members {
-        let (members, reads) = match &self.apart {
+        let Own { members, reads, rows } = match &self.apart {
             None => return Members::default(),
             Some(Apart::Seen(step)) => {
                 return outside.members.get(step).map(|s| s.versions.clone()).unwrap_or_default();
             }
-            Some(Apart::Own(members, reads)) => (*members as usize, reads),
+            Some(Apart::Own(own)) => own,
         };
+        let count = *members as usize;
         let input = |r: &ResourceId| match made.get(r).map(|m| (m.common, &units[m.unit])) {
-            Some((common, parts)) if parts.go_into(members) => (common, parts.clone()),
+            Some((common, parts)) if parts.go_into(count) => (common, parts.clone()),
             _ => (now[r.0], Members::default()),
         };
-        Members::reading(members, reads.iter().map(input).collect())
+        let table = |rows: &Rows| (UNDEFINED, outside.rows.get(rows).cloned().unwrap_or_default());
+        Members::reading(count, reads.iter().map(input).chain(rows.iter().map(table)).collect())
     }
 
     /// All that its result depends on in a frame, of whose versions it is unit number `index`.
@@ -444,6 +470,7 @@ impl<'p> Gather<'p> {
                 Binding::Resource(id) => self.touch(*id),
                 Binding::Uniform { layout, extra } => self.uniform(layout, extra),
                 Binding::Table(i) if seen.as_ref().is_some_and(|s| s.tables.contains(i)) => {}
+                Binding::Table(i) if own.is_some_and(|own| own.rows.iter().any(|rows| rows.table == *i)) => {}
                 Binding::Table(i) => {
                     let name = self.plan.tables.get(*i).map_or("", |t| t.table.as_str());
                     self.give(Kind::Table, name, Given::Table(*i));
@@ -463,10 +490,10 @@ impl<'p> Gather<'p> {
             self.give(Kind::Member, "see", Given::Members);
             self.unit.apart = Some(Apart::Seen(id.0));
             self.unit.told.extend(seen.resources);
-        } else if let Some(Own { members, reads }) = own {
+        } else if let Some(own) = own {
             self.give(Kind::Member, "read", Given::Members);
-            self.unit.apart = Some(Apart::Own(*members, reads.clone()));
-            self.unit.told.extend(reads);
+            self.unit.apart = Some(Apart::Own(own.clone()));
+            self.unit.told.extend(&own.reads);
         }
         let whole = matches!(action, Action::Copy { .. } | Action::Clear { .. });
         let partly = if whole { [].iter() } else { writes.iter() };

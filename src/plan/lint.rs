@@ -29,7 +29,7 @@ pub fn unused<'g>(graph: &'g Graph, library: &Library) -> Vec<Diagnostic> {
     }
     let mut shaders: BTreeSet<&str> = BTreeSet::new();
     walk(&graph.passes, &mut |p| {
-        p.when.iter().chain(&p.each).chain(p.defines.iter().map(|d| &d.1)).for_each(&mut note);
+        p.when.iter().chain(&p.each).chain(p.rows.iter().chain(&p.defines).map(|d| &d.1)).for_each(&mut note);
         touched.extend(p.bind.iter().map(|b| b.1.value.as_str()));
         shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {

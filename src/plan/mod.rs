@@ -242,6 +242,18 @@ pub struct Own {
     pub members: u32,
     /// Resources of which a member reads nothing but its own part: the members in their order share the parts in theirs.
     pub reads: Vec<ResourceId>,
+    /// The same of tables of the scene.
+    pub rows: Vec<Rows>,
+}
+
+/// Rows of a table that are a member's own: the first member has the first so many, and so on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Rows {
+    /// Index into [`Plan::tables`].
+    pub table: usize,
+    pub members: u32,
+    /// Of one member; 1 or more.
+    pub each: u32,
 }
 
 /// The members of a dispatch, any of which it can do alone: each depends on what its frustum shows of the scene, and has a part

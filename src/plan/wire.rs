@@ -7,7 +7,7 @@ use super::cull::Culling;
 use super::fastest::{self, Group};
 use super::request::{self, Request};
 use super::sizes::Sizes;
-use super::{Binding, Comparison, Desc, TableUse};
+use super::{Binding, Comparison, Desc, Rows, TableUse};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Graph, Name, Pass, PassKind};
 use crate::graph::expr::{Binary, ExprKind, Val};
@@ -39,6 +39,8 @@ pub struct Wired<'g> {
     /// Index into the plan's shaders.
     pub shader: Option<usize>,
     pub each: Option<u32>,
+    /// What its members read of tables, each of its own.
+    pub rows: Vec<Rows>,
     pub uses: Vec<Use>,
     /// Colour targets: location, resource.
     pub color: Vec<(u32, String)>,
@@ -266,6 +268,7 @@ impl<'g> Wirer<'g, '_> {
             pass,
             shader: None,
             each,
+            rows: vec![],
             uses: vec![],
             color: vec![],
             bindings: vec![],
@@ -305,6 +308,7 @@ impl<'g> Wirer<'g, '_> {
             return None;
         }
         self.variables(&mut wired, &shader, stages);
+        wired.rows = self.rows(&wired);
         match &pass.kind {
             PassKind::Draw(r) => {
                 self.vertex_inputs(pass, &shader);
@@ -323,6 +327,31 @@ impl<'g> Wirer<'g, '_> {
         }
         self.feedback(&wired);
         Some(wired)
+    }
+
+    /// What the members of a pass say that they read of tables.
+    fn rows(&mut self, wired: &Wired<'g>) -> Vec<Rows> {
+        let mut all = vec![];
+        for (name, rows) in &wired.pass.rows {
+            let count = request::count(rows, self.values, "a number of rows");
+            let (Some(each), Some(members)) = (self.keep(count), wired.each) else { continue };
+            if each == 0 {
+                let d = Diagnostic::error(format!("a member of `{}` has no rows", wired.pass.name.value));
+                self.faults.push(d.at(&rows.span, "is 0").help("give it 1 or more"));
+                continue;
+            }
+            let bound = |wire: &Wire| match wire {
+                Wire::Fixed(Binding::Table(i)) if self.out.tables[*i].table == name.value => Some(*i),
+                _ => None,
+            };
+            let tables: BTreeSet<usize> = wired.bindings.iter().filter_map(bound).collect();
+            if tables.is_empty() {
+                let d = Diagnostic::error(format!("`{}` reads no table `{}`", wired.pass.name.value, name.value));
+                self.faults.push(d.at(&name.span, "").help("leave it out of `rows`"));
+            }
+            all.extend(tables.into_iter().map(|table| Rows { table, members, each }));
+        }
+        all
     }
 
     /// Composes the shaders of all passes that may run, on all cores: the library keeps them for [`Wirer::shader`], which
