@@ -8,7 +8,7 @@
 use super::model::Bounds;
 use crate::parallel::threads;
 use glam::Vec3;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Boxes within boxes; row 0 holds everything. By row: never empty, since without triangles there is one leaf with the zeroed
 /// row that an empty table is bound as, which no ray meets. Both children of a row stand side by side, after it.
@@ -28,7 +28,16 @@ pub struct Tree {
     /// Of a leaf: its triangles, at least 1. Else 0.
     pub count: Vec<u32>,
     /// The triangles in the order of the leaves.
-    pub order: Vec<u32>,
+    pub order: Arc<Vec<u32>>,
+}
+
+/// Boxes as they came out of [`Bvh::of`] with the same [`reach`], and what stands elsewhere since.
+#[derive(Debug, Clone, Copy)]
+pub struct Earlier<'a> {
+    pub lower: &'a [Vec3],
+    pub upper: &'a [Vec3],
+    /// By place in [`Tree::order`].
+    pub moved: &'a [bool],
 }
 
 /// Leaves are at most so many levels below the root: what a traversal's stack must hold.
@@ -83,27 +92,34 @@ struct Task {
 
 impl Bvh {
     /// The boxes of a hierarchy over triangles that stand where it was made for, or elsewhere; all corners finite. `all` is the
-    /// box round all of them; `kept` gives the boxes of leaves (rows) that need no look, as they came out of here with the same [`reach`].
-    pub fn of(
-        tree: Tree,
-        all: Bounds,
-        corners: impl Fn(usize) -> [Vec3; 3],
-        kept: impl Fn(&Tree, usize) -> Option<Bounds>,
-    ) -> Bvh {
+    /// box round all of them. Of `earlier` ones those are taken in which nothing has moved; a leaf moves as a whole.
+    pub fn of(tree: Tree, all: Bounds, corners: impl Fn(usize) -> [Vec3; 3], earlier: Option<Earlier<'_>>) -> Bvh {
         // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
         let margin = Vec3::splat(reach(all) * 4.0 * f32::EPSILON);
         let leaf = |triangles: &[u32]| {
             let exact = Bounds::of(triangles.iter().flat_map(|i| corners(*i as usize)));
             Bounds { min: exact.min - margin, max: exact.max + margin }
         };
-        let (mut lower, mut upper) = (vec![Vec3::ZERO; tree.rows()], vec![Vec3::ZERO; tree.rows()]);
+        let rows = tree.rows();
+        let known = earlier.filter(|e| [e.lower.len(), e.upper.len(), e.moved.len()] == [rows, rows, tree.order.len()]);
+        let (mut lower, mut upper) = match known {
+            Some(known) => (known.lower.to_vec(), known.upper.to_vec()),
+            None => (vec![Vec3::ZERO; rows], vec![Vec3::ZERO; rows]),
+        };
+        let mut other = vec![known.is_none(); rows];
         // Children stand after their parents.
-        for row in (0..tree.rows()).rev() {
+        for row in (0..rows).rev() {
             let (first, count) = (tree.first[row] as usize, tree.count[row] as usize);
+            if let Some(known) = known {
+                other[row] = if count == 0 { other[first] || other[first + 1] } else { known.moved.get(first) == Some(&true) };
+            }
+            if !other[row] {
+                continue;
+            }
             let bounds = match count {
                 0 => Bounds { min: lower[first].min(lower[first + 1]), max: upper[first].max(upper[first + 1]) },
                 _ if tree.order.is_empty() => continue,
-                _ => kept(&tree, row).unwrap_or_else(|| leaf(&tree.order[first..first + count])),
+                _ => leaf(&tree.order[first..first + count]),
             };
             (lower[row], upper[row]) = (bounds.min, bounds.max);
         }
@@ -132,7 +148,7 @@ impl Tree {
     ) -> Tree {
         let mut order: Vec<u32> = (0..triangles as u32).collect();
         if order.is_empty() {
-            return Tree { first: vec![0], count: vec![1], order };
+            return Tree { first: vec![0], count: vec![1], order: Arc::default() };
         }
         let item = |triangle: &u32| Item {
             bounds: Bounds::of(corners(*triangle as usize)),
@@ -152,6 +168,7 @@ impl Tree {
         parts.sort_by_key(|p| p.start);
         let subtrees = subtrees(&mut order, &item, &parts, enough);
         let rows = top.len() + subtrees.iter().map(|s| s.len() - 1).sum::<usize>();
+        let order = Arc::new(order);
         let mut tree = Tree { first: Vec::with_capacity(rows), count: Vec::with_capacity(rows), order };
         top.iter().for_each(|row| tree.push(*row));
         for (part, below) in parts.iter().zip(subtrees) {

@@ -3,6 +3,7 @@
 use super::{Vertex, bvh::Tree, geometry::Geometry, model::Bounds};
 use glam::{Mat4, Vec3};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Triangles of a cluster at most: few enough that a cluster seldom lies half inside a view, many enough that testing it
 /// costs far less than drawing it.
@@ -52,7 +53,8 @@ pub(super) fn clustered(
     let mut sorted: Vec<u32> = Vec::with_capacity(indices.len());
     for group in [front, both].into_iter().flat_map(|part| part.chunk_by(|a, b| kind(a) == kind(b))) {
         let corners = |t: usize| group[t].map(|i| Vec3::from(vertices[i as usize].position));
-        let Tree { first, count, mut order } = Tree::new(group.len(), corners, |_| 0, CLUSTER);
+        let Tree { first, count, order } = Tree::new(group.len(), corners, |_| 0, CLUSTER);
+        let mut order = Arc::unwrap_or_clone(order);
         let mut leaves: Vec<(u32, u32)> = first.into_iter().zip(count).collect();
         leaves.retain(|(_, count)| *count > 0);
         leaves.sort_unstable();

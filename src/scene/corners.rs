@@ -15,8 +15,33 @@ pub struct Corners {
     nodes: Vec<Mat4>,
     /// The same for normals.
     normals: Vec<Mat3>,
-    /// By row: the triangle.
-    order: Vec<u32>,
+    order: Arc<Order>,
+}
+
+/// The triangles of a scene in some order, the same at all poses.
+#[derive(Debug, PartialEq)]
+pub(super) struct Order {
+    /// By row.
+    pub triangles: Arc<Vec<u32>>,
+    /// Rows of one node that follow on each other: the node, and where they end.
+    runs: Vec<(u32, usize)>,
+}
+
+impl Order {
+    /// Triangles of a scene, each below the number that it has.
+    pub(super) fn new(geometry: &Geometry, triangles: Arc<Vec<u32>>) -> Order {
+        let mut runs: Vec<(u32, usize)> = vec![];
+        for (row, triangle) in triangles.iter().enumerate() {
+            // A mesh is of one node, and so are all corners of its triangles.
+            let node = geometry.vertices[geometry.indices[3 * *triangle as usize] as usize].node;
+            match runs.last_mut() {
+                Some((last, end)) if *last == node => *end = row + 1,
+                _ => runs.push((node, row + 1)),
+            }
+        }
+        runs.shrink_to_fit();
+        Order { triangles, runs }
+    }
 }
 
 /// What a vertex holds.
@@ -32,8 +57,7 @@ pub enum Held {
 }
 
 impl Corners {
-    /// The triangles of `order`, each below the number of the scene's.
-    pub(super) fn new(scene: &Scene, pose: &Pose, order: Vec<u32>) -> Corners {
+    pub(super) fn new(scene: &Scene, pose: &Pose, order: Arc<Order>) -> Corners {
         let normals = pose.nodes.iter().map(normal_matrix).collect();
         Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), normals, order }
     }
@@ -45,32 +69,40 @@ impl Corners {
 
     /// Marks the rows that hold something else than at an earlier pose; `None`: they are of other triangles.
     pub(super) fn mark(&self, before: &Corners, other: &mut [bool]) -> Option<()> {
-        let same = Arc::ptr_eq(&self.geometry, &before.geometry) && self.order == before.order;
+        let order = Arc::ptr_eq(&self.order, &before.order) || self.order == before.order;
+        let same = Arc::ptr_eq(&self.geometry, &before.geometry) && order;
         if !same || self.nodes.len() != before.nodes.len() || other.len() != self.rows() {
             return None;
         }
-        let moved: Vec<bool> =
-            self.nodes.iter().zip(&before.nodes).map(|(a, b)| bytemuck::bytes_of(a) != bytemuck::bytes_of(b)).collect();
-        for (row, other) in other.iter_mut().enumerate() {
-            *other |= (0..3).any(|corner| moved[self.vertex(row, corner).node as usize]);
-        }
+        before.mark_moved(&self.nodes, other);
         Some(())
     }
 
-    /// By row: the triangle.
-    pub(super) fn order(&self) -> &[u32] {
+    /// Marks the rows whose triangles stand elsewhere when the nodes stand here.
+    pub(super) fn mark_moved(&self, nodes: &[Mat4], other: &mut [bool]) {
+        let mut start = 0;
+        for (node, end) in &self.order.runs {
+            let (a, b) = (self.nodes.get(*node as usize), nodes.get(*node as usize));
+            if a.map(bytemuck::bytes_of) != b.map(bytemuck::bytes_of) {
+                other[start..*end].fill(true);
+            }
+            start = *end;
+        }
+    }
+
+    pub(super) fn order(&self) -> &Arc<Order> {
         &self.order
     }
 
     /// How many rows there are.
     pub fn rows(&self) -> usize {
-        self.order.len()
+        self.order.triangles.len()
     }
 
     /// The vertex at a corner (0 to 2) of a row below [`Corners::rows`].
     pub fn vertex(&self, row: usize, corner: usize) -> &Vertex {
         let Geometry { vertices, indices, .. } = &*self.geometry;
-        &vertices[indices[3 * self.order[row] as usize + corner] as usize]
+        &vertices[indices[3 * self.order.triangles[row] as usize + corner] as usize]
     }
 
     pub fn position(&self, vertex: &Vertex) -> Vec3 {

@@ -2,9 +2,9 @@
 
 use super::{
     Column, Level, TABLES, Table,
-    bvh::{Bvh, Tree, reach},
+    bvh::{Bvh, Earlier, Tree, reach},
     clusters,
-    corners::{Corners, Held, normal_matrix},
+    corners::{Corners, Held, Order, normal_matrix},
     geometry::Geometry,
     light_views::{LightView, Surfaces, light_views},
     model::{Bounds, Scene},
@@ -314,40 +314,55 @@ impl Tables {
     }
 }
 
-/// The corners of the boxes of earlier tables, by row of `bvh`.
-fn boxes_of(tables: &Tables) -> Option<(&[Vec3], &[Vec3])> {
-    match (tables.column("bvh", "lower"), tables.column("bvh", "upper")) {
-        (Some(Column::Vec3(lower)), Some(Column::Vec3(upper))) => Some((lower, upper)),
-        _ => None,
-    }
+/// What rays meet, as earlier tables of a scene hold it.
+struct Traced<'a> {
+    lower: &'a [Vec3],
+    upper: &'a [Vec3],
+    first: &'a [u32],
+    count: &'a [u32],
+    corners: &'a Corners,
 }
 
-/// How earlier tables of a scene have its triangles sorted.
-fn tree_of(tables: &Tables) -> Option<Tree> {
-    let column = |table, column| tables.column(table, column);
-    let (Some(Column::Uint(first)), Some(Column::Uint(count)), Some(Column::Corner { of, .. })) =
-        (column("bvh", "first"), column("bvh", "count"), column("triangles", "a"))
-    else {
-        return None;
-    };
-    Some(Tree { first: first.clone(), count: count.clone(), order: of.order().to_vec() })
+impl<'a> Traced<'a> {
+    fn of(tables: &'a Tables) -> Option<Traced<'a>> {
+        let column = |table, column| tables.column(table, column);
+        match (
+            (column("bvh", "lower")?, column("bvh", "upper")?),
+            (column("bvh", "first")?, column("bvh", "count")?),
+            column("triangles", "a")?,
+        ) {
+            (
+                (Column::Vec3(lower), Column::Vec3(upper)),
+                (Column::Uint(first), Column::Uint(count)),
+                Column::Corner { of, .. },
+            ) => Some(Traced { lower, upper, first, count, corners: of }),
+            _ => None,
+        }
+    }
+
+    fn tree(&self) -> Tree {
+        let order = self.corners.order().triangles.clone();
+        Tree { first: self.first.to_vec(), count: self.count.to_vec(), order }
+    }
 }
 
 /// The tables `triangles` and `bvh`.
 fn traced_tables(world: &World<'_>, boxes: &[Bounds], earlier: Option<&Tables>) -> (Table, Table) {
-    let tree = earlier.and_then(tree_of).unwrap_or_else(|| sorted(world.scene));
-    let Geometry { vertices, indices, .. } = &*world.scene.geometry;
+    let known = earlier.and_then(|tables| Some((tables, Traced::of(tables)?)));
     let all = world.whole(boxes);
-    // A leaf is of one node: where that stands as before, so does the leaf.
-    let known = earlier.filter(|e| reach(world.whole(&e.boxes)) == reach(all)).and_then(|e| Some((e, boxes_of(e)?)));
-    let kept = |tree: &Tree, row: usize| {
-        let (before, (lower, upper)) = known?;
-        let triangle = *tree.order.get(tree.first[row] as usize)? as usize;
-        let node = vertices[*indices.get(3 * triangle)? as usize].node as usize;
-        let still = before.pose.nodes.get(node) == world.pose.nodes.get(node);
-        still.then_some(Bounds { min: *lower.get(row)?, max: *upper.get(row)? })
+    let mut moved = vec![];
+    let near = known.as_ref().filter(|(tables, _)| reach(world.whole(&tables.boxes)) == reach(all));
+    let near = near.map(|(_, t)| {
+        moved.resize(t.corners.rows(), false);
+        t.corners.mark_moved(&world.pose.nodes, &mut moved);
+        Earlier { lower: t.lower, upper: t.upper, moved: &moved }
+    });
+    let tree = known.as_ref().map_or_else(|| sorted(world.scene), |(_, t)| t.tree());
+    let Bvh { lower, upper, tree: Tree { first, count, order } } = Bvh::of(tree, all, |i| world.corners(i), near);
+    let order = match &known {
+        Some((_, t)) => t.corners.order().clone(),
+        None => Arc::new(Order::new(&world.scene.geometry, order)),
     };
-    let Bvh { lower, upper, tree: Tree { first, count, order } } = Bvh::of(tree, all, |i| world.corners(i), kept);
     let bvh = Table {
         name: "bvh",
         rows: count.len(),

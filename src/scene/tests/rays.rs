@@ -99,7 +99,7 @@ fn check_structure(bvh: &Bvh, triangles: &[[Vec3; 3]]) {
 /// Over triangles of three nodes.
 fn hierarchy(triangles: &[[Vec3; 3]]) -> Bvh {
     let tree = Tree::new(triangles.len(), |i| triangles[i], |i| i as u32 % 3, 1);
-    Bvh::of(tree, Bounds::of(triangles.iter().flatten().copied()), |i| triangles[i], |_, _| None)
+    Bvh::of(tree, Bounds::of(triangles.iter().flatten().copied()), |i| triangles[i], None)
 }
 
 fn check_rays(triangles: &[[Vec3; 3]], rays: usize) {
