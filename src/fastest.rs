@@ -22,11 +22,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Runs of each alternative, the first of them untimed, at least and at most.
-const RUNS: [u32; 2] = [2, 8];
+/// Timed runs of each alternative, after one that is not, at least and at most.
+const RUNS: [u32; 2] = [1, 7];
 
 /// No more runs begin after this time.
 const ENOUGH: Duration = Duration::from_millis(300);
+
+/// A side that takes so many times as long as another is not looked at more closely.
+const HOPELESS: f64 = 8.0;
 
 /// Of the time of the first alternative another may take at most: what is closer is noise, and tomorrow the other way round.
 const CLEARLY: f64 = 0.95;
@@ -199,26 +202,29 @@ fn race(gpu: &Gpu, project: &Project, scene: &Arc<Scene>, sides: &[Side]) -> Che
         sessions.push(Session::new(gpu, project, scene.clone(), side.settings.clone())?);
     }
     let by_device = !gpu.is_software() && gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY);
-    let mut times = vec![f64::INFINITY; sides.len()];
+    // In its first run a driver may still compile.
+    for (session, side) in sessions.iter_mut().zip(sides) {
+        session.repeat(gpu, &upto(&session.plan, &side.own))?;
+    }
+    let (mut times, mut shortest) = (vec![f64::INFINITY; sides.len()], f64::INFINITY);
+    let start = Instant::now();
     let [least, most] = RUNS;
-    let mut start = Instant::now();
     for run in 0..most {
         if run >= least && start.elapsed() > ENOUGH {
             break;
         }
         for ((session, side), time) in sessions.iter_mut().zip(sides).zip(&mut times) {
+            if *time > HOPELESS * shortest && time.is_finite() {
+                continue;
+            }
             let led = session.repeat(gpu, &upto(&session.plan, &side.own))?;
             let taken = match by_device {
                 true => taken(&led, &side.own),
+                false if led.wall_ms > HOPELESS * shortest => led.wall_ms,
                 false => session.repeat(gpu, &alone(&session.plan, &side.own))?.wall_ms,
             };
-            // In its first run a driver may still compile.
-            if run > 0 {
-                *time = time.min(taken);
-            }
-        }
-        if run == 0 {
-            start = Instant::now();
+            *time = time.min(taken);
+            shortest = shortest.min(led.wall_ms);
         }
     }
     Ok(times)

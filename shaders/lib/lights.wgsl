@@ -45,10 +45,15 @@ fn light_count() -> u32 {
 }
 #endif
 
+#ifdef SHADOW_TEXELS
+/// Depth of what each light view sees, row by row, one square a view.
+var<storage, read> shadow_texels: array<f32>;
+#else
 /// Depth of what each light view sees, one layer a view.
 var shadow_map: texture_depth_2d_array;
 /// Any that keeps to the map.
 var shadow_sampler: sampler;
+#endif
 
 struct Shadow {
     /// Texels along a shadow map.
@@ -116,6 +121,25 @@ fn shown(light: Light, point: vec3f, normal: vec3f) -> Shown {
     return Shown(light.first_view, clip, width, dot(normal, along));
 }
 
+/// Depths in a view's map at four texels: at `low` and the next along x, then those below. Beyond the map those at its edge.
+fn depths_at(view: u32, low: vec2f) -> vec4f {
+#ifdef SHADOW_TEXELS
+    let last = i32(shadow.shadow_size) - 1;
+    let x = vec2u(clamp(vec2i(i32(low.x)) + vec2i(0, 1), vec2i(0), vec2i(last)));
+    let y = (vec2u(clamp(vec2i(i32(low.y)) + vec2i(0, 1), vec2i(0), vec2i(last))) + view * shadow.shadow_size)
+        * shadow.shadow_size;
+    return vec4f(
+        shadow_texels[y.x + x.x],
+        shadow_texels[y.x + x.y],
+        shadow_texels[y.y + x.x],
+        shadow_texels[y.y + x.y],
+    );
+#else
+    // Looked up where the four meet, which no rounding mistakes for others.
+    return textureGather(shadow_map, shadow_sampler, (low + 1.0) / f32(shadow.shadow_size), view).wzxy;
+#endif
+}
+
 /// Share of a light that reaches a surface, 0 to 1: its shadow map at the four texels round the point, weighed
 /// bilinearly.
 ///
@@ -134,9 +158,7 @@ fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge - 0.5;
     let low = floor(at);
     let share = at - low;
-    // Looked up where the four meet, which no rounding mistakes for others.
-    let depths = textureGather(shadow_map, shadow_sampler, (low + 1.0) / edge, moved.view);
-    let lit = vec4f(ndc.z) <= depths.wzxy;
+    let lit = vec4f(ndc.z) <= depths_at(moved.view, low);
     let near = 1.0 - share;
     return dot(
         select(vec4f(0.0), vec4f(1.0), lit),

@@ -45,9 +45,16 @@ pub fn check(graph: &Graph) -> Vec<Diagnostic> {
     c.faults
 }
 
+/// The names of groups of alternatives.
+fn groups(graph: &Graph) -> Vec<&Name> {
+    let mut found = vec![];
+    walk(&graph.passes, &mut |p| found.extend(matches!(p.kind, PassKind::Fastest { .. }).then_some(&p.name)));
+    found
+}
+
 #[derive(Clone, Copy, PartialEq)]
 enum Scope<'a> {
-    /// Parameters, lets, facts, `screen`.
+    /// Parameters, lets, facts, which alternative of a group runs, `screen`.
     Values,
     /// Also the names of resources: their extents.
     Sizes,
@@ -67,6 +74,7 @@ impl<'g> Check<'g> {
         let mut values: BTreeSet<&str> = FACTS.iter().map(|f| f.0).chain(["screen"]).collect();
         values.extend(graph.params.iter().map(|(n, _)| n.value.as_str()));
         values.extend(graph.lets.iter().map(|(n, _)| n.value.as_str()));
+        values.extend(groups(graph).iter().map(|n| n.value.as_str()));
         let resources = graph.resources.iter().map(|(n, r)| (n.value.as_str(), &r.kind)).collect();
         Check { graph, values, resources, faults: vec![] }
     }
@@ -78,7 +86,8 @@ impl<'g> Check<'g> {
         let params = g.params.iter().map(|(n, _)| (n, "parameter"));
         let lets = g.lets.iter().map(|(n, _)| (n, "let"));
         let resources = g.resources.iter().map(|(n, _)| (n, "resource"));
-        for (name, noun) in params.chain(lets).chain(resources) {
+        let groups = groups(g).into_iter().map(|n| (n, "group of alternatives"));
+        for (name, noun) in params.chain(lets).chain(resources).chain(groups) {
             if PROVIDED.contains(name.value.as_str()) {
                 let d = Diagnostic::error(format!("`{}` is a name that the scene or the frame provides", name.value));
                 self.faults.push(d.at(&name.span, "choose another name"));

@@ -5,13 +5,15 @@ use super::read::Reader;
 use super::tree::{Kind, Node};
 use crate::diag::Diagnostic;
 
-const EDITS: [&str; 18] = [
+const EDITS: [&str; 20] = [
     "About",
     "AddParam",
     "RemoveParam",
     "SetDefault",
     "Let",
+    "RemoveLet",
     "Define",
+    "RemoveDefine",
     "AddResource",
     "ReplaceResource",
     "RemoveResource",
@@ -36,7 +38,8 @@ pub fn apply(reader: &mut Reader, graph: &mut Graph, edit: &Node) {
         }
     };
     let arity = match word {
-        "About" | "RemoveParam" | "RemoveResource" | "Remove" | "RemoveOutput" => 1,
+        "About" => 1,
+        _ if word.starts_with("Remove") => 1,
         _ => 2,
     };
     if !EDITS.contains(&word) {
@@ -79,6 +82,8 @@ fn edited(reader: &mut Reader, graph: &mut Graph, word: &str, args: &[Node]) -> 
             set(&mut graph.lets, name, expr);
             Some(())
         }
+        "RemoveLet" => remove(reader, &mut graph.lets, &name, "let"),
+        "RemoveDefine" => remove(reader, &mut graph.defines, &name, "definition"),
         "Define" => {
             let expr = reader.expr(&args[1])?;
             set(&mut graph.defines, name, expr);

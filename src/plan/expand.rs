@@ -257,8 +257,7 @@ impl Expander<'_, '_> {
         let (Some(members), Some((word, first))) = (w.each, w.pass.apart()) else { return Some(None) };
         if !batched {
             let d = Diagnostic::error(format!("the members of `{}` are steps of their own already", w.pass.name.value));
-            let help =
-                format!("let the shader do the work of all `members` in one dispatch, or leave `{word}` out");
+            let help = format!("let the shader do the work of all `members` in one dispatch, or leave `{word}` out");
             self.faults.push(d.at(&first.span, "").help(help));
             return None;
         }

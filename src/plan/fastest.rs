@@ -1,6 +1,7 @@
 //! Groups of alternatives: several ways to the same results, of which one is planned. Which, is data from outside, since no
 //! plan knows how fast a device is; without it the first runs.
 
+use super::lint::mentioned;
 use super::wire::{Item, Wirer, Wiring};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
@@ -141,6 +142,7 @@ impl<'g> Wirer<'g, '_> {
 /// Faults of alternatives that leave different results: what is read outside of a group, each of its ways writes.
 pub fn agree(wiring: &Wiring, graph: &Graph) -> Vec<Diagnostic> {
     let mut faults = vec![];
+    let asked = mentioned(graph);
     for group in &wiring.groups {
         let mut own = BTreeSet::new();
         walk(std::slice::from_ref(group.pass), &mut |p| {
@@ -152,10 +154,14 @@ pub fn agree(wiring: &Wiring, graph: &Graph) -> Vec<Diagnostic> {
         for other in wiring.groups.iter().filter(|o| o.found.name != group.found.name) {
             outside.reads.extend(other.touched.iter().flat_map(|t| t.reads.iter().cloned()));
         }
+        // Where the graph goes by which one runs, the others may leave what it would read then.
+        let told = asked.contains(group.found.name.as_str());
         for resource in &outside.reads {
             let writes = |want: bool| {
-                let found = group.touched.iter().position(|t| t.writes.contains(resource) == want);
-                found.and_then(|i| group.found.ways.get(i)?.passes.first())
+                let mut ways = group.touched.iter().enumerate();
+                let found = ways
+                    .find(|(i, t)| t.writes.contains(resource) == want && (want || !told || *i == group.found.chosen));
+                found.and_then(|(i, _)| group.found.ways.get(i)?.passes.first())
             };
             if let (Some(one), Some(other)) = (writes(true), writes(false)) {
                 let d = Diagnostic::error(format!(

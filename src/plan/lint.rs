@@ -3,55 +3,55 @@
 use super::{Desc, Plan};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
-use crate::graph::ast::{PassKind, ResourceKind, walk};
+use crate::graph::ast::{PassKind, walk};
 use crate::graph::expr::Expr;
 use crate::shader::Library;
 use rustc_hash::FxHashSet;
 use std::collections::BTreeSet;
 
-/// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions.
-pub fn unused<'g>(graph: &'g Graph, library: &Library) -> Vec<Diagnostic> {
+/// The names that the expressions of a graph mention.
+pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
     let mut used: FxHashSet<&str> = FxHashSet::default();
-    let mut touched: FxHashSet<&str> = FxHashSet::default();
-    let mut note = |e: &'g Expr| e.names(&mut |n, _| used.extend([n]));
+    let mut note = |e| Expr::names(e, &mut |n, _| used.extend([n]));
     graph.lets.iter().chain(&graph.defines).for_each(|(_, e)| note(e));
     for (_, r) in &graph.resources {
-        r.members.iter().for_each(&mut note);
-        match &r.kind {
-            ResourceKind::Texture { size, layers: n, mips, .. } | ResourceKind::Cube { size, count: n, mips, .. } => {
-                size.exprs().iter().chain(n).chain(mips).for_each(&mut note);
-            }
-            ResourceKind::Texture3d { size, mips, .. } => size.exprs().iter().chain(mips).for_each(&mut note),
-            ResourceKind::Atlas { tile, count, .. } => [tile, count].into_iter().for_each(&mut note),
-            ResourceKind::Buffer { stride, count } => [stride, count].into_iter().for_each(&mut note),
-            ResourceKind::Sampler(_) => {}
-        }
+        let (sizes, counts) = r.exprs();
+        sizes.into_iter().chain(counts).for_each(&mut note);
     }
-    let mut shaders: BTreeSet<&str> = BTreeSet::new();
     walk(&graph.passes, &mut |p| {
         p.when.iter().chain(&p.each).chain(p.rows.iter().chain(&p.defines).map(|d| &d.1)).for_each(&mut note);
-        touched.extend(p.bind.iter().map(|b| b.1.value.as_str()));
-        shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
-                touched.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.as_str()));
             }
-            PassKind::Compute { over, sight, .. } => {
-                over.exprs().iter().for_each(&mut note);
-                touched.extend(sight.iter().map(|s| s.frusta.value.as_str()));
-            }
-            PassKind::Reduce { from, to, factor, until, .. } => {
-                factor.iter().chain([until]).for_each(&mut note);
-                touched.extend([from.value.as_str(), to.value.as_str()]);
-            }
-            PassKind::Copy { from, to } => touched.extend([from.value.as_str(), to.value.as_str()]),
-            PassKind::Clear { target, .. } => touched.extend([target.value.as_str()]),
+            PassKind::Compute { over, .. } => over.exprs().iter().for_each(&mut note),
+            PassKind::Reduce { factor, until, .. } => factor.iter().chain([until]).for_each(&mut note),
             PassKind::Loop { count, until, .. } => [count].into_iter().chain(until).for_each(&mut note),
-            PassKind::Fastest { .. } => {}
+            PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Fastest { .. } => {}
         }
     });
-    used.extend(touched);
+    used
+}
+
+/// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions.
+pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
+    let mut used = mentioned(graph);
+    let mut shaders: BTreeSet<&str> = BTreeSet::new();
+    walk(&graph.passes, &mut |p| {
+        used.extend(p.bind.iter().map(|b| b.1.value.as_str()));
+        shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
+        match &p.kind {
+            PassKind::Draw(r) | PassKind::Screen(r) => {
+                used.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.as_str()));
+            }
+            PassKind::Compute { sight, .. } => used.extend(sight.iter().map(|s| s.frusta.value.as_str())),
+            PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => {
+                used.extend([from.value.as_str(), to.value.as_str()]);
+            }
+            PassKind::Clear { target, .. } => used.extend([target.value.as_str()]),
+            PassKind::Loop { .. } | PassKind::Fastest { .. } => {}
+        }
+    });
     used.extend(graph.outputs.iter().map(|o| o.1.value.as_str()));
     let index = library.index();
     let files = index.reachable(shaders.iter().copied());

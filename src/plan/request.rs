@@ -1,6 +1,6 @@
 //! What a plan is made from, and the values that are known before a frame.
 
-use super::fastest::Choices;
+use super::fastest::{self, Choices};
 use crate::diag::{Checked, Diagnostic, Faults, Span};
 use crate::graph::Graph;
 use crate::graph::ast::{PassKind, Raster, walk};
@@ -86,6 +86,10 @@ pub fn values(request: &Request) -> Checked<Values> {
             faults.push(d.at(&param.span, "declared here"));
         }
         values.insert(name.value.clone(), *value);
+    }
+    for (name, _) in fastest::groups(graph) {
+        let index = request.choices.get(name).map_or(0, |c| c.index);
+        values.insert(name.into(), Value::Uint(index as u32));
     }
     for name in request.params.keys() {
         if !graph.params.iter().any(|(n, _)| n.value == *name) {

@@ -111,7 +111,8 @@ impl Bvh {
         for row in (0..rows).rev() {
             let (first, count) = (tree.first[row] as usize, tree.count[row] as usize);
             if let Some(known) = known {
-                other[row] = if count == 0 { other[first] || other[first + 1] } else { known.moved.get(first) == Some(&true) };
+                other[row] =
+                    if count == 0 { other[first] || other[first + 1] } else { known.moved.get(first) == Some(&true) };
             }
             if !other[row] {
                 continue;

@@ -181,7 +181,9 @@ impl Column {
             // Some hundred at a time: most of them are the same.
             let parts = now.chunks(128).zip(then.chunks(128)).zip(other.chunks_mut(128));
             let differ = |a: &[u8], b: &[u8]| a != b;
-            for ((now, then), other) in parts.filter(|((a, b), _)| differ(bytemuck::cast_slice(a), bytemuck::cast_slice(b))) {
+            for ((now, then), other) in
+                parts.filter(|((a, b), _)| differ(bytemuck::cast_slice(a), bytemuck::cast_slice(b)))
+            {
                 let rows = now.iter().zip(then).zip(other);
                 rows.for_each(|((a, b), other)| *other |= differ(bytemuck::bytes_of(a), bytemuck::bytes_of(b)));
             }
@@ -223,7 +225,8 @@ impl Column {
 ///   (colour × candela, or × lux for directional), `range` (0: none), `cos_inner`, `cos_outer`, `first_view`, `views`
 ///   (the light's rows in `light_views`)
 /// - `light_views`: one row a shadow map: `light`, `view_projection`, `near`, `far`; a point light has 6 in the
-///   order +X −X +Y −Y +Z −Z, a cube map's faces with left and right exchanged, the others 1
+///   order +X −X +Y −Y +Z −Z, a cube map's faces with left and right exchanged, the others 1. The same in all rows: `lower`,
+///   `upper`, corners of the box round everything, world space
 /// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them `na`,
 ///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, `material`; in the order of the leaves of `bvh`
 /// - `bvh`: boxes within boxes over `triangles`, sorted where they stand at time 0, each leaf of one node, the root first: `lower`, `upper` (corners of the box), `count` (of a
@@ -270,7 +273,14 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
     ),
     (
         "light_views",
-        &[("light", Type::Uint), ("view_projection", Type::Mat4), ("near", Type::Float), ("far", Type::Float)],
+        &[
+            ("light", Type::Uint),
+            ("view_projection", Type::Mat4),
+            ("near", Type::Float),
+            ("far", Type::Float),
+            ("lower", Type::Vec3),
+            ("upper", Type::Vec3),
+        ],
     ),
     (
         "triangles",

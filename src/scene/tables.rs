@@ -76,7 +76,7 @@ impl Scene {
             "lights" => Some(self.light_table(&pose)),
             "light_views" => {
                 let surfaces = Surfaces { parts: &self.geometry.clusters, boxes: &boxes, corners };
-                Some(light_view_table(&light_views(self, &pose, &surfaces)))
+                Some(light_view_table(&light_views(self, &pose, &surfaces), world.whole(&boxes)))
             }
             // Both come of the same sorting.
             "triangles" | "bvh" => {
@@ -283,7 +283,7 @@ fn nodes(pose: &Pose) -> Table {
     }
 }
 
-fn light_view_table(views: &[LightView]) -> Table {
+fn light_view_table(views: &[LightView], all: Bounds) -> Table {
     Table {
         name: "light_views",
         rows: views.len(),
@@ -292,6 +292,8 @@ fn light_view_table(views: &[LightView]) -> Table {
             ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
             ("near", Column::Float(views.iter().map(|v| v.near).collect())),
             ("far", Column::Float(views.iter().map(|v| v.far).collect())),
+            ("lower", Column::Vec3(vec![all.min; views.len()])),
+            ("upper", Column::Vec3(vec![all.max; views.len()])),
         ]),
     }
 }
