@@ -558,3 +558,21 @@ impl<'p> Gather<'p> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_that_changed_give_their_members_a_new_version() {
+        let rows = Rows { table: 0, members: 4, each: 10 };
+        let first = rows.versions(&Members::default(), None, 1);
+        assert_eq!(first.each(), [1, 1, 1, 1]);
+        let second = rows.versions(&first, Some(vec![9..10, 25..31]), 2);
+        assert_eq!(second.each(), [2, 1, 2, 2]);
+        assert_eq!(rows.versions(&second, Some(vec![]), 3).each(), second.each());
+        // Rows past the members are nobody's.
+        assert_eq!(rows.versions(&second, Some(vec![40..60]), 3).each(), second.each());
+        assert_eq!(rows.versions(&second, None, 4).each(), [4, 4, 4, 4]);
+    }
+}

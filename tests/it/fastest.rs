@@ -220,3 +220,33 @@ fn the_command_measures_unless_it_is_told() {
         assert_eq!(remembered(&file).0, "sum");
     }
 }
+
+/// A draw and kernels leave the same shadow maps, but for texels whose centre lies on an edge.
+#[test]
+fn shadow_maps_are_the_same_drawn_and_computed() {
+    let gpu = &device::gpu();
+    let project = Project::open(&repository("graphs/fast_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    for (name, size) in [("cornell_point.gltf", 64), ("room_spot.gltf", 256), ("hall.ron", 256)] {
+        let scene = Arc::new(scene::load(&repository("scenes").join(name)).unwrap_or_else(|f| panic!("{f}")).scene);
+        let set = ["grid=2,2,2".to_string(), "face=8".into(), format!("shadow_size={size}")];
+        let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
+        let [drawn, computed] = [0, 1].map(|index| {
+            let choices = Choices::from([("shadows".to_string(), Choice { index, why: "asked for".into() })]);
+            let outputs = Some(vec!["direct".to_string(), "indirect".to_string()]);
+            let settings =
+                Settings { params: params.clone(), size: [96, 72], outputs, choices, verify: true, ..Settings::default() };
+            let mut s = Session::new(gpu, &project, scene.clone(), settings).unwrap_or_else(|f| panic!("{f}"));
+            let pass = ["shadow_maps", "shadow_tiles"][index];
+            assert!(s.plan.steps.iter().any(|step| step.name == pass), "{name}: no `{pass}`");
+            s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+            ["direct", "indirect"].map(|o| s.image(gpu, o).unwrap_or_else(|f| panic!("{f}")))
+        });
+        for (output, (a, b)) in ["direct", "indirect"].iter().zip(drawn.iter().zip(&computed)) {
+            let other = |(a, b): &(&f32, &f32)| (**a - **b).abs() > 1e-3 * a.abs().max(0.01);
+            let count = a.data.iter().zip(&b.data).filter(other).count();
+            let most = if *output == "direct" { a.data.len() / 500 } else { 0 };
+            assert!(count <= most, "{name}, {output}: {count} of {} numbers differ, at most {most} may", a.data.len());
+            assert!(a.data.iter().any(|v| *v > 0.0), "{name}, {output}: nothing is lit");
+        }
+    }
+}

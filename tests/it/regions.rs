@@ -310,3 +310,21 @@ fn a_shadow_moves_only_in_the_maps_that_see_it() {
     }
     assert!(some > 0, "no object moved in some of the maps only ({none} in none)");
 }
+
+/// What rays meet is copied row by row: again for the rows that moved.
+#[test]
+fn tables_are_read_again_where_rows_changed() {
+    let gpu = &device::gpu();
+    let set = ["grid=2", "face=4", "bounces=1", "rays_above=0", "shadow_size=64"];
+    let mut s = session(gpu, "fast_grid.ron", "hall.ron", &set);
+    let corbel = node(&s, "corbel");
+    frame(gpu, &mut s, &[]);
+    for by in [0.03, 0.06, 0.0] {
+        frame(gpu, &mut s, &[(corbel, Vec3::new(by, 0.0, 0.0))]);
+        let (some, all) = members(&s, "trace_texels").expect("the corbel's triangles moved");
+        assert!(some > 0 && some <= all / 4, "{some} of {all} rows of texels");
+    }
+    s.shift.lights = Vec3::new(0.1, 0.0, 0.0);
+    frame(gpu, &mut s, &[]);
+    assert_eq!(members(&s, "trace_texels"), None);
+}

@@ -102,3 +102,24 @@ fn every_alternative_has_its_turn_in_a_check() {
     let indices = turns.iter().map(|c| c.get("way").map(|c| c.index)).collect::<Vec<_>>();
     assert_eq!(indices, [None, Some(1)]);
 }
+
+#[test]
+fn which_alternative_runs_is_a_value() {
+    let group = format!("Fastest(name: \"way\", of: [[{}], [{}]]),", make("a", "x"), make("b", "y"));
+    let when = |pass: String, value: &str| pass.replace("over:", &format!("when: \"{value}\", over:"));
+    let after = when(turn("c", "x", "z"), "way == 0") + &when(turn("d", "y", "z"), "way == 1");
+    let sample = sample(&images(&["x", "y", "z"]), &(group + &after), "\"z\": \"z\"");
+    assert_eq!(sample.plan().names(), ["a", "c"]);
+    assert_eq!(sample.choose(&choice(1)).unwrap().names(), ["b", "d"]);
+}
+
+#[test]
+fn what_is_read_by_the_value_is_written_by_the_one_that_runs() {
+    let group = format!("Fastest(name: \"way\", of: [[{}], [{}]]),", make("a", "x"), make("b", "y"));
+    let after = turn("c", "x", "z").replace("over:", "when: \"way >= 0\", over:");
+    let sample = sample(&images(&["x", "y", "z"]), &(group + &after), "\"z\": \"z\"");
+    let message = |choices: &Choices| sample.choose(choices).map_err(|f| f.0.into_iter().map(|d| d.message).collect::<Vec<_>>());
+    assert_eq!(message(&FIRST).unwrap().names(), ["a", "c"]);
+    let text = "alternatives of `way` leave different results: that of `a` writes `x`, that of `b` does not";
+    assert_eq!(message(&choice(1)).unwrap_err(), [text]);
+}
