@@ -5,8 +5,8 @@
 var<storage, read_write> shadow_bounds: array<Covered>;
 var<storage, read_write> shadow_groups: array<Covered>;
 
-/// First texels, as what is left to a map's end; then those past the last.
-var<workgroup> together: array<atomic<u32>, 4>;
+/// By lane: what it covers, then with what others cover: the least of the first, the most of the end.
+var<workgroup> together: array<vec4u, GROUP>;
 
 /// Where the lines of sight of a view begin: a point (w above 0), or the direction to it (w 0).
 fn eye_of(rows: mat4x4f) -> vec4f {
@@ -42,16 +42,17 @@ fn find(
     }
     let here = view * groups.x + group.x;
     shadow_bounds[here * GROUP + lane] = Covered(covered.x | covered.y << 16u, covered.z | covered.w << 16u);
-    if covered.z > 0u {
-        atomicMax(&together[0], params.shadow_size - covered.x);
-        atomicMax(&together[1], params.shadow_size - covered.y);
-        atomicMax(&together[2], covered.z);
-        atomicMax(&together[3], covered.w);
+    together[lane] = select(vec4u(vec2u(params.shadow_size), 0u, 0u), covered, covered.z > 0u);
+    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if lane < half {
+            let one = together[lane];
+            let two = together[lane + half];
+            together[lane] = vec4u(min(one.xy, two.xy), max(one.zw, two.zw));
+        }
     }
-    workgroupBarrier();
     if lane == 0u {
-        let first = params.shadow_size - vec2u(atomicLoad(&together[0]), atomicLoad(&together[1]));
-        let end = vec2u(atomicLoad(&together[2]), atomicLoad(&together[3]));
-        shadow_groups[here] = Covered(first.x | first.y << 16u, end.x | end.y << 16u);
+        let all = together[0];
+        shadow_groups[here] = Covered(all.x | all.y << 16u, all.z | all.w << 16u);
     }
 }

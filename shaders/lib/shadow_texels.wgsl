@@ -8,11 +8,7 @@ struct LightView {
     lower: vec3f,
     upper: vec3f,
 }
-#ifdef LIGHT_UNIFORMS
-var<uniform> light_views: array<LightView, #{VIEW_ROWS}>;
-#else
 var<storage, read> light_views: array<LightView>;
-#endif
 
 struct Triangle {
     a: vec3f,

@@ -233,8 +233,14 @@ fn shadow_maps_are_the_same_drawn_and_computed() {
         let [drawn, computed] = [0, 1].map(|index| {
             let choices = Choices::from([("shadows".to_string(), Choice { index, why: "asked for".into() })]);
             let outputs = Some(vec!["direct".to_string(), "indirect".to_string()]);
-            let settings =
-                Settings { params: params.clone(), size: [96, 72], outputs, choices, verify: true, ..Settings::default() };
+            let settings = Settings {
+                params: params.clone(),
+                size: [96, 72],
+                outputs,
+                choices,
+                verify: true,
+                ..Settings::default()
+            };
             let mut s = Session::new(gpu, &project, scene.clone(), settings).unwrap_or_else(|f| panic!("{f}"));
             let pass = ["shadow_maps", "shadow_tiles"][index];
             assert!(s.plan.steps.iter().any(|step| step.name == pass), "{name}: no `{pass}`");

@@ -317,11 +317,11 @@ fn tables_are_read_again_where_rows_changed() {
     let gpu = &device::gpu();
     let set = ["grid=2", "face=4", "bounces=1", "rays_above=0", "shadow_size=64"];
     let mut s = session(gpu, "fast_grid.ron", "hall.ron", &set);
-    let corbel = node(&s, "corbel");
+    let ball = node(&s, "ball");
     frame(gpu, &mut s, &[]);
     for by in [0.03, 0.06, 0.0] {
-        frame(gpu, &mut s, &[(corbel, Vec3::new(by, 0.0, 0.0))]);
-        let (some, all) = members(&s, "trace_texels").expect("the corbel's triangles moved");
+        frame(gpu, &mut s, &[(ball, Vec3::new(by, 0.0, 0.0))]);
+        let (some, all) = members(&s, "trace_texels").expect("the ball's triangles moved");
         assert!(some > 0 && some <= all / 4, "{some} of {all} rows of texels");
     }
     s.shift.lights = Vec3::new(0.1, 0.0, 0.0);

@@ -118,7 +118,8 @@ fn what_is_read_by_the_value_is_written_by_the_one_that_runs() {
     let group = format!("Fastest(name: \"way\", of: [[{}], [{}]]),", make("a", "x"), make("b", "y"));
     let after = turn("c", "x", "z").replace("over:", "when: \"way >= 0\", over:");
     let sample = sample(&images(&["x", "y", "z"]), &(group + &after), "\"z\": \"z\"");
-    let message = |choices: &Choices| sample.choose(choices).map_err(|f| f.0.into_iter().map(|d| d.message).collect::<Vec<_>>());
+    let message =
+        |choices: &Choices| sample.choose(choices).map_err(|f| f.0.into_iter().map(|d| d.message).collect::<Vec<_>>());
     assert_eq!(message(&FIRST).unwrap().names(), ["a", "c"]);
     let text = "alternatives of `way` leave different results: that of `a` writes `x`, that of `b` does not";
     assert_eq!(message(&choice(1)).unwrap_err(), [text]);
