@@ -36,8 +36,8 @@ pub struct Outside {
     pub began: u32,
     /// By index of [`Plan::tables`].
     tables: Vec<u128>,
-    /// Of tables that members read rows of: by member, a version of its rows.
-    rows: BTreeMap<Rows, Members>,
+    /// Of tables that members read rows of: a version of what all rows have in common, and by member one of its rows.
+    rows: BTreeMap<Rows, (Version, Members)>,
     /// By step that runs member by member: what each of its members sees.
     pub members: BTreeMap<usize, region::Seen>,
     /// Results that came out as they were before.
@@ -49,7 +49,7 @@ impl Outside {
     /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
     pub fn new(plan: &Plan, assets: AssetHashes, began: u32, tables: &[Table]) -> Checked<Outside> {
         let owns = plan.steps.iter().filter_map(|s| s.own.as_ref());
-        let rows = owns.flat_map(|own| &own.rows).map(|rows| (*rows, Members::default())).collect();
+        let rows = owns.flat_map(|own| &own.rows).map(|rows| (*rows, (UNDEFINED, Members::default()))).collect();
         let mut outside = Outside { assets, began, tables: vec![0; plan.tables.len()], rows, ..Outside::default() };
         outside.follow(plan, &[], tables)?;
         Ok(outside)
@@ -67,16 +67,18 @@ impl Outside {
             if before.iter().any(|b| b.is_clone(table)) {
                 continue;
             }
+            let columns: Vec<_> = wanted.row.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+            let layout = (table.name, &columns, wanted.stride, wanted.rows);
             *hashed = match places.filter(|_| Table::FOR_RAYS.contains(&table.name)) {
-                Some(places) => {
-                    let columns: Vec<_> = wanted.row.members.iter().map(|m| (&m.name, m.offset)).collect();
-                    hash(&(places, table.name, columns, wanted.stride, wanted.rows))
-                }
+                Some(places) => hash(&(places, layout)),
                 None => hash(&pack(wanted, table)?),
             };
-            for (rows, members) in self.rows.iter_mut().filter(|(rows, _)| rows.table == index) {
+            let names: Vec<&str> = columns.iter().map(|c| c.0).collect();
+            for (rows, (common, members)) in self.rows.iter_mut().filter(|(rows, _)| rows.table == index) {
                 let then = before.iter().find(|b| b.name == table.name).filter(|_| !members.is_empty());
-                *members = rows.versions(members, then.and_then(|then| table.differs(then)), *hashed as u64);
+                *common = hash(&(layout, table.rows, self.assets.geometry, self.assets.order)).max(1);
+                let changed = then.and_then(|then| table.differs(then));
+                *members = rows.versions(members, changed, |range| table.version_of(&names, range));
             }
         }
         Ok(())
@@ -84,15 +86,26 @@ impl Outside {
 }
 
 impl Rows {
-    /// The versions of before, but for members some of whose rows are in `changed`: what they hold follows from the table as a whole.
-    /// `None`: all are new.
-    fn versions(&self, before: &Members, changed: Option<Vec<Range<usize>>>, table: u64) -> Members {
+    /// The versions of before, but for members some of whose rows are in `changed`; `None`: all are new. `version` gives that of some
+    /// rows.
+    fn versions(
+        &self,
+        before: &Members,
+        changed: Option<Vec<Range<usize>>>,
+        version: impl Fn(Range<usize>) -> u64,
+    ) -> Members {
         let (count, each) = (self.members as usize, self.each as usize);
-        let Some(changed) = changed else { return Members::of(vec![table; count]) };
-        let mut versions = before.each().to_vec();
-        for rows in changed {
+        let mut versions = match &changed {
+            Some(_) => before.each().to_vec(),
+            None => vec![0; count],
+        };
+        let mut other = vec![changed.is_none(); count];
+        for rows in changed.into_iter().flatten() {
             let members = rows.start / each..rows.end.div_ceil(each);
-            versions.iter_mut().take(members.end).skip(members.start).for_each(|v| *v = table);
+            other.iter_mut().take(members.end).skip(members.start).for_each(|other| *other = true);
+        }
+        for (i, v) in versions.iter_mut().enumerate().filter(|(i, _)| other.get(*i) == Some(&true)) {
+            *v = version(i * each..(i + 1) * each);
         }
         Members::of(versions)
     }
@@ -296,7 +309,7 @@ impl Unit {
             Some((common, parts)) if parts.go_into(count) => (common, parts.clone()),
             _ => (now[r.0], Members::default()),
         };
-        let table = |rows: &Rows| (UNDEFINED, outside.rows.get(rows).cloned().unwrap_or_default());
+        let table = |rows: &Rows| outside.rows.get(rows).cloned().unwrap_or_default();
         Members::reading(count, reads.iter().map(input).chain(rows.iter().map(table)).collect())
     }
 
@@ -566,13 +579,21 @@ mod tests {
     #[test]
     fn rows_that_changed_give_their_members_a_new_version() {
         let rows = Rows { table: 0, members: 4, each: 10 };
-        let first = rows.versions(&Members::default(), None, 1);
-        assert_eq!(first.each(), [1, 1, 1, 1]);
-        let second = rows.versions(&first, Some(vec![9..10, 25..31]), 2);
-        assert_eq!(second.each(), [2, 1, 2, 2]);
-        assert_eq!(rows.versions(&second, Some(vec![]), 3).each(), second.each());
-        // Rows past the members are nobody's.
-        assert_eq!(rows.versions(&second, Some(vec![40..60, 70..71]), 3).each(), second.each());
-        assert_eq!(rows.versions(&second, None, 4).each(), [4, 4, 4, 4]);
+        let held = std::cell::RefCell::new(vec![1; 70]);
+        let version = |range: Range<usize>| held.borrow()[range].iter().sum();
+        let first = rows.versions(&Members::default(), None, version);
+        assert_eq!(first.each(), [10, 10, 10, 10]);
+        for row in [9, 25, 30] {
+            held.borrow_mut()[row] = 2;
+        }
+        let changed = || vec![9..10, 25..31];
+        let second = rows.versions(&first, Some(changed()), version);
+        assert_eq!(second.each(), [11, 10, 11, 11]);
+        // Those of others are not asked for; rows past the members are nobody's.
+        let never = |range: Range<usize>| panic!("{range:?}");
+        assert_eq!(rows.versions(&second, Some(vec![]), never).each(), second.each());
+        assert_eq!(rows.versions(&second, Some(vec![40..60, 69..70]), never).each(), second.each());
+        held.borrow_mut().fill(1);
+        assert!(rows.versions(&second, Some(changed()), version) == first, "the same rows have the same version");
     }
 }

@@ -5,6 +5,8 @@ use super::{Vertex, geometry::Geometry, model::Scene, motion::Pose};
 use crate::content::hash;
 use crate::value::Value;
 use glam::{Mat3, Mat4, Vec2, Vec3};
+use std::hash::Hasher;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The triangles of a scene at a pose, in some order.
@@ -86,6 +88,20 @@ impl Corners {
             if a.map(bytemuck::bytes_of) != b.map(bytemuck::bytes_of) {
                 other[start..*end].fill(true);
             }
+            start = *end;
+        }
+    }
+
+    /// Where the triangles of some rows stand.
+    pub(super) fn hash_places(&self, rows: Range<usize>, h: &mut impl Hasher) {
+        let runs = &self.order.runs;
+        let first = runs.partition_point(|(_, end)| *end <= rows.start);
+        let mut start = rows.start;
+        for (node, end) in &runs[first..] {
+            if start >= rows.end {
+                break;
+            }
+            h.write(bytemuck::bytes_of(&self.nodes[*node as usize]));
             start = *end;
         }
     }

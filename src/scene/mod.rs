@@ -70,6 +70,7 @@ pub use textures::TextureArray;
 
 use crate::value::{Type, Value};
 use glam::{Mat4, Vec2, Vec3, Vec4};
+use std::hash::{DefaultHasher, Hasher};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -124,6 +125,31 @@ impl Table {
     fn corners(&self) -> Option<&Corners> {
         let mut columns = self.columns.iter();
         columns.find_map(|(_, c)| if let Column::Corner { of, .. } = c { Some(&**of) } else { None })
+    }
+
+    /// A version of what some rows hold in the columns of these names, in this scene; rows past the end hold nothing.
+    pub fn version_of(&self, columns: &[&str], rows: Range<usize>) -> u64 {
+        fn bytes<T: bytemuck::NoUninit>(column: &[T], rows: Range<usize>) -> &[u8] {
+            bytemuck::cast_slice(column.get(rows.start..rows.end.min(column.len())).unwrap_or_default())
+        }
+        let mut h = DefaultHasher::new();
+        let mut corners = None;
+        for (_, column) in self.columns.iter().filter(|(name, _)| columns.contains(name)) {
+            let rows = rows.clone();
+            match column {
+                Column::Uint(v) => h.write(bytes(v, rows)),
+                Column::Float(v) => h.write(bytes(v, rows)),
+                Column::Vec2(v) => h.write(bytes(v, rows)),
+                Column::Vec3(v) => h.write(bytes(v, rows)),
+                Column::Vec4(v) => h.write(bytes(v, rows)),
+                Column::Mat4(v) => h.write(bytes(v, rows)),
+                Column::Corner { of, .. } => corners = Some(of),
+            }
+        }
+        if let Some(of) = corners {
+            of.hash_places(rows, &mut h);
+        }
+        h.finish()
     }
 
     /// Ranges of rows, in their order, outside of which it is the same as an earlier one; `None`: it has other rows, or other

@@ -324,6 +324,17 @@ fn tables_are_read_again_where_rows_changed() {
         let (some, all) = members(&s, "trace_texels").expect("the ball's triangles moved");
         assert!(some > 0 && some <= all / 4, "{some} of {all} rows of texels");
     }
+    // In another session they are known for the same, wherever things stand.
+    frame(gpu, &mut s, &[(ball, Vec3::new(0.09, 0.0, 0.0))]);
+    let project = Project::open(&support::repository("graphs/fast_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let shift = s.shift.clone();
+    let mut s =
+        Session::after(gpu, &project, s.scene.clone(), s.settings.clone(), Some(&s)).unwrap_or_else(|f| panic!("{f}"));
+    s.shift = shift;
+    s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+    assert_eq!(members(&s, "trace_texels"), None);
+    frame(gpu, &mut s, &[]);
+    assert!(members(&s, "trace_texels").is_some_and(|(some, all)| some > 0 && some <= all / 4));
     s.shift.lights = Vec3::new(0.1, 0.0, 0.0);
     frame(gpu, &mut s, &[]);
     assert_eq!(members(&s, "trace_texels"), None);
