@@ -58,9 +58,11 @@ impl Looks {
 /// Bytes of a result that the host compares, at most: those that it has sooner than a step like those that read them is done.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Whether the results of a step may be compared with those of before.
+/// Whether the results of a step may be compared with those of before. What members make of rows of a table is another thing with the
+/// rows, most likely.
 pub(super) fn comparable(step: &Step, written: &Desc) -> bool {
-    (step.own.is_some() || step.sight.is_some()) && written.bytes() <= MOST_BYTES
+    let own = step.own.as_ref().is_some_and(|own| own.rows.is_empty());
+    (own || step.sight.is_some()) && written.bytes() <= MOST_BYTES
 }
 
 /// Of a frame's steps that run for some of their members those whose result it pays to look at before the rest: others that run read

@@ -29,9 +29,11 @@ pub enum Kind {
     /// How often a loop goes round, and what ends it.
     Loop,
     Sampler,
+    /// What a step left, as far as it is compared with what it left before. In no key.
+    Result,
 }
 
-/// Every kind.
+/// Every kind that is in keys.
 pub const KINDS: [Kind; 12] = [
     Kind::Shader,
     Kind::Value,
@@ -59,7 +61,7 @@ impl std::fmt::Display for Ingredient {
         let name = &self.name;
         match self.kind {
             Kind::Shader => write!(f, "shader {name}"),
-            Kind::Value | Kind::Input => f.write_str(name),
+            Kind::Value | Kind::Input | Kind::Result => f.write_str(name),
             Kind::Table => write!(f, "table {name}"),
             Kind::Geometry => f.write_str("the scene's triangles"),
             Kind::Textures => f.write_str("the scene's textures"),

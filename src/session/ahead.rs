@@ -6,6 +6,7 @@ use crate::diag::Checked;
 use crate::gpu::{self, Frame, FrameReport, Gpu};
 use crate::plan::alike::{Looks, candidates};
 use crate::plan::change::{self, Selection, Why};
+use crate::plan::ingredient::Kind;
 use crate::plan::keys::Version;
 use crate::plan::{ResourceId, region};
 use crate::scene::Table;
@@ -139,7 +140,7 @@ impl Session {
             let after = self.contents(gpu, &written)?;
             let mut same = true;
             for (id, ((earlier, was), (version, is))) in written.iter().zip(before.into_iter().zip(after)) {
-                if is == was {
+                if is == was || self.settings.without == Some(Kind::Result) {
                     self.held.stands(self.plan.resources[id.0].slot, earlier);
                     self.outside.alike.add(version, earlier, |v| self.held.holds(v));
                 } else {

@@ -4,17 +4,23 @@ use crate::{device, support};
 use glam::{Mat4, Vec3};
 use lightgraph::gpu::Gpu;
 use lightgraph::plan::change::Why;
+use lightgraph::plan::ingredient::Kind;
 use lightgraph::plan::sight::meets;
 use lightgraph::scene::{self, Bounds, Shift};
 use lightgraph::session::{Project, Session, Settings};
 
 fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str]) -> Session {
+    session_without(gpu, graph, scene, set, None)
+}
+
+fn session_without(gpu: &Gpu, graph: &str, scene: &str, set: &[&str], without: Option<Kind>) -> Session {
     let project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
     let loaded = scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
     let outputs = Some(vec!["color".to_string()]);
-    let settings = Settings { params, size: [16, 12], outputs, skip: true, verify: true, ..Settings::default() };
+    let settings =
+        Settings { params, size: [16, 12], outputs, skip: true, verify: true, without, ..Settings::default() };
     Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
 }
 
@@ -143,6 +149,23 @@ fn an_object_in_the_dark_lights_again_only_the_probes_that_see_it() {
     frame(gpu, &mut s, &[(ball, Vec3::new(0.1, 0.2, 0.0))]);
     let second = s.plan.steps.iter().zip(s.why()).find(|(step, _)| step.name == "second_bounce").expect("a step");
     assert!(matches!(second.1, Why::Changed(names) if names.contains(&"first_packed".to_string())), "{}", second.1);
+}
+
+/// Results that are taken for those of before without a look are found out.
+#[test]
+fn the_proof_catches_results_that_are_not_compared() {
+    let gpu = &device::gpu();
+    let set = ["grid=4", "face=8", "bounces=2", "shadow_size=256"];
+    let mut s = session_without(gpu, "fast_grid.ron", "hall.ron", &set, Some(Kind::Result));
+    let corbel = node(&s, "corbel");
+    frame(gpu, &mut s, &[]);
+    let moved = |s: &mut Session, by: f32| {
+        s.shift.nodes = vec![(corbel, Vec3::new(by, -by, 0.0))];
+        s.frame(gpu, 0, 0.0)
+    };
+    let faults = [0.25, 0.5, 1.0, 1.5, 2.0].iter().find_map(|by| moved(&mut s, *by).err());
+    let text = faults.expect("light that changes is taken for the same").to_string();
+    assert!(text.contains("differs from a full run"), "{text}");
 }
 
 /// What stands still keeps its place among the triangles for rays, whatever moves.
