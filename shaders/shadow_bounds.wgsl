@@ -8,21 +8,21 @@ var<storage, read_write> shadow_groups: array<Covered>;
 /// By lane: what it covers, then with what others cover: the least of the first, the most of the end.
 var<workgroup> together: array<vec4u, GROUP>;
 
-/// Where the lines of sight of a view begin: a point (w above 0), or the direction to it (w 0).
-fn eye_of(rows: mat4x4f) -> vec4f {
-    let a = rows[0];
-    let b = rows[1];
-    let c = rows[3];
-    let meet = a.w * cross(b.xyz, c.xyz) + b.w * cross(c.xyz, a.xyz) + c.w * cross(a.xyz, b.xyz);
-    let eye = vec4f(-meet, dot(a.xyz, cross(b.xyz, c.xyz)));
-    // Depths fall towards it.
-    return select(eye, -eye, dot(rows[2], eye) > 0.0);
+struct Light {
+    /// 2: directional.
+    kind: u32,
+    position: vec3f,
+    /// Of travel.
+    direction: vec3f,
 }
+var<storage, read> lights: array<Light>;
 
-/// Whether a triangle lies in a side of the box round everything, of which the eye is on the inner side: then it comes
-/// between the eye and nothing.
+/// Whether a triangle lies in a side of the box round everything, of which the light is on the inner side: then it comes
+/// between the light and nothing.
 fn hides_nothing(t: Triangle, view: LightView) -> bool {
-    let eye = eye_of(transpose(view.view_projection));
+    let light = lights[view.light];
+    // Where it is (w above 0), or the direction to it (w 0).
+    let eye = select(vec4f(light.position, 1.0), vec4f(-light.direction, 0.0), light.kind == 2u);
     let low = (t.a == view.lower) & (t.b == view.lower) & (t.c == view.lower) & (eye.xyz > view.lower * eye.w);
     let high = (t.a == view.upper) & (t.b == view.upper) & (t.c == view.upper) & (eye.xyz < view.upper * eye.w);
     return any(low | high);

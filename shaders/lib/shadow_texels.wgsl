@@ -3,6 +3,8 @@
 #import lightgraph::raster::{Corners, corners}
 
 struct LightView {
+    /// Row of `lights`.
+    light: u32,
     view_projection: mat4x4f,
     /// Corners of the box round everything.
     lower: vec3f,

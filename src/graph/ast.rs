@@ -229,6 +229,17 @@ pub fn walk<'a>(passes: &'a [Pass], f: &mut impl FnMut(&'a Pass)) {
     }
 }
 
+/// The groups of alternatives among passes, each with its alternatives.
+pub fn groups(passes: &[Pass]) -> Vec<(&Name, &[Vec<Pass>])> {
+    let mut found = vec![];
+    walk(passes, &mut |p| {
+        if let PassKind::Fastest { of, .. } = &p.kind {
+            found.push((&p.name, of.as_slice()));
+        }
+    });
+    found
+}
+
 /// As [`walk`], for edits.
 pub fn walk_mut(passes: &mut [Pass], f: &mut impl FnMut(&mut Pass)) {
     for pass in passes {

@@ -1,6 +1,6 @@
 //! Names: every one resolves, none stands twice, none collides with what scenes and frames provide.
 
-use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, Sight, walk};
+use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, Sight, groups, walk};
 use super::expr::{Binary, Expr, ExprKind};
 use super::is_inside;
 use crate::diag::{Diagnostic, Span};
@@ -45,13 +45,6 @@ pub fn check(graph: &Graph) -> Vec<Diagnostic> {
     c.faults
 }
 
-/// The names of groups of alternatives.
-fn groups(graph: &Graph) -> Vec<&Name> {
-    let mut found = vec![];
-    walk(&graph.passes, &mut |p| found.extend(matches!(p.kind, PassKind::Fastest { .. }).then_some(&p.name)));
-    found
-}
-
 #[derive(Clone, Copy, PartialEq)]
 enum Scope<'a> {
     /// Parameters, lets, facts, which alternative of a group runs, `screen`.
@@ -74,7 +67,7 @@ impl<'g> Check<'g> {
         let mut values: BTreeSet<&str> = FACTS.iter().map(|f| f.0).chain(["screen"]).collect();
         values.extend(graph.params.iter().map(|(n, _)| n.value.as_str()));
         values.extend(graph.lets.iter().map(|(n, _)| n.value.as_str()));
-        values.extend(groups(graph).iter().map(|n| n.value.as_str()));
+        values.extend(groups(&graph.passes).iter().map(|(n, _)| n.value.as_str()));
         let resources = graph.resources.iter().map(|(n, r)| (n.value.as_str(), &r.kind)).collect();
         Check { graph, values, resources, faults: vec![] }
     }
@@ -86,7 +79,7 @@ impl<'g> Check<'g> {
         let params = g.params.iter().map(|(n, _)| (n, "parameter"));
         let lets = g.lets.iter().map(|(n, _)| (n, "let"));
         let resources = g.resources.iter().map(|(n, _)| (n, "resource"));
-        let groups = groups(g).into_iter().map(|n| (n, "group of alternatives"));
+        let groups = groups(&g.passes).into_iter().map(|(n, _)| (n, "group of alternatives"));
         for (name, noun) in params.chain(lets).chain(resources).chain(groups) {
             if PROVIDED.contains(name.value.as_str()) {
                 let d = Diagnostic::error(format!("`{}` is a name that the scene or the frame provides", name.value));

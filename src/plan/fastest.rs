@@ -5,7 +5,7 @@ use super::lint::mentioned;
 use super::wire::{Item, Wirer, Wiring};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
-use crate::graph::ast::{Pass, PassKind, walk};
+use crate::graph::ast::{self, Pass, PassKind, walk};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Display, Formatter};
 
@@ -201,13 +201,7 @@ pub fn unknown(graph: &Graph, choices: &Choices) -> Vec<Diagnostic> {
 
 /// The groups of a graph by name, each with its alternatives.
 pub fn groups(graph: &Graph) -> Vec<(&str, &[Vec<Pass>])> {
-    let mut found = vec![];
-    walk(&graph.passes, &mut |p| {
-        if let PassKind::Fastest { of, .. } = &p.kind {
-            found.push((p.name.value.as_str(), of.as_slice()));
-        }
-    });
-    found
+    ast::groups(&graph.passes).into_iter().map(|(name, of)| (name.value.as_str(), of)).collect()
 }
 
 /// Whether a group of a graph is measured once on an adapter.
