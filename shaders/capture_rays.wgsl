@@ -9,7 +9,7 @@
 #import lightgraph::probes
 #import lightgraph::surface::Record
 #ifdef BY_FACE
-#import lightgraph::probe_views::depths
+#import lightgraph::probe_views::{depth_of, depths}
 #import lightgraph::trace::{FAR, Hit, NOTHING, closest_between}
 #else
 #import lightgraph::trace::{Hit, closest}
@@ -112,10 +112,6 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
     let spread = sqrt(cube::solid_angle(here.texel, edge));
     keep(at, hit::record(hit::describe(hit, probe, ray, spread)));
 #ifdef BY_FACE
-    // As a draw through the face's view leaves it.
-    let d = depths();
-    let depth = max(hit.distance * slant, d.x);
-    let ndc = min(d.y * (depth - d.x) / ((d.y - d.x) * depth), 1.0);
-    textureStore(cube_far, at, vec4f(ndc));
+    textureStore(cube_far, at, vec4f(depth_of(hit.distance * slant)));
 #endif
 }

@@ -25,3 +25,10 @@ fn depths() -> vec2f {
     let far = distance(low(), high()) * 1.01;
     return vec2f(far * 0.001, far);
 }
+
+/// What a draw through such a view leaves as depth, 0 to 1, of something so far along the face's axis.
+fn depth_of(along: f32) -> f32 {
+    let d = depths();
+    let depth = max(along, d.x);
+    return min(d.y * (depth - d.x) / ((d.y - d.x) * depth), 1.0);
+}

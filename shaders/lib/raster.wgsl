@@ -26,6 +26,17 @@ fn corners(view_projection: mat4x4f, world: mat3x3f, size: u32, place: vec2f) ->
     );
 }
 
+/// The line through two corners (x and y in texels, times w, and w), where a draw has it: through places on a lattice of 256 steps a texel.
+/// One that a near plane at `near` cuts is left as it is. By row with a place `(x, y, 1)`; of two triangles beside it both have the same.
+fn edge(one: vec3f, two: vec3f, near: f32) -> vec3f {
+    let whole = min(one.z, two.z) >= near;
+    return cross(select(one, rounded(one), whole), select(two, rounded(two), whole));
+}
+
+fn rounded(corner: vec3f) -> vec3f {
+    return vec3f(round(256.0 / corner.z * corner.xy) * (corner.z / 256.0), corner.z);
+}
+
 /// Texels that a triangle may cover: the first (xy), and those past the last (zw); corners as seen from texel 0. Zeros where it covers none.
 fn bounds(c: Corners, size: u32) -> vec4u {
     let edge = vec2f(f32(size));

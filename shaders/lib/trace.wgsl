@@ -1,4 +1,5 @@
-//! Rays against the scene's triangles, through the boxes of the table `bvh`.
+//! Rays against the scene's triangles, through the boxes of the table `bvh`. With TRIANGLE_UNIFORMS the triangles lie in a uniform: for
+//! scenes that have few.
 #define_import_path lightgraph::trace
 
 struct Box {
@@ -25,7 +26,11 @@ struct Triangle {
     uvc: vec2f,
 #endif
 }
+#ifdef TRIANGLE_UNIFORMS
+var<uniform> triangles: array<Triangle, #{TRIANGLE_ROWS}>;
+#else
 var<storage, read> triangles: array<Triangle>;
+#endif
 
 #ifdef TRACE_TEXELS
 /// The rows of `bvh` and the corners in `triangles`, as trace_texels.wgsl puts them in textures.

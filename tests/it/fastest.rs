@@ -3,9 +3,11 @@
 use crate::command::lightgraph_with;
 use crate::device;
 use crate::support::{Scratch, repository};
+use glam::Vec3;
 use lightgraph::fastest::measured;
+use lightgraph::image::{Image, metrics::compare};
 use lightgraph::plan::fastest::{Choice, Choices};
-use lightgraph::scene;
+use lightgraph::scene::{self, Scene, Shift};
 use lightgraph::session::{Project, Session, Settings};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -222,37 +224,76 @@ fn the_command_measures_unless_it_is_told() {
 }
 
 /// A draw and kernels leave the same shadow maps, but for texels whose centre lies on an edge.
-#[test]
-fn shadow_maps_are_the_same_drawn_and_computed() {
+/// The outputs of fast_grid after a frame, and one in which something has moved, either way of a group; `passes`: one that each has.
+fn both_ways(
+    (group, passes): (&str, [&str; 2]),
+    scene: &Arc<Scene>,
+    set: &[String],
+    outputs: &[&str],
+    moved: Shift,
+) -> [Vec<Image>; 2] {
     let gpu = &device::gpu();
     let project = Project::open(&repository("graphs/fast_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let params = project.params(set).unwrap_or_else(|f| panic!("{f}"));
+    [0, 1].map(|index| {
+        let settings = Settings {
+            params: params.clone(),
+            size: [96, 72],
+            outputs: Some(outputs.iter().map(|o| o.to_string()).collect()),
+            choices: Choices::from([(group.to_string(), Choice { index, why: "asked for".into() })]),
+            verify: true,
+            skip: true,
+            ..Settings::default()
+        };
+        let mut s = Session::new(gpu, &project, scene.clone(), settings).unwrap_or_else(|f| panic!("{f}"));
+        let pass = passes[index];
+        assert!(s.plan.steps.iter().any(|step| step.name == pass), "{}: no `{pass}`", scene.name);
+        for (i, shift) in [Shift::default(), moved.clone()].into_iter().enumerate() {
+            s.shift = shift;
+            s.frame(gpu, i as u32, 0.0).unwrap_or_else(|f| panic!("{f}"));
+        }
+        outputs.iter().map(|o| s.image(gpu, o).unwrap_or_else(|f| panic!("{f}"))).collect()
+    })
+}
+
+fn loaded(name: &str) -> Arc<Scene> {
+    Arc::new(scene::load(&repository("scenes").join(name)).unwrap_or_else(|f| panic!("{f}")).scene)
+}
+
+#[test]
+fn shadow_maps_are_the_same_drawn_and_computed() {
     for (name, size) in [("cornell_point.gltf", 64), ("room_spot.gltf", 256), ("hall.ron", 256)] {
-        let scene = Arc::new(scene::load(&repository("scenes").join(name)).unwrap_or_else(|f| panic!("{f}")).scene);
         let set = ["grid=2,2,2".to_string(), "face=8".into(), format!("shadow_size={size}")];
-        let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
-        let [drawn, computed] = [0, 1].map(|index| {
-            let choices = Choices::from([("shadows".to_string(), Choice { index, why: "asked for".into() })]);
-            let outputs = Some(vec!["direct".to_string(), "indirect".to_string()]);
-            let settings = Settings {
-                params: params.clone(),
-                size: [96, 72],
-                outputs,
-                choices,
-                verify: true,
-                ..Settings::default()
-            };
-            let mut s = Session::new(gpu, &project, scene.clone(), settings).unwrap_or_else(|f| panic!("{f}"));
-            let pass = ["shadow_maps", "shadow_tiles"][index];
-            assert!(s.plan.steps.iter().any(|step| step.name == pass), "{name}: no `{pass}`");
-            s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
-            ["direct", "indirect"].map(|o| s.image(gpu, o).unwrap_or_else(|f| panic!("{f}")))
-        });
-        for (output, (a, b)) in ["direct", "indirect"].iter().zip(drawn.iter().zip(&computed)) {
+        let outputs = ["direct", "indirect"];
+        let passes = ["shadow_maps", "shadow_tiles"];
+        let [drawn, computed] = both_ways(("shadows", passes), &loaded(name), &set, &outputs, Shift::default());
+        for (output, (a, b)) in outputs.iter().zip(drawn.iter().zip(&computed)) {
             let other = |(a, b): &(&f32, &f32)| (**a - **b).abs() > 1e-3 * a.abs().max(0.01);
             let count = a.data.iter().zip(&b.data).filter(other).count();
             let most = if *output == "direct" { a.data.len() / 500 } else { 0 };
             assert!(count <= most, "{name}, {output}: {count} of {} numbers differ, at most {most} may", a.data.len());
             assert!(a.data.iter().any(|v| *v > 0.0), "{name}, {output}: nothing is lit");
         }
+    }
+}
+
+/// In cornell_point.gltf edges lie on diagonals of faces, in corridor.glb at centres of texels.
+#[test]
+fn what_probes_see_is_the_same_drawn_and_computed() {
+    for (name, set) in [
+        ("cornell_point.gltf", ["grid=4,4,4", "face=16"]),
+        ("corridor.glb", ["grid=4,4,4", "face=16"]),
+        ("room_spot.gltf", ["grid=3,2,3", "face=16"]),
+        ("two_rooms.glb", ["grid=3,2,2", "face=6"]),
+    ] {
+        let scene = loaded(name);
+        let last = scene.geometry.vertices.last().expect("it has surfaces").node;
+        let moved = Shift { nodes: vec![(last as usize, Vec3::splat(0.05))], ..Shift::default() };
+        let passes = ["capture", "capture_triangles"];
+        let set = set.map(String::from);
+        let [drawn, computed] = both_ways(("captures", passes), &scene, &set, &["indirect"], moved);
+        assert!(drawn[0].data.iter().any(|v| *v > 0.0), "{name}: nothing is lit");
+        let off = compare(&computed[0], &drawn[0], None).unwrap_or_else(|f| panic!("{f}")).rmse_percent;
+        assert!(off <= 0.1, "{name}: {off} % of the mean");
     }
 }
