@@ -14,7 +14,7 @@ var cube_normal: texture_2d<f32>;
 var<storage, read> factor_table: array<f32>;
 var openness: texture_storage_3d<rgba32float, write>;
 
-@compute @workgroup_size(4, 4, 4)
+@compute @workgroup_size(8, 4, 2)
 fn main(@builtin(global_invocation_id) probe: vec3u) {
     if any(probe >= textureDimensions(openness)) {
         return;

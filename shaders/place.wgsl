@@ -12,7 +12,7 @@ var<uniform> params: Params;
 var total: texture_2d<f32>;
 var sh: texture_storage_3d<rgba32float, write>;
 
-@compute @workgroup_size(4, 4, 4)
+@compute @workgroup_size(8, 4, 2)
 fn place(@builtin(global_invocation_id) id: vec3u) {
     if any(id >= params.grid) {
         return;

@@ -58,7 +58,7 @@ fn part(t: Triangle, lower: vec3f, upper: vec3f) -> f32 {
     return 0.5 * length(sum);
 }
 
-@compute @workgroup_size(4, 4, 4)
+@compute @workgroup_size(8, 4, 2)
 fn areas(@builtin(global_invocation_id) id: vec3u) {
     let counts = cells();
     if any(id >= counts) {

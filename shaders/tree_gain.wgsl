@@ -15,7 +15,7 @@ fn sketch_at(point: vec3u) -> Sketch {
     return tree_sketch[pack(point, points())];
 }
 
-@compute @workgroup_size(4, 4, 4)
+@compute @workgroup_size(8, 4, 2)
 fn gain(@builtin(global_invocation_id) id: vec3u) {
     let level = tree.levels - 1u - member;
     let counts = tree.roots << vec3u(level);

@@ -17,7 +17,7 @@ fn spiral(i: u32, count: u32) -> vec3f {
     return vec3f(sqrt(1.0 - z * z) * vec2f(cos(angle), sin(angle)), z);
 }
 
-@compute @workgroup_size(4, 4, 4)
+@compute @workgroup_size(8, 4, 2)
 fn sketch(@builtin(global_invocation_id) id: vec3u) {
     if any(id >= points()) {
         return;
