@@ -10,7 +10,7 @@
 #import lightgraph::surface::Record
 #ifdef BY_FACE
 #import lightgraph::probe_views::{depth_of, depths}
-#import lightgraph::trace::{FAR, Hit, NOTHING, closest_between}
+#import lightgraph::trace::{Box, FAR, Hit, NOTHING, closest_between, enter, reciprocal}
 #else
 #import lightgraph::trace::{Hit, closest}
 #endif
@@ -64,6 +64,23 @@ var<storage, read> stale: array<u32>;
 #ifdef BY_FACE
 var cube_far: texture_storage_2d<r32float, write>;
 var<storage, read> members: array<u32>;
+
+struct Moved {
+    lower: vec3f,
+    upper: vec3f,
+}
+/// Rays that pass by all of these meet what they met.
+var<uniform> moved: array<Moved, 4>;
+
+fn is_other(probe: vec3f, ray: vec3f) -> bool {
+    let inverse = reciprocal(ray);
+    for (var i = 0u; i < 4u; i++) {
+        if enter(Box(moved[i].lower, 0u, moved[i].upper, 0u), probe, inverse, FAR) < FAR {
+            return true;
+        }
+    }
+    return false;
+}
 #endif
 
 /// What the ray of a texel meets; `slant`: how far along the face's axis a step along it leads.
@@ -106,6 +123,11 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
     let probe = probes::position(probes::coordinates(here.tile / 6u));
     let face = here.tile % 6u;
     let ray = cube::direction_beside(face, here.texel, edge);
+#ifdef BY_FACE
+    if !is_other(probe, ray) {
+        return;
+    }
+#endif
     let slant = cube::inward(face, ray).z;
     let hit = meet(probe, ray, slant);
     // The texel's width seen from the probe.

@@ -324,9 +324,9 @@ impl Session {
             true => self.compare(gpu, &values, &mut ahead)?,
             false => change::everything(&self.plan, &self.keys, &self.held, &self.outside, &values),
         };
-        let members = selection.members.clone();
+        let (members, moved) = (selection.members.clone(), selection.moved.clone());
         let (timing, tables) = (self.settings.timing, ahead.tables.as_deref());
-        let frame = Frame { values, tables, run: Some(&selection.run), members, timing };
+        let frame = Frame { values, tables, run: Some(&selection.run), members, moved, timing };
         self.why.clear();
         let mut report = self.run(gpu, &frame, &selection)?;
         let mut why = selection.why.clone();

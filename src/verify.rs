@@ -53,7 +53,7 @@ impl Scratch {
     ) -> Checked<()> {
         let all = everything(plan, keys, &self.held, outside, &frame.values);
         self.held.start(&all);
-        let whole = Frame { run: None, members: BTreeMap::new(), ..frame.clone() };
+        let whole = Frame { run: None, members: BTreeMap::new(), moved: BTreeMap::new(), ..frame.clone() };
         gpu::execute(gpu, plan, &mut self.prepared, &whole)?;
         self.held.finish(all);
         let mut faults = vec![];

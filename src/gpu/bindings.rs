@@ -110,6 +110,7 @@ pub(super) fn bind_group(
             Binding::Table(table) => things.scene.tables.get(*table).map(|buffer| extent(buffer, &variable.kind)),
             Binding::SceneTextures => Some(wgpu::BindingResource::TextureView(&things.scene.textures)),
             Binding::Report => things.reports.buffer(index).map(wgpu::Buffer::as_entire_binding),
+            Binding::Moved(_) => things.members.boxes(index).map(wgpu::Buffer::as_entire_binding),
             Binding::Members => things.members.buffer(index).map(wgpu::Buffer::as_entire_binding),
             Binding::Sampler(desc) => shared.samplers.get(desc).map(wgpu::BindingResource::Sampler),
         };
@@ -155,7 +156,8 @@ impl Shared {
             | Binding::Table(_)
             | Binding::SceneTextures
             | Binding::Report
-            | Binding::Members => {}
+            | Binding::Members
+            | Binding::Moved(_) => {}
         }
         Ok(())
     }

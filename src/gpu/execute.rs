@@ -14,7 +14,7 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
-use crate::scene::Table;
+use crate::scene::{Bounds, Table};
 use crate::shader::report::Failed;
 use crate::value::Values;
 use std::collections::BTreeMap;
@@ -41,6 +41,8 @@ pub struct Frame<'a> {
     /// By index of a step that runs for some of its members only: whether each does, in their order. What the others made must
     /// be there still.
     pub members: BTreeMap<usize, Vec<bool>>,
+    /// The same step's boxes outside of which those that run show what they showed; without it they may lie anywhere.
+    pub moved: BTreeMap<usize, Vec<Bounds>>,
 }
 
 /// What a frame took.
@@ -99,7 +101,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    prepared.members.choose(gpu, &frame.members);
+    prepared.members.choose(gpu, &frame.members, &frame.moved);
     let Prepared { pool, scene, uniforms, reports, steps, timer, probe, gates, watch, .. } = prepared;
     timer.start();
     let mut walk = Walk {

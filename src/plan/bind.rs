@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 /// The variable that holds the numbers of the members that a dispatch does.
 const MEMBERS: &str = "members";
+const MOVED: &str = "moved";
 
 impl<'g> Wirer<'g, '_> {
     /// A wire for each variable of a shader, in the order of its interface.
@@ -82,6 +83,9 @@ impl<'g> Wirer<'g, '_> {
         if v.name == MEMBERS && matches!(wired.pass.kind, PassKind::Compute { .. }) {
             return self.members(wired, v, &place);
         }
+        if v.name == MOVED && matches!(wired.pass.kind, PassKind::Compute { .. }) {
+            return self.moved(wired, v, &place);
+        }
         if let Some((table, columns)) = TABLES.iter().find(|t| t.0 == target) {
             return self.table(shader, wired.pass, v, table, columns, &place);
         }
@@ -144,6 +148,32 @@ impl<'g> Wirer<'g, '_> {
             return None;
         }
         Some(Wire::Fixed(Binding::Members))
+    }
+
+    /// The boxes that a dispatch whose members see something is told.
+    fn moved(&mut self, wired: &Wired<'g>, v: &Variable, place: &Span) -> Option<Wire> {
+        let boxes = |element: &Layout| {
+            let members: Vec<_> = element.members.iter().map(|m| (m.name.as_str(), m.ty, m.offset)).collect();
+            members == [("lower", Type::Vec3, 0), ("upper", Type::Vec3, 16)]
+        };
+        let count = match &v.kind {
+            BindingKind::UniformArray { element, stride, size } if boxes(element) => size / stride,
+            _ => {
+                self.mismatch(MOVED, "an array of boxes in a uniform", v, place, place);
+                let help = "declare it `var<uniform> moved: array<Box, 4>`, of `struct Box { lower: vec3f, upper: vec3f }`";
+                if let Some(d) = self.faults.pop() {
+                    self.faults.push(d.help(help));
+                }
+                return None;
+            }
+        };
+        if !matches!(wired.pass.kind, PassKind::Compute { sight: Some(_), .. }) {
+            let d = Diagnostic::error(format!("the members of `{}` see nothing", wired.pass.name.value));
+            let d = d.at(place, "read here").at(&wired.pass.name.span, "");
+            self.faults.push(d.help("give it `frusta`: what each sees"));
+            return None;
+        }
+        Some(Wire::Fixed(Binding::Moved(count)))
     }
 
     fn reduce_variable(&mut self, wired: &Wired<'g>, v: &Variable, place: &Span, source: bool) -> Option<Wire> {

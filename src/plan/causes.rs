@@ -137,7 +137,8 @@ fn own(plan: &Plan, step: &Step) -> Moving {
             | Binding::SceneTextures
             | Binding::Sampler(_)
             | Binding::Report
-            | Binding::Members => {}
+            | Binding::Members
+            | Binding::Moved(_) => {}
         }
     }
     all

@@ -13,6 +13,7 @@ use super::region::{self, Seen};
 use super::{Desc, Plan, ResourceId, TextureDesc};
 use crate::diag::Checked;
 use crate::image::Image;
+use crate::scene::Bounds;
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -118,6 +119,8 @@ pub struct Selection {
     pub why: Vec<Why>,
     /// By index of a step that runs for some of its members only: whether each does.
     pub members: BTreeMap<usize, Vec<bool>>,
+    /// By index of such a step, if that is known of all of them: boxes outside of which they show what they showed.
+    pub moved: BTreeMap<usize, Vec<Bounds>>,
     /// What the units that run write, in their order: slot, content.
     writes: Vec<(usize, Version)>,
     ran: Vec<(String, Arc<Ran>)>,
@@ -348,6 +351,7 @@ fn selection(
         run: vec![false; steps],
         why: vec![Why::NotNeeded; steps],
         members: BTreeMap::new(),
+        moved: BTreeMap::new(),
         writes: vec![],
         ran: vec![],
     };
@@ -360,6 +364,9 @@ fn selection(
         {
             let (count, verb) = (some.iter().filter(|m| **m).count(), unit.verb());
             *names = vec![format!("what {count} of {} members {verb}", some.len())];
+            let saw = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref());
+            let boxes = outside.members.get(&step).zip(saw).and_then(|(seen, saw)| seen.moved(saw, &some, keys.without));
+            all.moved.extend(boxes.map(|boxes| (step, boxes)));
             all.members.insert(step, some);
         }
         for s in &unit.steps {

@@ -186,7 +186,8 @@ impl Expander<'_, '_> {
             | Binding::SceneTextures
             | Binding::Sampler(_)
             | Binding::Report
-            | Binding::Members => return None,
+            | Binding::Members
+            | Binding::Moved(_) => return None,
         };
         let groups = (rows.checked_mul(draws)?).div_ceil(DRAWS_A_WORKGROUP);
         let across = groups.clamp(1, self.limits.max_compute_workgroups_per_dimension);

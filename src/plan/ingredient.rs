@@ -31,6 +31,8 @@ pub enum Kind {
     Sampler,
     /// What a step left, as far as it is compared with what it left before. In no key.
     Result,
+    /// Where what moved was before, as far as members are told. In no key.
+    Moved,
 }
 
 /// Every kind that is in keys.
@@ -61,7 +63,7 @@ impl std::fmt::Display for Ingredient {
         let name = &self.name;
         match self.kind {
             Kind::Shader => write!(f, "shader {name}"),
-            Kind::Value | Kind::Input | Kind::Result => f.write_str(name),
+            Kind::Value | Kind::Input | Kind::Result | Kind::Moved => f.write_str(name),
             Kind::Table => write!(f, "table {name}"),
             Kind::Geometry => f.write_str("the scene's triangles"),
             Kind::Textures => f.write_str("the scene's textures"),

@@ -173,7 +173,7 @@ pub struct Keys {
     pub units: Vec<Unit>,
     /// By resource: the last unit that writes it.
     pub last: Vec<Option<usize>>,
-    without: Option<Kind>,
+    pub without: Option<Kind>,
 }
 
 /// The versions that resources should have, if every unit ran.
@@ -488,8 +488,8 @@ impl<'p> Gather<'p> {
                     let name = self.plan.tables.get(*i).map_or("", |t| t.table.as_str());
                     self.give(Kind::Table, name, Given::Table(*i));
                 }
-                // Which it does in a run makes no difference in the end.
-                Binding::Members => {}
+                // Which it does in a run makes no difference in the end, nor what it leaves as it is.
+                Binding::Members | Binding::Moved(_) => {}
                 Binding::SceneTextures => self.give(Kind::Textures, "", Given::Textures),
                 // A plan knows of no checks but those of its own runs.
                 Binding::Report => self.give(Kind::Value, "the plan, as the shader checks itself", Given::Began),

@@ -425,6 +425,8 @@ pub enum Binding {
     Report,
     /// The numbers of the members that a dispatch does, a layer of workgroups each.
     Members,
+    /// So many boxes, outside of which those members show what they showed: [`change::Selection::moved`].
+    Moved(u32),
     Sampler(SamplerDesc),
 }
 

@@ -1,6 +1,7 @@
 //! Draws and dispatches over many views, member by member: what each sees, so that each has a version of its own and only
 //! those whose version is new run again. No device.
 
+use super::ingredient::Kind;
 use super::member::Members;
 use super::sight::{covered, eye, meets_planes, planes};
 use super::{
@@ -235,6 +236,22 @@ impl Seen {
         self.versions != before.versions && views.any(|((a, b), (now, then))| a == b && now != then)
     }
 
+    /// Boxes outside of which `some` of the members show what they showed: round what moved, where it was and where it is. `None`
+    /// where they look from elsewhere. `without` [`Kind::Moved`] leaves out where it was, for a test to see that the proof notices.
+    pub fn moved(&self, before: &Seen, some: &[bool], without: Option<Kind>) -> Option<Vec<Bounds>> {
+        let pairs = self.views.iter().zip(before.views.iter());
+        let there = self.views.len() == before.views.len() && self.views.len() == some.len();
+        if !there || pairs.zip(some).any(|((a, b), some)| *some && a != b) {
+            return None;
+        }
+        // As leaves are wider than their triangles, and as much again for the rounding of whoever asks for these.
+        let margin = Vec3::splat(f32::from_bits(self.world.reach() as u32) * 64.0 * f32::EPSILON);
+        let moved = self.world.moved(&before.world)?.into_iter();
+        let boxes = moved.flat_map(|(then, now)| if without == Some(Kind::Moved) { [now, now] } else { [then, now] });
+        let wider = |b: Bounds| Bounds { min: b.min - margin, max: b.max + margin };
+        Some(boxes.filter(|b| b.min.cmple(b.max).all()).map(wider).collect())
+    }
+
     /// Gives back the versions of before to members that show nothing of what moved since: it covers no centre of a texel of
     /// theirs, or lies behind what they hold; both where it was and where it is. `held` are the depths that all of them
     /// drew last, those of [`depths`].
@@ -271,6 +288,12 @@ impl Seen {
         }
         self.versions = Members::of(now);
     }
+}
+
+/// As many boxes as there is room for, round all of these.
+pub fn gathered(boxes: &[Bounds], room: usize) -> Vec<Bounds> {
+    let round = |some: &[Bounds]| some.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
+    boxes.chunks(boxes.len().div_ceil(room.max(1)).max(1)).map(round).collect()
 }
 
 /// The buffers of frusta that steps go by.

@@ -64,9 +64,9 @@ impl Ahead {
 impl Session {
     /// Runs a part of the frame.
     fn ahead(&mut self, gpu: &Gpu, selection: Selection, values: &Values, ahead: &mut Ahead) -> Checked<()> {
-        let (values, members) = (values.clone(), selection.members.clone());
+        let (values, members, moved) = (values.clone(), selection.members.clone(), selection.moved.clone());
         let (run, timing) = (Some(selection.run.as_slice()), self.settings.timing);
-        let frame = Frame { values, tables: ahead.tables.as_deref(), run, members, timing };
+        let frame = Frame { values, tables: ahead.tables.as_deref(), run, members, moved, timing };
         let report = self.run(gpu, &frame, &selection)?;
         if let Some(tables) = ahead.tables.take() {
             ahead.uploaded = Some(tables);

@@ -337,7 +337,7 @@ fn telling(kind: Kind) -> Edit {
         Kind::Table => Material,
         Kind::Geometry => Vertex,
         Kind::Textures => Texture,
-        Kind::Member | Kind::Result => Object,
+        Kind::Member | Kind::Result | Kind::Moved => Object,
         Kind::Input => Material,
         Kind::Size => Wide,
         Kind::Target => Clear,
