@@ -118,7 +118,8 @@ impl Members {
             // One twice says nothing new. Where nothing moved that has a place, nothing need be looked at.
             let last = few.last().copied().unwrap_or(NOWHERE);
             let all = few.into_iter().chain(std::iter::repeat(last)).take(boxes.count);
-            let rows: Vec<[[f32; 4]; 2]> = all.map(|b| [b.min, b.max].map(|corner| corner.extend(0.0).into())).collect();
+            let rows: Vec<[[f32; 4]; 2]> =
+                all.map(|b| [b.min, b.max].map(|corner| corner.extend(0.0).into())).collect();
             gpu.queue.write_buffer(&boxes.buffer, 0, bytemuck::cast_slice(&rows));
         }
     }

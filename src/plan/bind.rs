@@ -160,7 +160,8 @@ impl<'g> Wirer<'g, '_> {
             BindingKind::UniformArray { element, stride, size } if boxes(element) => size / stride,
             _ => {
                 self.mismatch(MOVED, "an array of boxes in a uniform", v, place, place);
-                let help = "declare it `var<uniform> moved: array<Box, 4>`, of `struct Box { lower: vec3f, upper: vec3f }`";
+                let help =
+                    "declare it `var<uniform> moved: array<Box, 4>`, of `struct Box { lower: vec3f, upper: vec3f }`";
                 if let Some(d) = self.faults.pop() {
                     self.faults.push(d.help(help));
                 }

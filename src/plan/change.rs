@@ -365,7 +365,8 @@ fn selection(
             let (count, verb) = (some.iter().filter(|m| **m).count(), unit.verb());
             *names = vec![format!("what {count} of {} members {verb}", some.len())];
             let saw = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref());
-            let boxes = outside.members.get(&step).zip(saw).and_then(|(seen, saw)| seen.moved(saw, &some, keys.without));
+            let boxes =
+                outside.members.get(&step).zip(saw).and_then(|(seen, saw)| seen.moved(saw, &some, keys.without));
             all.moved.extend(boxes.map(|boxes| (step, boxes)));
             all.members.insert(step, some);
         }

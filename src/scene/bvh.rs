@@ -18,6 +18,8 @@ pub struct Bvh {
     pub lower: Vec<Vec3>,
     pub upper: Vec<Vec3>,
     pub tree: Tree,
+    /// By row: whether it may be another one than the earlier boxes' that it was made with; all without those.
+    pub other: Vec<bool>,
 }
 
 /// A hierarchy without its boxes. By row, as in [`Bvh`].
@@ -124,7 +126,7 @@ impl Bvh {
             };
             (lower[row], upper[row]) = (bounds.min, bounds.max);
         }
-        Bvh { lower, upper, tree }
+        Bvh { lower, upper, tree, other }
     }
 }
 

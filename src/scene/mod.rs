@@ -72,7 +72,7 @@ use crate::value::{Type, Value};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::hash::{DefaultHasher, Hasher};
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// A vertex as the draw passes see it. A shader names the attributes it wants.
 #[repr(C)]
@@ -100,11 +100,49 @@ pub const VERTEX_ATTRIBUTES: [(&str, wgpu::VertexFormat, u64); 5] = [
 
 /// Rows of named columns; what a shader's `var<storage> NAME: array<T>` binds to when NAME is a table's.
 /// `T`'s members pick columns by name. A clone shares the columns.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Table {
     pub name: &'static str,
     pub rows: usize,
-    pub columns: Arc<[(&'static str, Column)]>,
+    pub columns: Columns,
+    /// Where that is known already: what [`Table::differs`] says of one before.
+    pub(crate) since: Option<Since>,
+}
+
+type Columns = Arc<[(&'static str, Column)]>;
+
+/// What a table has other than one before.
+#[derive(Debug, Clone)]
+pub(crate) struct Since {
+    /// The columns of that one, for as long as somebody else holds them.
+    before: Weak<[(&'static str, Column)]>,
+    rows: Arc<[Range<usize>]>,
+}
+
+impl Since {
+    /// Of a table with these columns; `other`: by row, whether it may be another one.
+    pub(crate) fn of(before: &Columns, other: &[bool]) -> Since {
+        Since { before: Arc::downgrade(before), rows: ranges(other).into() }
+    }
+}
+
+/// Ranges of rows in their order that have all that are marked.
+fn ranges(marked: &[bool]) -> Vec<Range<usize>> {
+    let mut ranges: Vec<Range<usize>> = vec![];
+    for row in marked.iter().enumerate().filter(|(_, m)| **m).map(|(row, _)| row) {
+        match ranges.last_mut() {
+            // To begin anew costs more than a few rows.
+            Some(last) if row - last.end < 64 => last.end = row + 1,
+            _ => ranges.push(row..row + 1),
+        }
+    }
+    ranges
+}
+
+impl PartialEq for Table {
+    fn eq(&self, other: &Table) -> bool {
+        (self.name, self.rows, &self.columns) == (other.name, other.rows, &other.columns)
+    }
 }
 
 impl Table {
@@ -158,6 +196,11 @@ impl Table {
         if (self.name, self.rows, self.columns.len()) != (before.name, before.rows, before.columns.len()) {
             return None;
         }
+        if let Some(since) =
+            self.since.as_ref().filter(|s| std::ptr::addr_eq(s.before.as_ptr(), Arc::as_ptr(&before.columns)))
+        {
+            return Some(since.rows.to_vec());
+        }
         let mut other = vec![false; self.rows];
         if let (Some(now), Some(then)) = (self.corners(), before.corners()) {
             now.mark(then, &mut other)?;
@@ -167,15 +210,7 @@ impl Table {
                 return None;
             }
         }
-        let mut ranges: Vec<Range<usize>> = vec![];
-        for row in other.iter().enumerate().filter(|(_, o)| **o).map(|(row, _)| row) {
-            match ranges.last_mut() {
-                // To begin anew costs more than a few rows.
-                Some(last) if row - last.end < 64 => last.end = row + 1,
-                _ => ranges.push(row..row + 1),
-            }
-        }
-        Some(ranges)
+        Some(ranges(&other))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The tables shaders read, in world space at a pose.
 
 use super::{
-    Column, Level, TABLES, Table,
+    Column, Level, Since, TABLES, Table,
     bvh::{Bvh, Earlier, Tree, reach},
     clusters,
     corners::{Corners, Held, Order, normal_matrix},
@@ -96,6 +96,7 @@ impl Scene {
         Table {
             name: "materials",
             rows: all.len(),
+            since: None,
             columns: Arc::new([
                 ("base_color", Column::Vec4(all.iter().map(|m| m.base_color).collect())),
                 (
@@ -123,6 +124,7 @@ impl Scene {
         Table {
             name: "lights",
             rows: all.len(),
+            since: None,
             columns: Arc::new([
                 ("kind", Column::Uint(all.iter().map(|l| l.kind as u32).collect())),
                 ("position", Column::Vec3(pose.lights.iter().map(|l| l.position).collect())),
@@ -158,6 +160,7 @@ impl Scene {
         Table {
             name: "clusters",
             rows: clusters.len(),
+            since: None,
             columns: Arc::new([
                 ("lower", Column::Vec3(bounds.iter().map(|b| b.min).collect())),
                 ("upper", Column::Vec3(bounds.iter().map(|b| b.max).collect())),
@@ -187,6 +190,7 @@ impl Scene {
         Table {
             name: "emitters",
             rows: all.len(),
+            since: None,
             columns: Arc::new([
                 ("a", corner(0)),
                 ("b", corner(1)),
@@ -276,6 +280,7 @@ fn nodes(pose: &Pose) -> Table {
     Table {
         name: "nodes",
         rows: pose.nodes.len(),
+        since: None,
         columns: Arc::new([
             ("transform", Column::Mat4(pose.nodes.clone())),
             ("inverse_transpose", Column::Mat4(normals)),
@@ -287,6 +292,7 @@ fn light_view_table(views: &[LightView], all: Bounds) -> Table {
     Table {
         name: "light_views",
         rows: views.len(),
+        since: None,
         columns: Arc::new([
             ("light", Column::Uint(views.iter().map(|v| v.light).collect())),
             ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
@@ -310,9 +316,12 @@ fn sorted(scene: &Scene) -> Tree {
 }
 
 impl Tables {
+    fn table(&self, name: &str) -> Option<&Table> {
+        self.list.iter().find(|t| t.name == name)
+    }
+
     fn column(&self, table: &str, column: &str) -> Option<&Column> {
-        let table = self.list.iter().find(|t| t.name == table)?;
-        table.columns.iter().find(|(name, _)| *name == column).map(|(_, c)| c)
+        self.table(table)?.columns.iter().find(|(name, _)| *name == column).map(|(_, c)| c)
     }
 }
 
@@ -360,14 +369,18 @@ fn traced_tables(world: &World<'_>, boxes: &[Bounds], earlier: Option<&Tables>) 
         Earlier { lower: t.lower, upper: t.upper, moved: &moved }
     });
     let tree = known.as_ref().map_or_else(|| sorted(world.scene), |(_, t)| t.tree());
-    let Bvh { lower, upper, tree: Tree { first, count, order } } = Bvh::of(tree, all, |i| world.corners(i), near);
+    let held = known.as_ref().filter(|_| near.is_some()).map(|(tables, _)| *tables);
+    let Bvh { lower, upper, tree: Tree { first, count, order }, other } =
+        Bvh::of(tree, all, |i| world.corners(i), near);
     let order = match &known {
         Some((_, t)) => t.corners.order().clone(),
         None => Arc::new(Order::new(&world.scene.geometry, order)),
     };
+    let since = |name, other: &[bool]| Some(Since::of(&held?.table(name)?.columns, other));
     let bvh = Table {
         name: "bvh",
         rows: count.len(),
+        since: since("bvh", &other),
         columns: Arc::new([
             ("lower", Column::Vec3(lower)),
             ("upper", Column::Vec3(upper)),
@@ -380,6 +393,7 @@ fn traced_tables(world: &World<'_>, boxes: &[Bounds], earlier: Option<&Tables>) 
     let triangles = Table {
         name: "triangles",
         rows: of.rows(),
+        since: since("triangles", &moved),
         columns: Arc::new([
             ("a", at(0, Held::Position)),
             ("b", at(1, Held::Position)),

@@ -89,6 +89,7 @@ fn lights(intensities: &[Vec3]) -> Table {
     Table {
         name: "lights",
         rows,
+        since: None,
         columns: std::sync::Arc::new([
             ("kind", Column::Uint((0..rows as u32).collect())),
             ("position", Column::Vec3(vec![Vec3::ZERO; rows])),

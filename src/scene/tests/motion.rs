@@ -193,6 +193,7 @@ fn rows_are_told_apart_by_their_bits() {
     let table = |x: f32| Table {
         name: "nodes",
         rows: 2,
+        since: None,
         columns: std::sync::Arc::new([("x", crate::scene::Column::Float(vec![1.0, x]))]),
     };
     let second = 1..2;
