@@ -110,15 +110,15 @@ impl Bvh {
         };
         let mut other = vec![known.is_none(); rows];
         // Children stand after their parents.
-        for row in (0..rows).rev() {
-            let (first, count) = (tree.first[row] as usize, tree.count[row] as usize);
-            if let Some(known) = known {
+        if let Some(known) = known {
+            for (row, (first, count)) in tree.first.iter().zip(&tree.count).enumerate().rev() {
+                let first = *first as usize;
                 other[row] =
-                    if count == 0 { other[first] || other[first + 1] } else { known.moved.get(first) == Some(&true) };
+                    if *count == 0 { other[first] | other[first + 1] } else { known.moved.get(first) == Some(&true) };
             }
-            if !other[row] {
-                continue;
-            }
+        }
+        for row in (0..rows).rev().filter(|row| other[*row]) {
+            let (first, count) = (tree.first[row] as usize, tree.count[row] as usize);
             let bounds = match count {
                 0 => Bounds { min: lower[first].min(lower[first + 1]), max: upper[first].max(upper[first + 1]) },
                 _ if tree.order.is_empty() => continue,

@@ -129,7 +129,10 @@ impl Since {
 /// Ranges of rows in their order that have all that are marked.
 fn ranges(marked: &[bool]) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = vec![];
-    for row in marked.iter().enumerate().filter(|(_, m)| **m).map(|(row, _)| row) {
+    // Some hundred at a time: most of them are not.
+    let parts = marked.chunks(128).enumerate().filter(|(_, part)| part.contains(&true));
+    let rows = parts.flat_map(|(i, part)| part.iter().enumerate().map(move |(j, m)| (128 * i + j, *m)));
+    for (row, _) in rows.filter(|(_, m)| *m) {
         match ranges.last_mut() {
             // To begin anew costs more than a few rows.
             Some(last) if row - last.end < 64 => last.end = row + 1,
