@@ -13,6 +13,7 @@ use std::sync::Arc;
 /// The variable that holds the numbers of the members that a dispatch does.
 const MEMBERS: &str = "members";
 const MOVED: &str = "moved";
+const MOVED_BOX: [(&str, Type, u32); 2] = [("lower", Type::Vec3, 0), ("upper", Type::Vec3, 16)];
 
 impl<'g> Wirer<'g, '_> {
     /// A wire for each variable of a shader, in the order of its interface.
@@ -152,19 +153,15 @@ impl<'g> Wirer<'g, '_> {
 
     /// The boxes that a dispatch whose members see something is told.
     fn moved(&mut self, wired: &Wired<'g>, v: &Variable, place: &Span) -> Option<Wire> {
-        let boxes = |element: &Layout| {
-            let members: Vec<_> = element.members.iter().map(|m| (m.name.as_str(), m.ty, m.offset)).collect();
-            members == [("lower", Type::Vec3, 0), ("upper", Type::Vec3, 16)]
-        };
+        let boxes = |element: &Layout| element.members.iter().map(|m| (m.name.as_str(), m.ty, m.offset)).eq(MOVED_BOX);
         let count = match &v.kind {
-            BindingKind::UniformArray { element, stride, size } if boxes(element) => size / stride,
+            BindingKind::UniformArray { element, stride: 32, size } if boxes(element) => size / 32,
             _ => {
-                self.mismatch(MOVED, "an array of boxes in a uniform", v, place, place);
+                let d = Diagnostic::error(format!("`{MOVED}` is an array of boxes in a uniform"))
+                    .at(place, describe(&v.kind));
                 let help =
                     "declare it `var<uniform> moved: array<Box, 4>`, of `struct Box { lower: vec3f, upper: vec3f }`";
-                if let Some(d) = self.faults.pop() {
-                    self.faults.push(d.help(help));
-                }
+                self.faults.push(d.help(help));
                 return None;
             }
         };

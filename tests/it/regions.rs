@@ -151,6 +151,23 @@ fn an_object_in_the_dark_lights_again_only_the_probes_that_see_it() {
     assert!(matches!(second.1, Why::Changed(names) if names.contains(&"first_packed".to_string())), "{}", second.1);
 }
 
+/// Rays that pass by what moved meet what they met, and are not traced: those too that met it where it was are others.
+#[test]
+fn the_proof_catches_rays_that_are_not_traced_where_things_were() {
+    let gpu = &device::gpu();
+    let set = ["grid=2", "face=8", "bounces=1", "shadow_size=256"];
+    let mut s = session_without(gpu, "fast_grid.ron", "hall.ron", &set, Some(Kind::Moved));
+    let corbel = node(&s, "corbel");
+    frame(gpu, &mut s, &[]);
+    let mut moved = |by: f32| {
+        s.shift.nodes = vec![(corbel, Vec3::new(0.0, -by, 0.0))];
+        s.frame(gpu, 0, 0.0)
+    };
+    let faults = [1.0, 2.0].iter().find_map(|by| moved(*by).err());
+    let text = faults.expect("what stood there is still seen").to_string();
+    assert!(text.contains("differs from a full run"), "{text}");
+}
+
 /// Results that are taken for those of before without a look are found out.
 #[test]
 fn the_proof_catches_results_that_are_not_compared() {
