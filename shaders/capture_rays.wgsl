@@ -98,7 +98,16 @@ fn meet(probe: vec3f, ray: vec3f, slant: f32) -> Hit {
 }
 
 @compute @workgroup_size(8, 8)
-fn capture(@builtin(global_invocation_id) id: vec3u) {
+fn capture(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    // Lanes that follow on each other take texels next to each other, four by two: such rays take the same ways.
+    let id = vec3u(
+        8u * group.x + (lane >> 3u & 1u) * 4u + (lane & 3u),
+        8u * group.y + (lane >> 4u) * 2u + (lane >> 2u & 1u),
+        group.z,
+    );
     // Edge and columns of the atlas, and how many tiles there are.
     let tiling = tiles();
     let edge = tiling.x;

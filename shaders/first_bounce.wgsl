@@ -1,9 +1,11 @@
 //! The first bounce gathered at each pixel by rays: what they meet sends its direct light, and the light of further
 //! bounces that the probes round it hold.
 #import lightgraph::camera::pixel_ray
-#import lightgraph::surface::{Surface, is_lit, read_record}
-#import lightgraph::hit::look
-#import lightgraph::indirect::reflected_probes
+#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::hit::{look, record}
+#ifdef MORE_BOUNCES
+#import lightgraph::packed_indirect
+#endif
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::sampling::{cosine_direction, lobe_direction}
 #import lightgraph::trace::leave
@@ -17,7 +19,9 @@
 struct Params {
     /// Rays of a pixel, along a side of the square they are spread over.
     directions: u32,
+#ifdef MORE_BOUNCES
     behind_captured: f32,
+#endif
 #ifdef EMITTERS_DIRECT
     hit_samples: u32,
 #endif
@@ -25,7 +29,6 @@ struct Params {
 var<uniform> params: Params;
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
-var sh: texture_3d<f32>;
 /// Irradiance over pi.
 var gathered: texture_storage_2d<rgba32float, write>;
 #ifdef SPECULAR
@@ -39,7 +42,11 @@ fn arriving(start: vec3f, direction: vec3f, shift: u32) -> vec3f {
     if !met.lit {
         return vec3f(0.0);
     }
-    var light = max(reflected_probes(sh, met.surface, params.behind_captured), vec3f(0.0));
+    var light = vec3f(0.0);
+#ifdef MORE_BOUNCES
+    let probes = packed_indirect::reflected_probes(record(met), start, direction, params.behind_captured, packed_indirect::ALL);
+    light = max(probes, vec3f(0.0));
+#endif
 #ifdef LIGHTS
     light += reflected_light(met.surface);
 #endif

@@ -58,6 +58,9 @@ fn part(t: Triangle, lower: vec3f, upper: vec3f) -> f32 {
     return 0.5 * length(sum);
 }
 
+/// Boxes that wait to be looked into.
+var<private> stack: array<u32, STACK>;
+
 @compute @workgroup_size(8, 4, 2)
 fn areas(@builtin(global_invocation_id) id: vec3u) {
     let counts = cells();
@@ -69,7 +72,6 @@ fn areas(@builtin(global_invocation_id) id: vec3u) {
     // A surface on a border counts on both sides, whatever the rounding.
     let more = 1e-4 * cell_size();
     var sum = 0.0;
-    var stack: array<u32, STACK>;
     var waiting = 1u;
     stack[0] = 0u;
     while waiting > 0u {

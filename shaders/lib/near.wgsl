@@ -14,9 +14,11 @@ fn touches(corner: mat3x3f, lower: vec3f, upper: vec3f) -> bool {
     return all(least <= upper) && all(most >= lower) && abs(dot(normal, corner[0] - middle)) <= reach;
 }
 
+/// Boxes that wait to be looked into.
+var<private> stack: array<u32, STACK>;
+
 /// Whether any triangle may meet a box with these corners, metres.
 fn is_any_in(lower: vec3f, upper: vec3f) -> bool {
-    var stack: array<u32, STACK>;
     var waiting = 0u;
     var row = 0u;
     loop {

@@ -140,33 +140,31 @@ fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, entry: f32, bes
     return best;
 }
 
-/// What a box leads to, in one word: leaves hold at most 8 triangles.
+const NOWHERE: u32 = 0u;
+
+/// What waits to be looked into. Arrays of a function begin as zero each time that it is called.
+var<private> stack: array<u32, STACK>;
+/// Where the ray enters it.
+var<private> entries: array<f32, STACK>;
+
+/// What a box leads to, in one word: leaves hold at most 8 triangles. No box leads to the one that holds everything.
 fn below(box: Box) -> u32 {
     return box.first << 4u | box.count;
 }
 
-/// What a ray meets first between `start` and `end`. With `any`, whatever it finds first.
+/// What a ray meets first between `start` and `end`. With `any_will_do`, whatever it finds first.
+///
+/// Lanes that run together go down to a leaf each, then look at their leaves together: one that is in a box while another is at a
+/// triangle would wait for it in every round (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs", 2009).
 fn search(origin: vec3f, direction: vec3f, start: f32, end: f32, any_will_do: bool) -> Hit {
     let inverse = reciprocal(direction);
     var best = Hit(end, NOTHING, vec2f(0.0));
-    var stack: array<u32, STACK>;
-    var entries: array<f32, STACK>;
     var waiting = 0u;
     var here = below(box_at(0u));
     var entry = 0.0;
     loop {
-        let first = here >> 4u;
-        let count = here & 15u;
-        var follow = false;
-        if count > 0u {
-            let nearer = select(count, 0u, entry > best.distance);
-            for (var i = 0u; i < nearer; i++) {
-                best = meet(first + i, origin, direction, start, entry, best);
-            }
-            if any_will_do && best.triangle != NOTHING {
-                break;
-            }
-        } else {
+        while (here & 15u) == 0u && here != NOWHERE {
+            let first = here >> 4u;
             let left = box_at(first);
             let right = box_at(first + 1u);
             let one = enter(left, origin, inverse, best.distance);
@@ -180,17 +178,24 @@ fn search(origin: vec3f, direction: vec3f, start: f32, end: f32, any_will_do: bo
                 }
                 here = select(below(left), below(right), swap);
                 entry = min(one, two);
-                follow = true;
+            } else if waiting == 0u {
+                here = NOWHERE;
+            } else {
+                waiting--;
+                here = stack[waiting];
+                entry = entries[waiting];
             }
         }
-        if !follow {
-            if waiting == 0u {
-                break;
-            }
-            waiting--;
-            here = stack[waiting];
-            entry = entries[waiting];
+        let count = select(here & 15u, 0u, entry > best.distance);
+        for (var i = 0u; i < count; i++) {
+            best = meet((here >> 4u) + i, origin, direction, start, entry, best);
         }
+        if here == NOWHERE || waiting == 0u || any_will_do && best.triangle != NOTHING {
+            break;
+        }
+        waiting--;
+        here = stack[waiting];
+        entry = entries[waiting];
     }
     return best;
 }
