@@ -1,9 +1,12 @@
 //! What a probe sees through a face of its cube, as capture.wgsl has it, of few triangles: each lane looks at all of them, for
-//! eight texels. A face is a member, and leaves its depths.
+//! eight texels. With BY_FACE a face is a member, and leaves its depths.
 #import lightgraph::cube
 #import lightgraph::hit
 #import lightgraph::packed_surface::pack
-#import lightgraph::probe_views::{depth_of, depths}
+#ifdef BY_FACE
+#import lightgraph::probe_views::depth_of
+#endif
+#import lightgraph::probe_views::depths
 #import lightgraph::probes
 #import lightgraph::raster::edge
 #import lightgraph::trace::{FAR, Hit, NOTHING, corners}
@@ -11,12 +14,23 @@
 struct Params {
     cube_surface_tile: u32,
     cube_surface_columns: u32,
+    cube_surface_count: u32,
     triangles: u32,
 }
 var<uniform> params: Params;
 var cube_surface: texture_storage_2d<rgba32uint, write>;
+#ifdef BY_FACE
 var cube_far: texture_storage_2d<r32float, write>;
 var<storage, read> members: array<u32>;
+
+fn tile_of(id: vec3u) -> u32 {
+    return members[id.z];
+}
+#else
+fn tile_of(id: vec3u) -> u32 {
+    return id.y + 32768u * id.z;
+}
+#endif
 
 /// A place on an edge belongs to what lies to its right, or below: texels, less than the lattice that edges lie on.
 const HAIR = vec2f(1.0 / 16384.0, 1.0 / 65536.0);
@@ -112,7 +126,9 @@ fn keep(view: View, texel: vec2u, triangle: u32, inverse: f32) {
     let spread = sqrt(cube::solid_angle(texel, view.edge));
     let at = cube::unplace(view.tile, texel, view.edge, params.cube_surface_columns);
     textureStore(cube_surface, at, pack(hit::record(hit::describe(hit, view.probe, ray, spread))));
+#ifdef BY_FACE
     textureStore(cube_far, at, vec4f(depth_of(hit.distance * slant)));
+#endif
 }
 
 @compute @workgroup_size(#{LANES})
@@ -120,10 +136,10 @@ fn capture(@builtin(global_invocation_id) id: vec3u) {
     let size = params.cube_surface_tile;
     let across = (size + 3u) / 4u;
     let first = vec2u(id.x % across * 4u, id.x / across * 2u);
-    if first.y >= size {
+    let tile = tile_of(id);
+    if first.y >= size || tile >= params.cube_surface_count {
         return;
     }
-    let tile = members[id.z];
     let probe = probes::position(probes::coordinates(tile / 6u));
     let range = depths();
     let view = View(probe, tile, tile % 6u, size, range.x);

@@ -297,3 +297,33 @@ fn what_probes_see_is_the_same_drawn_and_computed() {
         assert!(off <= 0.1, "{name}: {off} % of the mean");
     }
 }
+
+/// As where there are more faces than a dispatch may have members.
+#[test]
+fn what_probes_see_is_the_same_by_face_and_as_a_whole() {
+    let gpu = &device::gpu();
+    let variant = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole_captures.ron");
+    let text = r#"Variant(base: "lightgraph:graphs/fast_grid.ron", about: "Faces are no members", edits: [
+        Let("by_face", "false"), Remove("capture_triangles"), Remove("capture_rays"), RemoveResource("cube_far"),
+    ])"#;
+    fs::write(&variant, text).unwrap_or_else(|e| panic!("{e}"));
+    let graphs = [(repository("graphs/fast_grid.ron"), "capture_triangles"), (variant, "capture_triangles_whole")];
+    let [by_face, whole] = graphs.map(|(graph, pass)| {
+        let project = Project::open(&graph, &[]).unwrap_or_else(|f| panic!("{f}"));
+        let set = ["grid=5,3,2", "face=6", "bounces=1", "shadow_size=64"].map(String::from);
+        let settings = Settings {
+            params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),
+            size: [96, 72],
+            outputs: Some(vec!["indirect".into()]),
+            choices: Choices::from([("captures".to_string(), Choice { index: 1, why: "asked for".into() })]),
+            ..Settings::default()
+        };
+        let mut s =
+            Session::new(gpu, &project, loaded("cornell_point.gltf"), settings).unwrap_or_else(|f| panic!("{f}"));
+        assert!(s.plan.steps.iter().any(|step| step.name == pass), "no `{pass}`");
+        s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+        s.image(gpu, "indirect").unwrap_or_else(|f| panic!("{f}"))
+    });
+    assert!(whole.data.iter().any(|v| *v > 0.0), "nothing is lit");
+    assert_eq!(by_face.data, whole.data);
+}
