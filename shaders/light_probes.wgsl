@@ -92,10 +92,12 @@ fn light_probes(
             let texel = vec2u(x, y);
             // The same on all faces.
             let area = cube::solid_angle(texel, edge);
+            let through = cube::within(texel, edge);
+            let beside = cube::within_beside(texel, edge);
             var corner = first;
             for (var face = 0u; face < 6u; face++) {
-                let light = light_of(eye, cube::direction_beside(face, texel, edge), corner + texel);
-                s = cube_sums::with_texel(s, light, cube::direction(face, texel, edge), area, face, texel, edge);
+                let light = light_of(eye, cube::outward(face, beside), corner + texel);
+                s = cube_sums::with_texel(s, light, cube::outward(face, through), area, face, texel, edge);
                 corner.x += edge;
                 if corner.x == columns * edge {
                     corner = vec2u(0u, corner.y + edge);

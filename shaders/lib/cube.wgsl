@@ -34,14 +34,21 @@ fn axes_beside(face: u32, edge: u32) -> Axes {
 
 /// Unit direction to that place of a texel.
 fn direction_beside(face: u32, texel: vec2u, edge: u32) -> vec3f {
-    let at = (2.0 * (vec2f(texel) + BESIDE) + 1.0) / f32(edge) - 1.0;
-    return normalize(outward(face, vec3f(at, 1.0)));
+    return outward(face, within_beside(texel, edge));
 }
 
 /// Unit direction through the centre of a texel (column, row) of a face of `edge`² texels.
 fn direction(face: u32, texel: vec2u, edge: u32) -> vec3f {
-    let at = (2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0;
-    return normalize(outward(face, vec3f(at, 1.0)));
+    return outward(face, within(texel, edge));
+}
+
+/// The same directions as a face has them, alike for all: for `outward`.
+fn within_beside(texel: vec2u, edge: u32) -> vec3f {
+    return normalize(vec3f((2.0 * (vec2f(texel) + BESIDE) + 1.0) / f32(edge) - 1.0, 1.0));
+}
+
+fn within(texel: vec2u, edge: u32) -> vec3f {
+    return normalize(vec3f((2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0, 1.0));
 }
 
 /// A texel of a face.

@@ -17,10 +17,9 @@ fn pack(light: vec3f, number: u32) -> vec2u {
     // Of the power above: one more than that of the number itself.
     let exponent = clamp((bitcast<u32>(largest) >> 23u) + 1u, LEAST, LEAST + 127u);
     let parts = light * bitcast<f32>((254u - exponent) << 23u);
-    return vec2u(
-        pack2x16unorm(parts.rg),
-        pack2x16unorm(vec2f(parts.b, 0.0)) | (exponent - LEAST) << 16u | number << 23u,
-    );
+    // As `pack2x16unorm` does, through signed numbers: software drivers turn floats into unsigned ones one by one.
+    let steps = vec3u(vec3i(round(65535.0 * saturate(parts))));
+    return vec2u(steps.r | steps.g << 16u, steps.b | (exponent - LEAST) << 16u | number << 23u);
 }
 
 fn unpack(words: vec2u) -> Lit {
