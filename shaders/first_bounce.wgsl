@@ -29,12 +29,8 @@ struct Params {
 var<uniform> params: Params;
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
-/// Irradiance over pi.
-var gathered: texture_storage_2d<rgba32float, write>;
-#ifdef SPECULAR
-/// Radiance that the Phong lobe reflects.
-var gloss: texture_storage_2d<rgba32float, write>;
-#endif
+/// Irradiance over pi; then the radiance that the Phong lobe reflects.
+var gathered: texture_storage_2d_array<rgba32float, write>;
 
 /// Radiance that arrives along a ray from others than emitters.
 fn arriving(start: vec3f, direction: vec3f, shift: u32) -> vec3f {
@@ -85,8 +81,8 @@ fn first_bounce(@builtin(global_invocation_id) id: vec3u) {
 #endif
         }
     }
-    textureStore(gathered, id.xy, vec4f(sum, 1.0));
+    textureStore(gathered, id.xy, 0u, vec4f(sum, 1.0));
 #ifdef SPECULAR
-    textureStore(gloss, id.xy, vec4f(shine, 1.0));
+    textureStore(gathered, id.xy, 1u, vec4f(shine, 1.0));
 #endif
 }

@@ -6,10 +6,8 @@
 
 var surface_albedo: texture_2d<f32>;
 var surface_normal: texture_2d<f32>;
-var gathered: texture_2d<f32>;
-#ifdef SPECULAR
-var gloss: texture_2d<f32>;
-#endif
+/// What first_bounce.wgsl leaves.
+var gathered: texture_2d_array<f32>;
 var indirect: texture_storage_2d<rgba32float, write>;
 
 /// Neighbours count whose normals differ by less than acos(0.95), and whose planes lie closer than this share of
@@ -45,11 +43,11 @@ fn smooth_gather(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
             let weight = select(1.0, 0.5, abs(step.x) == 2) * select(1.0, 0.5, abs(step.y) == 2);
-            sum += weight * vec4f(textureLoad(gathered, pixel, 0).rgb, 1.0);
+            sum += weight * vec4f(textureLoad(gathered, pixel, 0, 0).rgb, 1.0);
         }
         light = albedo.rgb * sum.rgb / sum.a;
 #ifdef SPECULAR
-        light += textureLoad(gloss, id.xy, 0).rgb;
+        light += textureLoad(gathered, id.xy, 1, 0).rgb;
 #endif
     }
     textureStore(indirect, id.xy, vec4f(light, 1.0));

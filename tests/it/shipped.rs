@@ -6,7 +6,7 @@ use lightgraph::plan::Plan;
 use lightgraph::plan::fastest::{FIRST, each};
 use lightgraph::scene;
 use lightgraph::session::Project;
-use lightgraph::shader::Library;
+use lightgraph::shader::{BindingKind, Library};
 use lightgraph::value::{Value, Values};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -84,6 +84,48 @@ fn every_shader_is_used_by_a_graph_and_composes() {
     let all = Library::load(&[repository("shaders")]).unwrap();
     let unused: Vec<&String> = all.files.keys().filter(|f| !used.contains(*f)).collect();
     assert!(unused.is_empty(), "no graph uses {unused:?}");
+}
+
+/// A stage of any shader has room for what it binds on every WebGPU device.
+#[test]
+fn no_shader_binds_more_than_every_device_has_room_for() {
+    let limits = wgpu::Limits::default();
+    type Kinds = fn(&BindingKind) -> bool;
+    let most: [(&str, Kinds, u32); 5] = [
+        (
+            "uniform buffers",
+            |k| matches!(k, BindingKind::Uniform(_) | BindingKind::UniformArray { .. }),
+            limits.max_uniform_buffers_per_shader_stage,
+        ),
+        ("storage buffers", |k| matches!(k, BindingKind::Storage { .. }), limits.max_storage_buffers_per_shader_stage),
+        (
+            "sampled textures",
+            |k| matches!(k, BindingKind::Texture { .. }),
+            limits.max_sampled_textures_per_shader_stage,
+        ),
+        (
+            "storage textures",
+            |k| matches!(k, BindingKind::StorageTexture { .. }),
+            limits.max_storage_textures_per_shader_stage,
+        ),
+        ("samplers", |k| matches!(k, BindingKind::Sampler { .. }), limits.max_samplers_per_shader_stage),
+    ];
+    for (path, project) in graphs() {
+        for (full, choices) in
+            [true, false].iter().flat_map(|f| each(&project.graph, &FIRST).into_iter().map(|c| (*f, c)))
+        {
+            let planned = plan_of_choices(&project, &Values::new(), &choices, full);
+            let planned = planned.unwrap_or_else(|f| panic!("{}\n{f}", path.display()));
+            for shader in &planned.plan.shaders {
+                for (what, is, most) in &most {
+                    let bound: Vec<&str> =
+                        shader.interface.variables.iter().filter(|v| is(&v.kind)).map(|v| v.name.as_str()).collect();
+                    let shown = (path.display(), &shader.path);
+                    assert!(bound.len() <= *most as usize, "{}, {}: {what} {bound:?}, of {most}", shown.0, shown.1);
+                }
+            }
+        }
+    }
 }
 
 #[test]
