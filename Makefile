@@ -1,6 +1,6 @@
 # make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
-# make bench   run time against error: all graphs on eight scenes in about half an hour, to out/bench/report.html
+# make bench   run time against error: all graphs on eight scenes in a quarter to half an hour, to out/bench/report.html
 # make stress  every graph under what scenes and parameters can do, at most a quarter of an hour, to out/stress/report.html
 # make scenes  writes the generated files of scenes/ anew
 # make peers   installs other renderers, for comparisons, into target/peers
