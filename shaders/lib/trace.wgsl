@@ -140,6 +140,7 @@ fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, entry: f32, bes
     return best;
 }
 
+/// Nothing is left: no box leads to the one that holds everything.
 const NOWHERE: u32 = 0u;
 
 /// What waits to be looked into. Arrays of a function begin as zero each time that it is called.
@@ -147,7 +148,7 @@ var<private> stack: array<u32, STACK>;
 /// Where the ray enters it.
 var<private> entries: array<f32, STACK>;
 
-/// What a box leads to, in one word: leaves hold at most 8 triangles. No box leads to the one that holds everything.
+/// What a box leads to, in one word: leaves hold at most 8 triangles.
 fn below(box: Box) -> u32 {
     return box.first << 4u | box.count;
 }
