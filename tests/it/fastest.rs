@@ -223,50 +223,55 @@ fn the_command_measures_unless_it_is_told() {
     }
 }
 
-/// A draw and kernels leave the same shadow maps, but for texels whose centre lies on an edge.
-/// The outputs of fast_grid after a frame, and one in which something has moved, either way of a group; `passes`: one that each has.
-fn both_ways(
-    (group, passes): (&str, [&str; 2]),
+/// An alternative that is asked for: the group, which of it, and a pass that it has.
+type Asked<'a> = (&'a str, usize, &'a str);
+
+/// The outputs of a graph after frames in which things stand elsewhere.
+fn outputs_of(
+    graph: &Path,
+    (group, index, pass): Asked<'_>,
     scene: &Arc<Scene>,
     set: &[String],
     outputs: &[&str],
-    moved: Shift,
-) -> [Vec<Image>; 2] {
+    shifts: &[Shift],
+) -> Vec<Image> {
     let gpu = &device::gpu();
-    let project = Project::open(&repository("graphs/fast_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let params = project.params(set).unwrap_or_else(|f| panic!("{f}"));
-    [0, 1].map(|index| {
-        let settings = Settings {
-            params: params.clone(),
-            size: [96, 72],
-            outputs: Some(outputs.iter().map(|o| o.to_string()).collect()),
-            choices: Choices::from([(group.to_string(), Choice { index, why: "asked for".into() })]),
-            verify: true,
-            skip: true,
-            ..Settings::default()
-        };
-        let mut s = Session::new(gpu, &project, scene.clone(), settings).unwrap_or_else(|f| panic!("{f}"));
-        let pass = passes[index];
-        assert!(s.plan.steps.iter().any(|step| step.name == pass), "{}: no `{pass}`", scene.name);
-        for (i, shift) in [Shift::default(), moved.clone()].into_iter().enumerate() {
-            s.shift = shift;
-            s.frame(gpu, i as u32, 0.0).unwrap_or_else(|f| panic!("{f}"));
-        }
-        outputs.iter().map(|o| s.image(gpu, o).unwrap_or_else(|f| panic!("{f}"))).collect()
-    })
+    let project = Project::open(graph, &[]).unwrap_or_else(|f| panic!("{f}"));
+    let settings = Settings {
+        params: project.params(set).unwrap_or_else(|f| panic!("{f}")),
+        size: [96, 72],
+        outputs: Some(outputs.iter().map(|o| o.to_string()).collect()),
+        choices: Choices::from([(group.to_string(), Choice { index, why: "asked for".into() })]),
+        verify: true,
+        skip: true,
+        ..Settings::default()
+    };
+    let mut s = Session::new(gpu, &project, scene.clone(), settings).unwrap_or_else(|f| panic!("{f}"));
+    assert!(s.plan.steps.iter().any(|step| step.name == pass), "{}: no `{pass}`", scene.name);
+    for (i, shift) in shifts.iter().enumerate() {
+        s.shift = shift.clone();
+        s.frame(gpu, i as u32, 0.0).unwrap_or_else(|f| panic!("{f}"));
+    }
+    outputs.iter().map(|o| s.image(gpu, o).unwrap_or_else(|f| panic!("{f}"))).collect()
+}
+
+fn fast_grid() -> PathBuf {
+    repository("graphs/fast_grid.ron")
 }
 
 fn loaded(name: &str) -> Arc<Scene> {
     Arc::new(scene::load(&repository("scenes").join(name)).unwrap_or_else(|f| panic!("{f}")).scene)
 }
 
+/// But for texels whose centre lies on an edge.
 #[test]
 fn shadow_maps_are_the_same_drawn_and_computed() {
     for (name, size) in [("cornell_point.gltf", 64), ("room_spot.gltf", 256), ("hall.ron", 256)] {
         let set = ["grid=2,2,2".to_string(), "face=8".into(), format!("shadow_size={size}")];
         let outputs = ["direct", "indirect"];
-        let passes = ["shadow_maps", "shadow_tiles"];
-        let [drawn, computed] = both_ways(("shadows", passes), &loaded(name), &set, &outputs, Shift::default());
+        let scene = loaded(name);
+        let [drawn, computed] = [("shadows", 0, "shadow_maps"), ("shadows", 1, "shadow_tiles")]
+            .map(|asked| outputs_of(&fast_grid(), asked, &scene, &set, &outputs, &[Shift::default()]));
         for (output, (a, b)) in outputs.iter().zip(drawn.iter().zip(&computed)) {
             let other = |(a, b): &(&f32, &f32)| (**a - **b).abs() > 1e-3 * a.abs().max(0.01);
             let count = a.data.iter().zip(&b.data).filter(other).count();
@@ -289,9 +294,9 @@ fn what_probes_see_is_the_same_drawn_and_computed() {
         let scene = loaded(name);
         let last = scene.geometry.vertices.last().expect("it has surfaces").node;
         let moved = Shift { nodes: vec![(last as usize, Vec3::splat(0.05))], ..Shift::default() };
-        let passes = ["capture", "capture_triangles"];
-        let set = set.map(String::from);
-        let [drawn, computed] = both_ways(("captures", passes), &scene, &set, &["indirect"], moved);
+        let (set, shifts) = (set.map(String::from), [Shift::default(), moved]);
+        let [drawn, computed] = [("captures", 0, "capture"), ("captures", 1, "capture_triangles")]
+            .map(|asked| outputs_of(&fast_grid(), asked, &scene, &set, &["indirect"], &shifts));
         assert!(drawn[0].data.iter().any(|v| *v > 0.0), "{name}: nothing is lit");
         let off = compare(&computed[0], &drawn[0], None).unwrap_or_else(|f| panic!("{f}")).rmse_percent;
         assert!(off <= 0.1, "{name}: {off} % of the mean");
@@ -301,29 +306,17 @@ fn what_probes_see_is_the_same_drawn_and_computed() {
 /// As where there are more faces than a dispatch may have members.
 #[test]
 fn what_probes_see_is_the_same_by_face_and_as_a_whole() {
-    let gpu = &device::gpu();
     let variant = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole_captures.ron");
     let text = r#"Variant(base: "lightgraph:graphs/fast_grid.ron", about: "Faces are no members", edits: [
         Let("by_face", "false"), Remove("capture_triangles"), Remove("capture_rays"), RemoveResource("cube_far"),
     ])"#;
     fs::write(&variant, text).unwrap_or_else(|e| panic!("{e}"));
-    let graphs = [(repository("graphs/fast_grid.ron"), "capture_triangles"), (variant, "capture_triangles_whole")];
-    let [by_face, whole] = graphs.map(|(graph, pass)| {
-        let project = Project::open(&graph, &[]).unwrap_or_else(|f| panic!("{f}"));
-        let set = ["grid=5,3,2", "face=6", "bounces=1", "shadow_size=64"].map(String::from);
-        let settings = Settings {
-            params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),
-            size: [96, 72],
-            outputs: Some(vec!["indirect".into()]),
-            choices: Choices::from([("captures".to_string(), Choice { index: 1, why: "asked for".into() })]),
-            ..Settings::default()
-        };
-        let mut s =
-            Session::new(gpu, &project, loaded("cornell_point.gltf"), settings).unwrap_or_else(|f| panic!("{f}"));
-        assert!(s.plan.steps.iter().any(|step| step.name == pass), "no `{pass}`");
-        s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
-        s.image(gpu, "indirect").unwrap_or_else(|f| panic!("{f}"))
-    });
+    let set = ["grid=5,3,2", "face=6", "bounces=1", "shadow_size=64"].map(String::from);
+    let scene = loaded("cornell_point.gltf");
+    let [by_face, whole] =
+        [(fast_grid(), "capture_triangles"), (variant, "capture_triangles_whole")].map(|(graph, pass)| {
+            outputs_of(&graph, ("captures", 1, pass), &scene, &set, &["indirect"], &[Shift::default()]).remove(0)
+        });
     assert!(whole.data.iter().any(|v| *v > 0.0), "nothing is lit");
     assert_eq!(by_face.data, whole.data);
 }
