@@ -1,17 +1,16 @@
 //! One bounce's own share of the image: light from the probes now, less light from the probes a bounce before. With
 //! PACKED_PROBES as they are packed for few fetches: 1 where there was no light before, else 3.
 #import lightgraph::camera::pixel_ray
+#import lightgraph::seen::seen_at
 #ifdef PACKED_PROBES
 #import lightgraph::packed_indirect::{ALL, reflected_probes}
-#import lightgraph::surface::{Record, is_lit}
+#import lightgraph::surface::is_lit
 #else
 #import lightgraph::indirect::reflected_probes
 #import lightgraph::surface::{is_lit, read_record}
 #endif
 
 var<uniform> behind_seen: f32;
-var surface_albedo: texture_2d<f32>;
-var surface_normal: texture_2d<f32>;
 #ifdef PACKED_PROBES
 #ifdef PROBE_VISIBILITY
 /// What sees each pixel's surface.
@@ -29,21 +28,20 @@ struct Image {
 @fragment
 fn fragment(@builtin(position) position: vec4f) -> Image {
     let pixel = vec2u(position.xy);
-    let albedo = textureLoad(surface_albedo, pixel, 0);
-    if !is_lit(albedo) {
+    let seen = seen_at(pixel);
+    if !is_lit(seen.albedo) {
         return Image(vec4f(0.0, 0.0, 0.0, 1.0));
     }
     let ray = pixel_ray(pixel);
-    let normal = textureLoad(surface_normal, pixel, 0);
 #ifdef PACKED_PROBES
 #ifdef PROBE_VISIBILITY
     let sight = textureLoad(surface_sight, pixel, 0).x;
 #else
     let sight = ALL;
 #endif
-    let light = reflected_probes(Record(albedo, normal), ray.origin, ray.direction, behind_seen, sight);
+    let light = reflected_probes(seen, ray.origin, ray.direction, behind_seen, sight);
 #else
-    let s = read_record(albedo, normal, ray.origin, ray.direction);
+    let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
     let light = reflected_probes(sh, s, behind_seen) - reflected_probes(sh_before, s, behind_seen);
 #endif
     return Image(vec4f(light, 1.0));

@@ -75,7 +75,7 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
 #endif
     }
 #ifdef PACKED_SURFACE
-    textureStore(cube_direct, at, vec4u(packed_light::pack(light, 0u), 0u, 0u));
+    textureStore(cube_direct, at, vec4u(packed_light::pack(light), 0u, 0u));
 #else
     textureStore(cube_direct, at, vec4f(light, 1.0));
 #endif

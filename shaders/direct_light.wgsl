@@ -1,5 +1,6 @@
 //! Direct light in the image: emission, and the lights' first bounce; with EMITTERS_DIRECT, that of emitters too.
 #import lightgraph::camera::pixel_ray
+#import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
 #ifdef LIGHTS
 #ifdef LIGHT_CUTS
@@ -20,8 +21,6 @@ var<uniform> emitter_samples: u32;
 #ifdef LIGHT_CUTS
 var<uniform> error_seen: f32;
 #endif
-var surface_albedo: texture_2d<f32>;
-var surface_normal: texture_2d<f32>;
 var direct: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
@@ -30,10 +29,10 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var light = vec3f(0.0);
-    let albedo = textureLoad(surface_albedo, id.xy, 0);
-    if is_lit(albedo) {
+    let seen = seen_at(id.xy);
+    if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
-        let s = read_record(albedo, textureLoad(surface_normal, id.xy, 0), ray.origin, ray.direction);
+        let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
         light = s.emission;
 #ifdef LIGHTS
 #ifdef LIGHT_CUTS

@@ -1,6 +1,7 @@
 //! The first bounce gathered at each pixel by rays: what they meet sends its direct light, and the light of further
 //! bounces that the probes round it hold.
 #import lightgraph::camera::pixel_ray
+#import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::hit::{look, record}
 #ifdef MORE_BOUNCES
@@ -27,8 +28,6 @@ struct Params {
 #endif
 }
 var<uniform> params: Params;
-var surface_albedo: texture_2d<f32>;
-var surface_normal: texture_2d<f32>;
 /// Irradiance over pi; then the radiance that the Phong lobe reflects.
 var gathered: texture_storage_2d_array<rgba32float, write>;
 
@@ -60,10 +59,10 @@ fn first_bounce(@builtin(global_invocation_id) id: vec3u) {
     }
     var sum = vec3f(0.0);
     var shine = vec3f(0.0);
-    let albedo = textureLoad(surface_albedo, id.xy, 0);
-    if is_lit(albedo) {
+    let seen = seen_at(id.xy);
+    if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
-        let s = read_record(albedo, textureLoad(surface_normal, id.xy, 0), ray.origin, ray.direction);
+        let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
         let start = leave(s.position, s.normal + s.view);
         let rays = params.directions * params.directions;
         let place = id.x % 4u + 4u * (id.y % 4u);

@@ -1,17 +1,16 @@
 //! Indirect light in the image: what each surface reflects of the light in the probes round it. With PACKED_PROBES as they
 //! are packed for few fetches.
 #import lightgraph::camera::pixel_ray
+#import lightgraph::seen::seen_at
 #ifdef PACKED_PROBES
 #import lightgraph::packed_indirect::{ALL, reflected_probes}
-#import lightgraph::surface::{Record, is_lit}
+#import lightgraph::surface::is_lit
 #else
 #import lightgraph::indirect::reflected_probes
 #import lightgraph::surface::{is_lit, read_record}
 #endif
 
 var<uniform> behind_seen: f32;
-var surface_albedo: texture_2d<f32>;
-var surface_normal: texture_2d<f32>;
 #ifdef PACKED_PROBES
 #ifdef PROBE_VISIBILITY
 /// What sees each pixel's surface.
@@ -28,19 +27,18 @@ fn indirect_light(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var light = vec3f(0.0);
-    let albedo = textureLoad(surface_albedo, id.xy, 0);
-    if is_lit(albedo) {
+    let seen = seen_at(id.xy);
+    if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
-        let normal = textureLoad(surface_normal, id.xy, 0);
 #ifdef PACKED_PROBES
 #ifdef PROBE_VISIBILITY
         let sight = textureLoad(surface_sight, id.xy, 0).x;
 #else
         let sight = ALL;
 #endif
-        light = reflected_probes(Record(albedo, normal), ray.origin, ray.direction, behind_seen, sight);
+        light = reflected_probes(seen, ray.origin, ray.direction, behind_seen, sight);
 #else
-        light = reflected_probes(sh, read_record(albedo, normal, ray.origin, ray.direction), behind_seen);
+        light = reflected_probes(sh, read_record(seen.albedo, seen.normal, ray.origin, ray.direction), behind_seen);
 #endif
         light = max(light, vec3f(0.0));
     }

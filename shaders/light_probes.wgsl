@@ -1,10 +1,8 @@
 //! A bounce in one dispatch, a workgroup a probe: the surfaces that the probe sees are lit, and what they send it is
-//! projected and summed up. With FIRST_BOUNCE by emission and the lights, which is kept, or with LIT_BEFORE as
-//! another pass has lit them; else by the probes round them as well, as of the bounce before. With BY_PROBE a probe is a member. With SIGHT the first bounce puts
-//! what sees a texel beside its light, for the bounces after it: one fetch then gives both.
+//! projected and summed up. With FIRST_BOUNCE by emission and the lights, or with LIT_BEFORE as another pass has lit them; else by
+//! the probes round them, as of the bounce before, and what the first bounce found is added. With BY_PROBE a probe is a member.
 #import lightgraph::cube
 #import lightgraph::cube_sums
-#import lightgraph::packed_light
 #import lightgraph::packed_probes::{STEPS, TEXELS, packed_place}
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
@@ -12,7 +10,9 @@
 #import lightgraph::sh::COUNT
 #import lightgraph::surface::{is_back, is_lit}
 #ifdef FIRST_BOUNCE
-#ifndef LIT_BEFORE
+#ifdef LIT_BEFORE
+#import lightgraph::packed_light
+#else
 #import lightgraph::surface::read_record
 #ifdef LIGHTS
 #import lightgraph::lights::reflected_light
@@ -37,20 +37,16 @@ var<storage, read> members: array<u32>;
 #ifdef FIRST_BOUNCE
 #ifdef LIT_BEFORE
 var cube_direct: texture_2d<u32>;
-#else
-var cube_direct: texture_storage_2d<rg32uint, write>;
 #endif
-#else
-var cube_direct: texture_2d<u32>;
-#endif
-#ifdef SIGHT
-/// What sees each texel.
-var cube_sight: texture_2d<u32>;
-#endif
-#ifdef FIRST_BOUNCE
 var first_sh: texture_storage_3d<rgba32float, write>;
 var first_packed: texture_storage_2d<rgba32uint, write>;
 #else
+#ifdef PROBE_VISIBILITY
+/// What sees each texel.
+var cube_sight: texture_2d<u32>;
+#endif
+/// What the first bounce found.
+var first_sh: texture_3d<f32>;
 var sh: texture_storage_3d<rgba32float, write>;
 var packed: texture_storage_2d<rgba32uint, write>;
 #endif
@@ -68,7 +64,15 @@ const PARTS: u32 = LANES;
 #endif
 const PLACES: u32 = max(LANES / 2u, PARTS);
 
-/// The sums of some lanes: coefficient k of the one in place i at k * PLACES + i; then in the first COUNT places those of all.
+/// What a lane has summed up.
+struct Mine {
+    light: cube_sums::Sums,
+    /// Solid angles of the texels that show no back.
+    open: f32,
+}
+
+/// The sums of some lanes: coefficient k of the one in place i at k * PLACES + i; then those of all in place 0, and the probe's
+/// coefficients in place 1. The first of them has in alpha how open the probe is.
 var<workgroup> sums: array<vec4f, PLACES * COUNT>;
 
 @compute @workgroup_size(LANES_X, LANES_Y)
@@ -86,7 +90,7 @@ fn light_probes(
     let columns = params.cube_surface_columns;
     let first = cube::corner(probes::number(probe) * 6u, edge, columns);
     let eye = probes::position(probe);
-    var s: cube_sums::Sums;
+    var mine: Mine;
     for (var y = local.y; y < edge; y += LANES_Y) {
         for (var x = local.x; x < edge; x += LANES_X) {
             let texel = vec2u(x, y);
@@ -96,8 +100,12 @@ fn light_probes(
             let beside = cube::within_beside(texel, edge);
             var corner = first;
             for (var face = 0u; face < 6u; face++) {
-                let light = light_of(eye, cube::outward(face, beside), corner + texel);
-                s = cube_sums::with_texel(s, light, cube::outward(face, through), area, face, texel, edge);
+                let sent = light_of(eye, cube::outward(face, beside), corner + texel);
+                let ray = cube::outward(face, through);
+                mine.light = cube_sums::with_texel(mine.light, sent.light, ray, area, face, texel, edge);
+#ifdef FIRST_BOUNCE
+                mine.open += select(area, 0.0, sent.back);
+#endif
                 corner.x += edge;
                 if corner.x == columns * edge {
                     corner = vec2u(0u, corner.y + edge);
@@ -108,68 +116,73 @@ fn light_probes(
 #ifdef HALVES
     for (var half = LANES / 2u; half >= PARTS; half /= 2u) {
         if lane >= half && lane < 2u * half {
-            spread(s, lane - half);
+            spread(mine, lane - half);
         }
         workgroupBarrier();
         if lane < half {
-            s = gathered(s, lane);
+            mine = gathered(mine, lane);
         }
         workgroupBarrier();
     }
 #endif
     if lane < PARTS {
-        spread(s, lane);
+        spread(mine, lane);
     }
     workgroupBarrier();
-    var total = vec4f(0.0);
-    if lane < COUNT {
-        for (var i = 0u; i < PARTS; i++) {
-            total += sums[lane * PLACES + i];
+    for (var k = lane; k < COUNT; k += LANES) {
+        var total = sums[k * PLACES];
+        for (var i = 1u; i < PARTS; i++) {
+            total += sums[k * PLACES + i];
         }
+        sums[k * PLACES] = total;
     }
-    workgroupBarrier();
 #ifdef LEAST_SQUARES
-    if lane < COUNT {
-        sums[lane] = total;
-    }
-    workgroupBarrier();
-    if lane < COUNT {
-        total = vec4f(0.0);
-        for (var j = 0u; j < COUNT; j++) {
-            total += projection::inverse_gram[lane * COUNT + j] * sums[j];
-        }
-    }
     workgroupBarrier();
 #endif
-    if lane < COUNT {
-        total *= projection::window(u32(sqrt(f32(lane) + 0.5)));
-        sums[lane] = total;
-        let at = vec3u(probe.xy, probe.z + lane * params.grid.z);
+    for (var k = lane; k < COUNT; k += LANES) {
+        var total = sums[k * PLACES];
+#ifdef LEAST_SQUARES
+        var light = vec3f(0.0);
+        for (var j = 0u; j < COUNT; j++) {
+            light += projection::inverse_gram[k * COUNT + j] * sums[j * PLACES].rgb;
+        }
+        total = vec4f(light, total.a);
+#endif
+        total *= projection::window(u32(sqrt(f32(k) + 0.5)));
+        let at = vec3u(probe.xy, probe.z + k * params.grid.z);
 #ifdef FIRST_BOUNCE
         textureStore(first_sh, at, total);
 #else
+        total += textureLoad(first_sh, at, 0);
         textureStore(sh, at, total);
 #endif
+        sums[k * PLACES + 1u] = total;
     }
     workgroupBarrier();
-    if lane < TEXELS {
-        let at = packed_place(probe) + vec2u(lane, 0u);
+    for (var i = lane; i < TEXELS; i += LANES) {
+        let at = packed_place(probe) + vec2u(i, 0u);
 #ifdef FIRST_BOUNCE
-        textureStore(first_packed, at, packed_texel(lane));
+        textureStore(first_packed, at, packed_texel(i));
 #else
-        textureStore(packed, at, packed_texel(lane));
+        textureStore(packed, at, packed_texel(i));
 #endif
     }
 }
 
-/// Light (and alpha, 0 for backs) that a texel sends.
-fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
+/// What comes from a texel.
+struct Sent {
+    light: vec3f,
+    /// It shows the back of a single-sided surface.
+    back: bool,
+}
+
+fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> Sent {
     let r = surface_at(at);
     var light = vec3f(0.0);
     if is_lit(r.albedo) {
 #ifdef FIRST_BOUNCE
 #ifdef LIT_BEFORE
-        light = packed_light::unpack(textureLoad(cube_direct, at, 0).xy).light;
+        light = packed_light::unpack(textureLoad(cube_direct, at, 0).xy);
 #else
         let s = read_record(r.albedo, r.normal, eye, ray);
 #ifdef EMISSIVE
@@ -180,30 +193,20 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> vec4f {
 #endif
 #endif
 #else
-        let direct = packed_light::unpack(textureLoad(cube_direct, at, 0).xy);
 #ifdef PROBE_VISIBILITY
-        let sight = direct.number;
+        let sight = textureLoad(cube_sight, at, 0).x;
 #else
         let sight = packed_indirect::ALL;
 #endif
-        light = direct.light + packed_indirect::reflected_probes(r, eye, ray, params.behind_captured, sight);
+        light = packed_indirect::reflected_probes(r, eye, ray, params.behind_captured, sight);
 #endif
     }
-#ifdef FIRST_BOUNCE
-#ifndef LIT_BEFORE
-#ifdef SIGHT
-    let sight = textureLoad(cube_sight, at, 0).x;
-#else
-    let sight = 0u;
-#endif
-    textureStore(cube_direct, at, vec4u(packed_light::pack(light, sight), 0u, 0u));
-#endif
-#endif
-    return vec4f(light, select(1.0, 0.0, is_back(r.albedo, r.normal)));
+    return Sent(light, is_back(r.albedo, r.normal));
 }
 
 /// Puts a lane's sums in a place.
-fn spread(s: cube_sums::Sums, place: u32) {
+fn spread(mine: Mine, place: u32) {
+    let s = mine.light;
 #if SH_ORDER >= 1
     spread_four(s.m0, 0u, place);
 #endif
@@ -220,14 +223,15 @@ fn spread(s: cube_sums::Sums, place: u32) {
 #endif
 #if SH_ORDER != 1
 #if SH_ORDER != 3
-    sums[(COUNT - 1u) * PLACES + place] = s.last;
+    sums[(COUNT - 1u) * PLACES + place] = vec4f(s.last, 0.0);
 #endif
 #endif
+    sums[place].a = mine.open / probes::FULLY_OPEN;
 }
 
 /// A lane's sums and those in a place.
-fn gathered(before: cube_sums::Sums, place: u32) -> cube_sums::Sums {
-    var s = before;
+fn gathered(before: Mine, place: u32) -> Mine {
+    var s = before.light;
 #if SH_ORDER >= 1
     s.m0 += four(0u, place);
 #endif
@@ -244,39 +248,39 @@ fn gathered(before: cube_sums::Sums, place: u32) -> cube_sums::Sums {
 #endif
 #if SH_ORDER != 1
 #if SH_ORDER != 3
-    s.last += sums[(COUNT - 1u) * PLACES + place];
+    s.last += sums[(COUNT - 1u) * PLACES + place].rgb;
 #endif
 #endif
-    return s;
+    return Mine(s, before.open + probes::FULLY_OPEN * sums[place].a);
 }
 
-fn four(first: u32, place: u32) -> mat4x4f {
-    return mat4x4f(
-        sums[first * PLACES + place],
-        sums[(first + 1u) * PLACES + place],
-        sums[(first + 2u) * PLACES + place],
-        sums[(first + 3u) * PLACES + place],
+fn four(first: u32, place: u32) -> mat4x3f {
+    return mat4x3f(
+        sums[first * PLACES + place].rgb,
+        sums[(first + 1u) * PLACES + place].rgb,
+        sums[(first + 2u) * PLACES + place].rgb,
+        sums[(first + 3u) * PLACES + place].rgb,
     );
 }
 
-fn spread_four(m: mat4x4f, first: u32, place: u32) {
-    sums[first * PLACES + place] = m[0];
-    sums[(first + 1u) * PLACES + place] = m[1];
-    sums[(first + 2u) * PLACES + place] = m[2];
-    sums[(first + 3u) * PLACES + place] = m[3];
+fn spread_four(m: mat4x3f, first: u32, place: u32) {
+    sums[first * PLACES + place] = vec4f(m[0], 0.0);
+    sums[(first + 1u) * PLACES + place] = vec4f(m[1], 0.0);
+    sums[(first + 2u) * PLACES + place] = vec4f(m[2], 0.0);
+    sums[(first + 3u) * PLACES + place] = vec4f(m[3], 0.0);
 }
 
-/// A texel of the packed probe, once `sums` holds all its coefficients.
+/// A texel of the packed probe, once `sums` holds its coefficients.
 fn packed_texel(texel: u32) -> vec4u {
     var largest = 0.0;
     for (var k = 0u; k < COUNT; k++) {
-        let c = abs(sums[k].rgb);
+        let c = abs(coefficient(k).rgb);
         largest = max(largest, max(c.r, max(c.g, c.b)));
     }
     let scale = STEPS / max(largest, 1e-30);
     if texel == TEXELS - 1u {
-        let last = select(vec3f(0.0), sums[COUNT - 1u].rgb, COUNT % 2u == 1u) * scale;
-        let open = 2.0 * sums[0].a / probes::FULLY_OPEN - 1.0;
+        let last = select(vec3f(0.0), coefficient(COUNT - 1u).rgb, COUNT % 2u == 1u) * scale;
+        let open = 2.0 * coefficient(0u).a / probes::FULLY_OPEN - 1.0;
         return vec4u(
             two(last.r, last.g),
             two(last.b, clamp(open, -1.0, 1.0) * STEPS),
@@ -294,8 +298,12 @@ fn packed_texel(texel: u32) -> vec4u {
     return words;
 }
 
+fn coefficient(k: u32) -> vec4f {
+    return sums[k * PLACES + 1u];
+}
+
 fn part(k: u32, channel: u32) -> f32 {
-    return select(0.0, sums[min(k, COUNT - 1u)][channel], k < COUNT);
+    return select(0.0, coefficient(min(k, COUNT - 1u))[channel], k < COUNT);
 }
 
 /// Two steps in a word, the lower half first.

@@ -6,6 +6,7 @@
 //! varies along it.
 #ifdef PROBE_TABLE_SEEN
 #import lightgraph::camera::pixel_ray
+#import lightgraph::seen::{seen_at, surface_albedo}
 #import lightgraph::surface::is_lit
 #endif
 
@@ -33,10 +34,6 @@ struct Params {
 #endif
 }
 var<uniform> params: Params;
-#ifdef PROBE_TABLE_SEEN
-var surface_albedo: texture_2d<f32>;
-var surface_normal: texture_2d<f32>;
-#endif
 var<storage, read_write> probe_axes: array<f32>;
 
 const BINS: u32 = 64u;
@@ -77,12 +74,12 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let looks = size / steps;
     for (var i = lane; i < looks.x * looks.y; i += LANES) {
         let pixel = vec2u(i % looks.x, i / looks.x) * steps;
-        if is_lit(textureLoad(surface_albedo, pixel, 0)) {
-            let surface = textureLoad(surface_normal, pixel, 0);
+        let surface = seen_at(pixel);
+        if is_lit(surface.albedo) {
             let ray = pixel_ray(pixel);
-            let at = (ray.origin[axis] + surface.w * ray.direction[axis] - low) / width;
+            let at = (ray.origin[axis] + surface.normal.w * ray.direction[axis] - low) / width;
             let bin = u32(clamp(at, 0.0, f32(BINS) - 1.0));
-            let along = sqrt(max(1.0 - surface[axis] * surface[axis], 0.0));
+            let along = sqrt(max(1.0 - surface.normal[axis] * surface.normal[axis], 0.0));
             atomicAdd(&pixels[bin], u32(256.0 * along));
         }
     }

@@ -2,10 +2,9 @@
 //! surface. In a window of 5x5 whose outermost rows and columns count half, each of the sixteen places of a pixel in a
 //! 4x4 block counts alike (Keller and Heidrich, "Interleaved Sampling", 2001).
 #import lightgraph::camera::pixel_ray
-#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::seen::seen_at
+#import lightgraph::surface::is_lit
 
-var surface_albedo: texture_2d<f32>;
-var surface_normal: texture_2d<f32>;
 /// What first_bounce.wgsl leaves.
 var gathered: texture_2d_array<f32>;
 var indirect: texture_storage_2d<rgba32float, write>;
@@ -21,11 +20,10 @@ fn smooth_gather(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var light = vec3f(0.0);
-    let albedo = textureLoad(surface_albedo, id.xy, 0);
-    if is_lit(albedo) {
-        let normal = textureLoad(surface_normal, id.xy, 0);
+    let seen = seen_at(id.xy);
+    if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
-        let here = ray.origin + normal.w * ray.direction;
+        let here = ray.origin + seen.normal.w * ray.direction;
         var sum = vec4f(0.0);
         for (var i = 0u; i < 25u; i++) {
             let step = vec2i(vec2u(i % 5u, i / 5u)) - 2;
@@ -33,19 +31,19 @@ fn smooth_gather(@builtin(global_invocation_id) id: vec3u) {
             if any(pixel < vec2i(0)) || any(pixel >= vec2i(textureDimensions(indirect))) {
                 continue;
             }
-            let other = textureLoad(surface_normal, pixel, 0);
-            if !is_lit(textureLoad(surface_albedo, pixel, 0)) || dot(other.xyz, normal.xyz) < SAME_NORMAL {
+            let other = seen_at(vec2u(pixel));
+            if !is_lit(other.albedo) || dot(other.normal.xyz, seen.normal.xyz) < SAME_NORMAL {
                 continue;
             }
             let there_ray = pixel_ray(vec2u(pixel));
-            let offset = there_ray.origin + other.w * there_ray.direction - here;
-            if abs(dot(offset, normal.xyz)) > SAME_PLANE * length(offset) {
+            let offset = there_ray.origin + other.normal.w * there_ray.direction - here;
+            if abs(dot(offset, seen.normal.xyz)) > SAME_PLANE * length(offset) {
                 continue;
             }
             let weight = select(1.0, 0.5, abs(step.x) == 2) * select(1.0, 0.5, abs(step.y) == 2);
             sum += weight * vec4f(textureLoad(gathered, pixel, 0, 0).rgb, 1.0);
         }
-        light = albedo.rgb * sum.rgb / sum.a;
+        light = seen.albedo.rgb * sum.rgb / sum.a;
 #ifdef SPECULAR
         light += textureLoad(gathered, id.xy, 1, 0).rgb;
 #endif

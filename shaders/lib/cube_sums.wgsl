@@ -4,35 +4,35 @@
 #import lightgraph::cube
 #import lightgraph::sh::{COUNT, basis}
 
-/// Light (and alpha) times each coefficient's factor, a column each.
+/// Light times each coefficient's factor, a column each.
 struct Sums {
 #if SH_ORDER >= 1
-    m0: mat4x4f,
+    m0: mat4x3f,
 #endif
 #if SH_ORDER >= 2
-    m1: mat4x4f,
+    m1: mat4x3f,
 #endif
 #if SH_ORDER >= 3
-    m2: mat4x4f,
-    m3: mat4x4f,
+    m2: mat4x3f,
+    m3: mat4x3f,
 #endif
 #if SH_ORDER >= 4
-    m4: mat4x4f,
-    m5: mat4x4f,
+    m4: mat4x3f,
+    m5: mat4x3f,
 #endif
 #if SH_ORDER != 1
 #if SH_ORDER != 3
-    last: vec4f,
+    last: vec3f,
 #endif
 #endif
 }
 
-fn outer(light: vec4f, factors: vec4f) -> mat4x4f {
-    return mat4x4f(light * factors.x, light * factors.y, light * factors.z, light * factors.w);
+fn outer(light: vec3f, factors: vec4f) -> mat4x3f {
+    return mat4x3f(light * factors.x, light * factors.y, light * factors.z, light * factors.w);
 }
 
 /// The sums with a texel more. `ray` and `area`: its direction and its solid angle.
-fn with_texel(sums: Sums, light: vec4f, ray: vec3f, area: f32, face: u32, texel: vec2u, edge: u32) -> Sums {
+fn with_texel(sums: Sums, light: vec3f, ray: vec3f, area: f32, face: u32, texel: vec2u, edge: u32) -> Sums {
     let y = basis(ray);
     let l = light * area;
     var s = sums;

@@ -77,8 +77,9 @@ fn arrival(light: Light, point: vec3f) -> Arrival {
     }
     let to_light = light.position - point;
     let distance_squared = max(dot(to_light, to_light), 1e-12);
-    let direction = to_light * inverseSqrt(distance_squared);
-    var strength = 1.0 / distance_squared;
+    let inverse = inverseSqrt(distance_squared);
+    let direction = to_light * inverse;
+    var strength = inverse * inverse;
     if light.range > 0.0 {
         // The window that KHR_lights_punctual recommends.
         let share = distance_squared / (light.range * light.range);
@@ -111,18 +112,19 @@ fn shown(light: Light, point: vec3f, normal: vec3f) -> Shown {
         let offset = point - light.position;
         let face = cube::face_of(offset);
         let at = cube::inward(face, offset);
-        let depth = first.far * (at.z - first.near) / (first.far - first.near);
+        let depth = first.far / (first.far - first.near) * (at.z - first.near);
         return Shown(light.first_view + face, vec4f(-at.xy, depth, at.z), 2.0 * at.z, cube::inward(face, normal).z);
     }
     let m = first.view_projection;
     let clip = m * vec4f(point, 1.0);
-    let along = normalize(vec3f(m[0].z, m[1].z, m[2].z));
-    let width = 2.0 * abs(clip.w) / length(vec3f(m[0].x, m[1].x, m[2].x));
-    return Shown(light.first_view, clip, width, dot(normal, along));
+    let along = vec3f(m[0].z, m[1].z, m[2].z);
+    let across = vec3f(m[0].x, m[1].x, m[2].x);
+    let width = 2.0 * abs(clip.w) * inverseSqrt(dot(across, across));
+    return Shown(light.first_view, clip, width, dot(normal, along) * inverseSqrt(dot(along, along)));
 }
 
 /// Depths in a view's map at four texels: at `low` and the next along x, then those below. Beyond the map those at its edge.
-fn depths_at(view: u32, low: vec2f) -> vec4f {
+fn depths_at(view: u32, low: vec2f, texel: f32) -> vec4f {
 #ifdef SHADOW_TEXELS
     let last = i32(shadow.shadow_size) - 1;
     let x = vec2u(clamp(vec2i(i32(low.x)) + vec2i(0, 1), vec2i(0), vec2i(last)));
@@ -136,7 +138,7 @@ fn depths_at(view: u32, low: vec2f) -> vec4f {
     );
 #else
     // Looked up where the four meet, which no rounding mistakes for others.
-    return textureGather(shadow_map, shadow_sampler, (low + 1.0) / f32(shadow.shadow_size), view).wzxy;
+    return textureGather(shadow_map, shadow_sampler, (low + 1.0) * texel, view).wzxy;
 #endif
 }
 
@@ -148,17 +150,18 @@ fn depths_at(view: u32, low: vec2f) -> vec4f {
 /// normal and the view's axis: 1.42 texels at most. A tenth covers the rounding of depths where the sine vanishes.
 fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     let edge = f32(shadow.shadow_size);
+    let texel = 1.0 / edge;
     let here = shown(light, point, normal);
     let sine = sqrt(max(1.0 - here.cosine * here.cosine, 0.0));
-    let moved = shown(light, point + shadow.bias * here.width / edge * max(sine, 0.1) * normal, normal);
+    let moved = shown(light, point + shadow.bias * here.width * texel * max(sine, 0.1) * normal, normal);
     if moved.clip.w <= 0.0 {
         return 1.0;
     }
-    let ndc = moved.clip.xyz / moved.clip.w;
+    let ndc = moved.clip.xyz * (1.0 / moved.clip.w);
     let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge - 0.5;
     let low = floor(at);
     let share = at - low;
-    let lit = vec4f(ndc.z) <= depths_at(moved.view, low);
+    let lit = vec4f(ndc.z) <= depths_at(moved.view, low, texel);
     let near = 1.0 - share;
     return dot(
         select(vec4f(0.0), vec4f(1.0), lit),
