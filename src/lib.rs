@@ -8,7 +8,7 @@
 //! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
 //! ```
 //!
-//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again, `parallel` works on all cores, `base64` writes bytes as text
+//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again, `parallel` works on all cores, `base64` writes bytes as text, `caches` says where what can be made again is kept
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, names
 //! - [`shader`]: composition, bindings, reflection, byte layouts
@@ -51,6 +51,7 @@
 mod base64;
 pub mod bench;
 pub mod builtin;
+mod caches;
 pub mod cli;
 mod content;
 pub mod diag;

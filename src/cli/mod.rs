@@ -22,6 +22,7 @@ pub mod watch;
 
 use crate::diag::{Diagnostic, Faults, render as show};
 use crate::gpu::OpenError;
+use crate::{caches, shader};
 use std::io::{self, Write};
 
 /// A data-driven render-graph framework: graphs in RON, shaders in WGSL.
@@ -93,6 +94,9 @@ impl From<OpenError> for Failure {
 
 /// Runs a command and says how it went. Returns the exit code.
 pub fn run(cli: &Cli) -> u8 {
+    if let Some(folder) = caches::folder() {
+        shader::keep_joined_in(folder.join("shaders"));
+    }
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
         Command::View(args) => view::run(args),

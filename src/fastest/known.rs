@@ -1,5 +1,6 @@
 //! The file of times that were measured earlier on this machine. Without it, or with a broken one, all is measured anew.
 
+use crate::caches;
 use crate::image::file::write_atomically;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -21,16 +22,7 @@ pub struct Entry {
 
 /// The file in the user's folder of caches; `None` where the system names no such folder.
 pub fn usual() -> Option<PathBuf> {
-    let named = |variable| std::env::var_os(variable).map(PathBuf::from).filter(|p| p.is_absolute());
-    let home = || std::env::home_dir().filter(|p| p.is_absolute());
-    let folder = if cfg!(windows) {
-        named("LOCALAPPDATA")
-    } else if cfg!(target_os = "macos") {
-        home().map(|h| h.join("Library/Caches"))
-    } else {
-        named("XDG_CACHE_HOME").or_else(|| home().map(|h| h.join(".cache")))
-    };
-    folder.map(|f| f.join("lightgraph/fastest.json"))
+    Some(caches::folder()?.join("fastest.json"))
 }
 
 /// The times under a key.

@@ -3,6 +3,7 @@
 use super::{
     bind::{Bound, bind},
     interface::Interface,
+    kept::joined,
     library::Library,
     link::{Unit, gather},
     oil::join,
@@ -70,7 +71,7 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
     sources.sort();
     let file = |unit: &Unit| sources.binary_search(&unit.path).unwrap_or(0);
     let written: Vec<_> = units.iter().map(|unit| write(unit, defs, file(unit), &mut bindings)).collect();
-    let module = library.memo.with_oil(|oil| join(oil, &units, &written))?;
+    let module = joined(&written, || library.memo.with_oil(|oil| join(oil, &units, &written)))?;
     let bound = bind(module, &units)?;
     let interface = reflect(&bound, &units)?;
     let content = content(&bound, &units, defs);

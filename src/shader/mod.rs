@@ -7,12 +7,13 @@
 //! Inside: `lex` finds words, `scan` settles conditions and reads imports, `outline` lists what a file declares, `link`
 //! follows imports, `write` spells the text for naga_oil and leads its places back, `oil` calls it, `bind` gives
 //! bindings, `reflect` reads the [`Interface`]; `report` is the module by which shaders check themselves, `memo` keeps
-//! what was made of the same texts before.
+//! what was made of the same texts before, `kept` what other runs of a program joined.
 
 mod bind;
 pub mod compose;
 mod imports;
 pub mod interface;
+mod kept;
 pub mod layout;
 mod lex;
 pub mod library;
@@ -32,6 +33,7 @@ pub use compose::{Def, Defs, Shader, compose};
 pub use interface::{
     Access, BindingKind, Entry, Interface, Output, OutputKind, Stage, TextureDim, TextureSample, Variable, VertexInput,
 };
+pub use kept::keep_joined_in;
 pub use layout::{Layout, Member};
 pub use library::Library;
 pub use memo::{Index, Memo};
