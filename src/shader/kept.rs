@@ -87,7 +87,8 @@ mod tests {
     use crate::diag::{Diagnostic, Source};
 
     const LIGHT: &str = "#define_import_path light\nfn half(x: vec2f) -> vec2f { return 0.5 * x; }\nfn idle() {}";
-    const SHADER: &str = "#import light::half\nvar<uniform> scale1: vec2f;\nvar<storage, read_write> out_: array<vec2f>;
+    const SHADER: &str =
+        "#import light::half\nvar<uniform> scale1: vec2f;\nvar<storage, read_write> out_: array<vec2f>;
 @compute @workgroup_size(8) fn main(@builtin(global_invocation_id) id: vec3u) { out_[id.x] = half(scale1); }";
 
     fn texts(library: &Library) -> (Vec<super::super::link::Unit>, Vec<Written>) {
