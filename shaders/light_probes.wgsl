@@ -51,7 +51,7 @@ var sh: texture_storage_3d<rgba32float, write>;
 var packed: texture_storage_2d<rgba32uint, write>;
 #endif
 
-/// A power of two each.
+/// Powers of two, more than one lane together.
 const LANES_X: u32 = #{LANES_X}u;
 const LANES_Y: u32 = #{LANES_Y}u;
 const LANES: u32 = LANES_X * LANES_Y;
