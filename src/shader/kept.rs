@@ -1,5 +1,5 @@
 //! Shaders as naga_oil joined them, in a folder: who starts again need not join them again. A file that is missing or
-//! broken is made anew.
+//! broken is made anew. Another build of the program has files of its own: only the one that wrote a module knows its form.
 
 use super::write::Written;
 use crate::content::hash;
@@ -14,21 +14,22 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::SystemTime;
 
-/// What made the modules, in which form they are written.
-const MAKER: &str = "naga 30.0.1, naga_oil 0.23.0, postcard 1";
-
 /// Files kept at most; the oldest go first.
 const MOST: usize = 1024;
 
 /// How a file is called after its key.
 const ENDING: &str = "module";
 
-static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+/// The folder, and what tells this build from others.
+static KEPT: OnceLock<(PathBuf, u128)> = OnceLock::new();
 
 /// From now on this program keeps joined shaders in a folder, and takes them from there. What is composed is the same. Only the
-/// first call counts.
+/// first call counts, and none where the program's own file can't be found.
 pub fn keep_joined_in(folder: PathBuf) {
-    let _ = FOLDER.set(folder);
+    let program = std::env::current_exe().and_then(fs::metadata);
+    if let Some((length, modified)) = program.ok().and_then(|m| Some((m.len(), m.modified().ok()?))) {
+        let _ = KEPT.set((folder, hash(&(length, modified))));
+    }
 }
 
 /// The module of these texts: from the folder, or by `join`.
@@ -36,15 +37,20 @@ pub fn keep_joined_in(folder: PathBuf) {
 /// # Errors
 /// Those of `join`.
 pub(super) fn joined(written: &[Written], join: impl FnOnce() -> Checked<Module>) -> Checked<Module> {
-    match FOLDER.get() {
-        Some(folder) => joined_in(folder, written, join),
+    match KEPT.get() {
+        Some((folder, build)) => joined_in(folder, *build, written, join),
         None => join(),
     }
 }
 
-fn joined_in(folder: &Path, written: &[Written], join: impl FnOnce() -> Checked<Module>) -> Checked<Module> {
+fn joined_in(
+    folder: &Path,
+    build: u128,
+    written: &[Written],
+    join: impl FnOnce() -> Checked<Module>,
+) -> Checked<Module> {
     let texts: Vec<&str> = written.iter().map(|w| w.text.as_str()).collect();
-    let file = folder.join(format!("{:032x}.{ENDING}", hash(&(MAKER, texts))));
+    let file = folder.join(format!("{:032x}.{ENDING}", hash(&(build, texts))));
     if let Some(module) = read(&file) {
         return Ok(module);
     }
@@ -82,16 +88,23 @@ fn thin(folder: &Path) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{compose::Defs, library::Library, link::gather, oil::join, write::write};
+    use super::super::{
+        compose::Defs,
+        library::Library,
+        link::{Unit, gather},
+        oil::join,
+        write::write,
+    };
     use super::*;
     use crate::diag::{Diagnostic, Source};
+    use crate::image::file::tests::Folder;
 
     const LIGHT: &str = "#define_import_path light\nfn half(x: vec2f) -> vec2f { return 0.5 * x; }\nfn idle() {}";
     const SHADER: &str =
         "#import light::half\nvar<uniform> scale1: vec2f;\nvar<storage, read_write> out_: array<vec2f>;
 @compute @workgroup_size(8) fn main(@builtin(global_invocation_id) id: vec3u) { out_[id.x] = half(scale1); }";
 
-    fn texts(library: &Library) -> (Vec<super::super::link::Unit>, Vec<Written>) {
+    fn texts(library: &Library) -> (Vec<Unit>, Vec<Written>) {
         let units = gather(library, "a.wgsl", &Defs::new()).unwrap();
         let mut bindings = 0;
         let written = units.iter().enumerate().map(|(i, u)| write(u, &Defs::new(), i, &mut bindings)).collect();
@@ -110,55 +123,40 @@ mod tests {
     fn what_is_kept_is_what_was_joined() {
         let library = library();
         let (units, written) = texts(&library);
-        let folder = std::env::temp_dir().join(format!("lightgraph-kept-{}", std::process::id()));
+        let folder = Folder::new("kept");
         let join = || library.memo.with_oil(|oil| join(oil, &units, &written));
         let never = || Err(Diagnostic::error("joined again").into());
-        let first = joined_in(&folder, &written, join).unwrap();
-        let again = joined_in(&folder, &written, never).unwrap();
+        let first = joined_in(&folder.0, 1, &written, join).unwrap();
+        let again = joined_in(&folder.0, 1, &written, never).unwrap();
         let bytes = |m: &Module| postcard::to_allocvec(m).unwrap();
         assert_eq!(bytes(&first), bytes(&again));
         assert!(first.functions.iter().all(|(_, f)| !f.name.as_deref().unwrap_or("").contains("idle")));
+        assert!(joined_in(&folder.0, 2, &written, never).is_err(), "another build");
+        assert!(joined_in(&folder.0, 1, &written[1..], never).is_err(), "other texts");
 
-        let file = fs::read_dir(&folder).unwrap().next().unwrap().unwrap().path();
+        let file = folder.0.join(&folder.names()[0]);
         let whole = fs::read(&file).unwrap();
         let mut other = whole.clone();
         other[40] ^= 1;
         for broken in [&whole[..whole.len() - 1], &whole[..7], &other, &[]] {
             fs::write(&file, broken).unwrap();
-            assert!(joined_in(&folder, &written, never).is_err(), "{} bytes", broken.len());
-            assert_eq!(bytes(&joined_in(&folder, &written, join).unwrap()), bytes(&first));
+            assert!(joined_in(&folder.0, 1, &written, never).is_err(), "{} bytes", broken.len());
+            assert_eq!(bytes(&joined_in(&folder.0, 1, &written, join).unwrap()), bytes(&first));
             assert_eq!(fs::read(&file).unwrap(), whole, "made anew");
         }
-        fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
     fn the_oldest_go_when_there_are_too_many() {
-        let folder = std::env::temp_dir().join(format!("lightgraph-thin-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let Folder(path) = &Folder::new("thin");
         for i in 0..=MOST {
-            fs::write(folder.join(format!("{i}.{ENDING}")), []).unwrap();
+            fs::write(path.join(format!("{i}.{ENDING}")), []).unwrap();
         }
-        fs::write(folder.join("notes.txt"), []).unwrap();
-        let old = fs::File::options().write(true).open(folder.join(format!("{}.{ENDING}", MOST / 2))).unwrap();
-        old.set_modified(SystemTime::UNIX_EPOCH).unwrap();
-        thin(&folder);
-        let left: Vec<PathBuf> = fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()).collect();
-        assert_eq!(left.len(), MOST + 2 - MOST / 4);
-        assert!(left.contains(&folder.join("notes.txt")));
-        assert!(!left.contains(&folder.join(format!("{}.{ENDING}", MOST / 2))));
-        fs::remove_dir_all(&folder).unwrap();
-    }
-
-    #[test]
-    fn the_maker_is_the_one_that_is_built_with() {
-        let lock = include_str!("../../Cargo.lock");
-        for part in MAKER.split(", ") {
-            let (name, version) = part.split_once(' ').unwrap();
-            let found = lock.split("[[package]]").any(|p| {
-                p.contains(&format!("\nname = \"{name}\"\n")) && p.contains(&format!("\nversion = \"{version}"))
-            });
-            assert!(found, "{part}: give the version of Cargo.lock");
-        }
+        fs::write(path.join("notes.txt"), []).unwrap();
+        let oldest = path.join(format!("{}.{ENDING}", MOST / 2));
+        fs::File::options().write(true).open(&oldest).unwrap().set_modified(SystemTime::UNIX_EPOCH).unwrap();
+        thin(path);
+        assert_eq!(fs::read_dir(path).unwrap().count(), MOST + 2 - MOST / 4);
+        assert!(path.join("notes.txt").exists() && !oldest.exists());
     }
 }
