@@ -191,7 +191,7 @@ fn a_variant_keeps_what_it_shares_with_its_base() {
     let gpu = &device::gpu();
     let scene = scene::load(&support::repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let set = TINY.iter().map(ToString::to_string).collect();
-    let (graph, shift) = ("uniform_grid.ron".to_string(), Shift::default());
+    let (graph, shift) = ("fast_grid.ron".to_string(), Shift::default());
     let mut stage = Stage { graph, scene, set, aside: false, size: [16, 12], shift, time: 0.0 };
     let mut session = stage.open(gpu, None);
     frame(gpu, &mut session, 0, 0.0);
@@ -201,7 +201,7 @@ fn a_variant_keeps_what_it_shares_with_its_base() {
     for pass in ["shadow_maps", "capture"] {
         assert!(!ran(&other).contains(pass), "{pass} ran, though the variant shares it");
     }
-    stage.graph = "uniform_grid.ron".into();
+    stage.graph = "fast_grid.ron".into();
     let mut back = stage.open(gpu, Some(&other));
     frame(gpu, &mut back, 2, 0.0);
     for pass in ["shadow_maps", "capture"] {
