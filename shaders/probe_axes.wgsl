@@ -10,12 +10,8 @@
 #import lightgraph::surface::is_lit
 #endif
 
-struct Row {
-    a: vec3f,
-    b: vec3f,
-    c: vec3f,
-}
-var<storage, read> triangles: array<Row>;
+/// Area of surfaces in each part of the box along each axis, as axis_areas.wgsl finds it piece by piece.
+var<storage, read> axis_areas: array<f32>;
 
 struct Params {
     grid: vec3u,
@@ -34,7 +30,8 @@ struct Params {
 #endif
 }
 var<uniform> params: Params;
-var<storage, read_write> probe_axes: array<f32>;
+/// As `lightgraph::probes` has them.
+var<storage, read_write> probe_axes: array<vec4f>;
 
 const BINS: u32 = 64u;
 const LANES: u32 = 64u;
@@ -45,16 +42,6 @@ var<workgroup> pixels: array<atomic<u32>, BINS>;
 /// More than this many pixels along a side of the image are not looked at one by one.
 const SIDE: u32 = 128u;
 
-/// Area of a triangle's part in one bin, taken as spread evenly over its length along the axis.
-fn part(t: Row, axis: u32, low: f32, high: f32) -> f32 {
-    let normal = cross(t.b - t.a, t.c - t.a);
-    let along = 0.5 * sqrt(max(dot(normal, normal) - normal[axis] * normal[axis], 0.0));
-    let first = min(t.a[axis], min(t.b[axis], t.c[axis]));
-    let last = max(t.a[axis], max(t.b[axis], t.c[axis]));
-    let overlap = min(last, high) - max(first, low);
-    return select(0.0, along * overlap / max(last - first, 1e-12), overlap > 0.0);
-}
-
 /// One workgroup an axis, one lane a bin.
 @compute @workgroup_size(LANES)
 fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
@@ -62,8 +49,8 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let low = params.grid_min[axis];
     let width = (params.grid_max[axis] - low) / f32(BINS);
     var sum = 0.0;
-    for (var i = 0u; i < arrayLength(&triangles); i++) {
-        sum += part(triangles[i], axis, low + f32(lane) * width, low + f32(lane + 1u) * width);
+    for (var i = axis * BINS + lane; i < arrayLength(&axis_areas); i += 3u * BINS) {
+        sum += axis_areas[i];
     }
     area[lane] = sum;
     atomicStore(&pixels[lane], 0u);
@@ -103,6 +90,7 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var bin = 0u;
     // The distribution below the bin.
     var below = 0.0;
+    var before = 0.0;
     for (var i = 0u; i < count; i++) {
         let steps = max(f32(count - 1u) + 2.0 * params.inset, 1e-20);
         let share = select((f32(i) + params.inset) / steps, 0.5, count == 1u);
@@ -112,8 +100,13 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             bin += 1u;
             here = density(bin, total, seen);
         }
-        probe_axes[first + i] = low + (f32(bin) + clamp((share - below) / max(here, 1e-12), 0.0, 1.0)) * width;
+        let plane = low + (f32(bin) + clamp((share - below) / max(here, 1e-12), 0.0, 1.0)) * width;
+        if i > 0u {
+            probe_axes[first + i - 1u] = vec4f(before, 1.0 / max(plane - before, 1e-20), 0.0, 0.0);
+        }
+        before = plane;
     }
+    probe_axes[first + count - 1u] = vec4f(before, 0.0, 0.0, 0.0);
 }
 
 /// Share of the distribution in a bin; all bins sum to 1. `total`: of areas and of pixels. `seen`: the share of the pixels.

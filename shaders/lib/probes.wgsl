@@ -96,8 +96,9 @@ fn has_probe(c: Cell, corner: u32) -> bool {
 }
 #else
 #ifdef PROBE_TABLE
-/// Positions in the world, ascending, metres: grid.x along x, then grid.y along y, grid.z along z.
-var<storage, read> probe_axes: array<f32>;
+/// Planes of the grid, grid.x along x, then grid.y along y, grid.z along z: x is where one stands in the world, ascending, metres; y is 1 by
+/// the distance to the next, of the last 0.
+var<uniform> probe_axes: array<vec4f, #{PROBE_PLANES}>;
 
 /// The edges of the box in mean distances between probes.
 fn span() -> vec3f {
@@ -107,18 +108,20 @@ fn span() -> vec3f {
 /// Where a probe stands.
 fn position(probe: vec3u) -> vec3f {
     let n = probe_grid.grid;
-    return vec3f(probe_axes[probe.x], probe_axes[n.x + probe.y], probe_axes[n.x + n.y + probe.z]);
+    return vec3f(probe_axes[probe.x].x, probe_axes[n.x + probe.y].x, probe_axes[n.x + n.y + probe.z].x);
 }
 
-/// Coordinate in the grid of `at` along an axis of `count` probes whose positions begin at `first` of the table.
+/// Coordinate in the grid of `at` along an axis of `count` planes that begin at `first` of the table.
 fn locate(at: f32, first: u32, count: u32) -> f32 {
-    var below = 0u;
+    var below = 0.0;
+    var plane = probe_axes[first].xy;
     for (var i = 1u; i + 1u < count; i++) {
-        below = select(below, i, probe_axes[first + i] <= at);
+        let next = probe_axes[first + i].xy;
+        let beyond = next.x <= at;
+        below = select(below, f32(i), beyond);
+        plane = select(plane, next, beyond);
     }
-    let low = probe_axes[first + below];
-    let high = probe_axes[first + min(below + 1u, count - 1u)];
-    return f32(below) + clamp((at - low) / max(high - low, 1e-20), 0.0, select(0.0, 1.0, count > 1u));
+    return below + clamp((at - plane.x) * plane.y, 0.0, 1.0);
 }
 
 /// Coordinates in the grid of a point in the world.

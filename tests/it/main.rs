@@ -61,6 +61,7 @@ mod many_lights;
 mod mutated;
 mod mutations;
 mod plain_scenes;
+mod planes;
 mod projection;
 mod references;
 mod regions;
