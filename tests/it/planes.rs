@@ -21,7 +21,8 @@ fn placed(scene: Scene) -> Vec<f32> {
     for base in ["uniform_grid.ron", "fast_grid.ron", "facing_probes.ron", "nonuniform_grid.ron"] {
         std::fs::copy(repository(&format!("graphs/{base}")), scratch.path().join(base)).unwrap();
     }
-    let text = r#"Variant(base: "nonuniform_grid.ron", about: "for tests", edits: [AddOutput("probe_axes", "probe_axes")])"#;
+    let text =
+        r#"Variant(base: "nonuniform_grid.ron", about: "for tests", edits: [AddOutput("probe_axes", "probe_axes")])"#;
     std::fs::write(&variant, text).unwrap();
     let project = Project::open(&variant, &[repository("shaders")]).unwrap_or_else(|f| panic!("{f}"));
     let [x, y, z] = COUNTS;
@@ -97,7 +98,8 @@ fn planes_stand_where_surfaces_are_however_many() {
         assert!(triangles.rows > least, "{file}: {} triangles", triangles.rows);
         let found = placed(scene);
         let ends = |axis: usize| corners.map(|c| c[axis]);
-        let expected = (0..3).flat_map(|axis| stated(&triangles, axis, ends(axis)).into_iter().map(move |at| (axis, at)));
+        let expected =
+            (0..3).flat_map(|axis| stated(&triangles, axis, ends(axis)).into_iter().map(move |at| (axis, at)));
         for (i, (axis, at)) in expected.enumerate() {
             let [low, high] = ends(axis);
             let off = (f64::from(found[i]) - at).abs() / (high - low);
