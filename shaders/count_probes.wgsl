@@ -2,7 +2,12 @@
 
 /// For each probe its point; one more at the end: the number of probes.
 var<storage, read> probe_points: array<u32>;
-var<uniform> room: u32;
+struct Params {
+    room: u32,
+    /// Numbers that there are for probes.
+    probes: u32,
+}
+var<uniform> params: Params;
 
 struct Count {
     @location(0) placed: vec4f,
@@ -10,5 +15,5 @@ struct Count {
 
 @fragment
 fn fragment() -> Count {
-    return Count(vec4f(f32(probe_points[room]), f32(room), 0.0, 0.0));
+    return Count(vec4f(f32(probe_points[params.probes]), f32(params.room), 0.0, 0.0));
 }

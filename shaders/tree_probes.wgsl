@@ -8,6 +8,8 @@
 struct Params {
     /// Probes at most.
     room: u32,
+    /// Numbers that there are for them.
+    probes: u32,
     member: u32,
     /// Steps that halve the range.
     halvings: u32,
@@ -125,11 +127,11 @@ fn place(@builtin(local_invocation_index) lane: u32) {
             probe++;
         }
     }
-    for (var i = placed + lane; i < params.room; i += LANES) {
+    for (var i = placed + lane; i < params.probes; i += LANES) {
         probe_points[i] = NO_PROBE;
     }
     if lane == 0u {
-        probe_points[params.room] = min(placed, params.room);
+        probe_points[params.probes] = min(placed, params.room);
     }
     let all_cells = cells().x * cells().y * cells().z;
     for (var i = lane; i < all_cells; i += LANES) {
