@@ -26,7 +26,8 @@ fn placed(scene: Scene) -> Vec<f32> {
     std::fs::write(&variant, text).unwrap();
     let project = Project::open(&variant, &[repository("shaders")]).unwrap_or_else(|f| panic!("{f}"));
     let [x, y, z] = COUNTS;
-    let set = [format!("grid={x},{y},{z}"), format!("crowding={CROWDING}"), "seen=0".into(), "face=2".into()];
+    let set = format!("grid={x},{y},{z} crowding={CROWDING} inset={INSET} seen=0 face=2");
+    let set: Vec<String> = set.split_whitespace().map(String::from).collect();
     let settings = Settings {
         params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),
         size: [8, 8],
