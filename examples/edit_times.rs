@@ -137,38 +137,106 @@ fn motions(gpu: &Gpu, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
 
 /// What an update of the probes costs after a light or an object has moved, beside one in full. No image is made of them.
 fn updates(gpu: &Gpu, graph: &str, scene: &Arc<Scene>, grid: u32) -> Checked<()> {
-    let (_, mut whole, _) = begin(gpu, graph, scene, grid, ("sh", [16, 12]), false)?;
-    let (_, mut session, _) = begin(gpu, graph, scene, grid, ("sh", [16, 12]), true)?;
-    let (full, report) = median(|i| worked(gpu, &mut whole, i, Shift::default()))?;
-    println!(
-        "\n{graph}, {}, {grid}³ probes, {}:",
-        scene.name,
-        if busy().is_some() { "processor time" } else { "time" }
-    );
-    println!("  all probes         {full:9.2} ms; {}", shares(&whole, &report));
-    let by = |i: u32| glam::Vec3::X * 0.02 * (1 + i) as f32;
-    let (light, report) = median(|i| worked(gpu, &mut session, i, Shift { lights: by(i), ..Shift::default() }))?;
-    println!("  light only         {light:9.2} ms, 1/{:.1}; {}", full / light, shares(&session, &report));
+    let mut all = vec![];
+    let mut add = |name: String, of: Moved| {
+        let (_, session, _) = begin(gpu, graph, scene, grid, ("sh", [16, 12]), of != Moved::All)?;
+        all.push(Update { name, of, session, frames: 0, rounds: vec![], last: None });
+        Checked::Ok(())
+    };
+    add("all probes".into(), Moved::All)?;
+    add("light only".into(), Moved::Lights)?;
     for object in OBJECTS {
-        let Some(node) = named(scene, object) else { continue };
-        let name = format!("{} {}", object.0, object.1);
-        let shift = |i| Shift { nodes: vec![(node, by(i))], ..Shift::default() };
-        let (object, report) = median(|i| worked(gpu, &mut session, i, shift(i)))?;
-        println!("  {name:<18} {object:9.2} ms, {:.1} %; {}", 100.0 * object / full, shares(&session, &report));
-        // Of the last of these frames: what ran in part, and what ran in full.
-        let all = || session.plan.steps.iter().zip(session.why());
-        let parts = all().filter_map(|(s, why)| {
-            let text = why.to_string();
-            let count = text.strip_prefix("changed: what ")?.split(" members").next()?;
-            count.contains(" of ").then(|| format!("{} {count}", s.name))
-        });
-        let parts: Vec<String> = parts.collect();
-        let whole =
-            all().filter(|(s, why)| why.runs() && !parts.iter().any(|p| p.starts_with(&format!("{} ", s.name))));
-        let whole: Vec<&str> = whole.map(|(s, _)| s.name.as_str()).collect();
-        println!("  {:<18} in part {}; whole {}", "", parts.join(", "), whole.join(", "));
+        if let Some(node) = named(scene, object) {
+            add(format!("{} {}", object.0, object.1), Moved::Node(node))?;
+        }
+    }
+    for _ in 0..ROUNDS {
+        for update in &mut all {
+            update.round(gpu)?;
+        }
+    }
+    let time = if busy().is_some() { "processor time" } else { "time" };
+    println!("\n{graph}, {}, {grid}³ probes, {time}, and of the whole update of the same round:", scene.name);
+    for update in &all {
+        let ms = middle(update.rounds.clone());
+        let share = middle(update.rounds.iter().zip(&all[0].rounds).map(|(a, b)| a / b).collect());
+        let share = match update.of {
+            Moved::All => String::new(),
+            Moved::Lights => format!(", 1/{:.1}", 1.0 / share),
+            Moved::Node(_) => format!(", {:.1} %", 100.0 * share),
+        };
+        let Some(report) = &update.last else { continue };
+        println!("  {:<18} {ms:9.2} ms{share}; {}", update.name, shares(&update.session, report));
+        if let Moved::Node(_) = update.of {
+            println!("  {:<18} {}", "", extent(&update.session));
+        }
     }
     Ok(())
+}
+
+/// Blocks of frames that what is compared takes turns in: a machine's speed changes from one second to the next.
+const ROUNDS: u32 = 5;
+
+/// What moves before a frame.
+#[derive(Clone, Copy, PartialEq)]
+enum Moved {
+    /// Nothing, but every step runs.
+    All,
+    Lights,
+    Node(usize),
+}
+
+/// What is measured of it.
+struct Update {
+    name: String,
+    of: Moved,
+    session: Session,
+    frames: u32,
+    /// By round the median time.
+    rounds: Vec<f64>,
+    last: Option<FrameReport>,
+}
+
+impl Update {
+    fn round(&mut self, gpu: &Gpu) -> Checked<()> {
+        let mut times = vec![];
+        for _ in 0..REPEATS {
+            let by = glam::Vec3::X * 0.02 * (1 + self.frames % REPEATS) as f32;
+            let shift = match self.of {
+                Moved::All => Shift::default(),
+                Moved::Lights => Shift { lights: by, ..Shift::default() },
+                Moved::Node(node) => Shift { nodes: vec![(node, by)], ..Shift::default() },
+            };
+            let (ms, report) = worked(gpu, &mut self.session, self.frames, shift)?;
+            self.frames += 1;
+            times.push(ms);
+            self.last = Some(report);
+        }
+        // What the others left in the caches is not its own.
+        times.remove(0);
+        self.rounds.push(middle(times));
+        Ok(())
+    }
+}
+
+/// What of the last frame ran in part, and what ran in full.
+fn extent(session: &Session) -> String {
+    let all = || session.plan.steps.iter().zip(session.why());
+    let parts = all().filter_map(|(s, why)| {
+        let text = why.to_string();
+        let count = text.strip_prefix("changed: what ")?.split(" members").next()?;
+        count.contains(" of ").then(|| format!("{} {count}", s.name))
+    });
+    let parts: Vec<String> = parts.collect();
+    let whole = all().filter(|(s, why)| why.runs() && !parts.iter().any(|p| p.starts_with(&format!("{} ", s.name))));
+    let whole: Vec<&str> = whole.map(|(s, _)| s.name.as_str()).collect();
+    format!("in part {}; whole {}", parts.join(", "), whole.join(", "))
+}
+
+/// The median.
+fn middle(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Things in the scenes that are moved; of those of the same name the one of this number.

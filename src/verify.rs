@@ -3,7 +3,8 @@
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::{self, Frame, Gpu, Memory, Prepared};
 use crate::plan::change::{Held, carry_history, everything};
-use crate::plan::keys::{Keys, Outside, UNDEFINED};
+use crate::plan::keys::{Keys, UNDEFINED};
+use crate::plan::outside::Outside;
 use crate::plan::{Desc, Plan, ResourceId};
 use crate::scene::{Assets, Table};
 use std::collections::BTreeMap;

@@ -246,8 +246,7 @@ impl Gate {
     /// # Errors
     /// The device fails.
     pub(super) fn answer(&self, gpu: &Gpu, turn: usize, submission: wgpu::SubmissionIndex) -> Checked<State> {
-        let bytes = super::readback::map_after(gpu, &self.asked[turn % 2], STATE_BYTES, Some(submission))?;
-        Ok(state(&bytes))
+        super::readback::map_after(gpu, &self.asked[turn % 2], STATE_BYTES, Some(submission), state)
     }
 }
 

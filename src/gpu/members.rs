@@ -2,7 +2,6 @@
 
 use super::{device::Gpu, scope::scoped};
 use crate::diag::Checked;
-use crate::plan::region::gathered;
 use crate::plan::{Action, Binding, Plan};
 use crate::scene::Bounds;
 use glam::Vec3;
@@ -114,7 +113,7 @@ impl Members {
                 continue;
             }
             boxes.holds = wanted.to_vec();
-            let few = gathered(wanted, boxes.count);
+            let few = Bounds::gathered(wanted, boxes.count);
             // One twice says nothing new. Where nothing moved that has a place, nothing need be looked at.
             let last = few.last().copied().unwrap_or(NOWHERE);
             let all = few.into_iter().chain(std::iter::repeat(last)).take(boxes.count);

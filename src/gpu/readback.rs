@@ -4,6 +4,7 @@ use super::{device::Gpu, pool::Memory, prepare::Prepared, scope::scoped, texel};
 use crate::diag::{Checked, Diagnostic};
 use crate::image::Image;
 use crate::plan::{Plan, ResourceId};
+use std::ops::Range;
 
 /// Of a texture, to be copied in one go.
 const MOST_BYTES_AT_ONCE: u64 = 64 << 20;
@@ -19,9 +20,7 @@ const ANSWER: std::time::Duration = std::time::Duration::from_secs(10);
 pub fn read_image(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -> Checked<Image> {
     let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
     let texture = prepared.pool.texture(plan, id)?;
-    decoded(texture, name, 0, texture.depth_or_array_layers(), |texel| {
-        copied(gpu, texture, (name, texel), 0, 0..texture.depth_or_array_layers())
-    })
+    decoded(gpu, texture, name, 0, 0..texture.depth_or_array_layers())
 }
 
 /// One layer (a face of a cube, a slice of a 3D texture) of one mip level, as [`read_image`] gives all layers.
@@ -30,42 +29,38 @@ pub fn read_image(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) -
 /// # Errors
 /// As [`read_image`], or the texture has no such level or layer.
 pub fn read_plane(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, layer: u32) -> Checked<Image> {
-    decoded(texture, name, mip, 1, |texel| copied(gpu, texture, (name, texel), mip, layer..layer.saturating_add(1)))
+    decoded(gpu, texture, name, mip, layer..layer.saturating_add(1))
 }
 
-/// An image of rows of texels; `rows` is told the bytes of one texel.
-fn decoded(
-    texture: &wgpu::Texture,
-    name: &str,
-    mip: u32,
-    layers: u32,
-    rows: impl FnOnce(u32) -> Checked<Vec<u8>>,
-) -> Checked<Image> {
+/// An image of some layers.
+fn decoded(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, layers: Range<u32>) -> Checked<Image> {
     let format = texture.format();
     let (Some(channels), Some(texel)) = (texel::channels(format), texel_bytes(format)) else {
         return Err(Diagnostic::error(format!("`{name}` has the format {format:?}, which can't be read back"))
             .help("copy it to a texture of a plain format in a pass")
             .into());
     };
-    let bytes = rows(texel)?;
     let size = texture.size().mip_level_size(mip, texture.dimension());
-    let mut data = Vec::with_capacity(bytes.len() / texel as usize * channels as usize);
-    texel::decode_row(format, texel as usize, &bytes, &mut data);
-    Ok(Image { width: size.width, height: size.height, layers, channels, data })
+    let count = layers.len() as u32;
+    let mut data = Vec::with_capacity(size.width as usize * size.height as usize * layers.len() * channels as usize);
+    let decode = |texels: &[u8]| texel::decode_row(format, texel as usize, texels, &mut data);
+    copied(gpu, texture, (name, texel), mip, layers, decode)?;
+    Ok(Image { width: size.width, height: size.height, layers: count, channels, data })
 }
 
 fn texel_bytes(format: wgpu::TextureFormat) -> Option<u32> {
     format.block_copy_size(Some(wgpu::TextureAspect::All))
 }
 
-/// The texels of some layers, row by row, as the device has them.
+/// Hands over the texels of some layers in their order, as the device has them: whole rows, one or many at a time.
 fn copied(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     (name, texel): (&str, u32),
     mip: u32,
-    layers: std::ops::Range<u32>,
-) -> Checked<Vec<u8>> {
+    layers: Range<u32>,
+    mut take: impl FnMut(&[u8]),
+) -> Checked<()> {
     if !texture.usage().contains(wgpu::TextureUsages::COPY_SRC) {
         return Err(Diagnostic::error(format!("`{name}` can't be read back: it is no output of the graph"))
             .help(format!("add `\"{name}\": \"{name}\"` to the outputs"))
@@ -89,7 +84,6 @@ fn copied(
 
     let at_once = (MOST_BYTES_AT_ONCE / layer.max(1)).clamp(1, layers.len().max(1) as u64) as u32;
     let staging = staging(gpu, name, layer * u64::from(at_once))?;
-    let mut all = vec![];
     for first in layers.clone().step_by(at_once as usize) {
         let count = at_once.min(layers.end - first);
         scoped(gpu, &format!("read back `{name}`"), || {
@@ -110,14 +104,12 @@ fn copied(
             encoder.copy_texture_to_buffer(from, to, wgpu::Extent3d { depth_or_array_layers: count, ..size });
             gpu.queue.submit([encoder.finish()]);
         })?;
-        let bytes = map(gpu, &staging, layer * u64::from(count))?;
-        if padded == row && all.is_empty() {
-            all = bytes;
-        } else {
-            bytes.chunks_exact(padded as usize).for_each(|line| all.extend_from_slice(&line[..row as usize]));
-        }
+        map_after(gpu, &staging, layer * u64::from(count), None, |bytes| match padded == row {
+            true => take(bytes),
+            false => bytes.chunks_exact(padded as usize).for_each(|line| take(&line[..row as usize])),
+        })?;
     }
-    Ok(all)
+    Ok(())
 }
 
 /// What a resource holds, as the device has it: of a texture the texels of its first mip level, row by row.
@@ -131,7 +123,10 @@ pub fn read_content(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId)
         Memory::Texture(texture) => {
             let unreadable = || Diagnostic::error(format!("`{name}` has texels of several parts"));
             let texel = texel_bytes(texture.format()).ok_or_else(unreadable)?;
-            copied(gpu, texture, (name, texel), 0, 0..texture.depth_or_array_layers())
+            let mut all = vec![];
+            let layers = 0..texture.depth_or_array_layers();
+            copied(gpu, texture, (name, texel), 0, layers, |texels| all.extend_from_slice(texels))?;
+            Ok(all)
         }
     }
 }
@@ -184,19 +179,20 @@ pub(super) fn staging(gpu: &Gpu, name: &str, size: u64) -> Checked<wgpu::Buffer>
 /// # Errors
 /// The device fails.
 pub(super) fn map(gpu: &Gpu, buffer: &wgpu::Buffer, size: u64) -> Checked<Vec<u8>> {
-    map_after(gpu, buffer, size, None)
+    map_after(gpu, buffer, size, None, <[u8]>::to_vec)
 }
 
-/// As [`map`], waiting for one submission only.
+/// As [`map`], waiting for one submission only, where one is given, and handing the bytes to `read`.
 ///
 /// # Errors
 /// The device fails.
-pub(super) fn map_after(
+pub(super) fn map_after<T>(
     gpu: &Gpu,
     buffer: &wgpu::Buffer,
     size: u64,
     submission: Option<wgpu::SubmissionIndex>,
-) -> Checked<Vec<u8>> {
+    read: impl FnOnce(&[u8]) -> T,
+) -> Checked<T> {
     let slice = buffer.slice(..size);
     let (send, receive) = std::sync::mpsc::channel();
     scoped(gpu, "map a buffer", || {
@@ -213,7 +209,7 @@ pub(super) fn map_after(
         Ok(Err(e)) => return Err(failed(&e).into()),
         Err(e) => return Err(failed(&e).into()),
     }
-    let bytes = slice.get_mapped_range().map_err(|e| failed(&e))?.to_vec();
+    let found = read(&slice.get_mapped_range().map_err(|e| failed(&e))?);
     buffer.unmap();
-    Ok(bytes)
+    Ok(found)
 }

@@ -7,8 +7,9 @@
 //! what it wants, and runs only what differs.
 
 use super::ingredient::{Ingredient, Ingredients, Kind};
-use super::keys::{Keys, Outside, UNDEFINED, Unit, Version, Versions, initial};
+use super::keys::{Keys, UNDEFINED, Unit, Version, Versions, initial};
 use super::member::Members;
+use super::outside::Outside;
 use super::region::{self, Seen};
 use super::{Desc, Plan, ResourceId, TextureDesc};
 use crate::diag::Checked;

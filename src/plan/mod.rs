@@ -20,6 +20,7 @@ pub mod live;
 pub mod member;
 pub mod memory;
 pub mod order;
+pub mod outside;
 mod reduce;
 pub mod region;
 pub mod request;

@@ -57,9 +57,6 @@ pub struct Parts {
     pub tables: Vec<usize>,
 }
 
-/// Tables that hold nothing but where the scene's triangles are, and what follows from it and the triangles themselves.
-const PLACES: [&str; 4] = ["nodes", "clusters", "triangles", "bvh"];
-
 /// `None` for a step that runs as a whole.
 pub fn parts(plan: &Plan, step: &Step) -> Option<Parts> {
     let tables = |wanted: &str| {
@@ -73,7 +70,7 @@ pub fn parts(plan: &Plan, step: &Step) -> Option<Parts> {
             return Some(Parts {
                 frusta: Frusta::Buffer(*frusta),
                 resources: reads.iter().chain([frusta]).copied().collect(),
-                tables: PLACES.iter().flat_map(|name| tables(name)).collect(),
+                tables: Table::OF_PLACES.iter().flat_map(|name| tables(name)).collect(),
             });
         }
     };
@@ -166,7 +163,7 @@ pub fn seen(
         };
         let rows = rows.into_iter();
         // What is not a number sees everything.
-        let frustum = |all: &[Mat4], i: usize| all.get(i).copied().unwrap_or(Mat4::NAN);
+        let or_not = |frustum: Option<&Mat4>| frustum.copied().unwrap_or(Mat4::NAN);
         let earlier = before.get(&index);
         let (views, frusta) = match parts.frusta {
             Frusta::Buffer(id) => {
@@ -175,16 +172,16 @@ pub fn seen(
                 let reaches = |seen: &&Seen| seen.views.first().is_none_or(|v| v.row == reach);
                 let views = match earlier.filter(from).filter(reaches) {
                     Some(seen) => seen.views.clone(),
-                    None => Arc::new(rows.map(|i| View { frustum: frustum(&frusta, i), row: reach }).collect()),
+                    None => Arc::new(rows.map(|i| View { frustum: or_not(frusta.get(i)), row: reach }).collect()),
                 };
                 (views, Some(frusta))
             }
             Frusta::Table(i) => {
                 let name = plan.tables.get(i).map_or("", |t| t.table.as_str());
                 let Some(table) = tables.iter().find(|t| t.name == name) else { continue };
-                let column = table.columns.iter().find(|(name, _)| *name == super::cull::FRUSTUM);
-                let frusta = if let Some((_, Column::Mat4(all))) = column { all.as_slice() } else { &[] };
-                let view = |i| View { frustum: frustum(frusta, i), row: row_hash(table, i) };
+                let column = table.column(super::cull::FRUSTUM);
+                let frusta = if let Some(Column::Mat4(all)) = column { Some(all) } else { None };
+                let view = |i| View { frustum: or_not(frusta.and_then(|all| all.get(i))), row: row_hash(table, i) };
                 (Arc::new(rows.map(view).collect()), None)
             }
         };
@@ -290,12 +287,6 @@ impl Seen {
     }
 }
 
-/// As many boxes as there is room for, round all of these.
-pub fn gathered(boxes: &[Bounds], room: usize) -> Vec<Bounds> {
-    let round = |some: &[Bounds]| some.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
-    boxes.chunks(boxes.len().div_ceil(room.max(1)).max(1)).map(round).collect()
-}
-
 /// The buffers of frusta that steps go by.
 pub fn buffers(apart: &Apart) -> BTreeSet<ResourceId> {
     let of = |parts: &Parts| match parts.frusta {
@@ -347,16 +338,16 @@ impl World {
     pub fn new(tables: &[Table]) -> Option<World> {
         let find = |name: &str| tables.iter().find(|t| t.name == name);
         let (rows, clusters) = (find("nodes")?, find("clusters")?);
-        let column = |name: &str| clusters.columns.iter().find(|(n, _)| *n == name).map(|(_, c)| c);
+        let column = |name: &str| clusters.column(name);
         let (Some(Column::Vec3(lower)), Some(Column::Vec3(upper)), Some(Column::Uint(node)), Some(Column::Uint(sides))) =
             (column("lower"), column("upper"), column("node"), column("sides"))
         else {
             return None;
         };
         let nothing = Node { content: 0, bounds: Bounds::EMPTY, inner: Bounds::EMPTY };
-        let mut nodes = vec![(DefaultHasher::new(), nothing); rows.rows];
+        let mut nodes = vec![(DefaultHasher::new(), 0usize, nothing); rows.rows];
         let mut inside = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
-        for (((min, max), sides), node) in lower.iter().zip(upper).zip(sides).zip(node) {
+        for (((min, max), sides), node) in lower.iter().zip(upper.iter()).zip(sides.iter()).zip(node.iter()) {
             for axis in 0..3 {
                 if sides >> axis & 1 == 1 {
                     inside.min[axis] = inside.min[axis].max(max[axis]);
@@ -365,17 +356,19 @@ impl World {
                     inside.max[axis] = inside.max[axis].min(min[axis]);
                 }
             }
-            if let Some((content, node)) = nodes.get_mut(*node as usize) {
+            if let Some((content, clusters, node)) = nodes.get_mut(*node as usize) {
                 let bounds = Bounds { min: *min, max: *max };
                 node.bounds = node.bounds.union(bounds);
                 if *sides == 0 {
                     node.inner = node.inner.union(bounds);
+                } else {
+                    (*clusters, sides).hash(content);
                 }
-                sides.hash(content);
+                *clusters += 1;
             }
         }
-        let finished = |(row, (mut h, node)): (usize, (DefaultHasher, Node))| {
-            row_hash(rows, row).hash(&mut h);
+        let finished = |(row, (mut h, clusters, node)): (usize, (DefaultHasher, usize, Node))| {
+            (clusters, row_hash(rows, row)).hash(&mut h);
             Node { content: h.finish(), ..node }
         };
         Some(World { nodes: nodes.into_iter().enumerate().map(finished).collect(), inside })

@@ -40,7 +40,7 @@ pub fn rows(wanted: &TableUse, table: &Table, some: Range<usize>, out: &mut [u8]
     let (stride, size) = (stride(wanted), wanted.row.size as usize);
     let mut faults: Vec<Diagnostic> = vec![];
     for member in &wanted.row.members {
-        let column = table.columns.iter().find(|(n, _)| *n == member.name).map(|(_, c)| c);
+        let column = table.column(&member.name);
         let places = out.chunks_exact_mut(stride).take(some.len()).map(|row| &mut row[member.offset as usize..size]);
         if !column.is_some_and(|c| write(c, member.ty, some.start, places)) {
             let (name, ty) = (&member.name, member.ty.wgsl());
@@ -55,17 +55,23 @@ pub fn rows(wanted: &TableUse, table: &Table, some: Range<usize>, out: &mut [u8]
 /// the type.
 fn write<'a>(column: &Column, ty: Type, first: usize, places: impl Iterator<Item = &'a mut [u8]>) -> bool {
     match (column, ty) {
-        (Column::Uint(v), Type::Uint) => fill(v.iter().skip(first).copied(), places),
-        (Column::Float(v), Type::Float) => fill(v.iter().skip(first).copied(), places),
-        (Column::Vec2(v), Type::Vec2) => fill(v.iter().skip(first).copied(), places),
-        (Column::Vec3(v), Type::Vec3) => fill(v.iter().skip(first).copied(), places),
-        (Column::Vec4(v), Type::Vec4) => fill(v.iter().skip(first).copied(), places),
-        (Column::Mat4(v), Type::Mat4) => fill(v.iter().skip(first).copied(), places),
+        (Column::Uint(v), Type::Uint) => fill(v.iter_from(first).copied(), places),
+        (Column::Float(v), Type::Float) => fill(v.iter_from(first).copied(), places),
+        (Column::Vec2(v), Type::Vec2) => fill(v.iter_from(first).copied(), places),
+        (Column::Vec3(v), Type::Vec3) => fill(v.iter_from(first).copied(), places),
+        (Column::Vec4(v), Type::Vec4) => fill(v.iter_from(first).copied(), places),
+        (Column::Mat4(v), Type::Mat4) => fill(v.iter_from(first).copied(), places),
         (Column::Corner { of, corner, held: Held::Position }, Type::Vec3) => {
             fill((first..of.rows()).map(|row| of.position(of.vertex(row, *corner))), places)
         }
         (Column::Corner { of, corner, held: Held::Normal }, Type::Vec3) => {
             fill((first..of.rows()).map(|row| of.normal(of.vertex(row, *corner))), places)
+        }
+        (Column::Corner { of, corner, held: Held::Uv }, Type::Vec2) => {
+            fill((first..of.rows()).map(|row| of.vertex(row, *corner).uv), places)
+        }
+        (Column::Corner { of, corner, held: Held::Material }, Type::Uint) => {
+            fill((first..of.rows()).map(|row| of.vertex(row, *corner).material), places)
         }
         (column, ty) => places.enumerate().all(|(row, to)| match column.get(first + row).and_then(|v| v.cast(ty)) {
             Some(v) => {

@@ -5,7 +5,7 @@
 //! top is split by one thread with the help of the others, the parts below it by all of them at once. Triangles that move
 //! keep their places in it: the boxes alone are made anew.
 
-use super::model::Bounds;
+use super::{model::Bounds, pieces::Pieces};
 use crate::parallel::threads;
 use glam::Vec3;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,31 +15,20 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bvh {
     /// Corners of the boxes.
-    pub lower: Vec<Vec3>,
-    pub upper: Vec<Vec3>,
+    pub lower: Pieces<Vec3>,
+    pub upper: Pieces<Vec3>,
     pub tree: Tree,
-    /// By row: whether it may be another one than the earlier boxes' that it was made with; all without those.
-    pub other: Vec<bool>,
 }
 
 /// A hierarchy without its boxes. By row, as in [`Bvh`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tree {
     /// Of a leaf: its first place in [`Tree::order`]. Else: the row of its first child.
-    pub first: Vec<u32>,
+    pub first: Pieces<u32>,
     /// Of a leaf: its triangles, at least 1. Else 0.
-    pub count: Vec<u32>,
+    pub count: Pieces<u32>,
     /// The triangles in the order of the leaves.
     pub order: Arc<Vec<u32>>,
-}
-
-/// Boxes as they came out of [`Bvh::of`] with the same [`reach`], and what stands elsewhere since.
-#[derive(Debug, Clone, Copy)]
-pub struct Earlier<'a> {
-    pub lower: &'a [Vec3],
-    pub upper: &'a [Vec3],
-    /// By place in [`Tree::order`].
-    pub moved: &'a [bool],
 }
 
 /// Leaves are at most so many levels below the root: what a traversal's stack must hold.
@@ -94,40 +83,83 @@ struct Task {
 
 impl Bvh {
     /// The boxes of a hierarchy over triangles that stand where it was made for, or elsewhere; all corners finite. `all` is the
-    /// box round all of them. Of `earlier` ones those are taken in which nothing has moved; a leaf moves as a whole.
-    pub fn of(tree: Tree, all: Bounds, corners: impl Fn(usize) -> [Vec3; 3], earlier: Option<Earlier<'_>>) -> Bvh {
-        // Rays that run along a flat box, or exactly through its edge, must not slip by for a rounding error.
-        let margin = Vec3::splat(reach(all) * 4.0 * f32::EPSILON);
-        let leaf = |triangles: &[u32]| {
-            let exact = Bounds::of(triangles.iter().flat_map(|i| corners(*i as usize)));
-            Bounds { min: exact.min - margin, max: exact.max + margin }
-        };
-        let rows = tree.rows();
-        let known = earlier.filter(|e| [e.lower.len(), e.upper.len(), e.moved.len()] == [rows, rows, tree.order.len()]);
-        let (mut lower, mut upper) = match known {
-            Some(known) => (known.lower.to_vec(), known.upper.to_vec()),
-            None => (vec![Vec3::ZERO; rows], vec![Vec3::ZERO; rows]),
-        };
-        let mut other = vec![known.is_none(); rows];
-        // Children stand after their parents.
-        if let Some(known) = known {
-            for (row, (first, count)) in tree.first.iter().zip(&tree.count).enumerate().rev() {
-                let first = *first as usize;
-                other[row] =
-                    if *count == 0 { other[first] | other[first + 1] } else { known.moved.get(first) == Some(&true) };
+    /// box round all of them.
+    pub fn of(tree: Tree, all: Bounds, corners: impl Fn(usize) -> [Vec3; 3]) -> Bvh {
+        let (rows, margin) = (tree.rows(), margin(all));
+        let mut bvh = Bvh { lower: Pieces::repeat(Vec3::ZERO, rows), upper: Pieces::repeat(Vec3::ZERO, rows), tree };
+        if !bvh.tree.order.is_empty() {
+            // Children stand after their parents.
+            for row in (0..rows).rev() {
+                bvh.put(row, bvh.round(row, margin, &corners));
             }
         }
-        for row in (0..rows).rev().filter(|row| other[*row]) {
-            let (first, count) = (tree.first[row] as usize, tree.count[row] as usize);
-            let bounds = match count {
-                0 => Bounds { min: lower[first].min(lower[first + 1]), max: upper[first].max(upper[first + 1]) },
-                _ if tree.order.is_empty() => continue,
-                _ => leaf(&tree.order[first..first + count]),
-            };
-            (lower[row], upper[row]) = (bounds.min, bounds.max);
-        }
-        Bvh { lower, upper, tree, other }
+        bvh
     }
+
+    /// The same hierarchy after some triangles have moved, within the same [`reach`] of everything, and the rows whose boxes
+    /// are others, in their order. `was` are boxes round where those triangles stood; `moved` tells them by their place in
+    /// [`Tree::order`]. A leaf moves as a whole.
+    pub fn moved(
+        mut self,
+        all: Bounds,
+        corners: impl Fn(usize) -> [Vec3; 3],
+        was: &[Bounds],
+        moved: impl Fn(usize) -> bool,
+    ) -> (Bvh, Vec<usize>) {
+        // What holds a leaf that moved is round where it was.
+        let margin = margin(all);
+        let (mut waiting, mut due) = (vec![0], vec![]);
+        while let Some(row) = waiting.pop() {
+            let (first, bounds) = (self.tree.first[row] as usize, self.at(row));
+            if self.tree.order.is_empty() || !was.iter().any(|b| b.meets(&bounds)) {
+                continue;
+            }
+            if self.tree.count[row] == 0 {
+                waiting.extend([first, first + 1]);
+                due.push(row);
+            } else if moved(first) {
+                due.push(row);
+            }
+        }
+        due.sort_unstable();
+        let mut other = vec![];
+        for row in due.into_iter().rev() {
+            let (was, is) = (self.at(row), self.round(row, margin, &corners));
+            let bits = |b: Bounds| [b.min, b.max].map(|v| v.to_array().map(f32::to_bits));
+            if bits(was) != bits(is) {
+                self.put(row, is);
+                other.push(row);
+            }
+        }
+        other.reverse();
+        (self, other)
+    }
+
+    fn at(&self, row: usize) -> Bounds {
+        Bounds { min: self.lower[row], max: self.upper[row] }
+    }
+
+    fn put(&mut self, row: usize, bounds: Bounds) {
+        self.lower.set(row, bounds.min);
+        self.upper.set(row, bounds.max);
+    }
+
+    /// What the box of a row is, by those of its children or by its triangles.
+    fn round(&self, row: usize, margin: Vec3, corners: impl Fn(usize) -> [Vec3; 3]) -> Bounds {
+        let (first, count) = (self.tree.first[row] as usize, self.tree.count[row] as usize);
+        if count == 0 {
+            return self.at(first).union(self.at(first + 1));
+        }
+        let triangles = &self.tree.order[first..first + count];
+        let exact = Bounds::of(triangles.iter().flat_map(|i| corners(*i as usize)));
+        Bounds { min: exact.min - margin, max: exact.max + margin }
+    }
+}
+
+/// How much wider leaves are than their triangles: rays that run along a flat box, or exactly through its edge, must not slip by
+/// for a rounding error.
+fn margin(all: Bounds) -> Vec3 {
+    Vec3::splat(reach(all) * 4.0 * f32::EPSILON)
 }
 
 /// The least power of two that no coordinate of a box exceeds: what moves changes it hardly ever.
@@ -151,7 +183,7 @@ impl Tree {
     ) -> Tree {
         let mut order: Vec<u32> = (0..triangles as u32).collect();
         if order.is_empty() {
-            return Tree { first: vec![0], count: vec![1], order: Arc::default() };
+            return Tree { first: Pieces::repeat(0, 1), count: Pieces::repeat(1, 1), order: Arc::default() };
         }
         let item = |triangle: &u32| Item {
             bounds: Bounds::of(corners(*triangle as usize)),
@@ -170,9 +202,7 @@ impl Tree {
         });
         parts.sort_by_key(|p| p.start);
         let subtrees = subtrees(&mut order, &item, &parts, enough);
-        let rows = top.len() + subtrees.iter().map(|s| s.len() - 1).sum::<usize>();
-        let order = Arc::new(order);
-        let mut tree = Tree { first: Vec::with_capacity(rows), count: Vec::with_capacity(rows), order };
+        let mut tree = Tree { order: Arc::new(order), ..Tree::default() };
         top.iter().for_each(|row| tree.push(*row));
         for (part, below) in parts.iter().zip(subtrees) {
             // All but the root of a part go to the end; what they call row i is then row `base + i`.
@@ -182,7 +212,8 @@ impl Tree {
                 _ => Row { first: row.first + part.start as u32, ..row },
             });
             if let Some(root) = below.next() {
-                (tree.first[part.row], tree.count[part.row]) = (root.first, root.count);
+                tree.first.set(part.row, root.first);
+                tree.count.set(part.row, root.count);
             }
             below.for_each(|row| tree.push(row));
         }

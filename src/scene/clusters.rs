@@ -55,7 +55,7 @@ pub(super) fn clustered(
         let corners = |t: usize| group[t].map(|i| Vec3::from(vertices[i as usize].position));
         let Tree { first, count, order } = Tree::new(group.len(), corners, |_| 0, CLUSTER);
         let mut order = Arc::unwrap_or_clone(order);
-        let mut leaves: Vec<(u32, u32)> = first.into_iter().zip(count).collect();
+        let mut leaves: Vec<(u32, u32)> = first.iter().copied().zip(count.iter().copied()).collect();
         leaves.retain(|(_, count)| *count > 0);
         leaves.sort_unstable();
         for (start, count) in leaves {

@@ -2,7 +2,6 @@
 //! take more memory than the scene.
 
 use super::{Vertex, geometry::Geometry, model::Scene, motion::Pose};
-use crate::content::hash;
 use crate::value::Value;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::hash::Hasher;
@@ -64,9 +63,9 @@ impl Corners {
         Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), normals, order }
     }
 
-    /// Where the nodes stand, hashed.
-    pub(super) fn places(&self) -> u128 {
-        hash(&self.nodes.iter().map(|m| m.to_cols_array().map(f32::to_bits)).collect::<Vec<_>>())
+    /// Node to world, by node.
+    pub(super) fn nodes(&self) -> &[Mat4] {
+        &self.nodes
     }
 
     /// Marks the rows that hold something else than at an earlier pose; `None`: they are of other triangles.
@@ -76,20 +75,20 @@ impl Corners {
         if !same || self.nodes.len() != before.nodes.len() || other.len() != self.rows() {
             return None;
         }
-        before.mark_moved(&self.nodes, other);
+        before.moved(&self.nodes).for_each(|rows| other[rows].fill(true));
         Some(())
     }
 
-    /// Marks the rows whose triangles stand elsewhere when the nodes stand here.
-    pub(super) fn mark_moved(&self, nodes: &[Mat4], other: &mut [bool]) {
-        let mut start = 0;
-        for (node, end) in &self.order.runs {
-            let (a, b) = (self.nodes.get(*node as usize), nodes.get(*node as usize));
-            if a.map(bytemuck::bytes_of) != b.map(bytemuck::bytes_of) {
-                other[start..*end].fill(true);
-            }
-            start = *end;
-        }
+    /// The rows whose triangles stand elsewhere when the nodes stand here.
+    pub(super) fn moved<'a>(&'a self, nodes: &'a [Mat4]) -> impl Iterator<Item = Range<usize>> + 'a {
+        let runs = &self.order.runs;
+        let starts = std::iter::once(0).chain(runs.iter().map(|(_, end)| *end));
+        let differs = |node: u32| {
+            let (a, b) = (self.nodes.get(node as usize), nodes.get(node as usize));
+            a.map(bytemuck::bytes_of) != b.map(bytemuck::bytes_of)
+        };
+        let other = starts.zip(runs).filter(move |(_, (node, _))| differs(*node));
+        other.map(|(start, (_, end))| start..*end)
     }
 
     /// Where the triangles of some rows stand.

@@ -8,7 +8,7 @@
 //!   them, `attached` lights and cameras, `geometry` the vertices, `clusters` their compact groups, `levels` fewer triangles, `textures` the base-colour array; `description`
 //!   reads the scene RON
 //! - `model` holds the scene and its facts; `motion` poses it; `tables`, `corners`, `light_views` and `bvh` fill the shaders'
-//!   tables; `camera` makes the view matrices
+//!   tables, whose columns are `pieces`; `camera` makes the view matrices
 //!
 //! # The scene file
 //! A RON file beside the glTF says what glTF has no place for:
@@ -51,6 +51,7 @@ mod light_views;
 mod load;
 mod model;
 mod motion;
+mod pieces;
 mod tables;
 #[cfg(test)]
 mod tests;
@@ -65,9 +66,11 @@ pub use levels::{Level, Levels};
 pub use load::{Loaded, from_bytes, load};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};
+pub use pieces::Pieces;
 pub use tables::Tables;
 pub use textures::TextureArray;
 
+use crate::content::hash;
 use crate::value::{Type, Value};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::hash::{DefaultHasher, Hasher};
@@ -120,26 +123,23 @@ pub(crate) struct Since {
 }
 
 impl Since {
-    /// Of a table with these columns; `other`: by row, whether it may be another one.
-    pub(crate) fn of(before: &Columns, other: &[bool]) -> Since {
-        Since { before: Arc::downgrade(before), rows: ranges(other).into() }
+    /// Of a table with these columns; `other`: rows that may be others, in their order.
+    pub(crate) fn of(before: &Columns, other: &mut dyn Iterator<Item = Range<usize>>) -> Since {
+        Since { before: Arc::downgrade(before), rows: joined(other).into() }
     }
 }
 
-/// Ranges of rows in their order that have all that are marked.
-fn ranges(marked: &[bool]) -> Vec<Range<usize>> {
-    let mut ranges: Vec<Range<usize>> = vec![];
-    // Some hundred at a time: most of them are not.
-    let parts = marked.chunks(128).enumerate().filter(|(_, part)| part.contains(&true));
-    let rows = parts.flat_map(|(i, part)| part.iter().enumerate().map(move |(j, m)| (128 * i + j, *m)));
-    for (row, _) in rows.filter(|(_, m)| *m) {
-        match ranges.last_mut() {
+/// Ranges of rows in their order, with those between that are near enough.
+fn joined(all: impl Iterator<Item = Range<usize>>) -> Vec<Range<usize>> {
+    let mut joined: Vec<Range<usize>> = vec![];
+    for rows in all {
+        match joined.last_mut() {
             // To begin anew costs more than a few rows.
-            Some(last) if row - last.end < 64 => last.end = row + 1,
-            _ => ranges.push(row..row + 1),
+            Some(last) if rows.start < last.end + 64 => last.end = rows.end,
+            _ => joined.push(rows),
         }
     }
-    ranges
+    joined
 }
 
 impl PartialEq for Table {
@@ -149,18 +149,30 @@ impl PartialEq for Table {
 }
 
 impl Table {
+    /// A column by its name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|(n, _)| *n == name).map(|(_, c)| c)
+    }
+
     /// Whether one is a clone of the other.
     pub fn is_clone(&self, other: &Table) -> bool {
         self.name == other.name && Arc::ptr_eq(&self.columns, &other.columns)
     }
 
-    /// The tables that rays search.
-    pub const FOR_RAYS: [&'static str; 2] = ["triangles", "bvh"];
+    /// The tables that hold nothing but where the scene's triangles are, and what follows from that and the triangles themselves.
+    pub const OF_PLACES: [&'static str; 4] = ["nodes", "clusters", "triangles", "bvh"];
 
-    /// Where the nodes stand whose triangles it holds, hashed; `None` for tables of anything else. With the scene's triangles and
-    /// their order the tables [`Table::FOR_RAYS`] follow from it.
+    /// Where the nodes stand that it holds, or whose triangles, hashed; `None` for tables of anything else. The tables
+    /// [`Table::OF_PLACES`] follow from it, with the scene's triangles, their order and its levels.
     pub fn places(&self) -> Option<u128> {
-        self.corners().map(Corners::places)
+        let bits = |nodes: &mut dyn Iterator<Item = &Mat4>| {
+            hash(&nodes.map(|m| m.to_cols_array().map(f32::to_bits)).collect::<Vec<_>>())
+        };
+        self.columns.iter().find_map(|(name, column)| match column {
+            Column::Corner { of, .. } => Some(bits(&mut of.nodes().iter())),
+            Column::Mat4(nodes) if (self.name, *name) == ("nodes", "transform") => Some(bits(&mut nodes.iter())),
+            _ => None,
+        })
     }
 
     fn corners(&self) -> Option<&Corners> {
@@ -170,20 +182,20 @@ impl Table {
 
     /// A version of what some rows hold in the columns of these names, in this scene; rows past the end hold nothing.
     pub fn version_of(&self, columns: &[&str], rows: Range<usize>) -> u64 {
-        fn bytes<T: bytemuck::NoUninit>(column: &[T], rows: Range<usize>) -> &[u8] {
-            bytemuck::cast_slice(column.get(rows.start..rows.end.min(column.len())).unwrap_or_default())
+        fn write<T: bytemuck::NoUninit>(column: &Pieces<T>, rows: Range<usize>, h: &mut DefaultHasher) {
+            column.slices(rows).for_each(|some| h.write(bytemuck::cast_slice(some)));
         }
         let mut h = DefaultHasher::new();
         let mut corners = None;
         for (_, column) in self.columns.iter().filter(|(name, _)| columns.contains(name)) {
             let rows = rows.clone();
             match column {
-                Column::Uint(v) => h.write(bytes(v, rows)),
-                Column::Float(v) => h.write(bytes(v, rows)),
-                Column::Vec2(v) => h.write(bytes(v, rows)),
-                Column::Vec3(v) => h.write(bytes(v, rows)),
-                Column::Vec4(v) => h.write(bytes(v, rows)),
-                Column::Mat4(v) => h.write(bytes(v, rows)),
+                Column::Uint(v) => write(v, rows, &mut h),
+                Column::Float(v) => write(v, rows, &mut h),
+                Column::Vec2(v) => write(v, rows, &mut h),
+                Column::Vec3(v) => write(v, rows, &mut h),
+                Column::Vec4(v) => write(v, rows, &mut h),
+                Column::Mat4(v) => write(v, rows, &mut h),
                 Column::Corner { of, .. } => corners = Some(of),
             }
         }
@@ -213,19 +225,20 @@ impl Table {
                 return None;
             }
         }
-        Some(ranges(&other))
+        let marked = other.iter().enumerate().filter(|(_, other)| **other);
+        Some(joined(marked.map(|(row, _)| row..row + 1)))
     }
 }
 
 /// One column of a [`Table`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Column {
-    Uint(Vec<u32>),
-    Float(Vec<f32>),
-    Vec2(Vec<Vec2>),
-    Vec3(Vec<Vec3>),
-    Vec4(Vec<Vec4>),
-    Mat4(Vec<Mat4>),
+    Uint(Pieces<u32>),
+    Float(Pieces<f32>),
+    Vec2(Pieces<Vec2>),
+    Vec3(Pieces<Vec3>),
+    Vec4(Pieces<Vec4>),
+    Mat4(Pieces<Mat4>),
     /// What the vertices at one corner (0 to 2) of triangles hold.
     Corner {
         of: Arc<Corners>,
@@ -238,18 +251,13 @@ impl Column {
     /// Marks the rows in which it differs; false where the two have nothing in common. Corners are marked by their own.
     fn mark(&self, before: &Column, other: &mut [bool]) -> bool {
         // By bits: 0 and -0 are told apart, as everywhere where results are kept.
-        fn each<T: bytemuck::NoUninit>(now: &[T], then: &[T], other: &mut [bool]) -> bool {
+        fn each<T: bytemuck::NoUninit>(now: &Pieces<T>, then: &Pieces<T>, other: &mut [bool]) -> bool {
             if [now.len(), then.len()] != [other.len(); 2] {
                 return false;
             }
-            // Some hundred at a time: most of them are the same.
-            let parts = now.chunks(128).zip(then.chunks(128)).zip(other.chunks_mut(128));
-            let differ = |a: &[u8], b: &[u8]| a != b;
-            for ((now, then), other) in
-                parts.filter(|((a, b), _)| differ(bytemuck::cast_slice(a), bytemuck::cast_slice(b)))
-            {
-                let rows = now.iter().zip(then).zip(other);
-                rows.for_each(|((a, b), other)| *other |= differ(bytemuck::bytes_of(a), bytemuck::bytes_of(b)));
+            for (start, now, then) in now.apart(then) {
+                let rows = now.iter().zip(then).zip(&mut other[start..]);
+                rows.for_each(|((a, b), other)| *other |= bytemuck::bytes_of(a) != bytemuck::bytes_of(b));
             }
             true
         }

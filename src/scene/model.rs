@@ -150,6 +150,17 @@ impl Bounds {
         Bounds { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// As many boxes as there is room for, round all of these.
+    pub fn gathered(boxes: &[Bounds], room: usize) -> Vec<Bounds> {
+        let round = |some: &[Bounds]| some.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
+        boxes.chunks(boxes.len().div_ceil(room.max(1)).max(1)).map(round).collect()
+    }
+
+    /// Whether the two have a point in common.
+    pub fn meets(&self, other: &Bounds) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
     /// The eight corners.
     pub fn corners(self) -> [Vec3; 8] {
         std::array::from_fn(|i| {

@@ -2,19 +2,25 @@
 
 use super::{
     Column, Level, Since, TABLES, Table,
-    bvh::{Bvh, Earlier, Tree, reach},
+    bvh::{Bvh, Tree, reach},
     clusters,
     corners::{Corners, Held, Order, normal_matrix},
     geometry::Geometry,
     light_views::{LightView, Surfaces, light_views},
     model::{Bounds, Scene},
     motion::Pose,
+    pieces::Pieces,
 };
 use glam::{Mat4, Vec3};
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The tables that boxes round clusters are needed for.
 const BOXED: [&str; 4] = ["light_views", "triangles", "bvh", "clusters"];
+
+/// Boxes round what moved that each row of a hierarchy is held against, at most.
+const MOST_PLACES: usize = 8;
 
 /// What stands in `base_color_texture` for none.
 const NO_TEXTURE: u32 = u32::MAX;
@@ -83,7 +89,7 @@ impl Scene {
                 let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, &boxes, earlier));
                 Some(if name == "bvh" { bvh.clone() } else { triangles.clone() })
             }
-            "clusters" => Some(self.cluster_table(&boxes, &levels)),
+            "clusters" => Some(self.cluster_table(&boxes, &levels, earlier)),
             "emitters" => Some(self.emitter_table(corners)),
             _ => None,
         };
@@ -116,7 +122,7 @@ impl Scene {
     fn light_table(&self, pose: &Pose) -> Table {
         let all = &self.lights;
         let mut next = 0;
-        let mut first_view = vec![];
+        let mut first_view = Pieces::default();
         for light in all {
             first_view.push(next);
             next += light.kind.views();
@@ -148,25 +154,35 @@ impl Scene {
         std::iter::once(own).chain(levels.iter().map(|l| (l.indices.as_slice(), l.clusters.as_slice())))
     }
 
-    fn cluster_table(&self, boxes: &[Bounds], levels: &[Arc<Level>]) -> Table {
-        let (mut clusters, mut before) = (vec![], 0);
-        for (indices, list) in self.clustered(levels) {
-            clusters.extend(list.iter().map(|c| clusters::Cluster { first: before + c.first, ..*c }));
-            before += indices.len() as u32;
-        }
+    fn cluster_table(&self, boxes: &[Bounds], levels: &[Arc<Level>], earlier: Option<&Tables>) -> Table {
+        let known = earlier.filter(|e| same_levels(&e.levels, levels)).and_then(|e| e.table("clusters"));
+        // Which triangles they are of no move changes.
+        let [first, count, node] = ["first", "count", "node"].map(|name| known?.column(name));
+        let (first, count, node) = match (first, count, node) {
+            (Some(first), Some(count), Some(node)) => (first.clone(), count.clone(), node.clone()),
+            _ => {
+                let (mut all, mut before) = (vec![], 0);
+                for (indices, list) in self.clustered(levels) {
+                    all.extend(list.iter().map(|c| clusters::Cluster { first: before + c.first, ..*c }));
+                    before += indices.len() as u32;
+                }
+                let of = |what: fn(&clusters::Cluster) -> u32| Column::Uint(all.iter().map(what).collect());
+                (of(|c| c.first), of(|c| c.count), of(|c| c.node))
+            }
+        };
         let all = boxes.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
         let sides = boxes.iter().map(|b| clusters::sides(b, &all)).collect();
         let bounds: Vec<Bounds> = boxes.iter().map(clusters::widened).collect();
         Table {
             name: "clusters",
-            rows: clusters.len(),
+            rows: boxes.len(),
             since: None,
             columns: Arc::new([
                 ("lower", Column::Vec3(bounds.iter().map(|b| b.min).collect())),
                 ("upper", Column::Vec3(bounds.iter().map(|b| b.max).collect())),
-                ("first", Column::Uint(clusters.iter().map(|c| c.first).collect())),
-                ("count", Column::Uint(clusters.iter().map(|c| c.count).collect())),
-                ("node", Column::Uint(clusters.iter().map(|c| c.node).collect())),
+                ("first", first),
+                ("count", count),
+                ("node", node),
                 ("sides", Column::Uint(sides)),
             ]),
         }
@@ -178,7 +194,7 @@ impl Scene {
         let all: Vec<Emitter> = lit.map(|(i, radiance)| Emitter { corners: corners(i), radiance }).collect();
         let total: f64 = all.iter().map(Emitter::power).sum();
         let mut sum = 0.0;
-        let mut cumulative = vec![];
+        let mut cumulative = Vec::with_capacity(all.len());
         for emitter in &all {
             sum += emitter.power();
             cumulative.push((sum / total) as f32);
@@ -197,7 +213,7 @@ impl Scene {
                 ("c", corner(2)),
                 ("radiance", Column::Vec3(all.iter().map(|e| e.radiance).collect())),
                 ("area", Column::Float(all.iter().map(Emitter::area).collect())),
-                ("cumulative", Column::Float(cumulative)),
+                ("cumulative", Column::Float(cumulative.into_iter().collect())),
                 (
                     "density",
                     Column::Float(all.iter().map(|e| (f64::from(e.radiance.element_sum()) / total) as f32).collect()),
@@ -254,10 +270,10 @@ impl World<'_> {
         if let Some(known) = known.filter(|k| k.pose.nodes == self.pose.nodes) {
             return known.boxes.clone();
         }
-        let still =
-            |node: u32| known.is_some_and(|k| k.pose.nodes.get(node as usize) == self.pose.nodes.get(node as usize));
+        let pairs = known.into_iter().flat_map(|k| k.pose.nodes.iter().zip(&self.pose.nodes));
+        let still: Vec<bool> = pairs.map(|(then, now)| then == now).collect();
         let one = |(i, (indices, c)): (usize, (&[u32], &clusters::Cluster))| match known.and_then(|k| k.boxes.get(i)) {
-            Some(found) if still(c.node) => *found,
+            Some(found) if still.get(c.node as usize) == Some(&true) => *found,
             _ => clusters::bounds(c, |triangle| self.corners_of(indices, triangle)),
         };
         all.enumerate().map(one).collect()
@@ -282,7 +298,7 @@ fn nodes(pose: &Pose) -> Table {
         rows: pose.nodes.len(),
         since: None,
         columns: Arc::new([
-            ("transform", Column::Mat4(pose.nodes.clone())),
+            ("transform", Column::Mat4(pose.nodes.iter().copied().collect())),
             ("inverse_transpose", Column::Mat4(normals)),
         ]),
     }
@@ -298,8 +314,8 @@ fn light_view_table(views: &[LightView], all: Bounds) -> Table {
             ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
             ("near", Column::Float(views.iter().map(|v| v.near).collect())),
             ("far", Column::Float(views.iter().map(|v| v.far).collect())),
-            ("lower", Column::Vec3(vec![all.min; views.len()])),
-            ("upper", Column::Vec3(vec![all.max; views.len()])),
+            ("lower", Column::Vec3(Pieces::repeat(all.min, views.len()))),
+            ("upper", Column::Vec3(Pieces::repeat(all.max, views.len()))),
         ]),
     }
 }
@@ -321,16 +337,14 @@ impl Tables {
     }
 
     fn column(&self, table: &str, column: &str) -> Option<&Column> {
-        self.table(table)?.columns.iter().find(|(name, _)| *name == column).map(|(_, c)| c)
+        self.table(table)?.column(column)
     }
 }
 
 /// What rays meet, as earlier tables of a scene hold it.
 struct Traced<'a> {
-    lower: &'a [Vec3],
-    upper: &'a [Vec3],
-    first: &'a [u32],
-    count: &'a [u32],
+    tables: &'a Tables,
+    bvh: Bvh,
     corners: &'a Corners,
 }
 
@@ -345,42 +359,63 @@ impl<'a> Traced<'a> {
             (
                 (Column::Vec3(lower), Column::Vec3(upper)),
                 (Column::Uint(first), Column::Uint(count)),
-                Column::Corner { of, .. },
-            ) => Some(Traced { lower, upper, first, count, corners: of }),
+                Column::Corner { of: corners, .. },
+            ) => {
+                let order = corners.order().triangles.clone();
+                let tree = Tree { first: first.clone(), count: count.clone(), order };
+                Some(Traced { tables, bvh: Bvh { lower: lower.clone(), upper: upper.clone(), tree }, corners })
+            }
             _ => None,
         }
     }
 
-    fn tree(&self) -> Tree {
-        let order = self.corners.order().triangles.clone();
-        Tree { first: self.first.to_vec(), count: self.count.to_vec(), order }
+    /// The boxes at the pose of a world whose box `all` is, and what they and the triangles have other than these; `None`: the
+    /// boxes of everything are others.
+    fn moved(&self, world: &World<'_>, all: Bounds) -> Option<(Bvh, [Since; 2])> {
+        let boxes = &self.tables.boxes;
+        if reach(world.whole(boxes)) != reach(all) {
+            return None;
+        }
+        let there = |node: u32| self.tables.pose.nodes.get(node as usize);
+        let moved = |node: u32| {
+            there(node).map(bytemuck::bytes_of) != world.pose.nodes.get(node as usize).map(bytemuck::bytes_of)
+        };
+        let mut was: BTreeMap<u32, Bounds> = BTreeMap::new();
+        for (cluster, bounds) in world.scene.geometry.clusters.iter().zip(boxes.iter()).filter(|(c, _)| moved(c.node)) {
+            let of = was.entry(cluster.node).or_insert(Bounds::EMPTY);
+            *of = of.union(*bounds);
+        }
+        let was = Bounds::gathered(&was.into_values().collect::<Vec<_>>(), MOST_PLACES);
+        let of_moved = |place: usize| moved(self.corners.vertex(place, 0).node);
+        let (bvh, other) = self.bvh.clone().moved(all, |i| world.corners(i), &was, of_moved);
+        let since = |name: &str, rows: &mut dyn Iterator<Item = Range<usize>>| {
+            Some(Since::of(&self.tables.table(name)?.columns, rows))
+        };
+        let boxes = since("bvh", &mut other.into_iter().map(|row| row..row + 1))?;
+        let triangles = since("triangles", &mut self.corners.moved(&world.pose.nodes))?;
+        Some((bvh, [boxes, triangles]))
     }
 }
 
 /// The tables `triangles` and `bvh`.
 fn traced_tables(world: &World<'_>, boxes: &[Bounds], earlier: Option<&Tables>) -> (Table, Table) {
-    let known = earlier.and_then(|tables| Some((tables, Traced::of(tables)?)));
+    let known = earlier.and_then(Traced::of);
     let all = world.whole(boxes);
-    let mut moved = vec![];
-    let near = known.as_ref().filter(|(tables, _)| reach(world.whole(&tables.boxes)) == reach(all));
-    let near = near.map(|(_, t)| {
-        moved.resize(t.corners.rows(), false);
-        t.corners.mark_moved(&world.pose.nodes, &mut moved);
-        Earlier { lower: t.lower, upper: t.upper, moved: &moved }
-    });
-    let tree = known.as_ref().map_or_else(|| sorted(world.scene), |(_, t)| t.tree());
-    let held = known.as_ref().filter(|_| near.is_some()).map(|(tables, _)| *tables);
-    let Bvh { lower, upper, tree: Tree { first, count, order }, other } =
-        Bvh::of(tree, all, |i| world.corners(i), near);
+    let (bvh, since) = match known.as_ref().map(|known| (known, known.moved(world, all))) {
+        Some((_, Some((bvh, since)))) => (bvh, since.map(Some)),
+        Some((known, None)) => (Bvh::of(known.bvh.tree.clone(), all, |i| world.corners(i)), [None, None]),
+        None => (Bvh::of(sorted(world.scene), all, |i| world.corners(i)), [None, None]),
+    };
+    let Bvh { lower, upper, tree: Tree { first, count, order } } = bvh;
     let order = match &known {
-        Some((_, t)) => t.corners.order().clone(),
+        Some(known) => known.corners.order().clone(),
         None => Arc::new(Order::new(&world.scene.geometry, order)),
     };
-    let since = |name, other: &[bool]| Some(Since::of(&held?.table(name)?.columns, other));
+    let [boxes_since, triangles_since] = since;
     let bvh = Table {
         name: "bvh",
         rows: count.len(),
-        since: since("bvh", &other),
+        since: boxes_since,
         columns: Arc::new([
             ("lower", Column::Vec3(lower)),
             ("upper", Column::Vec3(upper)),
@@ -393,7 +428,7 @@ fn traced_tables(world: &World<'_>, boxes: &[Bounds], earlier: Option<&Tables>) 
     let triangles = Table {
         name: "triangles",
         rows: of.rows(),
-        since: since("triangles", &moved),
+        since: triangles_since,
         columns: Arc::new([
             ("a", at(0, Held::Position)),
             ("b", at(1, Held::Position)),

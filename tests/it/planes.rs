@@ -43,7 +43,7 @@ fn placed(scene: Scene) -> Vec<f32> {
 }
 
 fn corner(triangles: &Table, name: &str, row: usize) -> DVec3 {
-    let column = triangles.columns.iter().find(|(n, _)| *n == name).map(|(_, column)| column);
+    let column = triangles.column(name);
     match column.and_then(|c| c.get(row)) {
         Some(Value::Vec3(v)) => v.as_dvec3(),
         other => panic!("{name} of {row}: {other:?}"),

@@ -1,7 +1,8 @@
 use crate::gpu::testing::{Sketch, gpu, run, run_scene, try_run};
 use crate::gpu::{Frame, Timing, execute, prepare, prepare_after, read_buffer};
 use crate::plan::change::{Held, carry};
-use crate::plan::keys::{Keys, Outside};
+use crate::plan::keys::Keys;
+use crate::plan::outside::Outside;
 use crate::plan::{Action, TextureKind};
 use crate::scene::{Assets, Column, Geometry, Table};
 use crate::value::{Value, Values};
@@ -92,8 +93,8 @@ fn lights(intensities: &[Vec3]) -> Table {
         since: None,
         columns: std::sync::Arc::new([
             ("kind", Column::Uint((0..rows as u32).collect())),
-            ("position", Column::Vec3(vec![Vec3::ZERO; rows])),
-            ("intensity", Column::Vec3(intensities.to_vec())),
+            ("position", Column::Vec3(vec![Vec3::ZERO; rows].into_iter().collect())),
+            ("intensity", Column::Vec3(intensities.iter().copied().collect())),
         ]),
     }
 }

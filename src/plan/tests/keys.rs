@@ -2,7 +2,8 @@
 
 use super::super::build::Options;
 use super::super::change::{Held, Selection, carry, carry_history, everything, select};
-use super::super::keys::{Keys, Outside, UNDEFINED, Version};
+use super::super::keys::{Keys, UNDEFINED, Version};
+use super::super::outside::Outside;
 use super::*;
 
 /// The version of an output, in memory that begins empty.

@@ -73,14 +73,14 @@ fn clusters_of_levels_follow_those_of_the_scene() {
     let scene = hall();
     let levels = [scene.level(0.002), scene.level(0.05)];
     let tables = scene.tables_after(scene.pose(0.0), |name| name == "clusters", levels.to_vec(), None).list;
-    let column = |name: &str| match tables[0].columns.iter().find(|c| c.0 == name) {
-        Some((_, Column::Uint(all))) => all.clone(),
+    let column = |name: &str| match tables[0].column(name) {
+        Some(Column::Uint(all)) => all.clone(),
         _ => panic!("no column {name}"),
     };
     // Each begins where the one before ends: all indices, then those of one level after the other.
     let mut next = 0;
-    for (first, count) in column("first").into_iter().zip(column("count")) {
-        assert_eq!(first, next);
+    for (first, count) in column("first").iter().zip(column("count").iter()) {
+        assert_eq!(*first, next);
         next += count;
     }
     let indices = scene.geometry.indices.len() + levels.iter().map(|l| l.indices.len()).sum::<usize>();

@@ -194,7 +194,7 @@ fn rows_are_told_apart_by_their_bits() {
         name: "nodes",
         rows: 2,
         since: None,
-        columns: std::sync::Arc::new([("x", crate::scene::Column::Float(vec![1.0, x]))]),
+        columns: std::sync::Arc::new([("x", crate::scene::Column::Float([1.0, x].into_iter().collect()))]),
     };
     let second = 1..2;
     assert_eq!(table(-0.0).differs(&table(0.0)), Some(vec![second]));

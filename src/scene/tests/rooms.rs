@@ -101,7 +101,7 @@ fn tables_of(scene: &Scene) -> Vec<Table> {
 
 fn cell(tables: &[Table], table: &str, column: &str, row: usize) -> Value {
     let table = tables.iter().find(|t| t.name == table).unwrap();
-    table.columns.iter().find(|c| c.0 == column).unwrap().1.get(row).unwrap()
+    table.column(column).unwrap().get(row).unwrap()
 }
 
 fn float(value: Value) -> f32 {
