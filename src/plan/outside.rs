@@ -46,7 +46,7 @@ impl Outside {
     pub fn follow(&mut self, plan: &Plan, before: &[Table], tables: &[Table]) -> Checked<()> {
         // These tables are large, and follow from little.
         let AssetHashes { geometry, order, .. } = self.assets;
-        let places = tables.iter().find_map(Table::places).map(|p| hash(&(p, geometry, order)));
+        let places = tables.iter().find_map(Table::places);
         for (index, (wanted, hashed)) in plan.tables.iter().zip(&mut self.tables).enumerate() {
             let Some(table) = tables.iter().find(|t| t.name == wanted.table) else { continue };
             if before.iter().any(|b| b.is_clone(table)) {
@@ -54,9 +54,12 @@ impl Outside {
             }
             let columns: Vec<_> = wanted.row.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
             let layout = (table.name, &columns, wanted.stride, wanted.rows);
-            *hashed = match places.filter(|_| Table::OF_PLACES.contains(&table.name)) {
-                Some(places) => hash(&(places, layout, levels(plan, table))),
-                None => hash(&pack(wanted, table)?),
+            *hashed = match (places, table.name) {
+                (Some(places), "nodes") => hash(&(places, layout)),
+                (Some(places), name) if Table::OF_PLACES.contains(&name) => {
+                    hash(&(places, geometry, order, levels(plan, name), layout))
+                }
+                _ => hash(&pack(wanted, table)?),
             };
             let names: Vec<&str> = columns.iter().map(|c| c.0).collect();
             for (rows, (common, members)) in self.rows.iter_mut().filter(|(rows, _)| rows.table == index) {
@@ -71,8 +74,8 @@ impl Outside {
 }
 
 /// The levels of the scene that a table has rows of.
-fn levels(plan: &Plan, table: &Table) -> Vec<u32> {
-    let has = |_: &&LevelUse| table.name == "clusters";
+fn levels(plan: &Plan, table: &str) -> Vec<u32> {
+    let has = |_: &&LevelUse| table == "clusters";
     plan.levels.iter().filter(has).map(|level| level.tolerance.to_bits()).collect()
 }
 
