@@ -96,9 +96,13 @@ fn has_probe(c: Cell, corner: u32) -> bool {
 }
 #else
 #ifdef PROBE_TABLE
-/// Planes of the grid, grid.x along x, then grid.y along y, grid.z along z: x is where one stands in the world, ascending, metres; y is 1 by
-/// the distance to the next, of the last 0.
-var<uniform> probe_axes: array<vec4f, #{PROBE_PLANES}>;
+/// Planes along each axis, as `grid` has them: with counts that a compiler knows it unrolls the search.
+const ALONG_X: u32 = #{PLANES_X}u;
+const ALONG_Y: u32 = #{PLANES_Y}u;
+const ALONG_Z: u32 = #{PLANES_Z}u;
+/// Planes of the grid along x, then y, then z: x is where one stands in the world, ascending, metres; y is 1 by the distance to the
+/// next, of the last 0.
+var<uniform> probe_axes: array<vec4f, ALONG_X + ALONG_Y + ALONG_Z>;
 
 /// The edges of the box in mean distances between probes.
 fn span() -> vec3f {
@@ -107,8 +111,9 @@ fn span() -> vec3f {
 
 /// Where a probe stands.
 fn position(probe: vec3u) -> vec3f {
-    let n = probe_grid.grid;
-    return vec3f(probe_axes[probe.x].x, probe_axes[n.x + probe.y].x, probe_axes[n.x + n.y + probe.z].x);
+    let y = ALONG_X + probe.y;
+    let z = ALONG_X + ALONG_Y + probe.z;
+    return vec3f(probe_axes[probe.x].x, probe_axes[y].x, probe_axes[z].x);
 }
 
 /// Coordinate in the grid of `at` along an axis of `count` planes that begin at `first` of the table.
@@ -126,8 +131,11 @@ fn locate(at: f32, first: u32, count: u32) -> f32 {
 
 /// Coordinates in the grid of a point in the world.
 fn grid_place(point: vec3f) -> vec3f {
-    let n = probe_grid.grid;
-    return vec3f(locate(point.x, 0u, n.x), locate(point.y, n.x, n.y), locate(point.z, n.x + n.y, n.z));
+    return vec3f(
+        locate(point.x, 0u, ALONG_X),
+        locate(point.y, ALONG_X, ALONG_Y),
+        locate(point.z, ALONG_X + ALONG_Y, ALONG_Z),
+    );
 }
 #else
 /// Probes of the uniform grid along x, y, z.

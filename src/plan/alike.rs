@@ -26,18 +26,21 @@ impl Alike {
     }
 }
 
-/// When to look at results: a look in vain makes the next one wait, twice as many frames each time.
+/// When to look at results: each look in vain makes the next ones wait a little longer. A look costs far less than what it may
+/// save, so that they stay frequent.
 #[derive(Debug, Default)]
 pub struct Looks(BTreeMap<String, Wait>);
 
 #[derive(Debug, Default)]
 struct Wait {
-    frames: u32,
+    /// Looks in vain since one that paid.
+    vain: u32,
+    /// Frames until the next one.
     left: u32,
 }
 
 /// Frames that a look waits at most.
-const LONGEST_WAIT: u32 = 64;
+const LONGEST_WAIT: u32 = 8;
 
 impl Looks {
     /// Whether to look at the result of a unit in a frame in which that might pay; counts the frame.
@@ -50,8 +53,8 @@ impl Looks {
     /// What a look found.
     pub fn learn(&mut self, unit: &str, same: bool) {
         let wait = self.0.entry(unit.into()).or_default();
-        wait.frames = if same { 0 } else { (2 * wait.frames).clamp(1, LONGEST_WAIT) };
-        wait.left = wait.frames;
+        wait.vain = if same { 0 } else { wait.vain.saturating_add(1) };
+        wait.left = (wait.vain / 2).min(LONGEST_WAIT);
     }
 }
 
@@ -115,7 +118,8 @@ mod tests {
                 looks.learn("step", false);
             }
         }
-        assert_eq!(seen, [0, 2, 5, 10, 19, 36, 69, 134, 199]);
+        assert_eq!(seen[..9], [0, 1, 3, 5, 8, 11, 15, 19, 24]);
+        assert!(seen.windows(2).skip(16).all(|two| two[1] - two[0] == LONGEST_WAIT + 1), "{seen:?}");
         looks.learn("step", true);
         assert!(looks.due("step") && looks.due("step"));
     }
