@@ -177,6 +177,9 @@ fn updates(gpu: &Gpu, graph: &str, scene: &Arc<Scene>, grid: u32) -> Checked<()>
 /// Blocks of frames that what is compared takes turns in: a machine's speed changes from one second to the next.
 const ROUNDS: u32 = 5;
 
+/// Frames of a round; the first isn't counted, since what the others left in the caches is not its own.
+const FRAMES: u32 = 5;
+
 /// What moves before a frame.
 #[derive(Clone, Copy, PartialEq)]
 enum Moved {
@@ -200,7 +203,7 @@ struct Update {
 impl Update {
     fn round(&mut self, gpu: &Gpu) -> Checked<()> {
         let mut times = vec![];
-        for _ in 0..REPEATS {
+        for _ in 0..FRAMES {
             let by = glam::Vec3::X * 0.02 * (1 + self.frames % REPEATS) as f32;
             let shift = match self.of {
                 Moved::All => Shift::default(),
@@ -212,9 +215,7 @@ impl Update {
             times.push(ms);
             self.last = Some(report);
         }
-        // What the others left in the caches is not its own.
-        times.remove(0);
-        self.rounds.push(middle(times));
+        self.rounds.push(middle(times.split_off(1)));
         Ok(())
     }
 }
