@@ -153,7 +153,8 @@ pub fn seen(
     let of: Vec<Table> = tables.iter().filter(|t| WORLD.contains(&t.name)).cloned().collect();
     let same = |seen: &&Seen| seen.tables.len() == of.len() && seen.tables.iter().zip(&of).all(|(a, b)| a.is_clone(b));
     let known_world = before.values().find(same).map(|seen| seen.world.clone());
-    let Some(world) = known_world.or_else(|| World::new(tables).map(Arc::new)) else { return all };
+    let earlier = before.values().next().map(|seen| (&*seen.world, seen.tables.as_slice()));
+    let Some(world) = known_world.or_else(|| World::after(tables, earlier).map(Arc::new)) else { return all };
     for (&index, parts) in apart {
         let Some(step) = plan.steps.get(index) else { continue };
         let (rows, reach): (Vec<usize>, u64) = match (&step.action, &step.sight) {
@@ -334,8 +335,9 @@ struct Node {
 }
 
 impl World {
-    /// From the tables `nodes` and `clusters`; `None` without them.
-    pub fn new(tables: &[Table]) -> Option<World> {
+    /// From the tables `nodes` and `clusters`; `None` without them. Of an earlier world, given with its own, those nodes are taken of
+    /// which no row is another.
+    fn after(tables: &[Table], earlier: Option<(&World, &[Table])>) -> Option<World> {
         let find = |name: &str| tables.iter().find(|t| t.name == name);
         let (rows, clusters) = (find("nodes")?, find("clusters")?);
         let column = |name: &str| clusters.column(name);
@@ -344,11 +346,23 @@ impl World {
         else {
             return None;
         };
+        let differs = |now: &Table, before: &[Table]| now.differs(before.iter().find(|t| t.name == now.name)?);
+        let changes =
+            earlier.and_then(|(world, before)| Some((world, differs(rows, before)?, differs(clusters, before)?)));
+        let mut still = vec![changes.is_some(); rows.rows];
+        for row in changes.iter().flat_map(|(_, nodes, _)| nodes.iter().cloned().flatten()) {
+            still[row] = false;
+        }
+        for row in changes.iter().flat_map(|(_, _, clusters)| clusters.iter().cloned().flatten()) {
+            if let Some(still) = node.get(row).and_then(|node| still.get_mut(*node as usize)) {
+                *still = false;
+            }
+        }
         let nothing = Node { content: 0, bounds: Bounds::EMPTY, inner: Bounds::EMPTY };
         let mut nodes = vec![(DefaultHasher::new(), 0usize, nothing); rows.rows];
         let mut inside = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
         for (((min, max), sides), node) in lower.iter().zip(upper.iter()).zip(sides.iter()).zip(node.iter()) {
-            for axis in 0..3 {
+            for axis in (0..3).filter(|_| *sides != 0) {
                 if sides >> axis & 1 == 1 {
                     inside.min[axis] = inside.min[axis].max(max[axis]);
                 }
@@ -356,20 +370,26 @@ impl World {
                     inside.max[axis] = inside.max[axis].min(min[axis]);
                 }
             }
-            if let Some((content, clusters, node)) = nodes.get_mut(*node as usize) {
-                let bounds = Bounds { min: *min, max: *max };
-                node.bounds = node.bounds.union(bounds);
-                if *sides == 0 {
-                    node.inner = node.inner.union(bounds);
-                } else {
-                    (*clusters, sides).hash(content);
-                }
-                *clusters += 1;
+            if still.get(*node as usize) != Some(&false) {
+                continue;
             }
+            let (content, clusters, node) = &mut nodes[*node as usize];
+            let bounds = Bounds { min: *min, max: *max };
+            node.bounds = node.bounds.union(bounds);
+            if *sides == 0 {
+                node.inner = node.inner.union(bounds);
+            } else {
+                (*clusters, sides).hash(content);
+            }
+            *clusters += 1;
         }
+        let known =
+            |row: usize| changes.as_ref().filter(|_| still[row]).and_then(|(world, ..)| world.nodes.get(row).copied());
         let finished = |(row, (mut h, clusters, node)): (usize, (DefaultHasher, usize, Node))| {
-            (clusters, row_hash(rows, row)).hash(&mut h);
-            Node { content: h.finish(), ..node }
+            known(row).unwrap_or_else(|| {
+                (clusters, row_hash(rows, row)).hash(&mut h);
+                Node { content: h.finish(), ..node }
+            })
         };
         Some(World { nodes: nodes.into_iter().enumerate().map(finished).collect(), inside })
     }
@@ -450,6 +470,7 @@ pub fn row_hash(table: &Table, row: usize) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Tables;
 
     fn boxed(center: Vec3, half: f32) -> Bounds {
         Bounds { min: center - half, max: center + half }
@@ -501,6 +522,26 @@ mod tests {
             let views = Arc::new(views.to_vec());
             let seen = saw(versions(&pair[0], None), views, Arc::new(pair[0].clone()));
             assert_eq!(versions(&pair[1], Some(&seen)), versions(&pair[1], None));
+        }
+    }
+
+    #[test]
+    fn a_world_after_another_is_the_one_that_is_made_anew() {
+        let scene = crate::scene::load(std::path::Path::new("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
+        let tables =
+            |pose, earlier: Option<&Tables>| scene.tables_after(pose, |name| WORLD.contains(&name), vec![], earlier);
+        let mut before = tables(scene.pose(0.0), None);
+        let mut world = World::after(&before.list, None).expect("both tables");
+        for node in 0..scene.nodes.len() {
+            for by in [Vec3::X * 0.02, Vec3::new(0.0, 9.0, 0.0), Vec3::new(0.0, -8.99, 0.0)] {
+                let mut pose = before.pose.clone();
+                pose.nodes[node] = Mat4::from_translation(by) * pose.nodes[node];
+                let now = tables(pose, Some(&before));
+                let found = World::after(&now.list, Some((&world, &before.list))).expect("both tables");
+                assert!(found == World::after(&now.list, None).expect("both tables"), "node {node} by {by}");
+                assert!(found != world || scene.geometry.clusters.iter().all(|c| c.node != node as u32));
+                (before, world) = (now, found);
+            }
         }
     }
 

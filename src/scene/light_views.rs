@@ -4,6 +4,7 @@ use super::{
     clusters::{Cluster, triangles, widened},
     model::{Bounds, LightKind, Scene},
     motion::{LightPose, Pose},
+    pieces::Pieces,
 };
 use glam::{Mat4, Vec3};
 
@@ -45,7 +46,7 @@ const FACES: [(Vec3, Vec3); 6] = [
 pub(super) struct Surfaces<'a, C> {
     pub parts: &'a [Cluster],
     /// By part.
-    pub boxes: &'a [Bounds],
+    pub boxes: &'a Pieces<Bounds>,
     /// A triangle's corners in world space, by its place in the scene's indices.
     pub corners: C,
 }
@@ -195,7 +196,7 @@ mod tests {
         };
         let corners = |i: usize| [0, 1, 2].map(|axis| corner(i, axis));
         let parts: Vec<Cluster> = (0..25).map(|i| Cluster { first: 12 * i, count: 12, node: 0 }).collect();
-        let boxes: Vec<Bounds> = parts.iter().map(|c| bounds(c, corners)).collect();
+        let boxes: Pieces<Bounds> = parts.iter().map(|c| bounds(c, corners)).collect();
         let surfaces = Surfaces { parts: &parts, boxes: &boxes, corners };
         for p in [Vec3::ZERO, Vec3::new(4.0, -1.0, 2.0), corners(31)[1], Vec3::new(0.0, 90.0, 0.0)] {
             let all = (0..100).map(|i| distance_to_triangle(p, corners(i))).fold(f32::INFINITY, f32::min);

@@ -32,8 +32,20 @@ pub struct Tables {
     /// Whose clusters follow those of the scene itself.
     pub levels: Vec<Arc<Level>>,
     pub list: Vec<Table>,
-    /// Exactly round the corners of each cluster; none where no table is made of them.
-    boxes: Arc<[Bounds]>,
+    boxes: Boxes,
+}
+
+/// Boxes round clusters at a pose; none where no table is made of them.
+#[derive(Debug)]
+struct Boxes {
+    /// Exactly round the corners of each, those of the levels after the scene's own.
+    each: Pieces<Bounds>,
+    /// Round the scene's own.
+    own: Bounds,
+    /// Round those of the levels too.
+    all: Bounds,
+    /// Which may be others than those of the tables before; `None`: all.
+    other: Option<Vec<usize>>,
 }
 
 impl Scene {
@@ -72,7 +84,7 @@ impl Scene {
         let world = World { scene: self, pose: &pose };
         let boxes = match names().any(|name| BOXED.contains(&name)) {
             true => world.boxes(&levels, earlier),
-            false => Arc::default(),
+            false => Boxes { each: Pieces::default(), own: Bounds::EMPTY, all: Bounds::EMPTY, other: None },
         };
         let corners = |triangle: usize| world.corners(triangle);
         let mut traced = None;
@@ -81,12 +93,12 @@ impl Scene {
             "materials" => Some(self.material_table()),
             "lights" => Some(self.light_table(&pose)),
             "light_views" => {
-                let surfaces = Surfaces { parts: &self.geometry.clusters, boxes: &boxes, corners };
-                Some(light_view_table(&light_views(self, &pose, &surfaces), world.whole(&boxes)))
+                let surfaces = Surfaces { parts: &self.geometry.clusters, boxes: &boxes.each, corners };
+                Some(light_view_table(&light_views(self, &pose, &surfaces), boxes.own))
             }
             // Both come of the same sorting.
             "triangles" | "bvh" => {
-                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, &boxes, earlier));
+                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, boxes.own, earlier));
                 Some(if name == "bvh" { bvh.clone() } else { triangles.clone() })
             }
             "clusters" => Some(self.cluster_table(&boxes, &levels, earlier)),
@@ -154,11 +166,11 @@ impl Scene {
         std::iter::once(own).chain(levels.iter().map(|l| (l.indices.as_slice(), l.clusters.as_slice())))
     }
 
-    fn cluster_table(&self, boxes: &[Bounds], levels: &[Arc<Level>], earlier: Option<&Tables>) -> Table {
-        let known = earlier.filter(|e| same_levels(&e.levels, levels)).and_then(|e| e.table("clusters"));
+    fn cluster_table(&self, boxes: &Boxes, levels: &[Arc<Level>], earlier: Option<&Tables>) -> Table {
+        let known = earlier.filter(|_| boxes.other.is_some()).and_then(|e| Some((e, e.table("clusters")?)));
+        let column = |name: &str| known?.1.column(name);
         // Which triangles they are of no move changes.
-        let [first, count, node] = ["first", "count", "node"].map(|name| known?.column(name));
-        let (first, count, node) = match (first, count, node) {
+        let (first, count, node) = match (column("first"), column("count"), column("node")) {
             (Some(first), Some(count), Some(node)) => (first.clone(), count.clone(), node.clone()),
             _ => {
                 let (mut all, mut before) = (vec![], 0);
@@ -170,16 +182,38 @@ impl Scene {
                 (of(|c| c.first), of(|c| c.count), of(|c| c.node))
             }
         };
-        let all = boxes.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
-        let sides = boxes.iter().map(|b| clusters::sides(b, &all)).collect();
-        let bounds: Vec<Bounds> = boxes.iter().map(clusters::widened).collect();
+        // Where they are changes for those that move, but for the sides of everything.
+        let same = known.filter(|(e, _)| e.boxes.all == boxes.all).zip(boxes.other.as_ref());
+        let (lower, upper, sides, since) = match (same, column("lower"), column("upper"), column("sides")) {
+            (
+                Some(((_, table), other)),
+                Some(Column::Vec3(lower)),
+                Some(Column::Vec3(upper)),
+                Some(Column::Uint(sides)),
+            ) => {
+                let (mut lower, mut upper, mut sides) = (lower.clone(), upper.clone(), sides.clone());
+                for i in other {
+                    let found = &boxes.each[*i];
+                    let wide = clusters::widened(found);
+                    lower.set(*i, wide.min);
+                    upper.set(*i, wide.max);
+                    sides.set(*i, clusters::sides(found, &boxes.all));
+                }
+                (lower, upper, sides, Some(Since::of(&table.columns, &mut other.iter().map(|i| *i..*i + 1))))
+            }
+            _ => {
+                let wide = || boxes.each.iter().map(clusters::widened);
+                let sides = boxes.each.iter().map(|b| clusters::sides(b, &boxes.all));
+                (wide().map(|b| b.min).collect(), wide().map(|b| b.max).collect(), sides.collect(), None)
+            }
+        };
         Table {
             name: "clusters",
-            rows: boxes.len(),
-            since: None,
+            rows: boxes.each.len(),
+            since,
             columns: Arc::new([
-                ("lower", Column::Vec3(bounds.iter().map(|b| b.min).collect())),
-                ("upper", Column::Vec3(bounds.iter().map(|b| b.max).collect())),
+                ("lower", Column::Vec3(lower)),
+                ("upper", Column::Vec3(upper)),
                 ("first", first),
                 ("count", count),
                 ("node", node),
@@ -263,26 +297,40 @@ impl World<'_> {
         [i, i + 1, i + 2].map(|i| self.position(indices[i] as usize))
     }
 
-    /// Exactly round the corners of each cluster, those of the levels after the scene's own.
-    fn boxes(&self, levels: &[Arc<Level>], earlier: Option<&Tables>) -> Arc<[Bounds]> {
-        let all = self.scene.clustered(levels).flat_map(|(indices, list)| list.iter().map(move |c| (indices, c)));
-        let known = earlier.filter(|e| same_levels(&e.levels, levels) && e.boxes.len() == all.clone().count());
-        if let Some(known) = known.filter(|k| k.pose.nodes == self.pose.nodes) {
-            return known.boxes.clone();
-        }
-        let pairs = known.into_iter().flat_map(|k| k.pose.nodes.iter().zip(&self.pose.nodes));
-        let still: Vec<bool> = pairs.map(|(then, now)| then == now).collect();
-        let one = |(i, (indices, c)): (usize, (&[u32], &clusters::Cluster))| match known.and_then(|k| k.boxes.get(i)) {
-            Some(found) if still.get(c.node as usize) == Some(&true) => *found,
-            _ => clusters::bounds(c, |triangle| self.corners_of(indices, triangle)),
+    /// The boxes of clusters; of those that stand still the earlier ones.
+    fn boxes(&self, levels: &[Arc<Level>], earlier: Option<&Tables>) -> Boxes {
+        let all = || self.scene.clustered(levels).flat_map(|(indices, list)| list.iter().map(move |c| (indices, c)));
+        let count = self.scene.clustered(levels).map(|(_, list)| list.len()).sum::<usize>();
+        let round = |(indices, c): (&[u32], &clusters::Cluster)| {
+            clusters::bounds(c, |triangle| self.corners_of(indices, triangle))
         };
-        all.enumerate().map(one).collect()
-    }
-
-    /// Round all triangles, given the boxes of clusters.
-    fn whole(&self, boxes: &[Bounds]) -> Bounds {
-        let own = boxes.iter().take(self.scene.geometry.clusters.len());
-        own.fold(Bounds::EMPTY, |all, b| all.union(*b))
+        let known = earlier.filter(|e| same_levels(&e.levels, levels) && e.boxes.each.len() == count);
+        let (mut each, mut other) = (Pieces::default(), vec![]);
+        match known {
+            Some(known) => {
+                let pairs = known.pose.nodes.iter().zip(&self.pose.nodes);
+                let still: Vec<bool> = pairs.map(|(then, now)| then == now).collect();
+                each.clone_from(&known.boxes.each);
+                if still.contains(&false) {
+                    let moved = |node: u32| still.get(node as usize) != Some(&true);
+                    for (i, found) in all().enumerate().filter(|(_, (_, c))| moved(c.node)) {
+                        each.set(i, round(found));
+                        other.push(i);
+                    }
+                }
+            }
+            None => each = all().map(round).collect(),
+        }
+        let (own, all) = match known.filter(|_| other.is_empty()) {
+            Some(known) => (known.boxes.own, known.boxes.all),
+            None => {
+                let count = self.scene.geometry.clusters.len();
+                let union = |all: Bounds, b: &Bounds| all.union(*b);
+                let own = each.iter().take(count).fold(Bounds::EMPTY, union);
+                (own, each.iter_from(count).fold(own, union))
+            }
+        };
+        Boxes { each, own, all, other: known.map(|_| other) }
     }
 
     fn position(&self, vertex: usize) -> Vec3 {
@@ -373,7 +421,7 @@ impl<'a> Traced<'a> {
     /// boxes of everything are others.
     fn moved(&self, world: &World<'_>, all: Bounds) -> Option<(Bvh, [Since; 2])> {
         let boxes = &self.tables.boxes;
-        if reach(world.whole(boxes)) != reach(all) {
+        if reach(boxes.own) != reach(all) {
             return None;
         }
         let there = |node: u32| self.tables.pose.nodes.get(node as usize);
@@ -381,7 +429,9 @@ impl<'a> Traced<'a> {
             there(node).map(bytemuck::bytes_of) != world.pose.nodes.get(node as usize).map(bytemuck::bytes_of)
         };
         let mut was: BTreeMap<u32, Bounds> = BTreeMap::new();
-        for (cluster, bounds) in world.scene.geometry.clusters.iter().zip(boxes.iter()).filter(|(c, _)| moved(c.node)) {
+        for (cluster, bounds) in
+            world.scene.geometry.clusters.iter().zip(boxes.each.iter()).filter(|(c, _)| moved(c.node))
+        {
             let of = was.entry(cluster.node).or_insert(Bounds::EMPTY);
             *of = of.union(*bounds);
         }
@@ -397,10 +447,9 @@ impl<'a> Traced<'a> {
     }
 }
 
-/// The tables `triangles` and `bvh`.
-fn traced_tables(world: &World<'_>, boxes: &[Bounds], earlier: Option<&Tables>) -> (Table, Table) {
+/// The tables `triangles` and `bvh`; `all` is the box round the scene's triangles.
+fn traced_tables(world: &World<'_>, all: Bounds, earlier: Option<&Tables>) -> (Table, Table) {
     let known = earlier.and_then(Traced::of);
-    let all = world.whole(boxes);
     let (bvh, since) = match known.as_ref().map(|known| (known, known.moved(world, all))) {
         Some((_, Some((bvh, since)))) => (bvh, since.map(Some)),
         Some((known, None)) => (Bvh::of(known.bvh.tree.clone(), all, |i| world.corners(i)), [None, None]),
