@@ -155,7 +155,7 @@ fn updates(gpu: &Gpu, graph: &str, scene: &Arc<Scene>, grid: u32) -> Checked<()>
             update.round(gpu)?;
         }
     }
-    let time = if busy().is_some() { "processor time" } else { "time" };
+    let time = if gpu.is_software() && busy().is_some() { "processor time" } else { "time" };
     println!("\n{graph}, {}, {grid}³ probes, {time}, and of the whole update of the same round:", scene.name);
     for update in &all {
         let ms = middle(update.rounds.clone());

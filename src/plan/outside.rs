@@ -5,7 +5,7 @@ use super::keys::{UNDEFINED, Version};
 use super::member::Members;
 use super::region;
 use super::tables::pack;
-use super::{LevelUse, Plan, Rows};
+use super::{Plan, Rows};
 use crate::content::hash;
 use crate::diag::Checked;
 use crate::scene::{AssetHashes, Table};
@@ -44,9 +44,16 @@ impl Outside {
     /// # Errors
     /// As [`Outside::new`].
     pub fn follow(&mut self, plan: &Plan, before: &[Table], tables: &[Table]) -> Checked<()> {
-        // These tables are large, and follow from little.
         let AssetHashes { geometry, order, .. } = self.assets;
         let places = tables.iter().find_map(Table::places);
+        // What tables of places follow from beside these: they are large, and it is little.
+        let levels: Vec<u32> = plan.levels.iter().map(|level| level.tolerance.to_bits()).collect();
+        let beside = |table: &str| match table {
+            "nodes" => Some(0),
+            "triangles" | "bvh" => Some(hash(&(geometry, order))),
+            "clusters" => Some(hash(&(geometry, order, &levels))),
+            _ => None,
+        };
         for (index, (wanted, hashed)) in plan.tables.iter().zip(&mut self.tables).enumerate() {
             let Some(table) = tables.iter().find(|t| t.name == wanted.table) else { continue };
             if before.iter().any(|b| b.is_clone(table)) {
@@ -54,12 +61,9 @@ impl Outside {
             }
             let columns: Vec<_> = wanted.row.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
             let layout = (table.name, &columns, wanted.stride, wanted.rows);
-            *hashed = match (places, table.name) {
-                (Some(places), "nodes") => hash(&(places, layout)),
-                (Some(places), name) if Table::OF_PLACES.contains(&name) => {
-                    hash(&(places, geometry, order, levels(plan, name), layout))
-                }
-                _ => hash(&pack(wanted, table)?),
+            *hashed = match places.zip(beside(table.name)) {
+                Some(follows) => hash(&(follows, layout)),
+                None => hash(&pack(wanted, table)?),
             };
             let names: Vec<&str> = columns.iter().map(|c| c.0).collect();
             for (rows, (common, members)) in self.rows.iter_mut().filter(|(rows, _)| rows.table == index) {
@@ -71,12 +75,6 @@ impl Outside {
         }
         Ok(())
     }
-}
-
-/// The levels of the scene that a table has rows of.
-fn levels(plan: &Plan, table: &str) -> Vec<u32> {
-    let has = |_: &&LevelUse| table == "clusters";
-    plan.levels.iter().filter(has).map(|level| level.tolerance.to_bits()).collect()
 }
 
 impl Rows {

@@ -57,6 +57,9 @@ pub struct Parts {
     pub tables: Vec<usize>,
 }
 
+/// Tables that hold nothing but where the scene's triangles are, and what follows from it and the triangles themselves.
+const PLACES: [&str; 4] = ["nodes", "clusters", "triangles", "bvh"];
+
 /// `None` for a step that runs as a whole.
 pub fn parts(plan: &Plan, step: &Step) -> Option<Parts> {
     let tables = |wanted: &str| {
@@ -70,7 +73,7 @@ pub fn parts(plan: &Plan, step: &Step) -> Option<Parts> {
             return Some(Parts {
                 frusta: Frusta::Buffer(*frusta),
                 resources: reads.iter().chain([frusta]).copied().collect(),
-                tables: Table::OF_PLACES.iter().flat_map(|name| tables(name)).collect(),
+                tables: PLACES.iter().flat_map(|name| tables(name)).collect(),
             });
         }
     };

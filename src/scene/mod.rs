@@ -124,7 +124,7 @@ pub(crate) struct Since {
 
 impl Since {
     /// Of a table with these columns; `other`: rows that may be others, in their order.
-    pub(crate) fn of(before: &Columns, other: &mut dyn Iterator<Item = Range<usize>>) -> Since {
+    pub(crate) fn of(before: &Columns, other: impl Iterator<Item = Range<usize>>) -> Since {
         Since { before: Arc::downgrade(before), rows: joined(other).into() }
     }
 }
@@ -159,11 +159,7 @@ impl Table {
         self.name == other.name && Arc::ptr_eq(&self.columns, &other.columns)
     }
 
-    /// The tables that hold nothing but where the scene's triangles are, and what follows from that and the triangles themselves.
-    pub const OF_PLACES: [&'static str; 4] = ["nodes", "clusters", "triangles", "bvh"];
-
-    /// Where the nodes stand that it holds, or whose triangles, hashed; `None` for tables of anything else. The tables
-    /// [`Table::OF_PLACES`] follow from it, with the scene's triangles, their order and its levels.
+    /// Where the nodes stand that it holds, or whose triangles, hashed; `None` for tables of anything else.
     pub fn places(&self) -> Option<u128> {
         let bits = |nodes: &mut dyn Iterator<Item = &Mat4>| {
             hash(&nodes.map(|m| m.to_cols_array().map(f32::to_bits)).collect::<Vec<_>>())

@@ -11,9 +11,9 @@ use super::{
     motion::Pose,
     pieces::Pieces,
 };
+use bytemuck::bytes_of;
 use glam::{Mat4, Vec3};
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::sync::Arc;
 
 /// The tables that boxes round clusters are needed for.
@@ -98,7 +98,7 @@ impl Scene {
             }
             // Both come of the same sorting.
             "triangles" | "bvh" => {
-                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, boxes.own, earlier));
+                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, &boxes, earlier));
                 Some(if name == "bvh" { bvh.clone() } else { triangles.clone() })
             }
             "clusters" => Some(self.cluster_table(&boxes, &levels, earlier)),
@@ -199,7 +199,7 @@ impl Scene {
                     upper.set(*i, wide.max);
                     sides.set(*i, clusters::sides(found, &boxes.all));
                 }
-                (lower, upper, sides, Some(Since::of(&table.columns, &mut other.iter().map(|i| *i..*i + 1))))
+                (lower, upper, sides, Some(Since::of(&table.columns, other.iter().map(|i| *i..*i + 1))))
             }
             _ => {
                 let wide = || boxes.each.iter().map(clusters::widened);
@@ -309,7 +309,8 @@ impl World<'_> {
         match known {
             Some(known) => {
                 let pairs = known.pose.nodes.iter().zip(&self.pose.nodes);
-                let still: Vec<bool> = pairs.map(|(then, now)| then == now).collect();
+                // By bits, as rows are told apart.
+                let still: Vec<bool> = pairs.map(|(then, now)| bytes_of(then) == bytes_of(now)).collect();
                 each.clone_from(&known.boxes.each);
                 if still.contains(&false) {
                     let moved = |node: u32| still.get(node as usize) != Some(&true);
@@ -417,43 +418,36 @@ impl<'a> Traced<'a> {
         }
     }
 
-    /// The boxes at the pose of a world whose box `all` is, and what they and the triangles have other than these; `None`: the
-    /// boxes of everything are others.
-    fn moved(&self, world: &World<'_>, all: Bounds) -> Option<(Bvh, [Since; 2])> {
-        let boxes = &self.tables.boxes;
-        if reach(boxes.own) != reach(all) {
+    /// The boxes for rays where clusters have these, and what they and the triangles have other than here; `None`: too much is.
+    fn moved(&self, world: &World<'_>, boxes: &Boxes) -> Option<(Bvh, [Since; 2])> {
+        let Tables { boxes: before, .. } = self.tables;
+        if reach(before.own) != reach(boxes.own) {
             return None;
         }
-        let there = |node: u32| self.tables.pose.nodes.get(node as usize);
-        let moved = |node: u32| {
-            there(node).map(bytemuck::bytes_of) != world.pose.nodes.get(node as usize).map(bytemuck::bytes_of)
-        };
+        // By node that moved: the box round its triangles where they were.
         let mut was: BTreeMap<u32, Bounds> = BTreeMap::new();
-        for (cluster, bounds) in
-            world.scene.geometry.clusters.iter().zip(boxes.each.iter()).filter(|(c, _)| moved(c.node))
-        {
+        let clusters = &world.scene.geometry.clusters;
+        for (i, cluster) in boxes.other.as_ref()?.iter().filter_map(|i| Some((*i, clusters.get(*i)?))) {
             let of = was.entry(cluster.node).or_insert(Bounds::EMPTY);
-            *of = of.union(*bounds);
+            *of = of.union(before.each[i]);
         }
-        let was = Bounds::gathered(&was.into_values().collect::<Vec<_>>(), MOST_PLACES);
-        let of_moved = |place: usize| moved(self.corners.vertex(place, 0).node);
-        let (bvh, other) = self.bvh.clone().moved(all, |i| world.corners(i), &was, of_moved);
-        let since = |name: &str, rows: &mut dyn Iterator<Item = Range<usize>>| {
-            Some(Since::of(&self.tables.table(name)?.columns, rows))
-        };
-        let boxes = since("bvh", &mut other.into_iter().map(|row| row..row + 1))?;
-        let triangles = since("triangles", &mut self.corners.moved(&world.pose.nodes))?;
+        let places = Bounds::gathered(&was.values().copied().collect::<Vec<_>>(), MOST_PLACES);
+        let moved = |place: usize| was.contains_key(&self.corners.vertex(place, 0).node);
+        let (bvh, other) = self.bvh.clone().moved(boxes.own, |i| world.corners(i), &places, moved);
+        let columns = |name: &str| Some(&self.tables.table(name)?.columns);
+        let boxes = Since::of(columns("bvh")?, other.into_iter().map(|row| row..row + 1));
+        let triangles = Since::of(columns("triangles")?, self.corners.moved(&world.pose.nodes));
         Some((bvh, [boxes, triangles]))
     }
 }
 
-/// The tables `triangles` and `bvh`; `all` is the box round the scene's triangles.
-fn traced_tables(world: &World<'_>, all: Bounds, earlier: Option<&Tables>) -> (Table, Table) {
+/// The tables `triangles` and `bvh`.
+fn traced_tables(world: &World<'_>, boxes: &Boxes, earlier: Option<&Tables>) -> (Table, Table) {
     let known = earlier.and_then(Traced::of);
-    let (bvh, since) = match known.as_ref().map(|known| (known, known.moved(world, all))) {
+    let (bvh, since) = match known.as_ref().map(|known| (known, known.moved(world, boxes))) {
         Some((_, Some((bvh, since)))) => (bvh, since.map(Some)),
-        Some((known, None)) => (Bvh::of(known.bvh.tree.clone(), all, |i| world.corners(i)), [None, None]),
-        None => (Bvh::of(sorted(world.scene), all, |i| world.corners(i)), [None, None]),
+        Some((known, None)) => (Bvh::of(known.bvh.tree.clone(), boxes.own, |i| world.corners(i)), [None, None]),
+        None => (Bvh::of(sorted(world.scene), boxes.own, |i| world.corners(i)), [None, None]),
     };
     let Bvh { lower, upper, tree: Tree { first, count, order } } = bvh;
     let order = match &known {
