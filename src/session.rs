@@ -15,7 +15,7 @@ use crate::plan::keys::{Keys, Version};
 use crate::plan::outside::Outside;
 use crate::plan::region::Seen;
 use crate::plan::request::{Request, tolerances};
-use crate::plan::{Action, Plan, ResourceId, StepId, cull, region, request};
+use crate::plan::{Action, Plan, ResourceId, StepId, cull, masked, region, request};
 use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};
 use crate::shader::Library;
 use crate::shader::report::{self, Failed};
@@ -199,6 +199,8 @@ pub struct Session {
     frusta: BTreeMap<Version, Arc<Vec<Mat4>>>,
     /// Depths that the device made and the host has read, by their version.
     depths: BTreeMap<Version, Arc<Image>>,
+    /// What the device made and the host has read.
+    masks: masked::Masks,
     /// What the members of draws see, by their frusta alone.
     seen: BTreeMap<usize, Seen>,
     /// What the results of steps are compared by.
@@ -258,6 +260,7 @@ impl Session {
         let began = previous.map_or(0, |p| p.held.frames());
         let mut outside = Outside::new(&plan, hashes, began, &tables.list)?;
         outside.alike = previous.map(|p| p.outside.alike.clone()).unwrap_or_default();
+        outside.settled = previous.map(|p| p.outside.settled.clone()).unwrap_or_default();
         let keys = Keys::of(&plan, settings.without);
         let apart = region::steps_apart(&plan);
         let frusta = previous.map(|p| p.frusta.clone()).unwrap_or_default();
@@ -301,6 +304,7 @@ impl Session {
             tables,
             frusta,
             depths: BTreeMap::new(),
+            masks: masked::Masks::new(),
             seen: BTreeMap::new(),
             contents: Contents::default(),
             looked: None,
@@ -323,7 +327,7 @@ impl Session {
         self.settle(gpu, &values)?;
         let selection = match self.settings.skip {
             true => self.compare(gpu, &values, &mut ahead)?,
-            false => change::everything(&self.plan, &self.keys, &self.held, &self.outside, &values),
+            false => change::full(&self.plan, &self.keys, &self.held, &self.outside, &values),
         };
         let (members, moved) = (selection.members.clone(), selection.moved.clone());
         let (timing, tables) = (self.settings.timing, ahead.tables.as_deref());

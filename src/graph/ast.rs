@@ -87,6 +87,8 @@ pub struct Pass {
     pub each: Option<Expr>,
     /// Resources of which a member reads nothing but its own part.
     pub own: Vec<Name>,
+    /// Resource, buffer of bits: of the former a member reads only parts whose bits are set in its row of the latter.
+    pub masked: Vec<(Name, Name)>,
     /// Table of the scene, rows: a member reads so many of its own and no others.
     pub rows: Vec<(Name, Expr)>,
     pub defines: Vec<(Name, Expr)>,
@@ -96,10 +98,11 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// The field that says what members read of their own, and the first thing it names.
+    /// The field that says which parts members read, and the first thing it names.
     pub fn apart(&self) -> Option<(&'static str, &Name)> {
+        let masked = || self.masked.first().map(|(name, _)| ("masked", name));
         let rows = || self.rows.first().map(|(name, _)| ("rows", name));
-        self.own.first().map(|name| ("own", name)).or_else(rows)
+        self.own.first().map(|name| ("own", name)).or_else(masked).or_else(rows)
     }
 }
 

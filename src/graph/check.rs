@@ -186,6 +186,10 @@ impl<'g> Check<'g> {
                 }
             }
             p.own.iter().for_each(|name| self.resource_name(name, "read in parts"));
+            for (name, mask) in &p.masked {
+                self.resource_name(name, "read in parts");
+                self.buffer_name(mask, "a mask");
+            }
             for (table, _) in p.rows.iter().filter(|(name, _)| !TABLES.iter().any(|t| t.0 == name.value)) {
                 let d = Diagnostic::error(format!("`{}` is no table of the scene", table.value)).at(&table.span, "");
                 self.faults.push(d.nearest(&table.value, TABLES.iter().map(|t| t.0)));
@@ -387,6 +391,17 @@ impl<'g> Check<'g> {
                 self.faults.push(d.at(&name.span, ""));
             }
             Some(_) => {}
+        }
+    }
+
+    fn buffer_name(&mut self, name: &Name, noun: &str) {
+        match self.resources.get(name.value.as_str()) {
+            None | Some(ResourceKind::Sampler(_)) => self.resource_name(name, noun),
+            Some(ResourceKind::Buffer { .. }) => {}
+            Some(_) => {
+                let d = Diagnostic::error(format!("`{}` is a texture, it can't be {noun}", name.value));
+                self.faults.push(d.at(&name.span, "").help("declare it as `Buffer`"));
+            }
         }
     }
 

@@ -115,5 +115,5 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
             sight.iter().any(|s| std::iter::once(&s.frusta).chain(&s.seen).chain(&s.depth).any(|n| n.value == resource))
         }
     };
-    named || pass.bind.iter().any(|(_, to)| to.value == resource)
+    named || pass.bind.iter().chain(&pass.masked).any(|(_, to)| to.value == resource)
 }

@@ -181,12 +181,14 @@ impl Reader {
         let name = self.need(&mut f, "name").and_then(|n| self.name(n));
         let when = f.get("when").and_then(|n| self.expr(n));
         let group = f.get("group").and_then(|n| self.text(n));
-        let (mut each, mut own, mut rows, mut defines, mut bind) = (None, vec![], vec![], vec![], vec![]);
+        let (mut each, mut own, mut masked, mut rows) = (None, vec![], vec![], vec![]);
+        let (mut defines, mut bind) = (vec![], vec![]);
         if !matches!(word, "Loop" | "Fastest") {
             each = f.get("each").and_then(|n| self.expr(n));
         }
         if matches!(word, "Screen" | "Compute") {
             own = self.list(f.get("own")).iter().filter_map(|n| self.name(n)).collect();
+            masked = self.names(f.get("masked"));
             rows = self.exprs(f.get("rows"));
         }
         if matches!(word, "Draw" | "Screen" | "Compute" | "Reduce") {
@@ -198,7 +200,8 @@ impl Reader {
         if self.faults.len() > before {
             self.broken.extend(name.iter().map(|n| n.value.clone()));
         }
-        Some(Pass { name: name?, span: node.span.clone(), when, group, each, own, rows, defines, bind, kind: kind? })
+        let (name, span) = (name?, node.span.clone());
+        Some(Pass { name, span, when, group, each, own, masked, rows, defines, bind, kind: kind? })
     }
 
     fn pass_kind(&mut self, word: &str, f: &mut Fields) -> Option<PassKind> {

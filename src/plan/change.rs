@@ -8,6 +8,7 @@
 
 use super::ingredient::{Ingredient, Ingredients, Kind};
 use super::keys::{Keys, UNDEFINED, Unit, Version, Versions, initial};
+use super::masked::{self, Read};
 use super::member::Members;
 use super::outside::Outside;
 use super::region::{self, Seen};
@@ -58,11 +59,15 @@ impl Content {
 
 /// The last run of a unit.
 #[derive(Debug)]
-struct Ran {
+pub(super) struct Ran {
     key: Version,
+    /// Of its key what all members have in common.
+    common: Version,
     ingredients: Ingredients,
     /// What each of its members alone depended on.
-    members: Members,
+    pub(super) members: Members,
+    /// What its members read by masks.
+    pub(super) read: Option<Read>,
     /// What the members of a draw saw.
     seen: Option<Seen>,
     frame: u32,
@@ -209,8 +214,16 @@ impl Held {
         self.ran.clear();
     }
 
+    /// A version of each part of a resource, as the last run of a unit left them; `None`: memory holds something else, or it has no
+    /// parts.
+    pub fn parts(&self, plan: &Plan, unit: &Unit, id: ResourceId, outside: &Outside) -> Option<Vec<u64>> {
+        let ran = self.ran.get(&unit.name).filter(|ran| !ran.members.is_empty())?;
+        let there = self.version(plan.resources[id.0].slot) == outside.alike.of(unit.content(ran.key, id));
+        there.then(|| masked::parts(unit.content(ran.common, id), &ran.members))
+    }
+
     /// The contents of history.
-    fn history<'a>(&'a self, plan: &'a Plan) -> impl Fn(ResourceId) -> Version + 'a {
+    pub(super) fn history<'a>(&'a self, plan: &'a Plan) -> impl Fn(ResourceId) -> Version + 'a {
         |id| self.version(plan.resources[id.0].slot)
     }
 }
@@ -331,6 +344,19 @@ pub fn select_for(
     selection(plan, keys, held, (outside, values), &versions, why)
 }
 
+/// Chooses all steps that the outputs take.
+pub fn full(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
+    let mut open: Vec<usize> = lasting(plan).iter().filter_map(|r| keys.last[r.0]).collect();
+    let mut why = vec![Why::NotNeeded; keys.units.len()];
+    while let Some(i) = open.pop() {
+        if why[i] != Why::Asked {
+            why[i] = Why::Asked;
+            open.extend(keys.units[i].makers.iter().flatten());
+        }
+    }
+    selection(plan, keys, held, (outside, values), &keys.versions(plan, held.history(plan), outside, values), why)
+}
+
 /// Chooses all steps.
 pub fn everything(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
     let versions = keys.versions(plan, held.history(plan), outside, values);
@@ -379,8 +405,9 @@ fn selection(
             let slots = unit.writes.iter().map(|r| plan.resources[r.0].slot);
             all.writes.extend(slots.zip(versions.after[i].iter().copied()));
             let seen = step.and_then(|s| outside.members.get(&s)).cloned();
-            let (key, members) = (versions.keys[i], members.clone());
-            let ran = Ran { key, ingredients: ingredients(), members, seen, frame: held.frames };
+            let (key, common, members) = (versions.keys[i], versions.common[i], members.clone());
+            let read = versions.reads[i].as_ref().map(|reads| reads.read(&outside.parts));
+            let ran = Ran { key, common, ingredients: ingredients(), members, read, seen, frame: held.frames };
             all.ran.push((unit.name.clone(), Arc::new(ran)));
         }
     }
@@ -404,7 +431,13 @@ fn outdated(
 }
 
 /// The last run of a unit, when what it made is in memory still and nothing but what tells its members apart is new since.
-fn standing<'h>(plan: &Plan, unit: &Unit, held: &'h Held, outside: &Outside, now: &Ingredients) -> Option<&'h Ran> {
+pub(super) fn standing<'h>(
+    plan: &Plan,
+    unit: &Unit,
+    held: &'h Held,
+    outside: &Outside,
+    now: &Ingredients,
+) -> Option<&'h Arc<Ran>> {
     let ran = held.ran.get(&unit.name)?;
     let whole = |i: &&Ingredient| i.kind != Kind::Member;
     let same = ran.ingredients.keys().filter(whole).eq(now.keys().filter(whole))

@@ -8,7 +8,7 @@ use super::region::worth_reading;
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
 use super::{
-    Action, Binding, Desc, Ending, LevelUse, Own, Resource, ResourceId, Sight, Step, StepId, TextureKind, Until,
+    Action, Binding, Desc, Ending, LevelUse, Masked, Own, Resource, ResourceId, Sight, Step, StepId, TextureKind, Until,
 };
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, PassKind, Size};
@@ -252,7 +252,7 @@ impl Expander<'_, '_> {
         Some(())
     }
 
-    /// What the pass says that its members read of their own. `None` after a fault.
+    /// What the pass says of the parts that its members read. `None` after a fault.
     fn own(&mut self, w: &Wired, batched: bool) -> Option<Option<Own>> {
         let (Some(members), Some((word, first))) = (w.each, w.pass.apart()) else { return Some(None) };
         if !batched {
@@ -261,21 +261,39 @@ impl Expander<'_, '_> {
             self.faults.push(d.at(&first.span, "").help(help));
             return None;
         }
-        let mut reads = vec![];
+        let (mut reads, mut masked) = (vec![], vec![]);
         for name in &w.pass.own {
-            if !w.uses.iter().any(|u| u.resource == name.value && u.mode == Mode::Read) {
-                let d = Diagnostic::error(format!("`{}` reads nothing of `{}`", w.pass.name.value, name.value));
-                let read: Vec<&str> =
-                    w.uses.iter().filter(|u| u.mode == Mode::Read).map(|u| u.resource.as_str()).collect();
-                self.faults.push(d.at(&name.span, "").help(format!("what it reads: {}", read.join(", "))));
-                return None;
-            }
-            let id = self.id(&name.value, 0, &name.span)?;
+            let id = self.read_in_parts(w, name)?;
             if !reads.contains(&id) {
                 reads.push(id);
             }
         }
-        Some(Some(Own { members, reads, rows: w.rows.clone() }))
+        for (name, mask) in &w.pass.masked {
+            let (parts, id) = (self.read_in_parts(w, name)?, self.id(&mask.value, 0, &mask.span)?);
+            let size = self.out.resources[id.0].desc.bytes();
+            let row = u64::from(members) * 4;
+            if size == 0 || !size.is_multiple_of(row) {
+                let d = Diagnostic::error(format!("`{}` has {size} bytes for {members} rows of bits", mask.value));
+                let help = "declare it as `Buffer(stride: 4, count: …)` with as many words for each member";
+                self.faults.push(d.at(&mask.span, "").help(help));
+                return None;
+            }
+            masked.push(Masked { parts, mask: id });
+        }
+        Some(Some(Own { members, reads, masked, rows: w.rows.clone() }))
+    }
+
+    /// A resource that the pass reads, so that it can say of which parts.
+    fn read_in_parts(&mut self, w: &Wired, name: &Name) -> Option<ResourceId> {
+        // A mask is read by the host.
+        let read = || w.uses.iter().filter(|u| u.mode == Mode::Read && u.how != How::CopySource);
+        if !read().any(|u| u.resource == name.value) {
+            let d = Diagnostic::error(format!("`{}` reads nothing of `{}`", w.pass.name.value, name.value));
+            let read: Vec<&str> = read().map(|u| u.resource.as_str()).collect();
+            self.faults.push(d.at(&name.span, "").help(format!("what it reads: {}", read.join(", "))));
+            return None;
+        }
+        self.id(&name.value, 0, &name.span)
     }
 
     /// What the pass says that its members see. `None` after a fault.

@@ -6,11 +6,13 @@
 //! a plan or by a name of the graph, so equal work has equal versions in any two plans.
 
 use super::ingredient::{Ingredient, Ingredients, Kind, add};
+use super::masked::{self, Reads};
 use super::member::Members;
 use super::outside::Outside;
 use super::region;
 use super::{
-    Action, Binding, Comparison, Desc, Draw, Geometry, Loop, Node, Own, Plan, ResourceId, Rows, Step, StepId, Until,
+    Action, Binding, Comparison, Desc, Draw, Geometry, Loop, Masked, Node, Own, Plan, ResourceId, Rows, Step, StepId,
+    Until,
 };
 use crate::content::hash;
 use crate::shader::Layout;
@@ -90,12 +92,16 @@ pub struct Keys {
 }
 
 /// The versions that resources should have, if every unit ran.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Versions {
     /// By unit.
     pub keys: Vec<Version>,
+    /// By unit: of all that its key is made of but what tells its members apart.
+    pub common: Vec<Version>,
     /// By unit that can run for some of its members: a version of what each of them alone depends on; else empty.
     pub members: Vec<Members>,
+    /// By unit whose members read parts that a mask chooses.
+    pub reads: Vec<Option<Reads>>,
     /// By unit: of what it needs, in that order.
     pub before: Vec<Vec<Version>>,
     /// By unit: of what it writes, in that order.
@@ -138,11 +144,11 @@ impl Keys {
         for (i, _) in plan.resources.iter().enumerate().filter(|(_, r)| r.history) {
             now[i] = history(ResourceId(i));
         }
-        let mut all = Versions { keys: vec![], members: vec![], before: vec![], after: vec![], end: vec![] };
+        let mut all = Versions::default();
         let mut made: BTreeMap<ResourceId, Made> = BTreeMap::new();
         for (i, unit) in self.units.iter().enumerate() {
             let before: Vec<Version> = unit.needs.iter().map(|r| now[r.0]).collect();
-            let members = unit.members(&now, &made, &all.members, outside);
+            let (members, reads) = unit.members(&now, &made, &all.members, outside);
             let given = unit.given.iter().filter(|(i, g)| Some(i.kind) != self.without && !matches!(g, Given::Members));
             let given: Vec<u128> = given.map(|(i, g)| g.hash(&i.name, &members, outside, values)).collect();
             let untold = unit.needs.iter().zip(&before).filter(|(r, _)| !unit.told.contains(r)).map(|(_, v)| *v);
@@ -159,7 +165,9 @@ impl Keys {
                 }
             }
             all.keys.push(key);
+            all.common.push(common);
             all.members.push(members);
+            all.reads.push(reads);
             all.before.push(before);
             all.after.push(after);
         }
@@ -202,6 +210,11 @@ impl Unit {
         if matches!(self.apart, Some(Apart::Seen(_))) { "see" } else { "read" }
     }
 
+    /// What masks choose from for its members.
+    pub fn masked(&self) -> &[Masked] {
+        if let Some(Apart::Own(own)) = &self.apart { &own.masked } else { &[] }
+    }
+
     /// A version of what each member alone depends on, given those of the units before and what they made part by part.
     fn members(
         &self,
@@ -209,21 +222,34 @@ impl Unit {
         made: &BTreeMap<ResourceId, Made>,
         units: &[Members],
         outside: &Outside,
-    ) -> Members {
-        let Own { members, reads, rows } = match &self.apart {
-            None => return Members::default(),
+    ) -> (Members, Option<Reads>) {
+        let Own { members, reads, masked, rows } = match &self.apart {
+            None => return (Members::default(), None),
             Some(Apart::Seen(step)) => {
-                return outside.members.get(step).map(|s| s.versions.clone()).unwrap_or_default();
+                return (outside.members.get(step).map(|s| s.versions.clone()).unwrap_or_default(), None);
             }
             Some(Apart::Own(own)) => own,
         };
         let count = *members as usize;
-        let input = |r: &ResourceId| match made.get(r).map(|m| (m.common, &units[m.unit])) {
-            Some((common, parts)) if parts.go_into(count) => (common, parts.clone()),
-            _ => (now[r.0], Members::default()),
-        };
+        let parts = |r: &ResourceId| made.get(r).map(|m| (m.common, units[m.unit].clone()));
+        let whole = |r: &ResourceId| (now[r.0], Members::default());
+        let input = |r: &ResourceId| parts(r).filter(|(_, parts)| parts.go_into(count)).unwrap_or(whole(r));
         let table = |rows: &Rows| outside.rows.get(rows).cloned().unwrap_or_default();
-        Members::reading(count, reads.iter().map(input).chain(rows.iter().map(table)).collect())
+        let mut from: Vec<(Version, Members)> = reads.iter().map(input).chain(rows.iter().map(table)).collect();
+        let own = Members::reading(count, from.clone());
+        if masked.is_empty() {
+            return (own, None);
+        }
+        from.extend(masked.iter().map(|m| whole(&m.parts)));
+        let all = Members::reading(count, from);
+        let of = |resource: ResourceId| {
+            let (common, parts) = parts(&resource).unwrap_or(whole(&resource));
+            masked::Made { resource, common, parts }
+        };
+        let members = outside.settled.get(&self.name).and_then(|settled| settled.members(&all));
+        let (chosen, masks) = masked.iter().map(|m| (of(m.parts), of(m.mask))).unzip();
+        let reads = Reads { own, all: all.clone(), parts: chosen, masks };
+        (members.unwrap_or(all), Some(reads))
     }
 
     /// All that its result depends on in a frame, of whose versions it is unit number `index`.
@@ -419,11 +445,14 @@ impl<'p> Gather<'p> {
         } else if let Some(own) = own {
             self.give(Kind::Member, "read", Given::Members);
             self.unit.apart = Some(Apart::Own(own.clone()));
-            self.unit.told.extend(&own.reads);
+            self.unit.told.extend(own.reads.iter().copied().chain(own.masked.iter().map(|m| m.parts)));
         }
         let whole = matches!(action, Action::Copy { .. } | Action::Clear { .. });
         let partly = if whole { [].iter() } else { writes.iter() };
-        for id in reads.iter().chain(partly) {
+        // What the host reads alone, it asks for.
+        let bound = |id: &ResourceId| bindings.iter().any(|b| matches!(b, Binding::Resource(r) if r == id));
+        let asked = |id: &ResourceId| own.is_some_and(|own| own.masked.iter().any(|m| m.mask == *id)) && !bound(id);
+        for id in reads.iter().filter(|id| !asked(id)).chain(partly) {
             self.role(*id);
             if !self.written.contains(id) {
                 self.needed.insert(*id);

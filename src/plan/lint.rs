@@ -38,7 +38,7 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
     let mut used = mentioned(graph);
     let mut shaders: BTreeSet<&str> = BTreeSet::new();
     walk(&graph.passes, &mut |p| {
-        used.extend(p.bind.iter().map(|b| b.1.value.as_str()));
+        used.extend(p.bind.iter().chain(&p.masked).map(|(_, name)| name.value.as_str()));
         shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {

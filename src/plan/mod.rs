@@ -17,6 +17,7 @@ pub mod ingredient;
 pub mod keys;
 pub mod lint;
 pub mod live;
+pub mod masked;
 pub mod member;
 pub mod memory;
 pub mod order;
@@ -243,8 +244,18 @@ pub struct Own {
     pub members: u32,
     /// Resources of which a member reads nothing but its own part: the members in their order share the parts in theirs.
     pub reads: Vec<ResourceId>,
-    /// The same of tables of the scene.
+    /// Resources of which a member reads some parts.
+    pub masked: Vec<Masked>,
+    /// As `reads`, of tables of the scene.
     pub rows: Vec<Rows>,
+}
+
+/// A resource that others make part by part, and which of the parts each member reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Masked {
+    pub parts: ResourceId,
+    /// A buffer of a row of bits a member, which follows from what the member reads of its own.
+    pub mask: ResourceId,
 }
 
 /// Rows of a table that are a member's own: the first member has the first so many, and so on.

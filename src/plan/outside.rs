@@ -2,6 +2,7 @@
 
 use super::alike::Alike;
 use super::keys::{UNDEFINED, Version};
+use super::masked::{AlikeParts, Settled};
 use super::member::Members;
 use super::region;
 use super::tables::pack;
@@ -26,6 +27,10 @@ pub struct Outside {
     pub members: BTreeMap<usize, region::Seen>,
     /// Results that came out as they were before.
     pub alike: Alike,
+    /// The same of parts of results.
+    pub parts: AlikeParts,
+    /// By unit whose members read parts that a mask chooses: versions of those that read what they read.
+    pub settled: BTreeMap<String, Settled>,
 }
 
 impl Outside {

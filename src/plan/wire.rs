@@ -309,6 +309,7 @@ impl<'g> Wirer<'g, '_> {
         }
         self.variables(&mut wired, &shader, stages);
         wired.rows = self.rows(&wired);
+        wired.uses.extend(pass.masked.iter().map(|(_, mask)| by_name(mask, Mode::Read, How::CopySource)));
         match &pass.kind {
             PassKind::Draw(r) => {
                 self.vertex_inputs(pass, &shader);

@@ -8,7 +8,8 @@ use crate::plan::alike::{Looks, candidates};
 use crate::plan::change::{self, Selection, Why};
 use crate::plan::ingredient::Kind;
 use crate::plan::keys::Version;
-use crate::plan::{ResourceId, region};
+use crate::plan::masked::Mask;
+use crate::plan::{ResourceId, masked, region};
 use crate::scene::Table;
 use crate::value::Values;
 use glam::Mat4;
@@ -31,6 +32,14 @@ pub(super) struct Contents {
     /// By version, of what memory still holds.
     known: BTreeMap<Version, Arc<Vec<u8>>>,
     looks: Looks,
+}
+
+/// What a resource holds.
+struct Content {
+    version: Version,
+    bytes: Arc<Vec<u8>>,
+    /// Of what masks choose from: a version of each part.
+    parts: Option<Vec<u64>>,
 }
 
 impl Ahead {
@@ -130,39 +139,82 @@ impl Session {
         let mut asked = BTreeSet::new();
         loop {
             let (plan, keys) = (&self.plan, &self.keys);
+            let wanted = masked::settle(plan, keys, &self.held, &mut self.outside, values, &self.masks);
             let selection = change::select(plan, keys, &self.held, &self.outside, values);
             let looks = &mut self.contents.looks;
-            let due = |(i, _): &(usize, _)| asked.insert(*i) && looks.due(&keys.units[*i].name);
-            let Some((unit, written)) = candidates(plan, keys, &selection).find(due) else { return Ok(selection) };
-            let before = self.contents(gpu, &written)?;
-            let part = change::select_for(&self.plan, &self.keys, &self.held, &self.outside, values, &written);
-            self.ahead(gpu, part, values, ahead)?;
-            let after = self.contents(gpu, &written)?;
-            let mut same = true;
-            for (id, ((earlier, was), (version, is))) in written.iter().zip(before.into_iter().zip(after)) {
-                if is == was || self.settings.without == Some(Kind::Result) {
-                    self.held.stands(self.plan.resources[id.0].slot, earlier);
-                    self.outside.alike.add(version, earlier, |v| self.held.holds(v));
-                } else {
-                    same = false;
-                }
+            let ready = |i: usize| wanted.is_empty() || keys.units[i].masked().is_empty();
+            let due = |(i, _): &(usize, _)| ready(*i) && asked.insert(*i) && looks.due(&keys.units[*i].name);
+            let next = candidates(plan, keys, &selection).find(due);
+            if let Some((unit, written)) = next {
+                let before = self.contents(gpu, unit, &written)?;
+                let part = change::select_for(&self.plan, &self.keys, &self.held, &self.outside, values, &written);
+                self.ahead(gpu, part, values, ahead)?;
+                let after = self.contents(gpu, unit, &written)?;
+                let paid = self.learn(&written, before, after);
+                self.contents.known.retain(|version, _| self.held.holds(*version));
+                self.contents.looks.learn(&self.keys.units[unit].name, paid);
+            } else if wanted.is_empty() {
+                return Ok(selection);
+            } else {
+                self.read_masks(gpu, values, ahead, wanted)?;
             }
-            self.contents.known.retain(|version, _| self.held.holds(*version));
-            self.contents.looks.learn(&self.keys.units[unit].name, same);
         }
     }
 
-    /// What some resources hold, by its version.
-    fn contents(&mut self, gpu: &Gpu, of: &BTreeSet<ResourceId>) -> Checked<Vec<(Version, Arc<Vec<u8>>)>> {
+    /// Makes masks, where memory does not hold them, and reads them.
+    fn read_masks(
+        &mut self,
+        gpu: &Gpu,
+        values: &Values,
+        ahead: &mut Ahead,
+        wanted: Vec<(ResourceId, Vec<u64>)>,
+    ) -> Checked<()> {
+        let ids: BTreeSet<ResourceId> = wanted.iter().map(|w| w.0).collect();
+        let part = change::select_for(&self.plan, &self.keys, &self.held, &self.outside, values, &ids);
+        if part.count() > 0 {
+            self.ahead(gpu, part, values, ahead)?;
+        }
+        for (id, rows) in wanted {
+            let bytes = gpu::read_buffer(gpu, &self.prepared, &self.plan, id)?;
+            self.masks.insert(id, Mask { rows, words: bytemuck::pod_collect_to_vec::<u8, u32>(&bytes) });
+        }
+        Ok(())
+    }
+
+    /// Learns what of some results came out as it was. Whether all did, or most of what masks choose from.
+    fn learn(&mut self, written: &BTreeSet<ResourceId>, before: Vec<Content>, after: Vec<Content>) -> bool {
+        let (mut same, mut few) = (true, false);
+        for (id, (was, is)) in written.iter().zip(before.into_iter().zip(after)) {
+            if let Some((then, now)) = was.parts.zip(is.parts)
+                && let Some((ran, other)) = self.outside.parts.learn(*id, &then, &now, &was.bytes, &is.bytes)
+            {
+                few |= 2 * other <= ran;
+                self.outside.settled.clear();
+            }
+            if is.bytes == was.bytes || self.settings.without == Some(Kind::Result) {
+                self.held.stands(self.plan.resources[id.0].slot, was.version);
+                self.outside.alike.add(is.version, was.version, |v| self.held.holds(v));
+            } else {
+                same = false;
+            }
+        }
+        same || few
+    }
+
+    /// What some resources hold that a unit writes.
+    fn contents(&mut self, gpu: &Gpu, unit: usize, of: &BTreeSet<ResourceId>) -> Checked<Vec<Content>> {
         let mut found = vec![];
         for id in of {
             let version = self.held.version(self.plan.resources[id.0].slot);
-            let content = match self.contents.known.get(&version) {
-                Some(content) => content.clone(),
+            let bytes = match self.contents.known.get(&version) {
+                Some(bytes) => bytes.clone(),
                 None => Arc::new(gpu::read_content(gpu, &self.prepared, &self.plan, *id)?),
             };
-            self.contents.known.insert(version, content.clone());
-            found.push((version, content));
+            self.contents.known.insert(version, bytes.clone());
+            // Of what masks choose from.
+            let chosen = self.keys.units.iter().flat_map(|u| u.masked()).any(|m| m.parts == *id);
+            let parts = || self.held.parts(&self.plan, &self.keys.units[unit], *id, &self.outside);
+            found.push(Content { version, bytes, parts: chosen.then(parts).flatten() });
         }
         Ok(found)
     }
