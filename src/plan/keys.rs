@@ -132,6 +132,26 @@ impl Keys {
         Keys { units, last, without }
     }
 
+    /// Resources in the order in which they are made.
+    pub fn in_order(&self, resources: impl IntoIterator<Item = ResourceId>) -> Vec<ResourceId> {
+        let mut all: Vec<ResourceId> = resources.into_iter().collect();
+        all.sort_by_key(|id| (self.last[id.0], *id));
+        all
+    }
+
+    /// Whether a resource follows from what members of some step see.
+    pub fn follows_from_views(&self, resource: ResourceId) -> bool {
+        let mut open: Vec<usize> = self.last[resource.0].into_iter().collect();
+        let mut found: BTreeSet<usize> = open.iter().copied().collect();
+        while let Some(i) = open.pop() {
+            if matches!(self.units[i].apart, Some(Apart::Seen(_))) {
+                return true;
+            }
+            open.extend(self.units[i].makers.iter().flatten().filter(|maker| found.insert(**maker)));
+        }
+        false
+    }
+
     /// The versions of a frame that begins with these contents of history.
     pub fn versions(
         &self,

@@ -88,31 +88,51 @@ impl Session {
     /// Learns what the members of draws see. Where the device makes their frusta and has made none like these before, it makes them
     /// now.
     pub(super) fn look(&mut self, gpu: &Gpu, values: &Values, ahead: &mut Ahead) -> Checked<()> {
+        let buffers = self.keys.in_order(region::buffers(&self.apart));
         let made = change::end(&self.plan, &self.keys, &self.held, &self.outside, values);
-        let buffers = region::buffers(&self.apart);
-        let versions: Vec<Version> = buffers.iter().map(|id| made[id.0]).collect();
-        if self.looked.as_ref() == Some(&versions) {
+        let now = buffers.iter().map(|id| made[id.0]);
+        if self.looked.as_ref().is_some_and(|looked| looked.iter().copied().eq(now)) {
             return Ok(());
         }
-        let unknown: BTreeSet<ResourceId> =
-            buffers.iter().copied().filter(|id| !self.frusta.contains_key(&made[id.0])).collect();
-        if !unknown.is_empty() {
-            let (plan, keys) = (&self.plan, &self.keys);
-            let selection = change::select_for(plan, keys, &self.held, &self.outside, values, &unknown);
-            self.ahead(gpu, selection, values, ahead)?;
-            self.frusta.retain(|version, _| versions.contains(version));
-            for id in unknown {
-                let bytes = gpu::read_buffer(gpu, &self.prepared, &self.plan, id)?;
-                let frusta = bytemuck::pod_collect_to_vec::<u8, [f32; 16]>(&bytes[..bytes.len() / 64 * 64]);
-                let frusta = frusta.iter().map(Mat4::from_cols_array).collect();
-                self.frusta.insert(made[id.0], Arc::new(frusta));
+        self.looked = None;
+        let (mut known, mut versions) = (BTreeMap::new(), vec![]);
+        for id in buffers {
+            let mut version = made[id.0];
+            // Where a view stands may follow from what another one shows.
+            if self.keys.follows_from_views(id) {
+                self.see(&known);
+                self.settle(gpu, values)?;
+                version = change::end(&self.plan, &self.keys, &self.held, &self.outside, values)[id.0];
             }
+            let frusta = match self.frusta.get(&version) {
+                Some(frusta) => frusta.clone(),
+                None => Arc::new(self.make_frusta(gpu, values, ahead, id)?),
+            };
+            known.insert(id, frusta.clone());
+            self.frusta.insert(version, frusta);
+            versions.push(version);
         }
+        self.frusta.retain(|version, _| versions.contains(version));
+        self.see(&known);
         self.looked = Some(versions);
-        let frusta = &self.frusta;
-        let known = |id: ResourceId| frusta.get(&made[id.0]).cloned();
-        self.seen = region::seen(&self.plan, &self.apart, &self.tables.list, known, &self.seen);
         Ok(())
+    }
+
+    /// Makes a buffer of frusta and reads it.
+    fn make_frusta(&mut self, gpu: &Gpu, values: &Values, ahead: &mut Ahead, id: ResourceId) -> Checked<Vec<Mat4>> {
+        let wanted = BTreeSet::from([id]);
+        let selection = change::select_for(&self.plan, &self.keys, &self.held, &self.outside, values, &wanted);
+        self.ahead(gpu, selection, values, ahead)?;
+        let bytes = gpu::read_buffer(gpu, &self.prepared, &self.plan, id)?;
+        let frusta = bytemuck::pod_collect_to_vec::<u8, [f32; 16]>(&bytes[..bytes.len() / 64 * 64]);
+        Ok(frusta.iter().map(Mat4::from_cols_array).collect())
+    }
+
+    /// What members see by these frusta, and by those in tables.
+    fn see(&mut self, frusta: &BTreeMap<ResourceId, Arc<Vec<Mat4>>>) {
+        let known = |id: ResourceId| frusta.get(&id).cloned();
+        let seen = region::seen(&self.plan, &self.apart, &self.tables.list, known, &self.seen);
+        self.seen.extend(seen);
     }
 
     /// Finds which members of draws show nothing of what moved, by the depths that the device holds of them.

@@ -24,6 +24,23 @@ fn session_without(gpu: &Gpu, graph: &str, scene: &str, set: &[&str], without: O
     Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
 }
 
+/// A graph of its own in the hall, with its shaders and those that ship.
+fn written(gpu: &Gpu, name: &str, graph: &str, shaders: &[(&str, &str)], set: &[&str]) -> Session {
+    let scratch = support::Scratch::new(name);
+    std::fs::create_dir_all(scratch.path().join("shaders")).unwrap();
+    let file = scratch.path().join(name).with_extension("ron");
+    std::fs::write(&file, graph).unwrap();
+    for (name, text) in shaders {
+        std::fs::write(scratch.path().join("shaders").join(name).with_extension("wgsl"), text).unwrap();
+    }
+    let project = Project::open(&file, &[support::repository("shaders")]).unwrap_or_else(|f| panic!("{f}"));
+    let set: Vec<String> = set.iter().map(ToString::to_string).collect();
+    let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
+    let scene = scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let settings = Settings { params, size: [16, 12], skip: true, verify: true, ..Settings::default() };
+    Session::new(gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"))
+}
+
 /// How many members of a pass ran in the last frame, and of how many; `None` when it did not run.
 fn members(session: &Session, pass: &str) -> Option<(u32, u32)> {
     let mut steps = session.plan.steps.iter().zip(session.why());
@@ -174,11 +191,67 @@ fn light_that_changes_at_few_probes_is_gathered_again_by_those_that_take_it() {
     }
 }
 
+/// Where a view stands may follow from what another view shows.
+#[test]
+fn views_that_follow_from_what_others_show_are_looked_at_again() {
+    let gpu = &device::gpu();
+    let graph = r#"Graph(
+        resources: {
+            "down_views": Buffer(stride: 64, count: 1),
+            "down": Atlas(format: Depth32Float, tile: 16, count: 1),
+            "up_views": Buffer(stride: 64, count: 1),
+            "up": Atlas(format: R32Float, tile: 16, count: 1),
+        },
+        passes: [
+            Compute(name: "place_down", shader: "place_down.wgsl", over: "down_views"),
+            Draw(name: "draw_down", shader: "draw_down.wgsl", each: 1, frusta: "down_views", depth: "down", cull: None),
+            Compute(name: "place_up", shader: "place_up.wgsl", over: "up_views"),
+            Compute(name: "trace_up", shader: "trace_up.wgsl", each: 1, over: (16, 16), frusta: "up_views"),
+        ],
+        outputs: {"up": "up"},
+    )"#;
+    let place = |views: &str, declared: &str, eye: &str, face: u32| {
+        format!(
+            "#import lightgraph::cube::view_projection
+            {declared}
+            var<storage, read_write> {views}: array<mat4x4f>;
+            @compute @workgroup_size(1) fn main() {{ {views}[0] = view_projection({eye}, {face}u, 0.05, 30.0); }}"
+        )
+    };
+    let draw = "#import lightgraph::geometry::world_position
+        var<storage, read> down_views: array<mat4x4f>;
+        @vertex fn main(@location(0) position: vec3f, @location(1) node: u32, @builtin(instance_index) view: u32)
+            -> @builtin(position) vec4f { return down_views[view] * vec4f(world_position(node, position), 1.0); }";
+    let mean = "var down: texture_depth_2d;
+        fn mean() -> f32 {
+            var sum = 0.0;
+            for (var i = 0u; i < 256u; i++) { sum += textureLoad(down, vec2u(i % 16u, i / 16u), 0) / 256.0; }
+            return sum;
+        }";
+    // Of all that stands above it shows nothing but from where.
+    let trace = "var<storage, read> up_views: array<mat4x4f>;
+        var<storage, read> members: array<u32>;
+        var up: texture_storage_2d<r32float, write>;
+        @compute @workgroup_size(1) fn main(@builtin(global_invocation_id) id: vec3u) {
+            textureStore(up, id.xy, vec4f(up_views[members[id.z]][3].x));
+        }";
+    let down = place("down_views", "", "vec3f(0.0, 3.0, 0.0)", 3);
+    let up = place("up_views", mean, "vec3f(100.0 * (mean() - 0.98), 3.0, 0.0)", 2);
+    let shaders = [("place_down", down.as_str()), ("draw_down", draw), ("place_up", &up), ("trace_up", trace)];
+    let mut s = written(gpu, "followed", graph, &shaders, &[]);
+    let ball = node(&s, "ball");
+    let mut seen = vec![];
+    for by in [0.0, 0.1, 0.3, 0.6, 1.0] {
+        frame(gpu, &mut s, &[(ball, Vec3::new(0.0, by, 0.0))]);
+        seen.push(s.image(gpu, "up").unwrap_or_else(|f| panic!("{f}")));
+    }
+    assert!(seen.windows(2).all(|two| two[0] != two[1]), "the second view stands elsewhere in every frame");
+}
+
 /// Which part a member reads follows from its own row, and so does its row of the mask.
 #[test]
 fn members_read_the_parts_that_their_mask_chose_last() {
     let gpu = &device::gpu();
-    let scratch = support::Scratch::new("chosen");
     let graph = r#"Graph(
         resources: {
             "values": Buffer(stride: 4, count: 64),
@@ -214,16 +287,9 @@ fn members_read_the_parts_that_their_mask_chose_last() {
             "textureStore(found, vec2u(member, 0u), vec4f(values[chosen(member)]));",
         ),
     ];
-    std::fs::create_dir_all(scratch.path().join("shaders")).unwrap();
-    std::fs::write(scratch.path().join("chosen.ron"), graph).unwrap();
-    for (name, declared, does) in shaders {
-        let text = format!("{node}\n{declared}\n{entry} {{ {member}\n{does} }}");
-        std::fs::write(scratch.path().join(format!("shaders/{name}.wgsl")), text).unwrap();
-    }
-    let project = Project::open(&scratch.path().join("chosen.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let scene = scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
-    let settings = Settings { size: [16, 12], skip: true, verify: true, ..Settings::default() };
-    let mut s = Session::new(gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
+    let texts = shaders.map(|(_, declared, does)| format!("{node}\n{declared}\n{entry} {{ {member}\n{does} }}"));
+    let shaders: Vec<(&str, &str)> = shaders.iter().zip(&texts).map(|(s, text)| (s.0, text.as_str())).collect();
+    let mut s = written(gpu, "chosen", graph, &shaders, &[]);
     let (along, up) = (|x: f32| Vec3::new(x, 0.0, 0.0), |y: f32| Vec3::new(0.0, y, 0.0));
     frame(gpu, &mut s, &[]);
     frame(gpu, &mut s, &[(9, along(1.0))]);
@@ -248,7 +314,6 @@ fn members_read_the_parts_that_their_mask_chose_last() {
 #[test]
 fn the_proof_catches_a_mask_that_says_too_little() {
     let gpu = &device::gpu();
-    let scratch = support::Scratch::new("masks");
     let graph = r#"Variant(
         base: "lightgraph:graphs/fast_grid.ron",
         edits: [
@@ -264,15 +329,7 @@ fn the_proof_catches_a_mask_that_says_too_little() {
                 reach[members[id.z] * words + i] = u32(surface_at(vec2u(0u)).normal.w < -1e9);
             }
         }";
-    std::fs::create_dir_all(scratch.path().join("shaders")).unwrap();
-    std::fs::write(scratch.path().join("masks.ron"), graph).unwrap();
-    std::fs::write(scratch.path().join("shaders/none.wgsl"), shader).unwrap();
-    let project = Project::open(&scratch.path().join("masks.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let params =
-        project.params(&["grid=8".into(), "face=8".into(), "shadow_size=256".into()]).unwrap_or_else(|f| panic!("{f}"));
-    let scene = scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
-    let settings = Settings { params, size: [16, 12], skip: true, verify: true, ..Settings::default() };
-    let mut s = Session::new(gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
+    let mut s = written(gpu, "masks", graph, &[("none", shader)], &["grid=8", "face=8", "shadow_size=256"]);
     let corbel = node(&s, "corbel");
     frame(gpu, &mut s, &[]);
     let mut moved = |by: f32| {
@@ -358,7 +415,6 @@ fn an_object_of_fewer_triangles_is_captured_again_in_the_same_way() {
 #[test]
 fn a_screen_pass_draws_again_only_the_tiles_whose_source_changed() {
     let gpu = &device::gpu();
-    let scratch = support::Scratch::new("halves");
     let graph = r#"Variant(
         base: "lightgraph:graphs/uniform_grid.ron",
         edits: [
@@ -372,15 +428,7 @@ fn a_screen_pass_draws_again_only_the_tiles_whose_source_changed() {
         @fragment fn halve(@builtin(position) at: vec4f) -> Out {
             return Out(0.5 * textureLoad(cube_albedo, vec2u(at.xy), 0));
         }";
-    std::fs::create_dir_all(scratch.path().join("shaders")).unwrap();
-    std::fs::write(scratch.path().join("halves.ron"), graph).unwrap();
-    std::fs::write(scratch.path().join("shaders/halve.wgsl"), shader).unwrap();
-    let project = Project::open(&scratch.path().join("halves.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let params = project.params(&["grid=2".into(), "face=8".into()]).unwrap_or_else(|f| panic!("{f}"));
-    let scene = scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
-    let outputs = Some(vec!["halves".to_string()]);
-    let settings = Settings { params, size: [16, 12], outputs, skip: true, verify: true, ..Settings::default() };
-    let mut s = Session::new(gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
+    let mut s = written(gpu, "halves", graph, &[("halve", shader)], &["grid=2", "face=8"]);
     let corbel = node(&s, "corbel");
     frame(gpu, &mut s, &[]);
     for i in 1..3 {
