@@ -214,10 +214,11 @@ impl Held {
         self.ran.clear();
     }
 
-    /// A version of each part of a resource, as the last run of a unit left them; `None`: memory holds something else, or it has no
-    /// parts.
+    /// A version of each part of a resource, as the last run of a unit left them; `None`: memory holds something else, it has no
+    /// parts, or they are tiles, which don't lie one behind another.
     pub fn parts(&self, plan: &Plan, unit: &Unit, id: ResourceId, outside: &Outside) -> Option<Vec<u64>> {
-        let ran = self.ran.get(&unit.name).filter(|ran| !ran.members.is_empty())?;
+        let tiled = matches!(&plan.resources[id.0].desc, Desc::Texture(TextureDesc { tiles: Some(_), .. }));
+        let ran = self.ran.get(&unit.name).filter(|ran| !ran.members.is_empty() && !tiled)?;
         let there = self.version(plan.resources[id.0].slot) == outside.alike.of(unit.content(ran.key, id));
         there.then(|| masked::parts(unit.content(ran.common, id), &ran.members))
     }
