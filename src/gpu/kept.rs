@@ -1,7 +1,7 @@
 //! What a device has built, for whoever asks for the same again: pipelines, samplers, uploads of scenes. All that is
 //! kept is immutable, so any number of plans may use it at once.
 
-use super::{numerics, pipelines::Pipeline, scene_data::Mesh, wipe::Fill};
+use super::{digest, numerics, pipelines::Pipeline, scene_data::Mesh, wipe::Fill};
 use crate::diag::Checked;
 use crate::plan::SamplerDesc;
 use crate::recent::{InUse, Recent};
@@ -16,6 +16,9 @@ const MOST_FILLS: usize = 32;
 /// Pipelines that check numbers: one for each way to read a resource.
 const MOST_CHECKS: usize = 4;
 
+/// Pipelines that digest tiles: one for each kind of texels.
+const MOST_DIGESTS: usize = 3;
+
 const MOST_SAMPLERS: usize = 32;
 
 /// Scenes whose triangles and textures are kept at most: they are large.
@@ -28,6 +31,7 @@ pub(super) struct Kept {
     /// The kernel that ends loops: there is one.
     pub ends: Store<((), wgpu::ComputePipeline)>,
     pub checks: Store<(numerics::Source, wgpu::ComputePipeline)>,
+    pub digests: Store<(digest::Texels, wgpu::ComputePipeline)>,
     pub samplers: Store<(SamplerDesc, wgpu::Sampler)>,
     /// By the hash of their content.
     pub meshes: Store<(u128, Option<Mesh>)>,
@@ -41,6 +45,7 @@ impl Default for Kept {
             fills: Store::new(MOST_FILLS),
             ends: Store::new(1),
             checks: Store::new(MOST_CHECKS),
+            digests: Store::new(MOST_DIGESTS),
             samplers: Store::new(MOST_SAMPLERS),
             meshes: Store::new(MOST_SCENES),
             textures: Store::new(MOST_SCENES),
@@ -54,6 +59,7 @@ impl Kept {
         self.fills.clear();
         self.ends.clear();
         self.checks.clear();
+        self.digests.clear();
         self.samplers.clear();
         self.meshes.clear();
         self.textures.clear();

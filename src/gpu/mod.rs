@@ -6,6 +6,7 @@
 
 mod bindings;
 mod device;
+mod digest;
 mod encode;
 mod execute;
 mod gate;
@@ -30,6 +31,7 @@ mod uniforms;
 mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError};
+pub use digest::{DIGEST, digests};
 pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};

@@ -6,9 +6,10 @@
 //! What memory holds is known by version alone, so it outlives the plan: another plan takes over the memory that holds
 //! what it wants, and runs only what differs.
 
+use super::alike::Parts;
 use super::ingredient::{Ingredient, Ingredients, Kind};
 use super::keys::{Keys, UNDEFINED, Unit, Version, Versions, initial};
-use super::masked::{self, Read};
+use super::masked::{Read, Reads};
 use super::member::Members;
 use super::outside::Outside;
 use super::region::{self, Seen};
@@ -214,13 +215,11 @@ impl Held {
         self.ran.clear();
     }
 
-    /// A version of each part of a resource, as the last run of a unit left them; `None`: memory holds something else, it has no
-    /// parts, or they are tiles, which don't lie one behind another.
-    pub fn parts(&self, plan: &Plan, unit: &Unit, id: ResourceId, outside: &Outside) -> Option<Vec<u64>> {
-        let tiled = matches!(&plan.resources[id.0].desc, Desc::Texture(TextureDesc { tiles: Some(_), .. }));
-        let ran = self.ran.get(&unit.name).filter(|ran| !ran.members.is_empty() && !tiled)?;
+    /// The parts of a resource, as the last run of a unit left them; `None`: memory holds something else, or it has no parts.
+    pub fn parts(&self, plan: &Plan, unit: &Unit, id: ResourceId, outside: &Outside) -> Option<Parts> {
+        let ran = self.ran.get(&unit.name).filter(|ran| !ran.members.is_empty())?;
         let there = self.version(plan.resources[id.0].slot) == outside.alike.of(unit.content(ran.key, id));
-        there.then(|| masked::parts(unit.content(ran.common, id), &ran.members))
+        there.then(|| (unit.content(ran.common, id), ran.members.clone()))
     }
 
     /// The contents of history.
@@ -407,7 +406,7 @@ fn selection(
             all.writes.extend(slots.zip(versions.after[i].iter().copied()));
             let seen = step.and_then(|s| outside.members.get(&s)).cloned();
             let (key, common, members) = (versions.keys[i], versions.common[i], members.clone());
-            let read = versions.reads[i].as_ref().map(|reads| reads.read(&outside.parts));
+            let read = versions.reads[i].as_ref().map(Reads::read);
             let ran = Ran { key, common, ingredients: ingredients(), members, read, seen, frame: held.frames };
             all.ran.push((unit.name.clone(), Arc::new(ran)));
         }

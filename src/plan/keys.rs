@@ -230,6 +230,12 @@ impl Unit {
         if matches!(self.apart, Some(Apart::Seen(_))) { "see" } else { "read" }
     }
 
+    /// Whether its members read parts of a resource, as its last maker has left them.
+    pub fn reads_parts(&self, resource: ResourceId) -> bool {
+        let Some(Apart::Own(own)) = &self.apart else { return false };
+        own.reads.contains(&resource) || own.masked.iter().any(|m| m.parts == resource)
+    }
+
     /// What masks choose from for its members.
     pub fn masked(&self) -> &[Masked] {
         if let Some(Apart::Own(own)) = &self.apart { &own.masked } else { &[] }
@@ -251,7 +257,7 @@ impl Unit {
             Some(Apart::Own(own)) => own,
         };
         let count = *members as usize;
-        let parts = |r: &ResourceId| made.get(r).map(|m| (m.common, units[m.unit].clone()));
+        let parts = |r: &ResourceId| made.get(r).map(|m| (m.common, outside.parts.of(*r, m.common, &units[m.unit])));
         let whole = |r: &ResourceId| (now[r.0], Members::default());
         let input = |r: &ResourceId| parts(r).filter(|(_, parts)| parts.go_into(count)).unwrap_or(whole(r));
         let table = |rows: &Rows| outside.rows.get(rows).cloned().unwrap_or_default();

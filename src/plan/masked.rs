@@ -44,67 +44,15 @@ pub struct Read {
 
 impl Reads {
     /// As of now.
-    pub fn read(&self, alike: &AlikeParts) -> Read {
-        let parts = self.parts.iter().map(|made| alike.of(made.resource, parts(made.common, &made.parts)));
-        Read { own: self.own.clone(), all: self.all.all(), parts: parts.collect() }
+    pub fn read(&self) -> Read {
+        let parts = self.parts.iter().map(|made| parts(made.common, &made.parts)).collect();
+        Read { own: self.own.clone(), all: self.all.all(), parts }
     }
 }
 
 /// A version of each part that members make, of what these have in common and each alone.
-pub fn parts(common: Version, members: &Members) -> Vec<u64> {
+fn parts(common: Version, members: &Members) -> Vec<u64> {
     members.each().iter().map(|member| hash(&(common, member)) as u64).collect()
-}
-
-/// Parts that came out as they were, by resource.
-#[derive(Debug, Clone, Default)]
-pub struct AlikeParts(BTreeMap<ResourceId, Stands>);
-
-/// By part.
-#[derive(Debug, Clone)]
-struct Stands {
-    /// The version as it was made last.
-    made: Vec<u64>,
-    /// The one that stands for its content.
-    content: Vec<u64>,
-}
-
-impl AlikeParts {
-    /// The versions that stand for the contents of these.
-    fn of(&self, id: ResourceId, mut made: Vec<u64>) -> Vec<u64> {
-        if let Some(known) = self.0.get(&id).filter(|known| known.made.len() == made.len()) {
-            let each = made.iter_mut().zip(known.made.iter().zip(&known.content));
-            each.filter(|(now, (then, _))| now == then).for_each(|(now, (_, content))| *now = *content);
-        }
-        made
-    }
-
-    /// Learns which parts of a resource came out as they were, from its bytes before and after, one part behind another. How many were
-    /// made anew, and how many of these are other ones.
-    pub fn learn(
-        &mut self,
-        id: ResourceId,
-        then: &[u64],
-        now: &[u64],
-        was: &[u8],
-        is: &[u8],
-    ) -> Option<(usize, usize)> {
-        let size = is.len().checked_div(now.len()).filter(|size| *size > 0)?;
-        if then.len() != now.len() || was.len() != is.len() || size * now.len() != is.len() {
-            return None;
-        }
-        let mut content = self.of(id, then.to_vec());
-        let (mut ran, mut other) = (0, 0);
-        let bytes = was.chunks_exact(size).zip(is.chunks_exact(size));
-        for ((content, (then, now)), (was, is)) in content.iter_mut().zip(then.iter().zip(now)).zip(bytes) {
-            ran += usize::from(then != now);
-            if was != is {
-                other += 1;
-                *content = *now;
-            }
-        }
-        self.0.insert(id, Stands { made: now.to_vec(), content });
-        Some((ran, other))
-    }
 }
 
 /// The versions of members that stand in for those of [`Reads::all`].
@@ -185,7 +133,7 @@ pub fn settle(
         } else if then.all == all {
             Some(ran.members.clone())
         } else {
-            kept(reads, &reads.read(&outside.parts), then, &ran.members, |made, other| {
+            kept(reads, &reads.read(), then, &ran.members, |made, other| {
                 let (id, rows) = (made.resource, Mask::rows(made, other.len()));
                 let mask = known.get(&id).filter(|mask| mask.stands_in(&rows, other));
                 wanted.extend(mask.is_none().then_some((id, rows)));
@@ -263,9 +211,8 @@ mod tests {
     }
 
     fn settled(then: &Reads, now: &Reads, words: &[u32]) -> Option<Members> {
-        let none = AlikeParts::default();
         let mask = Mask { rows: vec![], words: words.to_vec() };
-        kept(now, &now.read(&none), &then.read(&none), &then.all, |_, _| Some(&mask))
+        kept(now, &now.read(), &then.read(), &then.all, |_, _| Some(&mask))
     }
 
     fn same(a: &Members, b: &Members) -> Vec<bool> {
@@ -293,14 +240,13 @@ mod tests {
     #[test]
     fn a_mask_that_cannot_be_had_tells_nothing() {
         let (then, now) = (reads(&[5, 6], &parts_with(None)), reads(&[5, 6], &parts_with(Some(1))));
-        let none = AlikeParts::default();
-        assert!(kept(&now, &now.read(&none), &then.read(&none), &then.all, |_, _| None).is_none());
+        assert!(kept(&now, &now.read(), &then.read(), &then.all, |_, _| None).is_none());
         assert!(settled(&then, &now, &[]).is_none() && settled(&then, &reads(&[5, 6], &[1]), &[0, 0]).is_none());
         let two: Vec<u64> = (0..8).map(|part| part / 6 * 90 + part).collect();
         assert!(settled(&then, &reads(&[5, 6], &two), &[0, 0]).is_none(), "too many parts are others");
         // Nor is one asked for where no part is another one.
         let own = reads(&[5, 9], &parts_with(None));
-        let kept = kept(&own, &own.read(&none), &then.read(&none), &then.all, |_, _| panic!("asked")).unwrap();
+        let kept = kept(&own, &own.read(), &then.read(), &then.all, |_, _| panic!("asked")).unwrap();
         assert_eq!(same(&kept, &then.all), [true, false]);
     }
 
@@ -331,18 +277,5 @@ mod tests {
             let members = settled(&then, &reads(&[5, 6], &other), &[1 << (part / 3), !(1 << (part / 3))]).unwrap();
             assert_eq!(same(&members, &then.all), [false, true], "part {part}");
         }
-    }
-
-    #[test]
-    fn parts_that_come_out_as_they_were_stand_for_those_of_before() {
-        let (id, mut alike) = (ResourceId(0), AlikeParts::default());
-        assert_eq!(alike.learn(id, &[1, 2, 3], &[1, 12, 13], b"aabbcc", b"aabbdd"), Some((2, 1)));
-        assert_eq!(alike.of(id, vec![1, 12, 13]), [1, 2, 13]);
-        assert_eq!(alike.learn(id, &[1, 12, 13], &[1, 22, 13], b"aabbdd", b"aabbdd"), Some((1, 0)));
-        assert_eq!(alike.of(id, vec![1, 22, 13]), [1, 2, 13]);
-        assert_eq!(alike.of(id, vec![1, 12, 14]), [1, 12, 14], "what was made last counts");
-        assert_eq!(alike.of(ResourceId(1), vec![1, 22, 13]), [1, 22, 13]);
-        assert_eq!(alike.learn(id, &[1, 2], &[1, 3], b"aab", b"aab"), None, "no equal parts");
-        assert_eq!(alike.learn(id, &[], &[], b"", b""), None);
     }
 }

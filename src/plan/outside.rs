@@ -1,8 +1,8 @@
 //! What the scene gives to a plan, hashed: of a frame's tables as much as has changed. No device.
 
-use super::alike::Alike;
+use super::alike::{Alike, AlikeParts};
 use super::keys::{UNDEFINED, Version};
-use super::masked::{AlikeParts, Settled};
+use super::masked::Settled;
 use super::member::Members;
 use super::region;
 use super::tables::pack;

@@ -4,12 +4,12 @@
 use super::Session;
 use crate::diag::Checked;
 use crate::gpu::{self, Frame, FrameReport, Gpu};
-use crate::plan::alike::{Looks, candidates};
+use crate::plan::alike::{Looks, Parts, candidates, digested};
 use crate::plan::change::{self, Selection, Why};
 use crate::plan::ingredient::Kind;
 use crate::plan::keys::Version;
 use crate::plan::masked::Mask;
-use crate::plan::{ResourceId, masked, region};
+use crate::plan::{Desc, ResourceId, TextureDesc, masked, region};
 use crate::scene::Table;
 use crate::value::Values;
 use glam::Mat4;
@@ -38,8 +38,8 @@ pub(super) struct Contents {
 struct Content {
     version: Version,
     bytes: Arc<Vec<u8>>,
-    /// Of what masks choose from: a version of each part.
-    parts: Option<Vec<u64>>,
+    /// Of what members of others read parts of: those.
+    parts: Option<Parts>,
 }
 
 impl Ahead {
@@ -166,10 +166,11 @@ impl Session {
             let due = |(i, _): &(usize, _)| ready(*i) && asked.insert(*i) && looks.due(&keys.units[*i].name);
             let next = candidates(plan, keys, &selection).find(due);
             if let Some((unit, written)) = next {
-                let before = self.contents(gpu, unit, &written)?;
+                let before = self.contents(gpu, unit, &written, None)?;
                 let part = change::select_for(&self.plan, &self.keys, &self.held, &self.outside, values, &written);
+                let ran = self.keys.units[unit].steps.first().and_then(|step| part.members.get(&step.0).cloned());
                 self.ahead(gpu, part, values, ahead)?;
-                let after = self.contents(gpu, unit, &written)?;
+                let after = self.contents(gpu, unit, &written, ran.map(|ran| (ran, before.as_slice())))?;
                 let paid = self.learn(&written, before, after);
                 self.contents.known.retain(|version, _| self.held.holds(*version));
                 self.contents.looks.learn(&self.keys.units[unit].name, paid);
@@ -201,14 +202,14 @@ impl Session {
         Ok(())
     }
 
-    /// Learns what of some results came out as it was. Whether all did, or most of what masks choose from.
+    /// Learns what of some results came out as it was. Whether all did, or enough of what members of others read parts of.
     fn learn(&mut self, written: &BTreeSet<ResourceId>, before: Vec<Content>, after: Vec<Content>) -> bool {
-        let (mut same, mut few) = (true, false);
+        let (mut same, mut enough) = (true, false);
         for (id, (was, is)) in written.iter().zip(before.into_iter().zip(after)) {
             if let Some((then, now)) = was.parts.zip(is.parts)
                 && let Some((ran, other)) = self.outside.parts.learn(*id, &then, &now, &was.bytes, &is.bytes)
             {
-                few |= 2 * other <= ran;
+                enough |= 4 * other <= 3 * ran;
                 self.outside.settled.clear();
             }
             if is.bytes == was.bytes || self.settings.without == Some(Kind::Result) {
@@ -218,24 +219,53 @@ impl Session {
                 same = false;
             }
         }
-        same || few
+        same || enough
     }
 
-    /// What some resources hold that a unit writes.
-    fn contents(&mut self, gpu: &Gpu, unit: usize, of: &BTreeSet<ResourceId>) -> Checked<Vec<Content>> {
+    /// What some resources hold that a unit writes. `ran`: the members that have run since, and what there was before.
+    fn contents(
+        &mut self,
+        gpu: &Gpu,
+        unit: usize,
+        of: &BTreeSet<ResourceId>,
+        ran: Option<(Vec<bool>, &[Content])>,
+    ) -> Checked<Vec<Content>> {
         let mut found = vec![];
-        for id in of {
+        for (at, id) in of.iter().enumerate() {
             let version = self.held.version(self.plan.resources[id.0].slot);
             let bytes = match self.contents.known.get(&version) {
                 Some(bytes) => bytes.clone(),
+                None if digested(&self.plan, &self.keys, *id) => {
+                    let since = ran.as_ref().and_then(|(ran, before)| Some((ran.as_slice(), before.get(at)?)));
+                    Arc::new(self.digests(gpu, *id, since)?)
+                }
                 None => Arc::new(gpu::read_content(gpu, &self.prepared, &self.plan, *id)?),
             };
             self.contents.known.insert(version, bytes.clone());
-            // Of what masks choose from.
-            let chosen = self.keys.units.iter().flat_map(|u| u.masked()).any(|m| m.parts == *id);
+            // Of what members of others read parts of.
+            let read = self.keys.units.iter().any(|u| u.reads_parts(*id));
             let parts = || self.held.parts(&self.plan, &self.keys.units[unit], *id, &self.outside);
-            found.push(Content { version, bytes, parts: chosen.then(parts).flatten() });
+            found.push(Content { version, bytes, parts: read.then(parts).flatten() });
         }
         Ok(found)
+    }
+
+    /// Digests of the tiles of an atlas: of those that have run since, and of the others those of before.
+    fn digests(&self, gpu: &Gpu, id: ResourceId, since: Option<(&[bool], &Content)>) -> Checked<Vec<u8>> {
+        let Desc::Texture(TextureDesc { tiles: Some(tiles), .. }) = &self.plan.resources[id.0].desc else {
+            return Ok(vec![]);
+        };
+        let count = tiles.count as usize;
+        let whole = gpu::DIGEST * count;
+        let (ran, mut all) = match since {
+            Some((ran, before)) if ran.len() == count && before.bytes.len() == whole => (ran, before.bytes.to_vec()),
+            _ => (&[][..], vec![0; whole]),
+        };
+        let asked: Vec<u32> = (0..tiles.count).filter(|i| ran.get(*i as usize) != Some(&false)).collect();
+        let found = gpu::digests(gpu, &self.prepared, &self.plan, id, &asked)?;
+        for (tile, digest) in asked.into_iter().zip(found.chunks_exact(gpu::DIGEST)) {
+            all[tile as usize * gpu::DIGEST..][..gpu::DIGEST].copy_from_slice(digest);
+        }
+        Ok(all)
     }
 }
