@@ -430,8 +430,20 @@ fn outdated(
     fits.then(|| members.each().iter().zip(ran.members.each()).map(|(now, then)| now != then).collect())
 }
 
+/// The last run of unit number `index`, when it stands with these versions.
+pub(super) fn still_standing<'h>(
+    plan: &Plan,
+    keys: &Keys,
+    held: &'h Held,
+    (outside, values): (&Outside, &Values),
+    (versions, index): (&Versions, usize),
+) -> Option<&'h Arc<Ran>> {
+    let unit = &keys.units[index];
+    standing(plan, unit, held, outside, &unit.ingredients(plan, (versions, index), outside, values))
+}
+
 /// The last run of a unit, when what it made is in memory still and nothing but what tells its members apart is new since.
-pub(super) fn standing<'h>(
+fn standing<'h>(
     plan: &Plan,
     unit: &Unit,
     held: &'h Held,
@@ -471,8 +483,8 @@ pub fn settle(
             continue;
         }
         let versions = keys.versions(plan, held.history(plan), outside, values);
-        let now = unit.ingredients(plan, (&versions, i), outside, values);
-        let Some(saw) = standing(plan, unit, held, outside, &now).and_then(|ran| ran.seen.as_ref()) else { continue };
+        let ran = still_standing(plan, keys, held, (outside, values), (&versions, i));
+        let Some(saw) = ran.and_then(|ran| ran.seen.as_ref()) else { continue };
         let target = region::depths(plan, &plan.steps[step.0]);
         let image = target.map(|id| depths(id, held.version(plan.resources[id.0].slot))).transpose()?;
         seen.settle(saw, plan, &plan.steps[step.0], image.as_deref());

@@ -1,7 +1,7 @@
 //! Steps whose members read some of the parts that members of another step make, each those of its row of a mask: they run again for
 //! members alone that read a part which came out otherwise, or have something else of their own. No device.
 
-use super::change::{Held, Ran, standing};
+use super::change::{Held, Ran, still_standing};
 use super::keys::{Keys, Version};
 use super::member::Members;
 use super::outside::Outside;
@@ -123,9 +123,9 @@ pub fn settle(
     for (i, unit) in keys.units.iter().enumerate().filter(|(_, unit)| !unit.masked().is_empty()) {
         let earlier = outside.settled.remove(&unit.name);
         let versions = keys.versions(plan, held.history(plan), outside, values);
-        let now = unit.ingredients(plan, (&versions, i), outside, values);
-        let Some(ran) = standing(plan, unit, held, outside, &now) else { continue };
-        let (Some(reads), Some(then)) = (&versions.reads[i], &ran.read) else { continue };
+        let Some(reads) = &versions.reads[i] else { continue };
+        let ran = still_standing(plan, keys, held, (outside, values), (&versions, i));
+        let Some((ran, then)) = ran.and_then(|ran| Some((ran, ran.read.as_ref()?))) else { continue };
         let all = reads.all.all();
         let earlier = earlier.filter(|e| e.all == all && Arc::ptr_eq(&e.by, ran));
         let members = if let Some(earlier) = earlier {
