@@ -330,8 +330,9 @@ impl Session {
             false => change::full(&self.plan, &self.keys, &self.held, &self.outside, &values),
         };
         let (members, moved) = (selection.members.clone(), selection.moved.clone());
+        let windows = selection.windows.clone();
         let (timing, tables) = (self.settings.timing, ahead.tables.as_deref());
-        let frame = Frame { values, tables, run: Some(&selection.run), members, moved, timing };
+        let frame = Frame { values, tables, run: Some(&selection.run), members, moved, windows, timing };
         self.why.clear();
         let mut report = self.run(gpu, &frame, &selection)?;
         let mut why = selection.why.clone();

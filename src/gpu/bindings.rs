@@ -111,6 +111,7 @@ pub(super) fn bind_group(
             Binding::SceneTextures => Some(wgpu::BindingResource::TextureView(&things.scene.textures)),
             Binding::Report => things.reports.buffer(index).map(wgpu::Buffer::as_entire_binding),
             Binding::Moved(_) => things.members.boxes(index).map(wgpu::Buffer::as_entire_binding),
+            Binding::Windows { draws, .. } => things.members.windows(*draws).map(wgpu::Buffer::as_entire_binding),
             Binding::Members => things.members.buffer(index).map(wgpu::Buffer::as_entire_binding),
             Binding::Sampler(desc) => shared.samplers.get(desc).map(wgpu::BindingResource::Sampler),
         };
@@ -157,7 +158,8 @@ impl Shared {
             | Binding::SceneTextures
             | Binding::Report
             | Binding::Members
-            | Binding::Moved(_) => {}
+            | Binding::Moved(_)
+            | Binding::Windows { .. } => {}
         }
         Ok(())
     }

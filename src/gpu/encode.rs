@@ -14,6 +14,7 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::cull::DRAW_BYTES;
+use crate::plan::window::{Window, Windows};
 use crate::plan::{Action, Draw, Geometry, Member, Place, Plan, ResourceId, StepId};
 
 /// What encoding reads.
@@ -39,6 +40,8 @@ pub(super) struct Run<'a> {
     pub gate: Option<&'a Gate>,
     /// By member: whether the step does it; `None`: all.
     pub only: Option<&'a [bool]>,
+    /// The parts of their places that members of draws go over.
+    pub windows: Option<&'a Windows>,
 }
 
 impl Source<'_> {
@@ -150,6 +153,8 @@ impl Source<'_> {
         offsets: &[u32],
     ) -> Checked<()> {
         let Run { iterations, pair, only, .. } = *run;
+        let windows = draw.indirect.and_then(|i| run.windows?.get(&i.buffer)).map(|all| all.as_slice());
+        let window = |m: &Member| windows.and_then(|all| all.get(row(draw, m) as usize).copied().flatten());
         let drawn = |m: &&Member| only.is_none_or(|o| o.get(row(draw, m) as usize).copied().unwrap_or(true));
         let chosen = || shaded.passes.iter().filter(|pass| only.is_none() || pass.members.iter().any(|m| drawn(&m)));
         let last = chosen().count().saturating_sub(1);
@@ -161,7 +166,7 @@ impl Source<'_> {
                 end_of_pass_write_index: (i == last).then_some(p.end),
             });
             let turn = if pass.targets.len() > 1 { iterations.last().copied().unwrap_or(0) as usize } else { 0 };
-            let whole = members().count() == pass.members.len();
+            let whole = members().count() == pass.members.len() && members().all(|m| window(m).is_none());
             let clears = pass.clears && sizes.is_none() && whole;
             let Some(mut render) = begin(encoder, name, draw, pass, turn, clears, times) else { continue };
             if let Some(wipe) = shaded.wipe.as_ref().filter(|_| pass.clears && !clears) {
@@ -172,19 +177,20 @@ impl Source<'_> {
                     }
                     _ => {
                         for member in members() {
-                            place(&mut render, member);
+                            place(&mut render, member, window(member));
                             render.draw(0..3, 0..1);
                         }
                     }
                 }
             }
             render.set_bind_group(0, &shaded.group, offsets);
+            let members = || members().map(|m| (m, window(m)));
             self.members(&mut render, draw, &shaded.pipelines.built, members, sizes)?;
         }
         Ok(())
     }
 
-    fn members<'m, M: Iterator<Item = &'m Member>>(
+    fn members<'m, M: Iterator<Item = (&'m Member, Option<Window>)>>(
         &self,
         render: &mut wgpu::RenderPass<'_>,
         draw: &Draw,
@@ -222,8 +228,8 @@ impl Source<'_> {
                 continue;
             }
             render.set_pipeline(pipeline);
-            for member in members() {
-                place(render, member);
+            for (member, window) in members() {
+                place(render, member, window);
                 // The largest index has no end that fits; nothing asks for four billion members.
                 let instance = member.index..member.index.saturating_add(1);
                 let row = row(draw, member);
@@ -292,11 +298,16 @@ struct Sizes<'a> {
     at: u64,
 }
 
-/// Restricts what is drawn to a member's tile.
-fn place(render: &mut wgpu::RenderPass<'_>, member: &Member) {
+/// Restricts what is drawn to a member's tile, and to a part of its place.
+fn place(render: &mut wgpu::RenderPass<'_>, member: &Member, window: Option<Window>) {
+    let mut corner = [0, 0];
     if let Place::Rect([x, y, width, height]) = member.place {
         render.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
         render.set_scissor_rect(x, y, width, height);
+        corner = [x, y];
+    }
+    if let Some(Window { texels: [x, y, width, height], .. }) = window {
+        render.set_scissor_rect(corner[0] + x, corner[1] + y, width, height);
     }
 }
 

@@ -13,6 +13,7 @@ use super::{
     timing::{Timer, Timing},
 };
 use crate::diag::{Checked, Diagnostic};
+use crate::plan::window::Windows;
 use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
 use crate::scene::{Bounds, Table};
 use crate::shader::report::Failed;
@@ -43,6 +44,8 @@ pub struct Frame<'a> {
     pub members: BTreeMap<usize, Vec<bool>>,
     /// The same step's boxes outside of which those that run show what they showed; without it they may lie anywhere.
     pub moved: BTreeMap<usize, Vec<Bounds>>,
+    /// The parts of their places that members of draws go over, among those that run.
+    pub windows: Windows,
 }
 
 /// What a frame took.
@@ -101,7 +104,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    prepared.members.choose(gpu, &frame.members, &frame.moved);
+    prepared.members.choose(gpu, &frame.members, &frame.moved, &frame.windows);
     let Prepared { pool, scene, uniforms, reports, steps, timer, probe, gates, watch, .. } = prepared;
     timer.start();
     let mut walk = Walk {
@@ -112,6 +115,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         gates,
         timing: frame.timing,
         members: &frame.members,
+        windows: &frame.windows,
         gate: None,
         gated: vec![],
         watch: watch.as_mut(),
@@ -169,6 +173,7 @@ struct Walk<'a> {
     gates: &'a Gates,
     timing: Timing,
     members: &'a BTreeMap<usize, Vec<bool>>,
+    windows: &'a Windows,
     /// Of the loop around, after its first iteration, when it ends on the device.
     gate: Option<&'a Gate>,
     gated: Vec<Gated>,
@@ -278,7 +283,8 @@ impl Walk<'_> {
             Timing::Steps => self.timer.pair(gpu, id, in_pass, follows),
             Timing::Frame => None,
         };
-        let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, only };
+        let windows = only.map(|_| self.windows);
+        let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, only, windows };
         self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
         if let Some(watch) = &mut self.watch {
             watch.encode(gpu, self.source.plan, self.source.pool, self.record.encoder(), id, &self.iterations)?;
@@ -396,7 +402,7 @@ impl Walk<'_> {
             let scope = Scope::begin(gpu);
             let mut record = Record::new(gpu);
             let iterations = self.pending_iterations.get(*begin..end).unwrap_or_default();
-            let run = Run { iterations, pair: None, gate: None, only: None };
+            let run = Run { iterations, pair: None, gate: None, only: None, windows: None };
             let encoded = self.source.encode(&mut record, *id, &run, &mut vec![]);
             if let Some((_, inner)) = record.finish()
                 && let Err(faults) = inner.end(&format!("run `{name}`"))

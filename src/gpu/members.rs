@@ -1,17 +1,21 @@
-//! What the members of dispatches are told: which of them run, and where things have moved. For each step whose shader asks.
+//! What the members of steps are told: which of them run, where things have moved, and the parts of their places that draws go over.
+//! For each step whose shader asks.
 
 use super::{device::Gpu, scope::scoped};
 use crate::diag::Checked;
-use crate::plan::{Action, Binding, Plan};
+use crate::plan::window::{WHOLE, Window, Windows};
+use crate::plan::{Action, Binding, Plan, ResourceId};
 use crate::scene::Bounds;
 use glam::Vec3;
 use std::collections::BTreeMap;
 
-/// By index of the step.
+/// By index of the step, unless another thing is said.
 #[derive(Debug, Default)]
 pub(super) struct Members {
     lists: BTreeMap<usize, List>,
     boxes: BTreeMap<usize, Boxes>,
+    /// By buffer of draws.
+    windows: BTreeMap<ResourceId, Edges>,
 }
 
 #[derive(Debug)]
@@ -31,6 +35,17 @@ struct Boxes {
     count: usize,
     /// What the buffer begins with; nothing before the first frame.
     holds: Vec<Bounds>,
+}
+
+#[derive(Debug)]
+struct Edges {
+    /// A `vec4f` for each member of the draw.
+    buffer: wgpu::Buffer,
+    members: usize,
+    /// What the buffer holds; nothing before the first frame.
+    holds: Vec<[f32; 4]>,
+    /// That is all of each place.
+    whole: bool,
 }
 
 /// Round everything.
@@ -64,6 +79,12 @@ impl Members {
                         let buffer = buffer("members", size, wgpu::BufferUsages::STORAGE);
                         all.lists.insert(index, List { buffer, members, holds: vec![], whole: false });
                     }
+                    if let Binding::Windows { draws, members } = *binding {
+                        let size = 16 * u64::from(members.max(1));
+                        let buffer = buffer("windows", size, wgpu::BufferUsages::STORAGE);
+                        let members = members as usize;
+                        all.windows.insert(draws, Edges { buffer, members, holds: vec![], whole: false });
+                    }
                     if let Binding::Moved(count) = *binding {
                         let buffer = buffer("moved", 32 * u64::from(count), wgpu::BufferUsages::UNIFORM);
                         all.boxes.insert(index, Boxes { buffer, count: count as usize, holds: vec![] });
@@ -82,13 +103,18 @@ impl Members {
         self.boxes.get(&step).map(|boxes| &boxes.buffer)
     }
 
-    /// Before a frame: the members that steps do, by index of the step, and where what they show has moved; those that aren't named do
-    /// all, and everything of them.
+    pub(super) fn windows(&self, draws: ResourceId) -> Option<&wgpu::Buffer> {
+        self.windows.get(&draws).map(|edges| &edges.buffer)
+    }
+
+    /// Before a frame: the members that steps do, by index of the step, where what they show has moved, and by buffer of draws the
+    /// parts that they go over; those that aren't named do all, and everything of them.
     pub(super) fn choose(
         &mut self,
         gpu: &Gpu,
         some: &BTreeMap<usize, Vec<bool>>,
         moved: &BTreeMap<usize, Vec<Bounds>>,
+        windows: &Windows,
     ) {
         for (index, list) in &mut self.lists {
             let does = |member: &u32| match some.get(index) {
@@ -120,6 +146,19 @@ impl Members {
             let rows: Vec<[[f32; 4]; 2]> =
                 all.map(|b| [b.min, b.max].map(|corner| corner.extend(0.0).into())).collect();
             gpu.queue.write_buffer(&boxes.buffer, 0, bytemuck::cast_slice(&rows));
+        }
+        for (draws, edges) in &mut self.windows {
+            let some = windows.get(draws);
+            if some.is_none() && edges.whole {
+                continue;
+            }
+            edges.whole = some.is_none();
+            let edge = |window: Option<&Option<Window>>| window.copied().flatten().map_or(WHOLE, |w| w.edges);
+            let wanted = (0..edges.members).map(|row| edge(some.and_then(|all| all.get(row))));
+            if !wanted.clone().eq(edges.holds.iter().copied()) {
+                edges.holds = wanted.collect();
+                gpu.queue.write_buffer(&edges.buffer, 0, bytemuck::cast_slice(&edges.holds));
+            }
         }
     }
 }

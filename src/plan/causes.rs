@@ -138,7 +138,8 @@ fn own(plan: &Plan, step: &Step) -> Moving {
             | Binding::Sampler(_)
             | Binding::Report
             | Binding::Members
-            | Binding::Moved(_) => {}
+            | Binding::Moved(_)
+            | Binding::Windows { .. } => {}
         }
     }
     all

@@ -13,7 +13,8 @@ use super::masked::{Read, Reads};
 use super::member::Members;
 use super::outside::Outside;
 use super::region::{self, Seen};
-use super::{Desc, Plan, ResourceId, TextureDesc};
+use super::window::{Windows, share};
+use super::{Desc, Plan, ResourceId, Step, TextureDesc};
 use crate::diag::Checked;
 use crate::image::Image;
 use crate::scene::Bounds;
@@ -128,6 +129,8 @@ pub struct Selection {
     pub members: BTreeMap<usize, Vec<bool>>,
     /// By index of such a step, if that is known of all of them: boxes outside of which they show what they showed.
     pub moved: BTreeMap<usize, Vec<Bounds>>,
+    /// The parts of their places that members of draws go over.
+    pub windows: Windows,
     /// What the units that run write, in their order: slot, content.
     writes: Vec<(usize, Version)>,
     ran: Vec<(String, Arc<Ran>)>,
@@ -341,11 +344,21 @@ pub fn select_for(
         }
     };
     let why = (0..keys.units.len()).map(why).collect();
-    selection(plan, keys, held, (outside, values), &versions, why)
+    let chosen = selection(plan, keys, held, (outside, values), &versions, why);
+    // What lay round a part has been lost since: all of it is drawn.
+    let lost = |(i, step): (usize, &Step)| {
+        let draws = step.action.draws().filter(|draws| outside.windows.contains_key(draws));
+        draws.is_some() && chosen.run[i] && !chosen.members.contains_key(&i)
+    };
+    if plan.steps.iter().enumerate().any(lost) {
+        return select_for(plan, keys, held, &outside.without_windows(), values, wanted);
+    }
+    chosen
 }
 
 /// Chooses all steps that the outputs take.
 pub fn full(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
+    let outside = &*outside.without_windows();
     let mut open: Vec<usize> = lasting(plan).iter().filter_map(|r| keys.last[r.0]).collect();
     let mut why = vec![Why::NotNeeded; keys.units.len()];
     while let Some(i) = open.pop() {
@@ -359,6 +372,7 @@ pub fn full(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &V
 
 /// Chooses all steps.
 pub fn everything(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
+    let outside = &*outside.without_windows();
     let versions = keys.versions(plan, held.history(plan), outside, values);
     let why = vec![Why::Asked; keys.units.len()];
     selection(plan, keys, held, (outside, values), &versions, why)
@@ -379,6 +393,7 @@ fn selection(
         why: vec![Why::NotNeeded; steps],
         members: BTreeMap::new(),
         moved: BTreeMap::new(),
+        windows: outside.windows.clone(),
         writes: vec![],
         ran: vec![],
     };
@@ -390,7 +405,9 @@ fn selection(
             && let Some(some) = outdated(plan, unit, held, (&all, outside), &ingredients(), members)
         {
             let (count, verb) = (some.iter().filter(|m| **m).count(), unit.verb());
+            let windows = plan.steps[step].action.draws().and_then(|draws| outside.windows.get(&draws));
             *names = vec![format!("what {count} of {} members {verb}", some.len())];
+            names.extend(windows.map(|w| format!("within {:.1} % of their texels", 100.0 * share(w, &some))));
             let saw = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref());
             let boxes =
                 outside.members.get(&step).zip(saw).and_then(|(seen, saw)| seen.moved(saw, &some, keys.without));
@@ -459,8 +476,8 @@ fn standing<'h>(
     (same && there).then_some(ran)
 }
 
-/// Takes back what is no change to what members see: what moved shows neither where it was nor where it is. `depths` gives the
-/// depths that a resource holds in the version that memory has of it.
+/// Takes back what is no change to what members see: what moved shows neither where it was nor where it is. Of draws that it is one
+/// to, finds the parts to go over. `depths` gives the depths that a resource holds in the version that memory has of it.
 ///
 /// A version of before stands for another place of what moved, but for the same content: only while nothing else differs
 /// either, so this is asked anew in every frame.
@@ -475,6 +492,7 @@ pub fn settle(
     values: &Values,
     mut depths: impl FnMut(ResourceId, Version) -> Checked<Arc<Image>>,
 ) -> Checked<()> {
+    outside.windows.clear();
     for (i, unit) in keys.units.iter().enumerate() {
         let [step] = unit.steps[..] else { continue };
         let Some(mut seen) = outside.members.get(&step.0).cloned() else { continue };
@@ -488,6 +506,10 @@ pub fn settle(
         let target = region::depths(plan, &plan.steps[step.0]);
         let image = target.map(|id| depths(id, held.version(plan.resources[id.0].slot))).transpose()?;
         seen.settle(saw, plan, &plan.steps[step.0], image.as_deref());
+        if let Some(draws) = plan.steps[step.0].action.draws() {
+            let windows = seen.windows(saw, plan, &plan.steps[step.0], keys.without);
+            outside.windows.extend(windows.iter().any(Option::is_some).then(|| (draws, Arc::new(windows))));
+        }
         outside.members.insert(step.0, seen);
     }
     Ok(())

@@ -37,6 +37,8 @@ pub struct Culling {
     bindings: Vec<Wire>,
     /// Which of the bindings are the frusta.
     frusta: usize,
+    /// Which are the windows.
+    windows: usize,
 }
 
 /// The built-in shader. It is the same for all plans, and made once.
@@ -95,7 +97,7 @@ impl<'g> Wirer<'g, '_> {
                 (BindingKind::Uniform(layout), _) => {
                     Wire::Fixed(Binding::Uniform { layout: layout.clone(), extra: Values::new() })
                 }
-                (_, "draws") => Wire::Result,
+                (_, "draws" | "windows") => Wire::Result,
                 (_, "frusta") if !frustum_tables().any(|t| t == frusta.value) => self.frusta(wired, frusta)?,
                 (_, name) => {
                     let name = if name == "frusta" { frusta.value.as_str() } else { name };
@@ -104,8 +106,9 @@ impl<'g> Wirer<'g, '_> {
                 }
             });
         }
-        let frusta = shader.interface.variables.iter().position(|v| v.name == "frusta")?;
-        Some(Culling { shader: index, bindings, frusta })
+        let place = |name: &str| shader.interface.variables.iter().position(|v| v.name == name);
+        let (frusta, windows) = (place("frusta")?, place("windows")?);
+        Some(Culling { shader: index, bindings, frusta, windows })
     }
 
     fn frusta(&mut self, wired: &mut Wired<'g>, name: &Name) -> Option<Wire> {
@@ -163,8 +166,9 @@ impl Expander<'_, '_> {
         let extra: Values = values.into_iter().map(|(name, n)| (name.to_owned(), Value::Uint(n))).collect();
         let mut bindings = vec![];
         let mut reads = vec![];
-        for wire in &culling.bindings {
+        for (at, wire) in culling.bindings.iter().enumerate() {
             bindings.push(match wire {
+                Wire::Result if at == culling.windows => Binding::Windows { draws: buffer, members: rows },
                 Wire::Resource(frusta) => {
                     let id = self.id(frusta, 0, &w.pass.span)?;
                     // The host wants to know them too.
@@ -187,7 +191,8 @@ impl Expander<'_, '_> {
             | Binding::Sampler(_)
             | Binding::Report
             | Binding::Members
-            | Binding::Moved(_) => return None,
+            | Binding::Moved(_)
+            | Binding::Windows { .. } => return None,
         };
         let groups = (rows.checked_mul(draws)?).div_ceil(DRAWS_A_WORKGROUP);
         let across = groups.clamp(1, self.limits.max_compute_workgroups_per_dimension);
@@ -205,7 +210,8 @@ impl Expander<'_, '_> {
             after: vec![],
         });
         let [first, second] = [draws - parts[1].1, parts[1].1];
-        Some(Indirect { buffer, first, second, frusta, occluders: r.occluders })
+        let clusters = [first_cluster, parts[0].0, parts[1].0];
+        Some(Indirect { buffer, first, second, frusta, occluders: r.occluders, clusters })
     }
 
     fn draws(&mut self, name: &str, size: u64, span: &Span) -> Option<ResourceId> {

@@ -80,6 +80,8 @@ enum Given {
     /// When the plan began.
     Began,
     Members,
+    /// Of the draws in this buffer.
+    Windows(ResourceId),
 }
 
 /// The units of a plan, in their order.
@@ -308,6 +310,10 @@ impl Given {
             Given::Textures => outside.assets.textures,
             Given::Began => outside.began.into(),
             Given::Members => members.all(),
+            Given::Windows(draws) => match outside.windows.get(draws) {
+                Some(windows) => hash(&windows.iter().map(|w| w.map(|w| w.texels)).collect::<Vec<_>>()),
+                None => 0,
+            },
         }
     }
 }
@@ -455,6 +461,7 @@ impl<'p> Gather<'p> {
                 }
                 // Which it does in a run makes no difference in the end, nor what it leaves as it is.
                 Binding::Members | Binding::Moved(_) => {}
+                Binding::Windows { draws, members: _ } => self.give(Kind::Extent, "", Given::Windows(*draws)),
                 Binding::SceneTextures => self.give(Kind::Textures, "", Given::Textures),
                 // A plan knows of no checks but those of its own runs.
                 Binding::Report => self.give(Kind::Value, "the plan, as the shader checks itself", Given::Began),
@@ -514,7 +521,7 @@ impl<'p> Gather<'p> {
             self.touch(*resource);
             self.fix(Kind::Target, "", &(format, clear.map(f32::to_bits), compare, write));
         }
-        if let Some(super::Indirect { buffer, first, second, frusta: _, occluders: _ }) = indirect {
+        if let Some(super::Indirect { buffer, first, second, frusta: _, occluders: _, clusters: _ }) = indirect {
             self.touch(*buffer);
             self.fix(Kind::Extent, "", &(first, second));
         }

@@ -32,8 +32,10 @@ pub mod tables;
 mod targets;
 #[cfg(test)]
 mod tests;
+pub mod window;
 pub mod wire;
 mod work;
+mod world;
 
 use crate::shader::{Layout, Shader};
 use crate::value::{Value, Values};
@@ -302,6 +304,14 @@ impl Action {
             Action::Copy { .. } | Action::Clear { .. } => None,
         }
     }
+
+    /// The buffer of the draws that the device makes up for it.
+    pub fn draws(&self) -> Option<ResourceId> {
+        match self {
+            Action::Draw(draw) => draw.indirect.map(|indirect| indirect.buffer),
+            Action::Compute { .. } | Action::Copy { .. } | Action::Clear { .. } => None,
+        }
+    }
 }
 
 /// A render pass.
@@ -354,6 +364,8 @@ pub struct Indirect {
     pub frusta: Frusta,
     /// What can hide nothing from the eye is left out.
     pub occluders: bool,
+    /// The first of all clusters that a member draws, those of its first part, and those of its second, which follow.
+    pub clusters: [u32; 3],
 }
 
 /// Where the frusta of the members of a draw are, by their index.
@@ -439,6 +451,11 @@ pub enum Binding {
     Members,
     /// So many boxes, outside of which those members show what they showed: [`change::Selection::moved`].
     Moved(u32),
+    /// The parts of their places that so many members of a draw go over, by the buffer of its draws: edges in clip space.
+    Windows {
+        draws: ResourceId,
+        members: u32,
+    },
     Sampler(SamplerDesc),
 }
 

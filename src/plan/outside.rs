@@ -6,10 +6,12 @@ use super::masked::Settled;
 use super::member::Members;
 use super::region;
 use super::tables::pack;
+use super::window::Windows;
 use super::{Plan, Rows};
 use crate::content::hash;
 use crate::diag::Checked;
 use crate::scene::{AssetHashes, Table};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -31,9 +33,19 @@ pub struct Outside {
     pub parts: AlikeParts,
     /// By unit whose members read parts that a mask chooses: versions of those that read what they read.
     pub settled: BTreeMap<String, Settled>,
+    /// Of draws whose members go over parts of what they drew, if these run.
+    pub windows: Windows,
 }
 
 impl Outside {
+    /// As it is, but that draws go over all of their places.
+    pub fn without_windows(&self) -> Cow<'_, Outside> {
+        match self.windows.is_empty() {
+            true => Cow::Borrowed(self),
+            false => Cow::Owned(Outside { windows: Windows::new(), ..self.clone() }),
+        }
+    }
+
     /// # Errors
     /// A table that lacks a column; the planner has checked that, so it is a fault of the caller.
     pub fn new(plan: &Plan, assets: AssetHashes, began: u32, tables: &[Table]) -> Checked<Outside> {

@@ -9,7 +9,8 @@ use std::sync::Arc;
 /// costs far less than drawing it.
 pub const CLUSTER: usize = 32;
 
-/// Neighbouring triangles of one node and one sidedness, and with the same [`sides`] at time 0.
+/// Neighbouring triangles of one node and one sidedness, and with the same [`sides`] at time 0. Of each sidedness those come last that
+/// lie in a side: draws that leave these out have no gaps then.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cluster {
     /// Its first place in [`Geometry::indices`].
@@ -46,6 +47,7 @@ pub(super) fn clustered(
     let kind = |t: &[u32; 3]| (node(t), sides(&placed(t), &all));
     let (front, both) = triangles.split_at_mut(split);
     for part in [&mut *front, &mut *both] {
+        part.sort_by_cached_key(|t| sides(&placed(t), &all) != 0);
         part.chunk_by_mut(|a, b| node(a) == node(b))
             .for_each(|group| group.sort_by_cached_key(|t| sides(&placed(t), &all)));
     }
@@ -181,6 +183,18 @@ mod tests {
         let turned = Mat4::from_rotation_x(0.5);
         cluster(&mut g, &[turned]);
         assert_eq!(g.clusters.len(), 1, "turned, none lies in a side");
+    }
+
+    #[test]
+    fn what_lies_in_a_side_comes_last() {
+        let mut g = Geometry::default();
+        for z in 0..4 {
+            plane(2, z, &mut g);
+        }
+        // The first and the last plane lie in sides.
+        g.one_sided = g.indices.len() as u32;
+        cluster(&mut g, &[]);
+        assert_eq!(g.clusters.iter().map(|c| c.node).collect::<Vec<_>>(), [1, 2, 0, 3]);
     }
 
     #[test]

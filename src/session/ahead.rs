@@ -74,8 +74,9 @@ impl Session {
     /// Runs a part of the frame.
     fn ahead(&mut self, gpu: &Gpu, selection: Selection, values: &Values, ahead: &mut Ahead) -> Checked<()> {
         let (values, members, moved) = (values.clone(), selection.members.clone(), selection.moved.clone());
+        let windows = selection.windows.clone();
         let (run, timing) = (Some(selection.run.as_slice()), self.settings.timing);
-        let frame = Frame { values, tables: ahead.tables.as_deref(), run, members, moved, timing };
+        let frame = Frame { values, tables: ahead.tables.as_deref(), run, members, moved, windows, timing };
         let report = self.run(gpu, &frame, &selection)?;
         if let Some(tables) = ahead.tables.take() {
             ahead.uploaded = Some(tables);

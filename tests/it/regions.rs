@@ -61,6 +61,15 @@ fn members(session: &Session, pass: &str) -> Option<(u32, u32)> {
     }
 }
 
+/// The share of their texels that the members of a pass went over; `None` when it did not run, or over all of them.
+fn window(session: &Session, pass: &str) -> Option<f64> {
+    let mut steps = session.plan.steps.iter().zip(session.why());
+    let (_, why) = steps.find(|(s, _)| s.name == pass).unwrap_or_else(|| panic!("no step `{pass}`"));
+    let Why::Changed(names) = why else { return None };
+    let text = names.get(1)?.strip_prefix("within ")?.strip_suffix(" % of their texels")?;
+    Some(text.parse().unwrap_or_else(|e| panic!("{text}: {e}")))
+}
+
 /// The node of this name.
 fn node(session: &Session, name: &str) -> usize {
     let mut nodes = session.scene.nodes.iter();
@@ -542,6 +551,64 @@ fn a_shadow_moves_only_in_the_maps_that_see_it() {
         s.frame(gpu, 2, 0.0).unwrap_or_else(|f| panic!("{f}"));
     }
     assert!(some > 0, "no object moved in some of the maps only ({none} in none)");
+}
+
+/// Of a shadow map the part is drawn again round which something moved; what lies round it stays as it is. Large moves and another
+/// light draw all of it.
+#[test]
+fn a_part_of_a_shadow_map_is_drawn_again() {
+    let gpu = &device::gpu();
+    let mut s = session(gpu, "direct.ron", "hall.ron", &["shadow_size=256"]);
+    let (ball, corbel) = (node(&s, "ball"), node(&s, "corbel"));
+    frame(gpu, &mut s, &[]);
+    assert_eq!(window(&s, "shadow_maps"), None);
+    let mut parts = vec![];
+    for by in [0.02, 0.04, 0.4, 0.0] {
+        frame(gpu, &mut s, &[(ball, Vec3::new(by, 0.0, 0.0))]);
+        assert_eq!(members(&s, "shadow_maps"), Some((1, 1)), "the ball stands in the light");
+        parts.push(window(&s, "shadow_maps").expect("it is small"));
+    }
+    assert!(parts[0] > 0.0 && parts[0] < 10.0, "{parts:?} % of the map");
+    assert!(parts[2] > parts[1], "where it was and where it is: {parts:?}");
+    // It moves while the light does, then alone.
+    s.shift.lights = Vec3::new(0.1, 0.0, 0.0);
+    frame(gpu, &mut s, &[(ball, Vec3::new(0.0, 0.1, 0.0))]);
+    assert_eq!(window(&s, "shadow_maps"), None);
+    frame(gpu, &mut s, &[(ball, Vec3::new(0.0, 0.2, 0.0))]);
+    assert!(window(&s, "shadow_maps").is_some());
+    // What the light does not see moves at once with it.
+    frame(gpu, &mut s, &[(ball, Vec3::new(0.0, 0.1, 0.0)), (corbel, Vec3::new(0.05, 0.0, 0.0))]);
+    assert!(window(&s, "shadow_maps").is_some());
+    frame(gpu, &mut s, &[(corbel, Vec3::new(0.05, 0.0, 0.0))]);
+    assert!(window(&s, "shadow_maps").is_some());
+}
+
+/// Faces that see what moved draw it within what it covered and covers, with all of their targets.
+#[test]
+fn parts_of_faces_are_captured_again() {
+    let gpu = &device::gpu();
+    let mut s = session(gpu, "uniform_grid.ron", "hall.ron", &["grid=2", "face=16", "bounces=1", "shadow_size=64"]);
+    let ball = node(&s, "ball");
+    frame(gpu, &mut s, &[]);
+    for i in 1..5 {
+        frame(gpu, &mut s, &[(ball, Vec3::new(0.03 * i as f32, 0.02, 0.0))]);
+        let (some, all) = members(&s, "capture").expect("the ball is in sight");
+        assert!(some < all, "{some} of {all} faces");
+        let part = window(&s, "capture").expect("it is small");
+        assert!(part > 0.0 && part < 60.0, "{part} % of the faces");
+    }
+}
+
+/// A part that leaves out where something was is found out.
+#[test]
+fn the_proof_catches_parts_that_are_too_small() {
+    let gpu = &device::gpu();
+    let mut s = session_without(gpu, "direct.ron", "hall.ron", &["shadow_size=256"], Some(Kind::Moved));
+    let ball = node(&s, "ball");
+    frame(gpu, &mut s, &[]);
+    s.shift.nodes = vec![(ball, Vec3::new(0.5, 0.0, 0.0))];
+    let text = s.frame(gpu, 0, 0.0).expect_err("what stood there is still seen").to_string();
+    assert!(text.contains("differs from a full run"), "{text}");
 }
 
 /// What rays meet is copied row by row: again for the rows that moved.

@@ -86,8 +86,9 @@ fn an_instanced_mesh_stands_once_for_each_node() {
     let nodes: Vec<u32> = scene.geometry.vertices.chunks(6).map(|c| c[0].node).collect();
     assert_eq!(nodes, [0, 1, 2]);
     assert_eq!(scene.nodes[2].parent, Some(1));
+    // Those in sides of the box round everything come last.
     let depths: Vec<f32> = corners(&scene).iter().map(|c| c[0].z).collect();
-    assert_eq!(depths, [0.0, 0.0, 5.0, 5.0, 10.0, 10.0]);
+    assert_eq!(depths, [5.0, 5.0, 0.0, 0.0, 10.0, 10.0]);
     assert_eq!((scene.bounds.min, scene.bounds.max), (Vec3::ZERO, Vec3::new(1.0, 1.0, 10.0)));
 }
 
