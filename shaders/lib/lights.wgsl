@@ -36,12 +36,20 @@ var<uniform> light_views: array<LightView, #{VIEW_ROWS}>;
 fn light_count() -> u32 {
     return #{LIGHT_ROWS}u;
 }
+
+fn view_count() -> u32 {
+    return #{VIEW_ROWS}u;
+}
 #else
 var<storage, read> lights: array<Light>;
 var<storage, read> light_views: array<LightView>;
 
 fn light_count() -> u32 {
     return arrayLength(&lights);
+}
+
+fn view_count() -> u32 {
+    return arrayLength(&light_views);
 }
 #endif
 
@@ -142,26 +150,41 @@ fn depths_at(view: u32, low: vec2f, texel: f32) -> vec4f {
 #endif
 }
 
-/// Share of a light that reaches a surface, 0 to 1: its shadow map at the four texels round the point, weighed
-/// bilinearly.
-///
+/// Where a surface is looked up in a light's shadow map.
+struct Look {
+    /// Of `light_views`.
+    view: u32,
+    depth: f32,
+    /// In texels, from the centre of the first one.
+    at: vec2f,
+    /// It lies before the light.
+    ahead: bool,
+}
+
 /// The map holds the depth at its texels' centres. A plane stays clear of its own map when the point looked up is
 /// moved along the normal by the distance to those centres, a texel's diagonal at most, times the sine between the
 /// normal and the view's axis: 1.42 texels at most. A tenth covers the rounding of depths where the sine vanishes.
-fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
+fn look(light: Light, point: vec3f, normal: vec3f) -> Look {
     let edge = f32(shadow.shadow_size);
     let texel = 1.0 / edge;
     let here = shown(light, point, normal);
     let sine = sqrt(max(1.0 - here.cosine * here.cosine, 0.0));
     let moved = shown(light, point + shadow.bias * here.width * texel * max(sine, 0.1) * normal, normal);
-    if moved.clip.w <= 0.0 {
-        return 1.0;
-    }
     let ndc = moved.clip.xyz * (1.0 / moved.clip.w);
     let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge - 0.5;
-    let low = floor(at);
-    let share = at - low;
-    let lit = vec4f(ndc.z) <= depths_at(moved.view, low, texel);
+    return Look(moved.view, ndc.z, at, moved.clip.w > 0.0);
+}
+
+/// Share of a light that reaches a surface, 0 to 1: its shadow map at the four texels round the point, weighed
+/// bilinearly.
+fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
+    let there = look(light, point, normal);
+    if !there.ahead {
+        return 1.0;
+    }
+    let low = floor(there.at);
+    let share = there.at - low;
+    let lit = vec4f(there.depth) <= depths_at(there.view, low, 1.0 / f32(shadow.shadow_size));
     let near = 1.0 - share;
     return dot(
         select(vec4f(0.0), vec4f(1.0), lit),
@@ -169,11 +192,16 @@ fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
     );
 }
 
+/// Radiance that a surface would reflect towards its viewer straight from one light, if nothing stood between.
+fn unshadowed(light: Light, s: Surface) -> vec3f {
+    let a = arrival(light, s.position);
+    return reflectance(s, a.direction) * a.irradiance;
+}
+
 /// Radiance that a surface reflects towards its viewer straight from one light.
 fn reflected_from(i: u32, s: Surface) -> vec3f {
     let light = lights[i];
-    let a = arrival(light, s.position);
-    let reflected = reflectance(s, a.direction) * a.irradiance;
+    let reflected = unshadowed(light, s);
     if all(reflected <= vec3f(0.0)) {
         return vec3f(0.0);
     }

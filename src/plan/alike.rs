@@ -152,6 +152,9 @@ pub fn candidates<'a>(
         let runs = |reader: &Unit| reader.steps.iter().any(|s| selection.run[s.0]);
         keys.units.iter().find(|reader| reader.makers.contains(&Some(i)) && runs(reader))?;
         let compared = |r: &&ResourceId| {
+            if keys.changes_history(plan, **r) {
+                return false;
+            }
             if digested(plan, keys, **r) {
                 return keys.last[r.0] == Some(i);
             }

@@ -477,7 +477,8 @@ fn standing<'h>(
 }
 
 /// Takes back what is no change to what members see: what moved shows neither where it was nor where it is. Of draws that it is one
-/// to, finds the parts to go over. `depths` gives the depths that a resource holds in the version that memory has of it.
+/// to, finds the parts to go over, and the squares that stay as they are. `depths` gives the depths that a resource holds in the version
+/// that memory has of it.
 ///
 /// A version of before stands for another place of what moved, but for the same content: only while nothing else differs
 /// either, so this is asked anew in every frame.
@@ -494,23 +495,25 @@ pub fn settle(
 ) -> Checked<()> {
     outside.windows.clear();
     for (i, unit) in keys.units.iter().enumerate() {
-        let [step] = unit.steps[..] else { continue };
-        let Some(mut seen) = outside.members.get(&step.0).cloned() else { continue };
-        let saw = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref());
-        if saw.is_none_or(|saw| !seen.unsettled(saw)) {
-            continue;
+        let [id] = unit.steps[..] else { continue };
+        let Some(mut seen) = outside.members.get(&id.0).cloned() else { continue };
+        let Some(saw) = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref()) else { continue };
+        let moved = seen.unsettled(saw) && {
+            let versions = keys.versions(plan, held.history(plan), outside, values);
+            still_standing(plan, keys, held, (outside, values), (&versions, i)).is_some()
+        };
+        let (mut windows, step) = (vec![], &plan.steps[id.0]);
+        if moved {
+            let target = region::depths(plan, step);
+            let image = target.map(|id| depths(id, held.version(plan.resources[id.0].slot))).transpose()?;
+            seen.settle(saw, plan, step, image.as_deref());
         }
-        let versions = keys.versions(plan, held.history(plan), outside, values);
-        let ran = still_standing(plan, keys, held, (outside, values), (&versions, i));
-        let Some(saw) = ran.and_then(|ran| ran.seen.as_ref()) else { continue };
-        let target = region::depths(plan, &plan.steps[step.0]);
-        let image = target.map(|id| depths(id, held.version(plan.resources[id.0].slot))).transpose()?;
-        seen.settle(saw, plan, &plan.steps[step.0], image.as_deref());
-        if let Some(draws) = plan.steps[step.0].action.draws() {
-            let windows = seen.windows(saw, plan, &plan.steps[step.0], keys.without);
-            outside.windows.extend(windows.iter().any(Option::is_some).then(|| (draws, Arc::new(windows))));
+        if let Some(draws) = step.action.draws().filter(|_| moved) {
+            windows = seen.windows(saw, plan, step, keys.without);
+            outside.windows.extend(windows.iter().any(Option::is_some).then(|| (draws, Arc::new(windows.clone()))));
         }
-        outside.members.insert(step.0, seen);
+        seen.keep_squares(saw, plan, step, &windows);
+        outside.members.insert(id.0, seen);
     }
     Ok(())
 }

@@ -268,7 +268,7 @@ impl Expander<'_, '_> {
                 reads.push(id);
             }
         }
-        for (name, mask) in &w.pass.masked {
+        for (name, mask) in &w.masked {
             let (parts, id) = (self.read_in_parts(w, name)?, self.id(&mask.value, 0, &mask.span)?);
             let size = self.out.resources[id.0].desc.bytes();
             let row = u64::from(members) * 4;

@@ -64,6 +64,8 @@ struct Made {
     unit: usize,
     /// A version of all that its parts have in common.
     common: Version,
+    /// Whose members see the scene.
+    step: Option<usize>,
 }
 
 /// An ingredient that a frame brings.
@@ -143,15 +145,23 @@ impl Keys {
 
     /// Whether a resource follows from what members of some step see.
     pub fn follows_from_views(&self, resource: ResourceId) -> bool {
+        self.makers(resource).into_iter().any(|i| matches!(self.units[i].apart, Some(Apart::Seen(_))))
+    }
+
+    /// Whether what makes a resource may change what is kept from frame to frame: the rest of a frame can't begin after it.
+    pub fn changes_history(&self, plan: &Plan, resource: ResourceId) -> bool {
+        let kept = |r: &ResourceId| plan.resources[r.0].history;
+        self.makers(resource).into_iter().any(|i| self.units[i].writes.iter().any(kept))
+    }
+
+    /// The units that a resource is made by, and what those need.
+    fn makers(&self, resource: ResourceId) -> BTreeSet<usize> {
         let mut open: Vec<usize> = self.last[resource.0].into_iter().collect();
         let mut found: BTreeSet<usize> = open.iter().copied().collect();
         while let Some(i) = open.pop() {
-            if matches!(self.units[i].apart, Some(Apart::Seen(_))) {
-                return true;
-            }
             open.extend(self.units[i].makers.iter().flatten().filter(|maker| found.insert(**maker)));
         }
-        false
+        found
     }
 
     /// The versions of a frame that begins with these contents of history.
@@ -183,7 +193,8 @@ impl Keys {
                 now[r.0] = *v;
                 made.remove(r);
                 if !members.is_empty() {
-                    made.insert(*r, Made { unit: i, common: unit.content(common, *r) });
+                    let step = if let Some(Apart::Seen(step)) = unit.apart { Some(step) } else { None };
+                    made.insert(*r, Made { unit: i, common: unit.content(common, *r), step });
                 }
             }
             all.keys.push(key);
@@ -270,8 +281,14 @@ impl Unit {
         }
         from.extend(masked.iter().map(|m| whole(&m.parts)));
         let all = Members::reading(count, from);
+        // Of layers that a draw makes, squares.
+        let squares = |resource: &ResourceId| {
+            let Made { unit, common, step: Some(step) } = made.get(resource)? else { return None };
+            let squares = &outside.members.get(step).filter(|seen| seen.versions == units[*unit])?.squares;
+            (!squares.is_empty()).then(|| (*common, squares.clone()))
+        };
         let of = |resource: ResourceId| {
-            let (common, parts) = parts(&resource).unwrap_or(whole(&resource));
+            let (common, parts) = squares(&resource).or_else(|| parts(&resource)).unwrap_or_else(|| whole(&resource));
             masked::Made { resource, common, parts }
         };
         let members = outside.settled.get(&self.name).and_then(|settled| settled.members(&all));

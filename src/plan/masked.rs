@@ -38,14 +38,14 @@ pub struct Made {
 pub struct Read {
     own: Members,
     all: u128,
-    /// By resource, by part: its content.
-    parts: Vec<Vec<u64>>,
+    /// By resource: a version of what its parts have in common, and of each alone.
+    parts: Vec<(Version, Members)>,
 }
 
 impl Reads {
     /// As of now.
     pub fn read(&self) -> Read {
-        let parts = self.parts.iter().map(|made| parts(made.common, &made.parts)).collect();
+        let parts = self.parts.iter().map(|made| (made.common, made.parts.clone())).collect();
         Read { own: self.own.clone(), all: self.all.all(), parts }
     }
 }
@@ -135,6 +135,9 @@ pub fn settle(
         } else {
             kept(reads, &reads.read(), then, &ran.members, |made, other| {
                 let (id, rows) = (made.resource, Mask::rows(made, other.len()));
+                if keys.changes_history(plan, id) {
+                    return None;
+                }
                 let mask = known.get(&id).filter(|mask| mask.stands_in(&rows, other));
                 wanted.extend(mask.is_none().then_some((id, rows)));
                 mask
@@ -165,14 +168,15 @@ fn kept<'m>(
         return None;
     }
     let mut other: Vec<bool> = now.own.each().iter().zip(then.own.each()).map(|(now, then)| now != then).collect();
-    for ((now, then), made) in now.parts.iter().zip(&then.parts).zip(&reads.masks) {
-        if now.is_empty() || now.len() != then.len() {
+    for (((common, now), (before, then)), made) in now.parts.iter().zip(&then.parts).zip(&reads.masks) {
+        if common != before || now.is_empty() || now.len() != then.len() {
             return None;
         }
-        let changed: Vec<usize> = (0..now.len()).filter(|part| now[*part] != then[*part]).collect();
-        if changed.is_empty() {
+        if now == then {
             continue;
         }
+        let pairs = now.each().iter().zip(then.each()).enumerate();
+        let changed: Vec<usize> = pairs.filter(|(_, (now, then))| now != then).map(|(part, _)| part).collect();
         if changed.len() * ONE_IN > now.len() {
             return None;
         }

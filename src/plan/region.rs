@@ -4,7 +4,7 @@
 use super::ingredient::Kind;
 use super::member::Members;
 use super::sight::{covered, eye};
-use super::window::{Window, clear_cut};
+use super::window::{MOST_LAYERS, SQUARES, Window, clear_cut, meets_square};
 use super::world::{Looks, View, WORLD, World, row_hash};
 use super::{
     Action, Binding, ColorTarget, DepthTarget, Desc, Draw, Frusta, Place, Plan, ResourceId, Sight, Step, TextureDesc,
@@ -124,6 +124,8 @@ pub fn steps_apart(plan: &Plan) -> Apart {
 pub struct Seen {
     /// By member: a version of it.
     pub versions: Members,
+    /// Of a draw to layers: a version of each of [`SQUARES`] by as many squares of each, row by row, layer after layer; else none.
+    pub squares: Members,
     views: Arc<Vec<View>>,
     /// The buffer of frusta that the views are of.
     frusta: Option<Arc<Vec<Mat4>>>,
@@ -192,9 +194,22 @@ pub fn seen(
                 Members::of(world.versions(&views, looks, earlier))
             }
         };
-        all.insert(index, Seen { versions, views, frusta, world: world.clone(), tables: of.clone() });
+        let layered = |draw: &Draw| {
+            draw.members.len() <= MOST_LAYERS && draw.members.iter().all(|m| matches!(m.place, Place::Layer(_)))
+        };
+        let squares = match &step.action {
+            Action::Draw(draw) if layered(draw) => squares_of(&versions),
+            _ => Members::default(),
+        };
+        all.insert(index, Seen { versions, squares, views, frusta, world: world.clone(), tables: of.clone() });
     }
     all
+}
+
+/// Versions of squares of layers that are as new as these.
+fn squares_of(layers: &Members) -> Members {
+    let count = (SQUARES * SQUARES) as usize * layers.len();
+    Members::reading(count, vec![(0, layers.clone())])
 }
 
 /// The depths by which it can be told what the members of a step do not show of what moves: those of a target that can be read
@@ -299,6 +314,33 @@ impl Seen {
             Window::round(boxes.filter_map(|b| covered(&view.frustum, [width, height], b)), [width, height])
         };
         places.into_iter().enumerate().map(window).collect()
+    }
+
+    /// Gives squares the versions of before where nothing of them has changed: in layers that are as they were, and round the
+    /// `windows` of others.
+    pub fn keep_squares(&mut self, before: &Seen, plan: &Plan, step: &Step, windows: &[Option<Window>]) {
+        if self.squares.is_empty() || self.squares.len() != before.squares.len() {
+            return;
+        }
+        if self.versions == before.versions {
+            self.squares = before.squares.clone();
+            return;
+        }
+        let layers = self.versions.each().iter().zip(before.versions.each());
+        if windows.is_empty() && layers.clone().all(|(now, then)| now != then) {
+            return;
+        }
+        let Some((_, target)) = places(plan, step) else { return };
+        let each = SQUARES * SQUARES;
+        let stays = layers.enumerate().flat_map(|(i, (now, then))| {
+            let window = windows.get(i).copied().flatten();
+            let outside =
+                move |square| window.is_some_and(|w| !meets_square(&w, square, [target.width, target.height]));
+            (0..each).map(move |square| now == then || outside(square))
+        });
+        let fresh = squares_of(&self.versions);
+        let squares = stays.zip(fresh.each().iter().zip(before.squares.each()));
+        self.squares = Members::of(squares.map(|(stays, (new, old))| if stays { *old } else { *new }).collect());
     }
 
     /// Whether a draw leaves out the same in a view as before, of all that shows nothing which moved.

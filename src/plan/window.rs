@@ -23,6 +23,12 @@ pub type Windows = BTreeMap<ResourceId, Arc<Vec<Option<Window>>>>;
 /// The edges of a whole place.
 pub const WHOLE: [f32; 4] = [-1.0, -1.0, 1.0, 1.0];
 
+/// Squares along an edge of a layer that a draw makes, each of which is another one only where a window meets it.
+pub const SQUARES: u32 = 32;
+
+/// Layers of a draw of which squares are told apart, at most.
+pub const MOST_LAYERS: usize = 16;
+
 /// The share of a place above which all of it is drawn: to clear by drawing takes time too.
 const MOST: f64 = 0.5;
 
@@ -46,6 +52,16 @@ impl Window {
             [edge(columns.start, width), -edge(rows.end, height), edge(columns.end, width), -edge(rows.start, height)];
         Some(Window { texels, edges })
     }
+}
+
+/// Whether a square of a layer of some size, of those numbered row by row, meets a part of it.
+pub fn meets_square(window: &Window, square: u32, [width, height]: [u32; 2]) -> bool {
+    let Window { texels: [x, y, columns, rows], .. } = *window;
+    let meets = |first: u32, count: u32, size: u32, at: u32| {
+        let of = |texel: u32| u64::from(texel) * u64::from(SQUARES) / u64::from(size.max(1));
+        count > 0 && (of(first)..=of(first + count - 1)).contains(&u64::from(at))
+    };
+    meets(x, columns, width, square % SQUARES) && meets(y, rows, height, square / SQUARES)
 }
 
 /// Whether a draw that leaves out what can hide nothing from an eye leaves out all of it. Where some of it lies between what is drawn, it is
@@ -120,6 +136,20 @@ mod tests {
         let all = [Some(window), None, Some(corner)];
         assert_eq!(share(&all, &[true, false, true]), 0.0625);
         assert_eq!(share(&all, &[false, true, false]), 1.0);
+    }
+
+    #[test]
+    fn squares_meet_windows_by_their_texels() {
+        let met = |window: Option<Window>, size: [u32; 2]| -> Vec<u32> {
+            let window = window.expect("it is small");
+            (0..SQUARES * SQUARES).filter(|square| meets_square(&window, *square, size)).collect()
+        };
+        // Two texels to a square.
+        let size = [2 * SQUARES; 2];
+        assert_eq!(met(Window::round([covered(3..6, 2..3)], size), size), [SQUARES + 1, SQUARES + 2]);
+        // Fewer texels than squares: the first one of those that a texel covers stands for it.
+        let few = [SQUARES / 8; 2];
+        assert_eq!(met(Window::round([covered(1..2, 3..4)], few), few), [24 * SQUARES + 8]);
     }
 
     #[test]

@@ -50,6 +50,8 @@ pub struct Wired<'g> {
     pub loops: Vec<String>,
     /// Of a draw that leaves out what its members don't see.
     pub culling: Option<Culling>,
+    /// What its members read parts of, and the masks that choose which.
+    pub masked: Vec<&'g (Name, Name)>,
 }
 
 /// What a shader's variable is bound to, before resources have ids.
@@ -131,7 +133,16 @@ pub fn wire<'g>(
         mentioned: BTreeMap::new(),
     };
     w.compose_ahead();
-    let items = w.passes(&request.graph.passes, &[]);
+    let mut items = w.passes(&request.graph.passes, &[]);
+    let given = request.graph.resources.iter().filter(|(_, r)| r.initial.is_some() || r.history);
+    let mut made: BTreeSet<String> = given.map(|(name, _)| name.value.clone()).collect();
+    any_use(&items, &mut |u| {
+        if u.mode.writes() {
+            made.insert(u.resource.clone());
+        }
+        false
+    });
+    masks(&mut items, &made);
     w.out.items = items;
     if w.faults.is_empty() {
         w.faults.extend(fastest::agree(&w.out, request.graph));
@@ -274,6 +285,7 @@ impl<'g> Wirer<'g, '_> {
             bindings: vec![],
             loops: loops.to_vec(),
             culling: None,
+            masked: pass.masked.iter().collect(),
         };
         match &pass.kind {
             PassKind::Copy { from, to } => {
@@ -309,7 +321,6 @@ impl<'g> Wirer<'g, '_> {
         }
         self.variables(&mut wired, &shader, stages);
         wired.rows = self.rows(&wired);
-        wired.uses.extend(pass.masked.iter().map(|(_, mask)| by_name(mask, Mode::Read, How::CopySource)));
         match &pass.kind {
             PassKind::Draw(r) => {
                 self.vertex_inputs(pass, &shader);
@@ -470,6 +481,20 @@ pub const LONGEST_LOOP: u32 = 65_536;
 
 pub(super) fn by_name(name: &Name, mode: Mode, how: How) -> Use {
     Use { resource: name.value.clone(), mode, how, span: name.span.clone() }
+}
+
+/// Of what masks choose from, leaves what is `made`, by masks that are: a mask says nothing of light that this scene lacks, say. The host
+/// reads the masks.
+fn masks(items: &mut [Item], made: &BTreeSet<String>) {
+    for item in items {
+        match item {
+            Item::Pass(w) => {
+                w.masked.retain(|(parts, mask)| made.contains(&parts.value) && made.contains(&mask.value));
+                w.uses.extend(w.masked.iter().map(|(_, mask)| by_name(mask, Mode::Read, How::CopySource)));
+            }
+            Item::Loop { body, .. } => masks(body, made),
+        }
+    }
 }
 
 /// Whether any use in the items passes a test.

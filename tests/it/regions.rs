@@ -321,35 +321,76 @@ fn members_read_the_parts_that_their_mask_chose_last() {
     frame(gpu, &mut s, &[(9, along(4.0))]);
 }
 
-/// A mask that leaves out what a member reads is found out.
+/// A mask that leaves out what a member reads is found out: the probes that it takes light from, the squares of shadow maps that it looks into.
 #[test]
 fn the_proof_catches_a_mask_that_says_too_little() {
     let gpu = &device::gpu();
-    let graph = r#"Variant(
-        base: "lightgraph:graphs/fast_grid.ron",
-        edits: [
-            Replace("reach", Compute(name: "reach", shader: "none.wgsl", when: "second_apart && by_face", each: "probes", over: (1, 1), own: ["cube_surface"])),
-        ],
-    )"#;
-    let shader = "#import lightgraph::packed_surface::surface_at
-        var<storage, read> members: array<u32>;
-        var<storage, read_write> reach: array<u32>;
-        @compute @workgroup_size(1) fn none(@builtin(global_invocation_id) id: vec3u) {
-            let words = #{REACH_WORDS}u;
-            for (var i = 0u; i < words; i++) {
-                reach[members[id.z] * words + i] = u32(surface_at(vec2u(0u)).normal.w < -1e9);
-            }
-        }";
-    let mut s = written(gpu, "masks", graph, &[("none", shader)], &["grid=8", "face=8", "shadow_size=256"]);
-    let corbel = node(&s, "corbel");
-    frame(gpu, &mut s, &[]);
-    let mut moved = |by: f32| {
-        s.shift.nodes = vec![(corbel, Vec3::new(by, -by, 0.0))];
-        s.frame(gpu, 0, 0.0)
-    };
-    let faults = [0.1, 0.2, 0.3, 0.5, 1.0, 1.5].iter().find_map(|by| moved(*by).err());
-    let text = faults.expect("light that changes is not gathered").to_string();
-    assert!(text.contains("differs from a full run"), "{text}");
+    for (mask, when, moves, step, more) in [
+        (
+            "reach",
+            "second_apart && by_face",
+            "corbel",
+            0.1,
+            r#"RemoveDefine("REACH_WORDS"), RemoveDefine("REACH_RUN")"#,
+        ),
+        ("shadow_reach", "bounces > 0 && by_probe && lights > 0 && shadows == 0 && light_views <= 16", "urn", 0.02, ""),
+    ] {
+        let graph = format!(
+            r#"Variant(
+                base: "lightgraph:graphs/fast_grid.ron",
+                edits: [
+                    Replace("{mask}", Compute(name: "{mask}", shader: "none.wgsl", when: "{when}", each: "probes", over: (1, 1), own: ["cube_surface"])),
+                    {more}
+                ],
+            )"#
+        );
+        let shader = format!(
+            "#import lightgraph::packed_surface::surface_at
+            var<storage, read> members: array<u32>;
+            var<storage, read_write> {mask}: array<u32>;
+            @compute @workgroup_size(1) fn none(@builtin(global_invocation_id) id: vec3u) {{
+                let words = arrayLength(&{mask}) / 512u;
+                for (var i = 0u; i < words; i++) {{
+                    {mask}[members[id.z] * words + i] = u32(surface_at(vec2u(0u)).normal.w < -1e9);
+                }}
+            }}"
+        );
+        let mut s = written(gpu, mask, &graph, &[("none", &shader)], &["grid=8", "face=8", "shadow_size=256"]);
+        let moved = node(&s, moves);
+        frame(gpu, &mut s, &[]);
+        let mut moved = |by: f32| {
+            s.shift.nodes = vec![(moved, Vec3::new(by, -by, 0.0))];
+            s.frame(gpu, 0, 0.0)
+        };
+        let faults = [1.0, 2.0, 3.0, 5.0, 10.0, 15.0].iter().find_map(|by| moved(*by * step).err());
+        let text = faults.unwrap_or_else(|| panic!("`{mask}`: light that changes is not found")).to_string();
+        assert!(text.contains("differs from a full run"), "{text}");
+    }
+}
+
+/// Where something moves in the light, only probes are lit again that see it or look into the squares of the shadow maps that it changed.
+#[test]
+fn an_object_in_the_light_lights_again_only_the_probes_that_its_shadow_may_reach() {
+    let gpu = &device::gpu();
+    // A spot light; a point light, of six maps.
+    for (scene, name, moves) in [("hall.ron", "ball", 0.02), ("cornell_point.gltf", "short", 0.01)] {
+        let set = ["grid=4", "face=8", "bounces=2", "shadow_size=256", "rays_above=0"];
+        let mut s = session(gpu, "fast_grid.ron", scene, &set);
+        let object = node(&s, name);
+        frame(gpu, &mut s, &[]);
+        let mut lit = vec![];
+        for i in 1..5 {
+            frame(gpu, &mut s, &[(object, Vec3::new(moves * i as f32, 0.0, 0.0))]);
+            assert!(window(&s, "shadow_maps").is_some(), "{scene}");
+            lit.push(members(&s, "first_bounce").expect("it is in sight").0);
+        }
+        assert!(lit.iter().all(|some| *some > 0) && lit.iter().any(|some| *some < 64), "{scene}: {lit:?} of 64 probes");
+        // The light itself lights all of them.
+        s.shift.lights = Vec3::new(0.0, -0.05, 0.0);
+        s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+        let first = s.plan.steps.iter().position(|step| step.name == "first_bounce").unwrap();
+        assert!(matches!(&s.why()[first], Why::Changed(names) if !names[0].starts_with("what ")), "{}", s.why()[first]);
+    }
 }
 
 /// Rays that pass by what moved meet what they met, and are not traced: those too that met it where it was are others.
