@@ -329,10 +329,9 @@ impl Session {
             true => self.compare(gpu, &values, &mut ahead)?,
             false => change::full(&self.plan, &self.keys, &self.held, &self.outside, &values),
         };
-        let (members, moved) = (selection.members.clone(), selection.moved.clone());
-        let windows = selection.windows.clone();
         let (timing, tables) = (self.settings.timing, ahead.tables.as_deref());
-        let frame = Frame { values, tables, run: Some(&selection.run), members, moved, windows, timing };
+        let (run, partly) = (Some(selection.run.as_slice()), Some(&selection.partly));
+        let frame = Frame { values, tables, run, partly, timing };
         self.why.clear();
         let mut report = self.run(gpu, &frame, &selection)?;
         let mut why = selection.why.clone();

@@ -5,10 +5,8 @@ use crate::gpu::{self, Frame, Gpu, Memory, Prepared};
 use crate::plan::change::{Held, carry_history, everything};
 use crate::plan::keys::{Keys, UNDEFINED};
 use crate::plan::outside::Outside;
-use crate::plan::window::Windows;
 use crate::plan::{Desc, Plan, ResourceId};
 use crate::scene::{Assets, Table};
-use std::collections::BTreeMap;
 
 /// Memory in which every step of every frame runs.
 pub struct Scratch {
@@ -55,8 +53,7 @@ impl Scratch {
     ) -> Checked<()> {
         let all = everything(plan, keys, &self.held, outside, &frame.values);
         self.held.start(&all);
-        let (members, moved, windows) = (BTreeMap::new(), BTreeMap::new(), Windows::new());
-        let whole = Frame { run: None, members, moved, windows, ..frame.clone() };
+        let whole = Frame { run: None, partly: None, ..frame.clone() };
         gpu::execute(gpu, plan, &mut self.prepared, &whole)?;
         self.held.finish(all);
         let mut faults = vec![];

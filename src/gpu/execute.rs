@@ -13,12 +13,11 @@ use super::{
     timing::{Timer, Timing},
 };
 use crate::diag::{Checked, Diagnostic};
-use crate::plan::window::Windows;
+use crate::plan::change::Partly;
 use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
-use crate::scene::{Bounds, Table};
+use crate::scene::Table;
 use crate::shader::report::Failed;
 use crate::value::Values;
-use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Runs of steps that go to the device in one piece: enough to hide the cost of handing over, few enough that the device
@@ -39,13 +38,8 @@ pub struct Frame<'a> {
     /// By step: whether it runs; `None`: all run. A loop runs when any step of its body does.
     pub run: Option<&'a [bool]>,
     pub timing: Timing,
-    /// By index of a step that runs for some of its members only: whether each does, in their order. What the others made must
-    /// be there still.
-    pub members: BTreeMap<usize, Vec<bool>>,
-    /// The same step's boxes outside of which those that run show what they showed; without it they may lie anywhere.
-    pub moved: BTreeMap<usize, Vec<Bounds>>,
-    /// The parts of their places that members of draws go over, among those that run.
-    pub windows: Windows,
+    /// What steps do in part; what the rest of them made must be there still. `None`: they do all.
+    pub partly: Option<&'a Partly>,
 }
 
 /// What a frame took.
@@ -104,7 +98,9 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    prepared.members.choose(gpu, &frame.members, &frame.moved, &frame.windows);
+    let all = Partly::default();
+    let partly = frame.partly.unwrap_or(&all);
+    prepared.members.choose(gpu, partly);
     let Prepared { pool, scene, uniforms, reports, steps, timer, probe, gates, watch, .. } = prepared;
     timer.start();
     let mut walk = Walk {
@@ -114,8 +110,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         probe: probe.as_ref(),
         gates,
         timing: frame.timing,
-        members: &frame.members,
-        windows: &frame.windows,
+        partly,
         gate: None,
         gated: vec![],
         watch: watch.as_mut(),
@@ -172,8 +167,7 @@ struct Walk<'a> {
     probe: Option<&'a wgpu::Buffer>,
     gates: &'a Gates,
     timing: Timing,
-    members: &'a BTreeMap<usize, Vec<bool>>,
-    windows: &'a Windows,
+    partly: &'a Partly,
     /// Of the loop around, after its first iteration, when it ends on the device.
     gate: Option<&'a Gate>,
     gated: Vec<Gated>,
@@ -254,7 +248,7 @@ impl Walk<'_> {
 
     fn step(&mut self, id: StepId) -> Checked<()> {
         let gpu = self.source.gpu;
-        let only = self.members.get(&id.0).map(Vec::as_slice);
+        let only = self.partly.members.get(&id.0).map(Vec::as_slice);
         if only.is_some_and(|o| !o.contains(&true)) {
             return Ok(());
         }
@@ -283,7 +277,7 @@ impl Walk<'_> {
             Timing::Steps => self.timer.pair(gpu, id, in_pass, follows),
             Timing::Frame => None,
         };
-        let windows = only.map(|_| self.windows);
+        let windows = only.map(|_| &self.partly.windows);
         let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, only, windows };
         self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
         if let Some(watch) = &mut self.watch {

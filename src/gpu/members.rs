@@ -3,7 +3,8 @@
 
 use super::{device::Gpu, scope::scoped};
 use crate::diag::Checked;
-use crate::plan::window::{WHOLE, Window, Windows};
+use crate::plan::change::Partly;
+use crate::plan::window::{WHOLE, Window};
 use crate::plan::{Action, Binding, Plan, ResourceId};
 use crate::scene::Bounds;
 use glam::Vec3;
@@ -107,15 +108,8 @@ impl Members {
         self.windows.get(&draws).map(|edges| &edges.buffer)
     }
 
-    /// Before a frame: the members that steps do, by index of the step, where what they show has moved, and by buffer of draws the
-    /// parts that they go over; those that aren't named do all, and everything of them.
-    pub(super) fn choose(
-        &mut self,
-        gpu: &Gpu,
-        some: &BTreeMap<usize, Vec<bool>>,
-        moved: &BTreeMap<usize, Vec<Bounds>>,
-        windows: &Windows,
-    ) {
+    /// Before a frame; what isn't named does all, and everything of it.
+    pub(super) fn choose(&mut self, gpu: &Gpu, Partly { members: some, moved, windows }: &Partly) {
         for (index, list) in &mut self.lists {
             let does = |member: &u32| match some.get(index) {
                 Some(some) => some.get(*member as usize).copied().unwrap_or(false),

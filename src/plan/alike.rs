@@ -148,7 +148,7 @@ pub fn candidates<'a>(
 ) -> impl Iterator<Item = (usize, BTreeSet<ResourceId>)> + 'a {
     keys.units.iter().enumerate().filter_map(move |(i, unit)| {
         let [step] = unit.steps[..] else { return None };
-        selection.members.get(&step.0).filter(|m| m.contains(&true) && m.contains(&false))?;
+        selection.partly.members.get(&step.0).filter(|m| m.contains(&true) && m.contains(&false))?;
         let runs = |reader: &Unit| reader.steps.iter().any(|s| selection.run[s.0]);
         keys.units.iter().find(|reader| reader.makers.contains(&Some(i)) && runs(reader))?;
         let compared = |r: &&ResourceId| {

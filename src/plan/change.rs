@@ -118,6 +118,17 @@ impl std::fmt::Display for Why {
     }
 }
 
+/// What steps do in part.
+#[derive(Debug, Clone, Default)]
+pub struct Partly {
+    /// By index of a step that runs for some of its members only: whether each does.
+    pub members: BTreeMap<usize, Vec<bool>>,
+    /// By index of such a step, if that is known of all of them: boxes outside of which they show what they showed.
+    pub moved: BTreeMap<usize, Vec<Bounds>>,
+    /// The parts of their places that members of draws go over, among those that run.
+    pub windows: Windows,
+}
+
 /// The choice for one frame.
 #[derive(Debug, Clone)]
 pub struct Selection {
@@ -125,12 +136,7 @@ pub struct Selection {
     pub run: Vec<bool>,
     /// By step.
     pub why: Vec<Why>,
-    /// By index of a step that runs for some of its members only: whether each does.
-    pub members: BTreeMap<usize, Vec<bool>>,
-    /// By index of such a step, if that is known of all of them: boxes outside of which they show what they showed.
-    pub moved: BTreeMap<usize, Vec<Bounds>>,
-    /// The parts of their places that members of draws go over.
-    pub windows: Windows,
+    pub partly: Partly,
     /// What the units that run write, in their order: slot, content.
     writes: Vec<(usize, Version)>,
     ran: Vec<(String, Arc<Ran>)>,
@@ -348,7 +354,7 @@ pub fn select_for(
     // What lay round a part has been lost since: all of it is drawn.
     let lost = |(i, step): (usize, &Step)| {
         let draws = step.action.draws().filter(|draws| outside.windows.contains_key(draws));
-        draws.is_some() && chosen.run[i] && !chosen.members.contains_key(&i)
+        draws.is_some() && chosen.run[i] && !chosen.partly.members.contains_key(&i)
     };
     if plan.steps.iter().enumerate().any(lost) {
         return select_for(plan, keys, held, &outside.without_windows(), values, wanted);
@@ -391,9 +397,7 @@ fn selection(
     let mut all = Selection {
         run: vec![false; steps],
         why: vec![Why::NotNeeded; steps],
-        members: BTreeMap::new(),
-        moved: BTreeMap::new(),
-        windows: outside.windows.clone(),
+        partly: Partly { windows: outside.windows.clone(), ..Partly::default() },
         writes: vec![],
         ran: vec![],
     };
@@ -411,8 +415,8 @@ fn selection(
             let saw = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref());
             let boxes =
                 outside.members.get(&step).zip(saw).and_then(|(seen, saw)| seen.moved(saw, &some, keys.without));
-            all.moved.extend(boxes.map(|boxes| (step, boxes)));
-            all.members.insert(step, some);
+            all.partly.moved.extend(boxes.map(|boxes| (step, boxes)));
+            all.partly.members.insert(step, some);
         }
         for s in &unit.steps {
             all.run[s.0] = why.runs();

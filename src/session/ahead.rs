@@ -73,10 +73,9 @@ impl Ahead {
 impl Session {
     /// Runs a part of the frame.
     fn ahead(&mut self, gpu: &Gpu, selection: Selection, values: &Values, ahead: &mut Ahead) -> Checked<()> {
-        let (values, members, moved) = (values.clone(), selection.members.clone(), selection.moved.clone());
-        let windows = selection.windows.clone();
-        let (run, timing) = (Some(selection.run.as_slice()), self.settings.timing);
-        let frame = Frame { values, tables: ahead.tables.as_deref(), run, members, moved, windows, timing };
+        let (run, partly) = (Some(selection.run.as_slice()), Some(&selection.partly));
+        let (values, timing) = (values.clone(), self.settings.timing);
+        let frame = Frame { values, tables: ahead.tables.as_deref(), run, partly, timing };
         let report = self.run(gpu, &frame, &selection)?;
         if let Some(tables) = ahead.tables.take() {
             ahead.uploaded = Some(tables);
@@ -169,7 +168,8 @@ impl Session {
             if let Some((unit, written)) = next {
                 let before = self.contents(gpu, unit, &written, None)?;
                 let part = change::select_for(&self.plan, &self.keys, &self.held, &self.outside, values, &written);
-                let ran = self.keys.units[unit].steps.first().and_then(|step| part.members.get(&step.0).cloned());
+                let ran =
+                    self.keys.units[unit].steps.first().and_then(|step| part.partly.members.get(&step.0).cloned());
                 self.ahead(gpu, part, values, ahead)?;
                 let after = self.contents(gpu, unit, &written, ran.map(|ran| (ran, before.as_slice())))?;
                 let paid = self.learn(&written, before, after);
