@@ -274,7 +274,7 @@ impl Seen {
         let (mut now, then) = (self.versions.each().to_vec(), before.versions.each());
         for (i, place) in places.into_iter().enumerate() {
             let view = self.views[i];
-            if now[i] == then[i] || view != before.views[i] || !self.leaves_out_alike(before, step, &view) {
+            if now[i] == then[i] || view != before.views[i] {
                 continue;
             }
             let Some(([x, y, width, height], layer)) = room(place, target) else { continue };
@@ -287,7 +287,9 @@ impl Seen {
                 Some(covered) => !held.is_some_and(|image| covered.behind(|c, r| depth(image, c, r))),
                 None => false,
             };
-            if !moved.iter().any(|(then, now)| shows(then) || shows(now)) {
+            // To look at all clusters takes longer than at what moved.
+            if !moved.iter().any(|(then, now)| shows(then) || shows(now)) && self.leaves_out_alike(before, step, &view)
+            {
                 now[i] = then[i];
             }
         }
