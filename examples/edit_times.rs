@@ -546,7 +546,7 @@ fn in_code(text: &str, number: &str) -> Option<usize> {
 
 /// Where a graph or a variant declares a parameter.
 fn declared(text: &str, name: &str) -> Option<usize> {
-    [format!("\"{name}\": "), format!("AddParam(\"{name}\", ")].iter().find_map(|p| text.find(p.as_str()))
+    text.find(&format!("\"{name}\": "))
 }
 
 /// The text of a graph with another default for a parameter: close to the old one, and within its range.

@@ -25,7 +25,7 @@
 //!
 //! What must stay true: no Rust names a rendering technique; only `gpu` and what calls it see a device; the executor
 //! decides nothing; names are the wiring; what did not change is not run; the same inputs give the same bits on one
-//! adapter; everything unknown or unused is a fault; what users write never panics.
+//! adapter; everything unknown is a fault, everything unused a warning; what users write never panics.
 //!
 //! # Use as a library
 //!

@@ -15,7 +15,7 @@ use crate::plan::keys::{Keys, Version};
 use crate::plan::outside::Outside;
 use crate::plan::region::Seen;
 use crate::plan::request::{Request, tolerances};
-use crate::plan::{Action, Plan, ResourceId, StepId, cull, masked, region, request};
+use crate::plan::{Action, Plan, ResourceId, StepId, cull, lint, masked, region, request};
 use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};
 use crate::shader::Library;
 use crate::shader::report::{self, Failed};
@@ -42,7 +42,7 @@ impl Project {
     /// # Errors
     /// Every fault of the graph file and its bases, and shader files that can't be read.
     pub fn open(path: &Path, shaders: &[PathBuf]) -> Checked<Project> {
-        let graph = graph::load(path, &Source::read)?;
+        let mut graph = graph::load(path, &Source::read)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let usual = [folder.join("shaders"), folder.join("../shaders")];
         let mut folders: Vec<PathBuf> = shaders.to_vec();
@@ -54,6 +54,7 @@ impl Project {
             }
         }
         texts.files.entry(report::PATH.into()).or_insert_with(report::source);
+        lint::prune(&mut graph, &texts);
         Ok(Project { graph, texts })
     }
 

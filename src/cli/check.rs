@@ -1,9 +1,10 @@
 //! `lightgraph check`: every fault of graphs and their shaders. No device.
 
 use super::{Failure, ShaderFolders, notices, print};
-use crate::diag::{Diagnostic, Faults};
+use crate::diag::{Diagnostic, Faults, Severity};
 use crate::plan::build::faults;
 use crate::plan::fastest::FIRST;
+use crate::plan::lint;
 use crate::plan::request::{Request, sample_device, sample_facts};
 use crate::scene;
 use crate::session::Project;
@@ -22,6 +23,9 @@ pub struct Args {
     /// Set a parameter (may be repeated)
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
+    /// Count warnings as faults: what the graph declares and nothing uses
+    #[arg(long)]
+    pub strict: bool,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -37,12 +41,15 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     };
     let mut code = 0;
     for path in &args.graphs {
-        let faults = check(path, args, &facts);
-        if faults.is_empty() {
-            print(&format!("{}: no faults\n", path.display()));
-        } else {
-            notices(&faults);
+        let mut faults = check(path, args, &facts);
+        if args.strict {
+            lint::strict(&mut faults);
+        }
+        notices(&faults);
+        if faults.iter().any(|d| d.severity == Severity::Error) {
             code = 1;
+        } else {
+            print(&format!("{}: no faults\n", path.display()));
         }
     }
     Ok(code)

@@ -1,6 +1,6 @@
 //! The graph file: text to a checked [`Graph`]. No device.
 //!
-//! `tree` keeps places, `read` reads single values, `parse` knows the fields, `variant` applies edits, `check`
+//! `tree` keeps places, `read` reads single values, `parse` knows the fields, `variant` lays a variant over its base, `check`
 //! resolves names.
 
 pub mod ast;
@@ -19,6 +19,7 @@ use crate::diag::{Checked, Diagnostic, Faults, Source};
 use read::Reader;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
+use tree::Node;
 
 /// How graph files are read: from disk, or from anywhere else.
 pub type ReadFile<'a> = &'a dyn Fn(&Path) -> Checked<Arc<Source>>;
@@ -26,70 +27,71 @@ pub type ReadFile<'a> = &'a dyn Fn(&Path) -> Checked<Arc<Source>>;
 /// Variants of variants of variants are enough; more is a slip.
 const CHAIN: usize = 16;
 
-/// Reads a graph or variant, applies edits, checks names.
+/// Reads a graph or variant and checks names.
 ///
 /// # Errors
-/// All faults of the file, with places; those of a base are found first.
+/// All faults of the file and its bases, with places.
 pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
-    let mut graph = load_unchecked(path, read, &mut vec![])?;
+    let mut reader = Reader::default();
+    let mut files = vec![];
+    let tree = tree_of(path, read, &mut files, &mut reader)?;
+    let overlaid = reader.faults.is_empty();
+    let Some((_, mut fields)) = reader.named(&tree, &["Graph"]) else { return Err(Faults(reader.faults)) };
+    let mut graph = reader.graph(&mut fields, &tree.span);
+    graph.files = files;
     ast::inherit_groups(&mut graph.passes, None);
-    Faults::check(check::check(&graph), graph)
+    if reader.faults.is_empty() {
+        return Faults::check(check::check(&graph), graph);
+    }
+    if overlaid && !reader.lost {
+        // The names of what could be read are checked all the same; faults that follow from the others are not.
+        let follows = |d: &Diagnostic| {
+            d.labels.first().is_none_or(|(span, _)| {
+                let word = span.text();
+                word.is_empty() || reader.broken.iter().any(|name| name == word)
+            })
+        };
+        let more: Vec<Diagnostic> = check::check(&graph).into_iter().filter(|d| !follows(d)).collect();
+        reader.faults.extend(more);
+    }
+    Faults::check(reader.faults, graph)
 }
 
-fn load_unchecked(path: &Path, read: ReadFile, chain: &mut Vec<PathBuf>) -> Checked<Graph> {
+/// The tree of a graph; of a variant that of its base, with what the variant says over it. Its span is the file's.
+fn tree_of(path: &Path, read: ReadFile, files: &mut Vec<PathBuf>, reader: &mut Reader) -> Checked<Node> {
     let source = builtin::read(path).unwrap_or_else(|| read(path))?;
     let node = tree::parse(&source)?;
-    let mut reader = Reader::default();
-    chain.push(path.to_path_buf());
+    files.push(path.to_path_buf());
     let Some((word, mut fields)) = reader.named(&node, &["Graph", "Variant"]) else {
-        return Err(Faults(reader.faults));
+        return Err(Faults(std::mem::take(&mut reader.faults)));
     };
     if word == "Graph" {
-        let mut graph = reader.graph(&mut fields, &node.span);
-        graph.files = vec![path.to_path_buf()];
-        if !reader.faults.is_empty() && !reader.lost {
-            // The names of what could be read are checked all the same; faults that follow from the others are not.
-            let follows = |d: &Diagnostic| {
-                d.labels.first().is_none_or(|(span, _)| {
-                    let word = span.text();
-                    word.is_empty() || reader.broken.iter().any(|name| name == word)
-                })
-            };
-            let more: Vec<Diagnostic> = check::check(&graph).into_iter().filter(|d| !follows(d)).collect();
-            reader.faults.extend(more);
-        }
-        return Faults::check(reader.faults, graph);
+        return Ok(node);
+    }
+    for name in variant::FIELDS {
+        let _ = fields.get(name);
     }
     let base = reader.need(&mut fields, "base").and_then(|n| reader.text(n));
-    let about = fields.get("about").and_then(|n| reader.text(n));
-    let edits = reader.need(&mut fields, "edits");
-    let edits = reader.list(edits);
     reader.finish(&fields);
-    let Some(base) = base else { return Err(Faults(reader.faults)) };
+    let Some(base) = base else { return Err(Faults(std::mem::take(&mut reader.faults))) };
     let base_path = builtin::join(path.parent().unwrap_or(Path::new("")), &base.value);
     if !builtin::is_builtin(&base_path) && !is_inside(&base.value) {
         let d = Diagnostic::error("a base must lie in the folder of its variant or below it").at(&base.span, "");
         return Err(d.help(format!("one that comes with lightgraph is named `{}graphs/…`", builtin::PREFIX)).into());
     }
-    if chain.contains(&base_path) || chain.len() >= CHAIN {
+    if files.contains(&base_path) || files.len() >= CHAIN {
         let d = Diagnostic::error("a variant can't be based on itself").at(&base.span, "leads back here");
         return Err(d.into());
     }
-    let mut graph = load_unchecked(&base_path, read, chain).map_err(|mut faults| {
+    let mut tree = tree_of(&base_path, read, files, reader).map_err(|mut faults| {
         if faults.0.iter().all(|d| d.labels.is_empty()) {
             faults.0 = faults.0.into_iter().map(|d| d.at(&base.span, "the base")).collect();
         }
         faults
     })?;
-    if let Some(about) = about {
-        graph.about = about.value;
-    }
-    for edit in edits {
-        variant::apply(&mut reader, &mut graph, edit);
-    }
-    graph.source = source;
-    graph.files.insert(0, path.to_path_buf());
-    Faults::check(reader.faults, graph)
+    variant::overlay(reader, &mut tree, &mut fields);
+    tree.span = node.span.clone();
+    Ok(tree)
 }
 
 /// Whether a relative path stays below the folder it starts from.

@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 impl Reader {
     /// A whole graph.
     pub fn graph(&mut self, fields: &mut Fields, span: &Span) -> Graph {
-        let about = fields.get("about").and_then(|n| self.text(n)).map_or(String::new(), |n| n.value);
+        let about = fields.get("about").and_then(|n| self.prose(n)).unwrap_or_default();
         let params = self.pairs(fields.get("params"), Reader::param);
         let lets = self.exprs(fields.get("lets"));
         let defines = self.exprs(fields.get("defines"));
@@ -41,14 +41,16 @@ impl Reader {
         ];
         let (name, mut fields) = self.named(node, &KINDS.map(|k| k.0))?;
         let ty = KINDS.iter().find(|k| k.0 == name).map_or(Type::Float, |k| k.1);
-        let default = self.need(&mut fields, "default").and_then(|n| self.value(n, ty));
+        let place = self.need(&mut fields, "default");
+        let default = place.and_then(|n| self.value(n, ty));
         let min = fields.get("min").and_then(|n| self.value(n, ty));
         let max = fields.get("max").and_then(|n| self.value(n, ty));
-        let about = fields.get("about").and_then(|n| self.text(n)).map_or(String::new(), |n| n.value);
+        let about = fields.get("about").and_then(|n| self.prose(n)).unwrap_or_default();
         self.finish(&fields);
         let param = Param { ty, default: default?, min, max, about, span: node.span.clone() };
         if let Err(why) = param.accepts(&param.default) {
-            self.fault(Diagnostic::error(format!("the default is {why}")).at(&node.span, ""));
+            let place = place.unwrap_or(node);
+            self.fault(Diagnostic::error(format!("the default is {why}")).at(&place.span, ""));
         }
         Some(param)
     }
@@ -266,7 +268,7 @@ impl Reader {
         let depth_compare = self.compare(f.get("depth_compare"), wgpu::CompareFunction::Less);
         let depth_write = self.bool(f.get("depth_write"), true);
         let culls = [("None", Cull::None), ("Front", Cull::Front), ("Back", Cull::Back), ("Material", Cull::Material)];
-        let cull = if geometry { self.word(f.get("cull"), &culls, Cull::Material) } else { Cull::None };
+        let cull = if geometry { self.word(f.choice("cull"), &culls, Cull::Material) } else { Cull::None };
         let frusta = if geometry { f.get("frusta").and_then(|n| self.name(n)) } else { None };
         let occluders = if geometry { f.get("occluders") } else { None };
         if let (None, Some(wanted)) = (&frusta, occluders) {

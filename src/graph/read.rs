@@ -24,10 +24,23 @@ pub struct Fields<'t> {
 }
 
 impl<'t> Fields<'t> {
-    /// An optional field. A second field of the same name is a fault when the struct is finished.
+    /// An optional field; `None` stands for one that is not there. A second field of the same name is a fault when the
+    /// struct is finished.
     pub fn get(&mut self, name: &'static str) -> Option<&'t Node> {
-        self.asked.push(name);
-        self.fields.iter().find(|f| f.name.text() == name).map(|f| &f.value)
+        self.choice(name).filter(|n| n.word() != Some("None"))
+    }
+
+    /// As [`Fields::get`], where `None` is one of the words that the field takes.
+    pub fn choice(&mut self, name: &'static str) -> Option<&'t Node> {
+        if !self.asked.contains(&name) {
+            self.asked.push(name);
+        }
+        self.field(name).map(|f| &f.value)
+    }
+
+    /// A field with its name.
+    pub(super) fn field(&self, name: &str) -> Option<&'t Field> {
+        self.fields.iter().find(|f| f.name.text() == name)
     }
 }
 
@@ -93,6 +106,11 @@ impl Reader {
             self.fault(Diagnostic::error("expected a string in quotes").at(&node.span, ""));
         }
         text
+    }
+
+    /// Text in quotes, which may go on over several lines: what is white there is a space.
+    pub(super) fn prose(&mut self, node: &Node) -> Option<String> {
+        self.text(node).map(|text| text.value.split_whitespace().collect::<Vec<_>>().join(" "))
     }
 
     /// A name as WGSL and expressions can write it.

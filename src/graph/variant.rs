@@ -1,202 +1,281 @@
-//! A variant: its base, then edits that name what they change.
+//! A variant: what it says over its base, in the grammar of a graph. Both are trees, and the graph is read from the
+//! tree that [`overlay`] makes of them.
 
-use super::ast::{Graph, Name, Pass, PassKind, walk};
-use super::read::Reader;
-use super::tree::{Kind, Node};
-use crate::diag::Diagnostic;
+use super::read::{Fields, Reader};
+use super::tree::{Field, Kind, Node};
+use crate::diag::{Diagnostic, Source, Span};
+use std::collections::BTreeMap;
 
-const EDITS: [&str; 20] = [
-    "About",
-    "AddParam",
-    "RemoveParam",
-    "SetDefault",
-    "Let",
-    "RemoveLet",
-    "Define",
-    "RemoveDefine",
-    "AddResource",
-    "ReplaceResource",
-    "RemoveResource",
-    "Before",
-    "After",
-    "Replace",
-    "Remove",
-    "SetShader",
-    "Bind",
-    "When",
-    "AddOutput",
-    "RemoveOutput",
+/// Sections that map names to declarations, and what each declares.
+const SECTIONS: [(&str, &str); 5] = [
+    ("params", "parameter"),
+    ("lets", "let"),
+    ("resources", "resource"),
+    ("defines", "definition"),
+    ("outputs", "output"),
 ];
 
-/// Applies one edit of a variant to the graph. Faults go to the reader.
-pub fn apply(reader: &mut Reader, graph: &mut Graph, edit: &Node) {
-    let (word, args) = match &edit.kind {
-        Kind::Tuple(Some(word), args) => (word.text(), args.as_slice()),
-        _ => {
-            let d = Diagnostic::error("expected an edit such as `After(\"pass\", Compute(…))`").at(&edit.span, "");
-            return reader.faults.push(d);
-        }
-    };
-    let arity = match word {
-        "About" => 1,
-        _ if word.starts_with("Remove") => 1,
-        _ => 2,
-    };
-    if !EDITS.contains(&word) {
-        let d = Diagnostic::error(format!("unknown edit `{word}`")).at(&edit.span, "");
-        return reader.faults.push(d.nearest(word, EDITS));
-    }
-    if args.len() != arity {
-        let d = Diagnostic::error(format!("`{word}` takes {arity} values, not {}", args.len())).at(&edit.span, "");
-        return reader.faults.push(d);
-    }
-    let _ = edited(reader, graph, word, args);
-}
+/// Sections whose names share one space: a name in one of them replaces that of the base in any.
+const ONE_SPACE: usize = 3;
 
-/// `None` when a fault was reported.
-fn edited(reader: &mut Reader, graph: &mut Graph, word: &str, args: &[Node]) -> Option<()> {
-    if word == "About" {
-        graph.about = reader.text(&args[0])?.value;
-        return Some(());
+/// Changes the tree of a base by what a variant says. Faults go to the reader.
+///
+/// An entry replaces the base's of its name; one without a kind, `(default: 3)`, changes the fields that it names;
+/// `None` removes. New passes go `before` and `after` others, or to the end (`append`).
+pub fn overlay(reader: &mut Reader, base: &mut Node, over: &mut Fields) {
+    if let Some(about) = over.field("about") {
+        section(base, about).value = about.value.clone();
     }
-    let name = reader.name(&args[0])?;
-    match word {
-        "AddParam" => {
-            let param = reader.param(&args[1])?;
-            add(reader, &mut graph.params, name, param, "parameter")
-        }
-        "RemoveParam" => remove(reader, &mut graph.params, &name, "parameter"),
-        "SetDefault" => {
-            let at = find(reader, &graph.params, &name, "parameter")?;
-            let ty = graph.params[at].1.ty;
-            let value = reader.value(&args[1], ty)?;
-            if let Err(why) = graph.params[at].1.accepts(&value) {
-                reader.faults.push(Diagnostic::error(format!("the default is {why}")).at(&args[1].span, ""));
-                return None;
-            }
-            graph.params[at].1.default = value;
-            Some(())
-        }
-        "Let" => {
-            let expr = reader.expr(&args[1])?;
-            set(&mut graph.lets, name, expr);
-            Some(())
-        }
-        "RemoveLet" => remove(reader, &mut graph.lets, &name, "let"),
-        "RemoveDefine" => remove(reader, &mut graph.defines, &name, "definition"),
-        "Define" => {
-            let expr = reader.expr(&args[1])?;
-            set(&mut graph.defines, name, expr);
-            Some(())
-        }
-        "AddResource" => {
-            let resource = reader.resource(&args[1])?;
-            add(reader, &mut graph.resources, name, resource, "resource")
-        }
-        "ReplaceResource" => {
-            let at = find(reader, &graph.resources, &name, "resource")?;
-            graph.resources[at] = (name, reader.resource(&args[1])?);
-            Some(())
-        }
-        "RemoveResource" => remove(reader, &mut graph.resources, &name, "resource"),
-        "AddOutput" => {
-            let resource = reader.name(&args[1])?;
-            add(reader, &mut graph.outputs, name, resource, "output")
-        }
-        "RemoveOutput" => remove(reader, &mut graph.outputs, &name, "output"),
-        "Before" | "After" | "Replace" => {
-            let pass = reader.pass(&args[1])?;
-            let (list, at) = find_pass(reader, graph, &name)?;
-            match word {
-                "Before" => list.insert(at, pass),
-                "After" => list.insert(at + 1, pass),
-                _ => list[at] = pass,
-            }
-            Some(())
-        }
-        "Remove" => {
-            let (list, at) = find_pass(reader, graph, &name)?;
-            list.remove(at);
-            Some(())
-        }
-        "When" => {
-            let when = reader.expr(&args[1])?;
-            let (list, at) = find_pass(reader, graph, &name)?;
-            list[at].when = Some(when);
-            Some(())
-        }
-        "Bind" => {
-            let binds = reader.names(Some(&args[1]));
-            let (list, at) = find_pass(reader, graph, &name)?;
-            for (variable, resource) in binds {
-                set(&mut list[at].bind, variable, resource);
-            }
-            Some(())
-        }
-        _ => {
-            let shader = reader.text(&args[1])?;
-            let (list, at) = find_pass(reader, graph, &name)?;
-            match &mut list[at].kind {
-                PassKind::Draw(r) | PassKind::Screen(r) => r.shader = shader,
-                PassKind::Compute { shader: old, .. } | PassKind::Reduce { shader: old, .. } => *old = shader,
-                other => {
-                    let d = Diagnostic::error(format!("a {} has no shader", other.word())).at(&name.span, "");
-                    reader.faults.push(d);
-                    return None;
+    for (i, (name, noun)) in SECTIONS.iter().enumerate() {
+        let Some(field) = over.field(name) else { continue };
+        if i < ONE_SPACE {
+            let added: Vec<&str> =
+                reader.map(Some(&field.value)).iter().filter(|(_, v)| !is_none(v)).map(|(k, _)| text(k)).collect();
+            for (other, _) in SECTIONS[..ONE_SPACE].iter().filter(|other| other.0 != *name) {
+                if let Some(pairs) = existing(base, other) {
+                    pairs.retain(|(key, _)| !added.contains(&text(key)));
                 }
             }
-            Some(())
+        }
+        let entries = unique(reader, &field.value);
+        let there = section(base, field);
+        match &mut there.value.kind {
+            Kind::Map(pairs) => entries.into_iter().for_each(|(k, v)| entry(reader, pairs, k, v, noun)),
+            _ => continue,
+        }
+    }
+    let edits = over.field("passes").map(|f| unique(reader, &f.value)).unwrap_or_default();
+    let appended = over.field("append").map(|f| reader.list(Some(&f.value))).unwrap_or_default();
+    let mut placed = vec![];
+    for (word, behind) in [("before", 0), ("after", 1)] {
+        let entries = over.field(word).map(|f| unique(reader, &f.value)).unwrap_or_default();
+        placed.extend(entries.into_iter().map(|(key, list)| (key, reader.list(Some(list)), behind)));
+    }
+    let Some(passes) = passes_of(base) else { return };
+    let mut instead = BTreeMap::new();
+    for (key, value) in edits {
+        let renamed = edit(reader, passes, key, value);
+        instead.extend(renamed.map(|name| (text(key), name)));
+    }
+    place(reader, passes, placed, &instead);
+    passes.extend(appended.iter().cloned());
+}
+
+/// The words of a variant.
+pub const FIELDS: [&str; 11] =
+    ["base", "about", "params", "lets", "defines", "resources", "passes", "before", "after", "append", "outputs"];
+
+fn is_none(node: &Node) -> bool {
+    node.word() == Some("None")
+}
+
+/// A key without its quotes.
+fn text(key: &Node) -> &str {
+    key.span.text().trim_matches('"')
+}
+
+/// The entries of a map, each name once.
+fn unique<'t>(reader: &mut Reader, map: &'t Node) -> Vec<(&'t Node, &'t Node)> {
+    let mut seen: BTreeMap<&str, &Span> = BTreeMap::new();
+    let mut entries = vec![];
+    for (key, value) in reader.map(Some(map)) {
+        if let Some(first) = seen.insert(text(key), &key.span) {
+            let d = Diagnostic::error(format!("`{}` stands twice", text(key)));
+            reader.fault(d.at(&key.span, "the second").at(first, "the first"));
+        } else {
+            entries.push((key, value));
+        }
+    }
+    entries
+}
+
+/// A field of the base; an empty one where the base has none.
+fn section<'b>(base: &'b mut Node, like: &Field) -> &'b mut Field {
+    let fields = fields_of(base);
+    let at = fields.iter().position(|f| f.name.text() == like.name.text()).unwrap_or_else(|| {
+        let value = Node { span: like.value.span.clone(), kind: Kind::Map(vec![]) };
+        fields.push(Field { name: like.name.clone(), value });
+        fields.len() - 1
+    });
+    &mut fields[at]
+}
+
+fn existing<'b>(base: &'b mut Node, name: &str) -> Option<&'b mut Vec<(Node, Node)>> {
+    let field = fields_of(base).iter_mut().find(|f| f.name.text() == name)?;
+    match &mut field.value.kind {
+        Kind::Map(pairs) => Some(pairs),
+        _ => None,
+    }
+}
+
+/// The fields of a struct; a bare word is a struct without any.
+fn fields_of(node: &mut Node) -> &mut Vec<Field> {
+    if !matches!(node.kind, Kind::Struct(..)) {
+        node.kind = Kind::Struct(Some(node.span.clone()), vec![]);
+    }
+    match &mut node.kind {
+        Kind::Struct(_, fields) => fields,
+        _ => unreachable!("it was made one"),
+    }
+}
+
+fn unknown<'n>(reader: &mut Reader, key: &Node, noun: &str, names: impl IntoIterator<Item = &'n str>, help: &str) {
+    let d = Diagnostic::error(format!("the base has no {noun} `{}`", text(key))).at(&key.span, "");
+    reader.fault(d.nearest(text(key), names).help(help));
+}
+
+/// One entry over those of the base.
+fn entry(reader: &mut Reader, pairs: &mut Vec<(Node, Node)>, key: &Node, value: &Node, noun: &str) {
+    let at = pairs.iter().position(|(k, _)| text(k) == text(key));
+    match (at, &value.kind) {
+        (Some(at), _) if is_none(value) => drop(pairs.remove(at)),
+        (Some(at), Kind::Struct(None, fields)) => {
+            pairs[at].0 = key.clone();
+            change(reader, &mut pairs[at].1, fields);
+        }
+        (Some(at), _) => pairs[at] = (key.clone(), value.clone()),
+        (None, Kind::Struct(None, _)) => {
+            let names: Vec<String> = pairs.iter().map(|(k, _)| text(k).to_string()).collect();
+            let help = "one without a kind, `(…)`, changes what the base has";
+            unknown(reader, key, noun, names.iter().map(String::as_str), help);
+        }
+        (None, _) if is_none(value) => {
+            let names: Vec<String> = pairs.iter().map(|(k, _)| text(k).to_string()).collect();
+            unknown(reader, key, noun, names.iter().map(String::as_str), "`None` removes what the base has");
+        }
+        (None, _) => pairs.push((key.clone(), value.clone())),
+    }
+}
+
+/// Changes the fields of a declaration: maps entry by entry, all else as a whole.
+fn change(reader: &mut Reader, node: &mut Node, changed: &[Field]) {
+    for (i, field) in changed.iter().enumerate() {
+        let name = field.name.text();
+        if changed[..i].iter().any(|f| f.name.text() == name) {
+            reader.fault(Diagnostic::error(format!("`{name}` stands twice")).at(&field.name, "the second"));
+            continue;
+        }
+        let fields = fields_of(node);
+        let Some(there) = fields.iter_mut().find(|f| f.name.text() == name) else {
+            fields.push(field.clone());
+            continue;
+        };
+        match (&mut there.value.kind, &field.value.kind) {
+            (Kind::Map(pairs), Kind::Map(_)) => {
+                for (key, value) in unique(reader, &field.value) {
+                    match pairs.iter().position(|(k, _)| text(k) == text(key)) {
+                        Some(at) if is_none(value) => drop(pairs.remove(at)),
+                        Some(at) => pairs[at] = (key.clone(), value.clone()),
+                        None => pairs.push((key.clone(), value.clone())),
+                    }
+                }
+            }
+            _ => *there = field.clone(),
         }
     }
 }
 
-fn find<T>(reader: &mut Reader, list: &[(Name, T)], name: &Name, noun: &str) -> Option<usize> {
-    let at = list.iter().position(|(n, _)| n.value == name.value);
-    if at.is_none() {
-        let d = Diagnostic::error(format!("the base has no {noun} `{}`", name.value)).at(&name.span, "");
-        reader.faults.push(d.nearest(&name.value, list.iter().map(|(n, _)| n.value.as_str())));
+fn passes_of(base: &mut Node) -> Option<&mut Vec<Node>> {
+    match &mut fields_of(base).iter_mut().find(|f| f.name.text() == "passes")?.value.kind {
+        Kind::List(passes) => Some(passes),
+        _ => None,
     }
-    at
 }
 
-fn add<T>(reader: &mut Reader, list: &mut Vec<(Name, T)>, name: Name, item: T, noun: &str) -> Option<()> {
-    if let Some((there, _)) = list.iter().find(|(n, _)| n.value == name.value) {
-        let d = Diagnostic::error(format!("the base already has the {noun} `{}`", name.value));
-        reader.faults.push(d.at(&name.span, "").at(&there.span, "here"));
+/// Changes, replaces or removes the pass of a name; the name of what stands in its place.
+fn edit(reader: &mut Reader, passes: &mut Vec<Node>, key: &Node, value: &Node) -> Option<String> {
+    let Some((list, at)) = find(passes, text(key)) else {
+        let names = names(passes);
+        let help = "a new pass goes to `before`, `after` or `append`";
+        unknown(reader, key, "pass", names.iter().map(String::as_str), help);
         return None;
+    };
+    match &value.kind {
+        _ if is_none(value) => drop(list.remove(at)),
+        Kind::Struct(None, fields) => change(reader, &mut list[at], fields),
+        Kind::Struct(Some(_), _) => {
+            let mut pass = value.clone();
+            let fields = fields_of(&mut pass);
+            if !fields.iter().any(|f| f.name.text() == "name") {
+                fields.insert(0, Field { name: Span::whole(&Source::new("", "name")), value: key.clone() });
+            }
+            list[at] = pass;
+            return name(&list[at]).map(String::from);
+        }
+        _ => {
+            let d = Diagnostic::error("expected changes `(field: value)`, a pass, or `None`").at(&value.span, "");
+            reader.fault(d);
+        }
     }
-    list.push((name, item));
-    Some(())
+    None
 }
 
-fn remove<T>(reader: &mut Reader, list: &mut Vec<(Name, T)>, name: &Name, noun: &str) -> Option<()> {
-    let at = find(reader, list, name, noun)?;
-    list.remove(at);
-    Some(())
+/// Puts new passes before and after those that their keys name: new ones too, and those that were replaced.
+fn place(
+    reader: &mut Reader,
+    passes: &mut Vec<Node>,
+    mut open: Vec<(&Node, &[Node], usize)>,
+    instead: &BTreeMap<&str, String>,
+) {
+    loop {
+        let before = open.len();
+        open.retain(|(key, new, behind)| {
+            let renamed = instead.get(text(key)).filter(|_| find(passes, text(key)).is_none());
+            let wanted = renamed.map_or(text(key), String::as_str);
+            let Some((list, at)) = find(passes, wanted) else { return true };
+            list.splice(at + behind..at + behind, new.iter().cloned());
+            false
+        });
+        if open.is_empty() || open.len() == before {
+            break;
+        }
+    }
+    for (key, _, _) in open {
+        let names = names(passes);
+        unknown(reader, key, "pass", names.iter().map(String::as_str), "name the pass beside which the new ones go");
+    }
 }
 
-fn set<T>(list: &mut Vec<(Name, T)>, name: Name, item: T) {
-    match list.iter_mut().find(|(n, _)| n.value == name.value) {
-        Some(there) => *there = (name, item),
-        None => list.push((name, item)),
+/// The name that a pass gives itself.
+fn name(pass: &Node) -> Option<&str> {
+    match &pass.kind {
+        Kind::Struct(_, fields) => fields.iter().find(|f| f.name.text() == "name").map(|f| text(&f.value)),
+        _ => None,
     }
+}
+
+/// The lists of passes that a pass holds.
+fn bodies(pass: &mut Node) -> Vec<&mut Vec<Node>> {
+    let Kind::Struct(_, fields) = &mut pass.kind else { return vec![] };
+    let mut lists = vec![];
+    for field in fields {
+        match (field.name.text(), &mut field.value.kind) {
+            ("passes", Kind::List(passes)) => lists.push(passes),
+            ("of", Kind::List(alternatives)) => {
+                lists.extend(alternatives.iter_mut().filter_map(|a| match &mut a.kind {
+                    Kind::List(passes) => Some(passes),
+                    _ => None,
+                }));
+            }
+            _ => {}
+        }
+    }
+    lists
 }
 
 /// The list that holds the pass, and its place in it.
-fn find_pass<'g>(reader: &mut Reader, graph: &'g mut Graph, name: &Name) -> Option<(&'g mut Vec<Pass>, usize)> {
-    let mut names = vec![];
-    walk(&graph.passes, &mut |p| names.push(p.name.value.clone()));
-    if !names.contains(&name.value) {
-        let d = Diagnostic::error(format!("the base has no pass `{}`", name.value)).at(&name.span, "");
-        reader.faults.push(d.nearest(&name.value, names.iter().map(String::as_str)));
-        return None;
-    }
-    list_of(&mut graph.passes, &name.value)
-}
-
-fn list_of<'p>(passes: &'p mut Vec<Pass>, name: &str) -> Option<(&'p mut Vec<Pass>, usize)> {
-    if let Some(at) = passes.iter().position(|p| p.name.value == name) {
+fn find<'p>(passes: &'p mut Vec<Node>, wanted: &str) -> Option<(&'p mut Vec<Node>, usize)> {
+    if let Some(at) = passes.iter().position(|p| name(p) == Some(wanted)) {
         return Some((passes, at));
     }
-    passes.iter_mut().flat_map(|p| p.kind.bodies_mut()).find_map(|body| list_of(body, name))
+    passes.iter_mut().flat_map(bodies).find_map(|body| find(body, wanted))
+}
+
+fn names(passes: &mut [Node]) -> Vec<String> {
+    let mut all = vec![];
+    for pass in passes {
+        all.extend(name(pass).map(String::from));
+        bodies(pass).into_iter().for_each(|body| all.extend(names(body)));
+    }
+    all
 }

@@ -7,7 +7,7 @@ use super::request::{Request, values};
 use super::sizes::Sizes;
 use super::wire::{Item, any_use, wire};
 use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, ending, fastest, lint, memory};
-use crate::diag::{Checked, Diagnostic, Faults};
+use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::graph::Graph;
 use crate::value::{Value, Values};
 use rustc_hash::FxHashMap;
@@ -45,14 +45,16 @@ pub fn plan(request: &Request) -> Checked<Planned> {
     plan_with(request, Options::default())
 }
 
-/// The faults of a graph, whichever alternatives run; none of them twice.
+/// The faults and warnings of a graph, whichever alternatives run; none of them twice.
 pub fn faults(request: &Request) -> Vec<Diagnostic> {
     let mut all = vec![];
     for choices in fastest::each(request.graph, request.choices) {
-        if let Err(Faults(faults)) = plan(&Request { choices: &choices, ..*request }) {
-            let new: Vec<Diagnostic> = faults.into_iter().filter(|d| !all.contains(d)).collect();
-            all.extend(new);
-        }
+        let found = match plan(&Request { choices: &choices, ..*request }) {
+            Err(Faults(faults)) => faults,
+            Ok(planned) => planned.notices.into_iter().filter(|d| d.severity == Severity::Warning).collect(),
+        };
+        let new: Vec<Diagnostic> = found.into_iter().filter(|d| !all.contains(d)).collect();
+        all.extend(new);
     }
     all
 }
@@ -68,7 +70,8 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let mut faults = vec![];
     let wiring = wire(request, &values, &sizes, &mut faults);
     let whole = faults.is_empty();
-    faults.extend(lint::unused(graph, request.texts));
+    let unused = lint::unused(graph, request.texts);
+    faults.extend(unused.iter().cloned());
     let outputs = outputs(graph, request.outputs, &mut faults);
     faults.extend(fastest::unknown(graph, request.choices));
     // What a broken pass would have written seems unwritten: such faults would only repeat the first.
@@ -133,7 +136,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     history_usage(&mut plan);
     memory::allocate(&mut plan, options.share);
     ending::decide(&mut plan, request.features);
-    let notices = lint::notices(&plan);
+    let notices = unused.into_iter().chain(lint::notices(&plan)).collect();
     Ok(Planned { plan, notices })
 }
 

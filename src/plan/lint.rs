@@ -1,9 +1,9 @@
 //! Things declared and never used, and what a plan's reader should know.
 
 use super::{Desc, Plan};
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Severity};
 use crate::graph::Graph;
-use crate::graph::ast::{PassKind, walk};
+use crate::graph::ast::{Name, PassKind, walk};
 use crate::graph::expr::Expr;
 use crate::shader::Library;
 use rustc_hash::FxHashSet;
@@ -33,8 +33,57 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
     used
 }
 
-/// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions.
+/// What a graph's own file declares and neither the graph nor any of its shaders mentions. What a base declares may be for
+/// other variants.
 pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
+    let own = |name: &Name| name.span.source.path == graph.source.path;
+    let (idle, known) = idle(graph, library);
+    let said = idle.into_iter().filter(|(name, _)| own(name)).map(|(name, noun)| {
+        if noun == DEFINITION {
+            let d = Diagnostic::warning(format!("no shader mentions the definition `{}`", name.value));
+            return d.at(&name.span, "").nearest(&name.value, known.iter().map(String::as_str));
+        }
+        let d = Diagnostic::warning(format!("nothing uses the {noun} `{}`", name.value)).at(&name.span, "");
+        d.help("remove it, or name it in a pass or a shader")
+    });
+    said.collect()
+}
+
+/// Takes out of a variant what its bases declare and nothing mentions any more.
+pub fn prune(graph: &mut Graph, library: &Library) {
+    loop {
+        let idle: Vec<(String, &str)> = idle(graph, library)
+            .0
+            .into_iter()
+            .filter(|(name, _)| name.span.source.path != graph.source.path)
+            .map(|(name, noun)| (name.value.clone(), noun))
+            .collect();
+        if idle.is_empty() {
+            return;
+        }
+        let kept = |noun: &str, name: &Name| !idle.iter().any(|(n, of)| *n == name.value && *of == noun);
+        graph.params.retain(|(name, _)| kept(PARAMETER, name));
+        graph.lets.retain(|(name, _)| kept(LET, name));
+        graph.resources.retain(|(name, _)| kept(RESOURCE, name));
+        graph.defines.retain(|(name, _)| kept(DEFINITION, name));
+    }
+}
+
+/// Makes faults of warnings.
+pub fn strict(faults: &mut [Diagnostic]) {
+    for d in faults.iter_mut().filter(|d| d.severity == Severity::Warning) {
+        d.severity = Severity::Error;
+    }
+}
+
+const PARAMETER: &str = "parameter";
+const LET: &str = "let";
+const RESOURCE: &str = "resource";
+const DEFINITION: &str = "definition";
+
+/// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions; the definitions that
+/// shaders mention.
+fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str)>, BTreeSet<String>) {
     let mut used = mentioned(graph);
     let mut shaders: BTreeSet<&str> = BTreeSet::new();
     walk(&graph.passes, &mut |p| {
@@ -57,23 +106,14 @@ pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
     let files = index.reachable(shaders.iter().copied());
     let defs = index.mentioned(shaders);
     let in_shader = |name: &str| files.iter().any(|f| index.place(f, name).is_some());
-    let names = graph.params.iter().map(|(n, _)| (n, "parameter"));
-    let names = names.chain(graph.lets.iter().map(|(n, _)| (n, "let")));
-    let names = names.chain(graph.resources.iter().map(|(n, _)| (n, "resource")));
-    let mut faults = vec![];
-    for (name, noun) in names {
-        if !used.contains(name.value.as_str()) && !in_shader(&name.value) {
-            let d = Diagnostic::error(format!("nothing uses the {noun} `{}`", name.value)).at(&name.span, "");
-            faults.push(d.help("remove it, or name it in a pass or a shader"));
-        }
-    }
-    for (name, _) in &graph.defines {
-        if !defs.contains(name.value.as_str()) {
-            let d = Diagnostic::error(format!("no shader mentions the definition `{}`", name.value));
-            faults.push(d.at(&name.span, "").nearest(&name.value, defs.iter().copied()));
-        }
-    }
-    faults
+    let names = graph.params.iter().map(|(n, _)| (n, PARAMETER));
+    let names = names.chain(graph.lets.iter().map(|(n, _)| (n, LET)));
+    let names = names.chain(graph.resources.iter().map(|(n, _)| (n, RESOURCE)));
+    let mut idle: Vec<(&Name, &'static str)> =
+        names.filter(|(name, _)| !used.contains(name.value.as_str()) && !in_shader(&name.value)).collect();
+    let defines = graph.defines.iter().filter(|(name, _)| !defs.contains(name.value.as_str()));
+    idle.extend(defines.map(|(name, _)| (name, DEFINITION)));
+    (idle, defs.into_iter().map(String::from).collect())
 }
 
 /// What is worth saying about a plan that works.

@@ -9,6 +9,7 @@ use crate::image::Image;
 use crate::plan::Plan;
 use crate::plan::build::plan;
 use crate::plan::fastest::FIRST;
+use crate::plan::lint;
 use crate::plan::request::{Request, sample_device};
 use crate::scene::{self, Scene, Shift};
 use crate::session::{Project, Session, Settings};
@@ -162,9 +163,12 @@ fn note(played: &mut Played, session: &Session, report: &FrameReport) {
     }
 }
 
-/// The graph, and the shaders as they are edited.
+/// The graph, in which nothing may be unused, and the shaders as they are edited.
 fn project_of(setup: &Setup) -> Checked<Project> {
     let mut project = Project::open(&setup.graph.path, &[]).map_err(|f| placed(f, &setup.graph.span))?;
+    let mut unused = lint::unused(&project.graph, &project.texts);
+    lint::strict(&mut unused);
+    Faults::check(unused, ())?;
     setup.edits.iter().try_for_each(|e| edited(&mut project.texts, e))?;
     Ok(project)
 }

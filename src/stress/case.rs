@@ -110,9 +110,9 @@ pub(super) struct Case {
     /// A graph of its own, relative to the file of cases, instead of those that ship.
     #[serde(default)]
     pub graph: Option<PathBuf>,
-    /// Edits of that graph, as the list of a variant.
+    /// What is laid over that graph: the fields of a variant without its base.
     #[serde(default)]
-    pub edits: Option<String>,
+    pub variant: Option<String>,
     /// Parameters without which a graph is none for this case.
     #[serde(default)]
     pub needs: Vec<String>,

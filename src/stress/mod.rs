@@ -154,8 +154,8 @@ impl Run<'_> {
         let shaders: Vec<PathBuf> = self.cases.shaders.iter().map(|p| self.cases.folder.join(p)).collect();
         for case in self.cases.cases.iter().filter(|c| self.chosen(&c.name)) {
             let path = case.graph.as_ref().map(|p| self.cases.folder.join(p));
-            let own = match (&path, &case.edits) {
-                (Some(path), Some(edits)) => Some(Graph::edited(path, &case.name, edits, &shaders)?),
+            let own = match (&path, &case.variant) {
+                (Some(path), Some(over)) => Some(Graph::varied(path, &case.name, over, &shaders)?),
                 (Some(path), None) => Some(Graph::open(path, &shaders)?),
                 (None, _) => None,
             };

@@ -7,6 +7,7 @@ use super::shape::Shape;
 use crate::diag::{Checked, Diagnostic, Severity, Source};
 use crate::gpu::Gpu;
 use crate::image::Image;
+use crate::plan::lint::prune;
 use crate::scene::Loaded;
 use crate::session::{Project, Session, Settings};
 use crate::shader::Library;
@@ -33,17 +34,18 @@ impl Graph {
     /// A variant of a file that stands in no file of its own.
     ///
     /// # Errors
-    /// As [`Graph::open`], and those of the edits.
-    pub(super) fn edited(base: &Path, name: &str, edits: &str, shaders: &[PathBuf]) -> Checked<Graph> {
+    /// As [`Graph::open`], and those of what is laid over it.
+    pub(super) fn varied(base: &Path, name: &str, over: &str, shaders: &[PathBuf]) -> Checked<Graph> {
         let file = base.file_name().unwrap_or_default().to_string_lossy();
         let path = base.with_file_name(format!("{name}.ron"));
-        let text = format!("Variant(base: \"{file}\", about: \"{name}\", edits: {edits})");
+        let text = format!("Variant(base: \"{file}\", about: \"{name}\", {over})");
         let read = |p: &Path| match p == path {
             true => Ok(Source::new(path.display().to_string(), text.clone())),
             false => Source::read(p),
         };
-        let graph = crate::graph::load(&path, &read)?;
+        let mut graph = crate::graph::load(&path, &read)?;
         let texts = Library::load(shaders)?;
+        prune(&mut graph, &texts);
         Ok(Graph { name: name.into(), path: path.clone(), project: Project { graph, texts } })
     }
 

@@ -32,10 +32,10 @@ pub fn variant(base: &Path, params: &Values) -> Checked<PathBuf> {
 
 fn text(base: &str, params: &Values) -> String {
     let names: Vec<&str> = params.keys().map(String::as_str).collect();
-    let edits: String =
-        params.iter().map(|(n, v)| format!("        SetDefault(\"{n}\", {}),\n", literal(*v))).collect();
+    let defaults: String =
+        params.iter().map(|(n, v)| format!("        \"{n}\": (default: {}),\n", literal(*v))).collect();
     let about = format!("{} with other defaults: {}", base.trim_end_matches(".ron"), names.join(", "));
-    format!("Variant(\n    base: \"{base}\",\n    about: \"{about}\",\n    edits: [\n{edits}    ],\n)\n")
+    format!("Variant(\n    base: \"{base}\",\n    about: \"{about}\",\n    params: {{\n{defaults}    }},\n)\n")
 }
 
 /// A value as graph files write it.

@@ -8,11 +8,12 @@
 //! // outputs: color, direct        what is asked for; without it, everything
 //! ```
 //!
-//! Every error must stand there, with its first place and all its remedies. To add a test, add a file;
+//! Warnings count as errors. Every error must stand there, with its first place and all its remedies. To add a test, add a file;
 //! `LIGHTGRAPH_BLESS=1 cargo test` writes the head from what is reported now: read it before you keep it.
 
 use crate::support::{faults_of_both, files, repository};
 use lightgraph::diag::{Diagnostic, Faults, Severity};
+use lightgraph::plan::lint::strict;
 use lightgraph::session::Project;
 use std::path::Path;
 
@@ -79,7 +80,8 @@ fn found(path: &Path, head: &[String]) -> Vec<String> {
         let params = project.params(&values(head, "set"))?;
         Ok(faults_of_both(&project, &params, outputs.as_deref()))
     });
-    let faults = checked.unwrap_or_else(|Faults(faults)| faults);
+    let mut faults = checked.unwrap_or_else(|Faults(faults)| faults);
+    strict(&mut faults);
     let errors = faults.iter().filter(|d| d.severity == Severity::Error);
     errors.flat_map(|d| describe(path, d)).collect()
 }

@@ -307,9 +307,8 @@ fn what_probes_see_is_the_same_drawn_and_computed() {
 #[test]
 fn what_probes_see_is_the_same_by_face_and_as_a_whole() {
     let variant = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole_captures.ron");
-    let text = r#"Variant(base: "lightgraph:graphs/fast_grid.ron", about: "Faces are no members", edits: [
-        Let("by_face", "false"), Remove("capture_triangles"), Remove("capture_rays"), RemoveResource("cube_far"),
-    ])"#;
+    let text = r#"Variant(base: "lightgraph:graphs/fast_grid.ron", about: "Faces are no members", 
+        lets: {"by_face": "false"}, passes: {"capture_triangles": None, "capture_rays": None})"#;
     fs::write(&variant, text).unwrap_or_else(|e| panic!("{e}"));
     let set = ["grid=5,3,2", "face=6", "bounces=1", "shadow_size=64"].map(String::from);
     let scene = loaded("cornell_point.gltf");

@@ -21,8 +21,7 @@ fn placed(scene: Scene) -> Vec<f32> {
     for base in ["uniform_grid.ron", "fast_grid.ron", "facing_probes.ron", "nonuniform_grid.ron"] {
         std::fs::copy(repository(&format!("graphs/{base}")), scratch.path().join(base)).unwrap();
     }
-    let text =
-        r#"Variant(base: "nonuniform_grid.ron", about: "for tests", edits: [AddOutput("probe_axes", "probe_axes")])"#;
+    let text = r#"Variant(base: "nonuniform_grid.ron", about: "for tests", outputs: {"probe_axes": "probe_axes"})"#;
     std::fs::write(&variant, text).unwrap();
     let project = Project::open(&variant, &[repository("shaders")]).unwrap_or_else(|f| panic!("{f}"));
     let [x, y, z] = COUNTS;

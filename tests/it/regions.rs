@@ -325,23 +325,18 @@ fn members_read_the_parts_that_their_mask_chose_last() {
 #[test]
 fn the_proof_catches_a_mask_that_says_too_little() {
     let gpu = &device::gpu();
-    for (mask, when, moves, step, more) in [
-        (
-            "reach",
-            "second_apart && by_face",
-            "corbel",
-            0.1,
-            r#"RemoveDefine("REACH_WORDS"), RemoveDefine("REACH_RUN")"#,
-        ),
-        ("shadow_reach", "bounces > 0 && by_probe && lights > 0 && shadows == 0 && light_views <= 16", "urn", 0.02, ""),
+    for (mask, when, moves, step) in [
+        ("reach", "second_apart && by_face", "corbel", 0.1),
+        ("shadow_reach", "bounces > 0 && by_probe && lights > 0 && shadows == 0 && light_views <= 16", "urn", 0.02),
     ] {
         let graph = format!(
             r#"Variant(
                 base: "lightgraph:graphs/fast_grid.ron",
-                edits: [
-                    Replace("{mask}", Compute(name: "{mask}", shader: "none.wgsl", when: "{when}", each: "probes", over: (1, 1), own: ["cube_surface"])),
-                    {more}
-                ],
+                passes: {{
+                    "{mask}": Compute(
+                        shader: "none.wgsl", when: "{when}", each: "probes", over: (1, 1), own: ["cube_surface"],
+                    ),
+                }},
             )"#
         );
         let shader = format!(
@@ -469,11 +464,9 @@ fn a_screen_pass_draws_again_only_the_tiles_whose_source_changed() {
     let gpu = &device::gpu();
     let graph = r#"Variant(
         base: "lightgraph:graphs/uniform_grid.ron",
-        edits: [
-            AddResource("halves", Atlas(format: Rgba32Float, tile: "face", count: "probes * 6")),
-            After("capture", Screen(name: "halve", shader: "halve.wgsl", each: "probes * 6", own: ["cube_albedo"])),
-            AddOutput("halves", "halves"),
-        ],
+        resources: {"halves": Atlas(format: Rgba32Float, tile: "face", count: "probes * 6")},
+        after: {"capture": [Screen(name: "halve", shader: "halve.wgsl", each: "probes * 6", own: ["cube_albedo"])]},
+        outputs: {"halves": "halves"},
     )"#;
     let shader = "var cube_albedo: texture_2d<f32>;
         struct Out { @location(0) halves: vec4f }

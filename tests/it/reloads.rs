@@ -31,7 +31,7 @@ const GRAPH: &str = r#"Graph(
 const VARIANT: &str = r#"Variant(
     base: "graph.ron",
     about: "With a red of its own.",
-    edits: [SetDefault("red", 0.25)],
+    params: {"red": (default: 0.25)},
 )"#;
 
 const DRAW: &str = "#import tint::tint
@@ -105,7 +105,7 @@ fn files() -> Vec<(&'static str, Vec<Vec<u8>>)> {
         ),
         (
             "variant.ron",
-            texts(VARIANT, &[("0.25", "1.5"), ("\"red\", 0.25", "\"read\", 1"), ("graph.ron", "gone.ron")]),
+            texts(VARIANT, &[("0.25", "1.5"), ("\"red\": (default: 0.25", "\"read\": (default: 1"), ("graph.ron", "gone.ron")]),
         ),
         (
             "shaders/draw.wgsl",

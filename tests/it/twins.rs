@@ -16,10 +16,10 @@ const FACE: u32 = 6;
 const ORDER: usize = 4;
 
 /// What the probes see, and what that sends them, can be read back.
-const VARIANT: &str = r#"Variant(base: "uniform_grid.ron", about: "for tests", edits: [
-    AddOutput("cube_albedo", "cube_albedo"), AddOutput("cube_normal", "cube_normal"),
-    AddOutput("cube_direct", "cube_direct"), AddOutput("cube_light", "cube_light"),
-])"#;
+const VARIANT: &str = r#"Variant(base: "uniform_grid.ron", about: "for tests", outputs: {
+    "cube_albedo": "cube_albedo", "cube_normal": "cube_normal",
+    "cube_direct": "cube_direct", "cube_light": "cube_light",
+})"#;
 
 /// Outputs of the uniform grid after so many bounces, in this order.
 fn render<const N: usize>(bounces: u32, outputs: [&str; N]) -> [Image; N] {

@@ -38,7 +38,7 @@ var ramp: texture_2d_array<f32>;
     return vec4f(red, 0.25 + 0.0 * textureLoad(ramp, vec2u(0, 0), 0, 0).r, 0.0, 1.0);
 }";
 
-const VARIANT: &str = r#"Variant(base: "graph.ron", about: "redder", edits: [SetDefault("red", 1.0)])"#;
+const VARIANT: &str = r#"Variant(base: "graph.ron", about: "redder", params: {"red": (default: 1.0)})"#;
 
 const SCRIPT: &str = r#"[
     Rest, Shot("start.png"),
@@ -221,7 +221,7 @@ fn what_is_dragged_compared_saved_and_checked_is_seen() {
     for name in ["graph.png", "graph.exr", "graph.view.ron"] {
         assert!(project.path(name).is_file(), "{name} was saved");
     }
-    assert!(read("graph_set.ron").contains("SetDefault(\"red\", "), "{}", read("graph_set.ron"));
+    assert!(read("graph_set.ron").contains("\"red\": (default: "), "{}", read("graph_set.ron"));
     let shot = |name: &str| std::fs::read(project.path(name)).unwrap();
     assert_ne!(shot("check.png"), shot("saved.png"), "the check is shown");
 }

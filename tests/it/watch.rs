@@ -135,7 +135,7 @@ fn every_way_of_saving_ends_in_the_final_state() {
     for folder in ["graphs/bases", "shaders", "scene/parts"] {
         fs::create_dir_all(file(folder)).unwrap();
     }
-    let variant = "Variant(base: \"bases/base.ron\", about: \"One colour\", edits: [])";
+    let variant = "Variant(base: \"bases/base.ron\", about: \"One colour\")";
     fs::write(file("graphs/bases/base.ron"), BASE).unwrap();
     fs::write(file("graphs/graph.ron"), variant).unwrap();
     fs::write(file("shaders/paint.wgsl"), PRODUCT).unwrap();

@@ -36,7 +36,7 @@ var<uniform> red: f32;
 var ramp: texture_2d_array<f32>;
 @fragment fn paint() -> @location(0) vec4f { return vec4f(red, textureLoad(ramp, vec2u(0u), 0, 0).r, 0.0, 1.0); }";
 
-const VARIANT: &str = r#"Variant(base: "graph.ron", about: "redder", edits: [SetDefault("red", 1.0)])"#;
+const VARIANT: &str = r#"Variant(base: "graph.ron", about: "redder", params: {"red": (default: 1.0)})"#;
 
 /// Files of a graph and a variant, removed in the end.
 struct Files(PathBuf);
