@@ -8,7 +8,8 @@
 //! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
 //! ```
 //!
-//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again, `parallel` works on all cores, `base64` writes bytes as text, `caches` says where what can be made again is kept
+//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again, `parallel` works on all cores, `base64` writes bytes as text, `caches` keeps what can be made again, `caught` turns panics of other
+//!   code into faults, [`files`] reads regular files up to a size
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, names
 //! - [`shader`]: composition, bindings, reflection, byte layouts
@@ -52,10 +53,12 @@ mod base64;
 pub mod bench;
 pub mod builtin;
 mod caches;
+mod caught;
 pub mod cli;
 mod content;
 pub mod diag;
 pub mod fastest;
+pub mod files;
 pub mod gpu;
 pub mod graph;
 pub mod image;

@@ -11,6 +11,7 @@ use super::references::References;
 use super::results::{Absent, Entry, Phase, PhaseTimes, Spread};
 use super::score::score;
 use crate::diag::{Checked, Diagnostic, Faults};
+use crate::files;
 use crate::image::{Image, exr::read_exr};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -79,7 +80,7 @@ pub fn find(folder: &Path) -> Checked<Vec<Peer>> {
     paths.sort();
     let (mut peers, mut faults) = (vec![], vec![]);
     for path in paths {
-        let read = std::fs::read(&path).map_err(|e| fault(&path, &e));
+        let read = files::read(&path, files::TEXT).map_err(|e| fault(&path, &e));
         let value = read.and_then(|b| serde_json::from_slice::<serde_json::Value>(&b).map_err(|e| fault(&path, &e)));
         match value {
             Ok(value) if value.get("command").is_some() => match serde_json::from_value(value) {

@@ -23,6 +23,7 @@
 
 use super::results::Phase;
 use crate::diag::{Checked, Diagnostic, Faults};
+use crate::files;
 use crate::image::{Image, exr::read_exr};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::collections::BTreeMap;
@@ -220,7 +221,7 @@ impl Manifest {
 /// `None` for a file that isn't there.
 fn read_json<T: DeserializeOwned>(path: &Path) -> Checked<Option<T>> {
     let shown = path.display();
-    let text = match std::fs::read_to_string(path) {
+    let text = match files::read_text(path, files::TEXT) {
         Ok(text) => text,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(e) => return Err(Diagnostic::error(format!("can't read {shown}: {e}")).into()),

@@ -3,12 +3,13 @@
 use super::references::Published;
 use super::score::Score;
 use crate::diag::{Checked, Diagnostic};
+use crate::files;
 use crate::image::file::write_atomically;
 use flate2::read::MultiGzDecoder;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The first bytes of a gzip file (RFC 1952).
@@ -257,12 +258,20 @@ impl Results {
     /// # Errors
     /// A file that can't be read or is no results file.
     pub fn read(path: &Path) -> Checked<Results> {
-        let shown = path.display();
+        let shown = path.display().to_string();
+        let bytes = files::read(path, files::TABLE);
+        Results::from_bytes(bytes.map_err(|e| Diagnostic::error(format!("can't read {shown}: {e}")))?, &shown)
+    }
+
+    /// As [`Results::read`], of the bytes of a file, which faults call `shown`.
+    ///
+    /// # Errors
+    /// Bytes that are no results file.
+    pub fn from_bytes(mut bytes: Vec<u8>, shown: &str) -> Checked<Results> {
         let fault = |e: std::io::Error| Diagnostic::error(format!("can't read {shown}: {e}"));
-        let mut bytes = std::fs::read(path).map_err(fault)?;
         if bytes.starts_with(&GZIP) {
             let mut plain = vec![];
-            MultiGzDecoder::new(bytes.as_slice()).read_to_end(&mut plain).map_err(fault)?;
+            files::limited(MultiGzDecoder::new(bytes.as_slice()), files::TABLE, &mut plain).map_err(fault)?;
             bytes = plain;
         }
         let parsed = serde_json::from_slice(&bytes).map_err(|e| {
@@ -398,7 +407,7 @@ impl Journal {
             true => Results::read(&results)?.entries,
             false => vec![],
         };
-        let text = if go_on { std::fs::read_to_string(&path).unwrap_or_default() } else { String::new() };
+        let text = if go_on { files::read_text(&path, files::TABLE).unwrap_or_default() } else { String::new() };
         for entry in text.lines().filter_map(|line| serde_json::from_str::<Entry>(line).ok()) {
             // A later round's holds what was measured before.
             kept.retain(|e| e.key() != entry.key() || e.inputs != entry.inputs);

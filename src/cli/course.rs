@@ -10,6 +10,7 @@ use crate::bench::results::{Entry, Journal, Phase, Results, hash};
 use crate::bench::sweep::Sweep;
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic};
+use crate::files;
 use crate::gpu::Gpu;
 use crate::scene::{self, Scene};
 use crate::session::Project;
@@ -285,8 +286,8 @@ fn inputs(graph: &Named, scene_files: &[PathBuf], commit: Option<&str>) -> Check
     // What comes with the binary is that of its version.
     let graph_files = graph.project.graph.files.iter().filter(|f| !builtin::is_builtin(f));
     for path in graph_files.chain(scene_files) {
-        let bytes =
-            std::fs::read(path).map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
+        let bytes = files::read(path, files::GEOMETRY)
+            .map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
         parts.push(bytes);
     }
     parts.extend(graph.project.texts.files.values().map(|s| s.text.clone().into_bytes()));

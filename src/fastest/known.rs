@@ -1,7 +1,7 @@
 //! The file of times that were measured earlier on this machine. Without it, or with a broken one, all is measured anew.
 
 use crate::caches;
-use crate::image::file::write_atomically;
+use crate::files;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -41,11 +41,11 @@ pub fn keep(file: Option<&Path>, entry: Entry) {
     all.drain(..surplus);
     if let Ok(text) = serde_json::to_vec_pretty(&all) {
         // What can't be kept is measured again next time; nothing else depends on it.
-        let _ = write_atomically(file, &text);
+        let _ = caches::write(file, &text);
     }
 }
 
 /// What can be read of it.
 fn read(file: &Path) -> Vec<Entry> {
-    std::fs::read(file).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
+    caches::read(file, files::TEXT).and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
 }

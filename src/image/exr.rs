@@ -1,7 +1,9 @@
 //! OpenEXR files: linear values as they are, with what made them as text attributes.
 
 use super::{Image, file::write_atomically};
+use crate::caught::caught;
 use crate::diag::{Checked, Diagnostic, Faults};
+use crate::files;
 use ::exr::{
     error::Error as ExrError,
     image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer, write::WritableImage},
@@ -17,7 +19,6 @@ use half::f16;
 use std::{
     collections::{BTreeMap, BTreeSet},
     io::Cursor,
-    panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
 };
 
@@ -45,6 +46,11 @@ const PREFIX: &str = "lightgraph.";
 /// As many values as fit in 2 GiB; a damaged header may ask for far more.
 const MAX_VALUES: usize = 1 << 29;
 
+/// Values that a byte of a file may stand for at most, and so many more: a small file that states a large image is damaged.
+/// DEFLATE shrinks no text to less than a 1032nd, a value has two bytes or more.
+const MAX_SHRUNK: usize = 516;
+const MAX_UNPACKED: usize = 1 << 20;
+
 /// Names of the channels of an image of 1 to 4 channels; depth and other scalars are written as luminance.
 const CHANNELS: [&[&str]; 4] = [&["Y"], &["R", "G"], &["R", "G", "B"], &["R", "G", "B", "A"]];
 
@@ -68,7 +74,15 @@ pub fn write_exr(
 /// # Errors
 /// A fault that names the file, when it can't be read, is damaged, or has other channels.
 pub fn read_exr(path: &Path) -> Checked<Image> {
-    let mut layers = load(path)?.layer_data;
+    from_bytes(path, &files::read(path, files::IMAGE).map_err(|e| unreadable(path, e))?)
+}
+
+/// As [`read_exr`], of the bytes of a file.
+///
+/// # Errors
+/// As [`read_exr`].
+pub fn from_bytes(path: &Path, bytes: &[u8]) -> Checked<Image> {
+    let mut layers = load(path, bytes)?.layer_data;
     match layers.is_empty() {
         true => Err(unreadable(path, "it has no layer")),
         false => image_of(path, layers.remove(0)),
@@ -81,7 +95,8 @@ pub fn read_exr(path: &Path) -> Checked<Image> {
 /// As [`read_exr`], for any of the layers.
 pub fn read_exr_contents(path: &Path) -> Checked<Contents> {
     let mut contents = Contents { layers: vec![], metadata: BTreeMap::new() };
-    for layer in load(path)?.layer_data {
+    let bytes = files::read(path, files::IMAGE).map_err(|e| unreadable(path, e))?;
+    for layer in load(path, &bytes)?.layer_data {
         let name = layer.attributes.layer_name.as_ref().map(text_of).unwrap_or_default();
         for (key, value) in &layer.attributes.other {
             if let (Some(key), AttributeValue::Text(value)) = (text_of(key).strip_prefix(PREFIX), value) {
@@ -179,13 +194,12 @@ fn sort_attributes(bytes: &mut [u8], several: bool) -> Option<()> {
 /// A file as the decoder gives it.
 type Decoded = ExrImage<SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>>;
 
-fn load(path: &Path) -> Checked<Decoded> {
-    let bytes = std::fs::read(path).map_err(|e| unreadable(path, e))?;
+fn load(path: &Path, bytes: &[u8]) -> Checked<Decoded> {
     // The decoder may panic on damaged files; it holds no state that outlives the call.
-    match catch_unwind(AssertUnwindSafe(|| decode(&bytes))) {
-        Ok(Ok(image)) => Ok(image),
-        Ok(Err(e)) => Err(unreadable(path, e)),
-        Err(_) => Err(unreadable(path, "it is damaged")),
+    match caught(|| decode(bytes)) {
+        Some(Ok(image)) => Ok(image),
+        Some(Err(e)) => Err(unreadable(path, e)),
+        None => Err(unreadable(path, "it is damaged")),
     }
 }
 
@@ -195,8 +209,12 @@ fn decode(bytes: &[u8]) -> Result<Decoded, ExrError> {
     let values = headers.iter().try_fold(0usize, |sum, h| {
         h.layer_size.0.checked_mul(h.layer_size.1)?.checked_mul(h.channels.list.len())?.checked_add(sum)
     });
-    if values.is_none_or(|v| v > MAX_VALUES) {
-        return Err(ExrError::NotSupported("more than 2 GiB of values".into()));
+    match values {
+        Some(v) if v <= MAX_VALUES && v <= bytes.len().saturating_mul(MAX_SHRUNK) + MAX_UNPACKED => {}
+        Some(v) if v <= MAX_VALUES => {
+            return Err(ExrError::NotSupported("far more values than its bytes can hold".into()));
+        }
+        _ => return Err(ExrError::NotSupported("more than 2 GiB of values".into())),
     }
     read()
         .no_deep_data()
@@ -289,6 +307,23 @@ mod tests {
             assert_eq!((back.width, back.height, back.layers, back.channels), (19, 33, 1, channels));
             assert_eq!(bits(&back), bits(&image), "{channels} channels");
         }
+    }
+
+    #[test]
+    fn a_small_file_that_states_a_large_image_is_refused_before_memory_is_taken() {
+        let folder = Folder::new("exr-bomb");
+        let path = folder.0.join("a.exr");
+        write_exr(&path, &[("", &Image::filled(4, 4, &[1.0; 3]).unwrap())], Precision::Float, &BTreeMap::new())
+            .unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let window = b"dataWindow\0box2i\0";
+        let at = bytes.windows(window.len()).position(|w| w == window).unwrap() + window.len() + 4;
+        // The largest column and row.
+        bytes[at + 8..at + 12].copy_from_slice(&11_999i32.to_le_bytes());
+        bytes[at + 12..at + 16].copy_from_slice(&11_999i32.to_le_bytes());
+        std::fs::write(&path, bytes).unwrap();
+        let faults = read_exr(&path).unwrap_err();
+        assert!(faults.0[0].message.contains("far more values than its bytes can hold"), "{faults}");
     }
 
     #[test]

@@ -2,16 +2,14 @@
 
 use crate::diag::{Checked, Diagnostic, Faults};
 use std::{
-    ffi::OsString,
+    ffi::{OsStr, OsString},
     fs::{self, File, OpenOptions},
     io::{self, Write},
     path::{Path, PathBuf},
-    process,
-    sync::atomic::{AtomicU64, Ordering},
 };
 
 /// Writes `bytes` to `path`: a temporary file in the same folder is filled and then takes the name, so that a
-/// reader sees the old content or the new, never a part. Missing folders are made. A link stays a link: what it
+/// reader sees the old content or the new, never a part; so does the next start when the power fails. Missing folders are made. A link stays a link: what it
 /// names is replaced. A device or pipe can't be replaced and is written to directly.
 ///
 /// # Errors
@@ -36,13 +34,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Checked<()> {
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let missing: Vec<PathBuf> =
         folder.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists()).map(Path::to_path_buf).collect();
-    let temporary = folder.join(temporary_name(name));
-    let written = fs::create_dir_all(folder)
-        .and_then(|()| fill(&temporary, bytes))
-        .and_then(|()| fs::rename(&temporary, &target));
+    let written = fs::create_dir_all(folder).and_then(|()| put(folder, name, &target, bytes));
     written.map_err(|e| {
-        // What can't be removed now (most often: was never made) changes nothing about the fault.
-        let _ = fs::remove_file(&temporary);
         for made in &missing {
             // Only empty folders go, the innermost first.
             let _ = fs::remove_dir(made);
@@ -51,19 +44,31 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Checked<()> {
     })
 }
 
-fn fill(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file: File = OpenOptions::new().write(true).create_new(true).open(path)?;
+/// Fills a new file, whose name nobody can foresee, and renames it. Nothing of it is left on failure.
+fn put(folder: &Path, name: &OsStr, target: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut prefix = OsString::from(".");
+    prefix.push(name);
+    prefix.push(".");
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(".tmp");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // As any new file; by itself a temporary one is closed to others.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder)?;
     file.write_all(bytes)?;
-    file.flush()
+    // The name must not reach the disk before the content.
+    file.as_file().sync_all()?;
+    file.persist(target)?;
+    sync_folder(folder);
+    Ok(())
 }
 
-/// Hidden, and unique among processes and threads, so that two writers of one path don't meet.
-fn temporary_name(name: &std::ffi::OsStr) -> OsString {
-    static COUNT: AtomicU64 = AtomicU64::new(0);
-    let mut temporary = OsString::from(".");
-    temporary.push(name);
-    temporary.push(format!(".{}.{}.tmp", process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
-    temporary
+/// Where a folder can't be brought to the disk by itself, the system does so in time.
+fn sync_folder(folder: &Path) {
+    let _ = File::open(folder).and_then(|f| f.sync_all());
 }
 
 fn fault(path: &Path, reason: impl std::fmt::Display) -> Faults {
@@ -81,7 +86,7 @@ pub(crate) mod tests {
 
     impl Folder {
         pub(crate) fn new(test: &str) -> Folder {
-            let path = std::env::temp_dir().join(format!("lightgraph-{test}-{}", process::id()));
+            let path = std::env::temp_dir().join(format!("lightgraph-{test}-{}", std::process::id()));
             let _ = fs::remove_dir_all(&path);
             fs::create_dir_all(&path).unwrap();
             Folder(path)
@@ -131,6 +136,29 @@ pub(crate) mod tests {
         // A name too long for the file system: the new folders are there already when the write fails.
         assert!(write_atomically(&folder.0.join("new/deeper").join("n".repeat(300)), b"one").is_err());
         assert_eq!(folder.names(), ["folder", "plain"]);
+    }
+
+    #[test]
+    fn what_a_killed_process_left_stands_in_nobodys_way() {
+        let folder = Folder::new("file-stale");
+        // As names were before they were random: the process and a count.
+        for count in 0..100 {
+            fs::write(folder.0.join(format!(".a.png.{}.{count}.tmp", std::process::id())), b"stale").unwrap();
+        }
+        write_atomically(&folder.0.join("a.png"), b"new").unwrap();
+        assert_eq!(fs::read(folder.0.join("a.png")).unwrap(), b"new");
+        assert_eq!(folder.names().len(), 101);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_new_file_may_be_read_by_those_who_may_read_any_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = Folder::new("file-mode");
+        fs::write(folder.0.join("usual"), b"").unwrap();
+        write_atomically(&folder.0.join("ours"), b"").unwrap();
+        let mode = |name: &str| fs::metadata(folder.0.join(name)).unwrap().permissions().mode();
+        assert_eq!(mode("ours"), mode("usual"));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! only its JSON types are used here, and every index, offset and count is checked before a byte is read.
 
 use crate::diag::{Diagnostic, Source, Span};
+use crate::files;
 use gltf::json::{
     Root,
     accessor::{Accessor, ComponentType, Type},
@@ -163,7 +164,7 @@ impl<'a> Document<'a> {
         if uri.contains("://") || uri.starts_with("file:") {
             return Err(format!("`{uri}` is not a path relative to the file"));
         }
-        let path = self.directory.join(percent_decoded(uri)?);
+        let path = files::inside(&self.directory, &percent_decoded(uri)?).map_err(|why| format!("`{uri}` {why}"))?;
         let bytes = read_file(&path)?;
         files.push(path);
         Ok(bytes)
@@ -305,11 +306,7 @@ fn first(bytes: Cow<'_, [u8]>, most: usize) -> Cow<'_, [u8]> {
 /// All of a regular file; anything else might never end.
 pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, String> {
     let shown = path.display();
-    match std::fs::metadata(path) {
-        Ok(meta) if meta.is_file() => std::fs::read(path).map_err(|e| format!("can't read {shown}: {e}")),
-        Ok(_) => Err(format!("can't read {shown}: it is not a file")),
-        Err(e) => Err(format!("can't read {shown}: {e}")),
-    }
+    files::read(path, files::GEOMETRY).map_err(|e| format!("can't read {shown}: {e}"))
 }
 
 /// `kind[index] "name"`.

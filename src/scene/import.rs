@@ -210,17 +210,20 @@ fn texture_array(
         return None;
     }
     let root = &document.root;
-    let mut images: Vec<usize> = vec![];
+    // Several images may name one file: each is decoded once.
+    let mut sources = vec![];
     let mut pictures = vec![];
     for (i, (raw, material)) in root.materials.iter().zip(materials).enumerate() {
         let Some(texture) = &raw.pbr_metallic_roughness.base_color_texture else { continue };
         let found = textures::image_of(root, texture.index.value()).and_then(|image| {
-            if let Some(layer) = images.iter().position(|known| *known == image) {
+            let image = &root.images[image];
+            let source = (image.uri.as_deref(), image.buffer_view.map(|v| v.value()));
+            if let Some(layer) = sources.iter().position(|known| *known == source) {
                 return Ok(layer);
             }
-            pictures.push(textures::picture(document, &root.images[image], files)?);
-            images.push(image);
-            Ok(images.len() - 1)
+            pictures.push(textures::picture(document, image, files)?);
+            sources.push(source);
+            Ok(sources.len() - 1)
         });
         match found {
             Ok(layer) => material.base_color_texture = u32::try_from(layer).ok(),

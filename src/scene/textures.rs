@@ -77,22 +77,23 @@ fn decode(bytes: &[u8]) -> Result<Picture, image::ImageError> {
     limits.max_image_height = Some(MAX_FILE_EDGE);
     reader.limits(limits);
     let decoded = reader.decode()?.into_rgba8();
-    let texels = decoded.pixels().map(|p| linear(p.0)).collect();
-    let whole = Picture { width: decoded.width(), height: decoded.height(), texels };
-    // Shrunk at once, so that no two large images are held at a time.
-    Ok(if whole.width.max(whole.height) > MAX_EDGE {
-        resized(&whole, whole.width.min(MAX_EDGE), whole.height.min(MAX_EDGE))
-    } else {
-        whole
-    })
+    let (width, height) = decoded.dimensions();
+    let rows = decoded.rows().map(|row| row.map(|p| linear(p.0)).collect());
+    // Shrunk at once and row by row: the floats of a large image are never held together.
+    Ok(shrunk([width, height], rows, [width.min(MAX_EDGE), height.min(MAX_EDGE)]))
+}
+
+fn resized(picture: &Picture, width: u32, height: u32) -> Picture {
+    let rows = picture.texels.chunks_exact(picture.width as usize).map(<[Vec4]>::to_vec);
+    shrunk([picture.width, picture.height], rows, [width, height])
 }
 
 /// Triangle-filtered in linear light, one axis after the other.
-fn resized(picture: &Picture, width: u32, height: u32) -> Picture {
-    let across = taps(picture.width, width);
-    let down = taps(picture.height, height);
-    let mut wide = Vec::with_capacity(width as usize * picture.height as usize);
-    for row in picture.texels.chunks_exact(picture.width as usize) {
+fn shrunk(from: [u32; 2], rows: impl Iterator<Item = Vec<Vec4>>, [width, height]: [u32; 2]) -> Picture {
+    let across = taps(from[0], width);
+    let down = taps(from[1], height);
+    let mut wide = Vec::with_capacity(width as usize * from[1] as usize);
+    for row in rows {
         wide.extend(across.iter().map(|taps| taps.iter().map(|(i, w)| row[*i] * *w).sum::<Vec4>()));
     }
     let stride = width as usize;

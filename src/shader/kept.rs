@@ -1,13 +1,15 @@
 //! Shaders as naga_oil joined them, in a folder: who starts again need not join them again. A file that is missing or
 //! broken is made anew. Another build of the program has files of its own: only the one that wrote a module knows its form.
 
-use super::write::Written;
+use super::{oil::capabilities, write::Written};
+use crate::caches;
+use crate::caught::caught;
 use crate::content::hash;
 use crate::diag::Checked;
-use crate::image::file::write_atomically;
 use naga::{
     Module,
     compact::{KeepUnused, compact},
+    valid::{ValidationFlags, Validator},
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,6 +18,9 @@ use std::time::SystemTime;
 
 /// Files kept at most; the oldest go first.
 const MOST: usize = 1024;
+
+/// Bytes of a module at most: a file of shaders has a mebibyte.
+const LONGEST: u64 = 64 << 20;
 
 /// How a file is called after its key.
 const ENDING: &str = "module";
@@ -50,26 +55,47 @@ fn joined_in(
     join: impl FnOnce() -> Checked<Module>,
 ) -> Checked<Module> {
     let texts: Vec<&str> = written.iter().map(|w| w.text.as_str()).collect();
-    let file = folder.join(format!("{:032x}.{ENDING}", hash(&(build, texts))));
-    if let Some(module) = read(&file) {
+    let key = hash(&(build, texts));
+    let file = folder.join(format!("{key:032x}.{ENDING}"));
+    if let Some(module) = read(&file, key) {
         return Ok(module);
     }
     let mut module = join()?;
     compact(&mut module, KeepUnused::No);
     if let Ok(bytes) = postcard::to_allocvec(&module) {
-        let sealed = [&hash(&bytes).to_le_bytes()[..], &bytes].concat();
         // What can't be kept is joined again next time; nothing else depends on it.
-        let _ = write_atomically(&file, &sealed);
-        thin(folder);
+        if caches::write(&file, &[&seal(key, &bytes)[..], &bytes].concat()).is_ok() {
+            thin(folder);
+        }
     }
     Ok(module)
 }
 
-/// A hash of the rest stands first: a file that was cut off or written to is no module.
-fn read(file: &Path) -> Option<Module> {
-    let sealed = fs::read(file).ok()?;
-    let (seal, bytes) = sealed.split_first_chunk()?;
-    (hash(bytes) == u128::from_le_bytes(*seal)).then(|| postcard::from_bytes(bytes).ok())?
+/// Stands first in a file: one that was cut off, written to or is another key's is no module.
+fn seal(key: u128, bytes: &[u8]) -> [u8; 16] {
+    hash(&(key, bytes)).to_le_bytes()
+}
+
+/// A file with the right seal may still have been made by somebody who knows how: what it holds is checked as if it were
+/// new, and any doubt is as if there were no file.
+fn read(file: &Path, key: u128) -> Option<Module> {
+    let sealed = caches::read(file, LONGEST)?;
+    let (stated, bytes) = sealed.split_first_chunk()?;
+    if seal(key, bytes) != *stated {
+        return None;
+    }
+    kept_module(bytes)
+}
+
+/// The module that a kept file holds behind its seal; `None` where there is any doubt.
+pub fn kept_module(bytes: &[u8]) -> Option<Module> {
+    // naga may index past its arenas in a module that no writer made; nothing outlives the call.
+    let checked = || {
+        let (module, rest) = postcard::take_from_bytes::<Module>(bytes).ok()?;
+        Validator::new(ValidationFlags::all(), capabilities()).validate(&module).ok()?;
+        rest.is_empty().then_some(module)
+    };
+    caught(checked).flatten()
 }
 
 /// Removes the oldest files, a quarter of all, when there are too many.
@@ -144,6 +170,37 @@ mod tests {
             assert_eq!(bytes(&joined_in(&folder.0, 1, &written, join).unwrap()), bytes(&first));
             assert_eq!(fs::read(&file).unwrap(), whole, "made anew");
         }
+    }
+
+    #[test]
+    fn a_module_under_another_name_and_a_resealed_one_are_joined_anew() {
+        let library = library();
+        let (units, written) = texts(&library);
+        let folder = Folder::new("kept-swapped");
+        let join = || library.memo.with_oil(|oil| join(oil, &units, &written));
+        let first = joined_in(&folder.0, 1, &written, join).unwrap();
+        let file = folder.0.join(&folder.names()[0]);
+        let whole = fs::read(&file).unwrap();
+        let bytes = |m: &Module| postcard::to_allocvec(m).unwrap();
+
+        // Another build's module under this one's name: valid, and sealed for its own key.
+        joined_in(&folder.0, 2, &written, join).unwrap();
+        let other = folder.names().into_iter().map(|n| folder.0.join(n)).find(|f| *f != file).unwrap();
+        fs::copy(&other, &file).unwrap();
+        let key = u128::from_str_radix(file.file_stem().unwrap().to_str().unwrap(), 16).unwrap();
+        assert!(read(&file, key).is_none());
+
+        // Every byte changed in turn, with a seal that fits: refused, or valid.
+        for at in 16..whole.len() {
+            for flip in [0x01, 0x80, 0xff] {
+                let mut hostile = whole[16..].to_vec();
+                hostile[at - 16] ^= flip;
+                caches::write(&file, &[&seal(key, &hostile)[..], &hostile].concat()).unwrap();
+                let _ = read(&file, key);
+            }
+        }
+        fs::write(&file, &whole).unwrap();
+        assert_eq!(bytes(&joined_in(&folder.0, 1, &written, join).unwrap()), bytes(&first));
     }
 
     #[test]

@@ -8,6 +8,7 @@ use crate::graph::read::{Fields, Reader};
 use crate::graph::tree::{Kind, Node, parse};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// A test: what is rendered, what happens over the frames, what must hold in the end.
@@ -122,8 +123,15 @@ const LARGEST: f64 = 4096.0;
 /// # Errors
 /// Every fault of the file, with its place.
 pub fn load(path: &Path) -> Checked<Test> {
-    let source = Source::read(path)?;
-    let node = parse(&source)?;
+    read(path, &Source::read(path)?)
+}
+
+/// As [`load`], of the text of a file at `path`.
+///
+/// # Errors
+/// As [`load`].
+pub fn read(path: &Path, source: &Arc<Source>) -> Checked<Test> {
+    let node = parse(source)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut read = Parser { reader: Reader::default(), folder };
     let test = read.test(path, &node);

@@ -5,6 +5,7 @@ use super::junit::escaped;
 use super::{Failure, Outcome, State, Summary};
 use crate::base64::base64;
 use crate::diag::{Checked, Diagnostic};
+use crate::files;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -96,7 +97,8 @@ fn failed(out: &mut String, failure: &Failure) -> Checked<()> {
 
 /// A PNG file as the source of an `img`.
 fn source(path: &Path) -> Checked<String> {
-    let bytes = std::fs::read(path).map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
+    let bytes = files::read(path, files::IMAGE)
+        .map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
     Ok(format!("data:image/png;base64,{}", base64(&bytes)))
 }
 

@@ -1,6 +1,7 @@
 //! What was found: rows, as a table, as JSON and as one page.
 
 use crate::diag::{Checked, Diagnostic};
+use crate::files;
 use crate::image::file::write_atomically;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -183,7 +184,7 @@ impl Report {
     pub(super) fn read(folder: &Path) -> Checked<Report> {
         let path = folder.join("results.json");
         let fault = |why: String| Diagnostic::error(format!("can't read {}: {why}", path.display()));
-        let text = std::fs::read_to_string(&path).map_err(|e| fault(e.to_string()))?;
+        let text = files::read_text(&path, files::TABLE).map_err(|e| fault(e.to_string()))?;
         Ok(serde_json::from_str(&text).map_err(|e| fault(e.to_string()))?)
     }
 

@@ -1,6 +1,7 @@
 //! The graphs that can take another's place: those of its folder that share an output with it.
 
 use crate::diag::Source;
+use crate::files;
 use crate::graph;
 use std::path::{Path, PathBuf};
 
@@ -41,7 +42,7 @@ fn read(path: PathBuf) -> Option<Variant> {
             Some(Variant { path, name, about: graph.about, outputs, broken: false })
         }
         Err(_) => {
-            let text = std::fs::read_to_string(&path).ok()?;
+            let text = files::read_text(&path, files::TEXT).ok()?;
             let starts = |word: &str| text.lines().any(|l| l.trim_start().starts_with(word));
             (starts("Graph(") || starts("Variant(")).then(|| Variant {
                 path,

@@ -7,6 +7,7 @@ use crate::bench::references::References;
 use crate::bench::results::{Entry, Phase, Results};
 use crate::bench::score::mean;
 use crate::diag::Checked;
+use crate::files;
 use crate::image::Image;
 use crate::image::difference::difference;
 use crate::image::png::{ToneMap, write_png};
@@ -16,6 +17,9 @@ use std::path::Path;
 
 /// Mean light that pictures are exposed to show.
 const MIDDLE: f64 = 0.25;
+
+/// How every PNG file begins.
+const PNG: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
 /// Writes a picture of an entry and, where there is a reference, one of the difference. Its path relative to the folder.
 ///
@@ -80,8 +84,9 @@ pub fn shown(results: &Results, view: &View, entries: &[&Entry], folder: &Path, 
     best.sort_by(|a, b| error(a).total_cmp(&error(b)));
     for e in best.into_iter().take(most) {
         let Some(path) = &e.picture else { continue };
-        if let Some(color) = data_uri(&folder.join(path)) {
-            let difference = data_uri(&folder.join(difference_path(path)));
+        let named = |path: &str| data_uri(&files::inside(folder, path).ok()?);
+        if let Some(color) = named(path) {
+            let difference = named(&difference_path(path));
             let text = format!("{} {}", e.graph, e.setting);
             pictures.push(json!({"label": text.trim(), "color": color, "difference": difference}));
         }
@@ -114,12 +119,30 @@ fn file_name(parts: &[&str]) -> String {
 }
 
 fn data_uri(path: &Path) -> Option<String> {
-    Some(format!("data:image/png;base64,{}", base64(&std::fs::read(path).ok()?)))
+    // Results name any path, and the page may be given to others: only what is a picture goes into it.
+    let bytes = files::read(path, files::IMAGE).ok()?;
+    bytes.starts_with(&PNG).then(|| format!("data:image/png;base64,{}", base64(&bytes)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::file::tests::Folder;
+
+    #[test]
+    fn only_pictures_in_the_results_folder_are_shown() {
+        let folder = Folder::new("report-pictures");
+        let inner = folder.0.join("results");
+        write_png(&inner.join("a.png"), &Image::filled(1, 1, &[1.0]).unwrap(), ToneMap::None, 0.0, &BTreeMap::new())
+            .unwrap();
+        std::fs::copy(inner.join("a.png"), folder.0.join("secret.png")).unwrap();
+        std::fs::write(inner.join("words.png"), "root:x:0:0").unwrap();
+        let shown = |named: &str| data_uri(&files::inside(&inner, named).ok()?);
+        assert!(shown("a.png").is_some_and(|uri| uri.starts_with("data:image/png;base64,iVBORw0KGgo")));
+        for named in ["words.png", "../secret.png", "/etc/passwd", "missing.png"] {
+            assert_eq!(shown(named), None, "{named}");
+        }
+    }
 
     #[test]
     fn names_hold_nothing_that_a_file_system_minds() {

@@ -258,7 +258,7 @@ fn all_faults_are_reported_at_once() {
 fn buffers_must_be_there_and_whole() {
     check(|f| f.json["buffers"] = json!([{"byteLength": 4096}]), &["buffers[0]: it should hold 4096 bytes but has 60"]);
     check(|f| f.json["buffers"] = json!([{"byteLength": 4, "uri": "gone.bin"}]), &["buffers[0]: can't read gone.bin"]);
-    check(|f| f.json["buffers"] = json!([{"byteLength": 4, "uri": "/dev/zero"}]), &["it is not a file"]);
+    check(|f| f.json["buffers"] = json!([{"byteLength": 4, "uri": "/dev/zero"}]), &["leads out of the folder"]);
     check(|f| f.json["buffers"] = json!([{"byteLength": 4, "uri": "http://a/b"}]), &["is not a path relative"]);
     check(|f| f.json["buffers"] = json!([{"byteLength": 4, "uri": "a%ff"}]), &["does not decode to UTF-8"]);
     check(|f| f.json["buffers"] = json!([{"byteLength": 4, "uri": "data:;base64,!"}]), &["broken base64"]);
