@@ -2,6 +2,12 @@
 //!
 //! Every stage that reads what a user wrote returns [`Checked`]: either its value, or all faults it found.
 
+mod show;
+
+pub use show::render;
+
+use crate::files;
+use rustc_hash::FxHashMap;
 use std::{fmt, ops::Range, path::Path, sync::Arc};
 
 /// A text that faults can point into.
@@ -22,10 +28,10 @@ impl Source {
     /// Reads a UTF-8 file.
     ///
     /// # Errors
-    /// A fault that names the path, when the file can't be read or isn't UTF-8.
+    /// A fault that names the path, when the file can't be read, is no regular file, is too large or isn't UTF-8.
     pub fn read(path: &Path) -> Checked<Arc<Source>> {
         let shown = path.display().to_string();
-        match std::fs::read_to_string(path) {
+        match files::read_text(path, files::TEXT) {
             Ok(text) => Ok(Source::new(shown, text)),
             Err(e) => Err(Diagnostic::error(format!("can't read {shown}: {e}")).into()),
         }
@@ -158,8 +164,11 @@ impl Faults {
             return Ok(value);
         }
         let mut once: Vec<Diagnostic> = vec![];
+        let mut alike: FxHashMap<(String, Option<usize>), Vec<usize>> = FxHashMap::default();
         for d in faults {
-            if !once.contains(&d) {
+            let known = alike.entry((d.message.clone(), d.labels.first().map(|l| l.0.start))).or_default();
+            if !known.iter().any(|at| once[*at] == d) {
+                known.push(once.len());
                 once.push(d);
             }
         }
@@ -188,17 +197,22 @@ impl std::error::Error for Faults {}
 
 /// The candidate with the smallest edit distance, when it is near enough to be a slip of the hand.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let limit = (name.chars().count() / 3).max(1) + 1;
-    candidates
-        .into_iter()
-        .map(|c| (distance(name, c), c))
-        .filter(|(d, _)| *d <= limit)
-        .min_by_key(|(d, _)| *d)
-        .map(|(_, c)| c)
+    let length = name.chars().count();
+    if length > LONGEST_NAME {
+        return None;
+    }
+    let limit = (length / 3).max(1) + 1;
+    // The lengths alone rule most of them out.
+    let near = |c: &&str| c.len() <= 4 * (length + limit) && c.chars().count().abs_diff(length) <= limit;
+    let measured = candidates.into_iter().filter(near).filter_map(|c| Some((distance(name, c, limit)?, c)));
+    measured.min_by_key(|(d, _)| *d).map(|(_, c)| c)
 }
 
-/// Characters inserted, left out, replaced, or swapped with their neighbour (optimal string alignment).
-fn distance(a: &str, b: &str) -> usize {
+/// Longer names are no slips of the hand.
+const LONGEST_NAME: usize = 100;
+
+/// Characters inserted, left out, replaced, or swapped with their neighbour (optimal string alignment); `None` beyond the limit.
+fn distance(a: &str, b: &str, limit: usize) -> Option<usize> {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut before = vec![0; b.len() + 1];
     let mut row: Vec<usize> = (0..=b.len()).collect();
@@ -212,47 +226,28 @@ fn distance(a: &str, b: &str) -> usize {
             }
         }
         before = std::mem::replace(&mut row, next);
+        // Both rows: a swap reaches back over one.
+        if row.iter().chain(&before).all(|d| *d > limit) {
+            return None;
+        }
     }
-    row[b.len()]
+    row.last().copied().filter(|d| *d <= limit)
 }
 
-/// The diagnostics as plain text with carets, ready for a terminal or a log.
-pub fn render(diagnostics: &[Diagnostic]) -> String {
-    use codespan_reporting::{diagnostic as cs, files::SimpleFiles, term};
-    let mut files = SimpleFiles::new();
-    let mut known: Vec<(Arc<Source>, usize)> = vec![];
-    let mut out = String::new();
-    for d in diagnostics {
-        let severity = match d.severity {
-            Severity::Error => cs::Severity::Error,
-            Severity::Warning => cs::Severity::Warning,
-            Severity::Note => cs::Severity::Note,
-        };
-        let mut labels = vec![];
-        for (i, (span, text)) in d.labels.iter().enumerate() {
-            let id = match known.iter().find(|(s, _)| *s == span.source) {
-                Some((_, id)) => *id,
-                None => {
-                    let id = files.add(span.source.path.clone(), span.source.text.clone());
-                    known.push((span.source.clone(), id));
-                    id
-                }
-            };
-            let style = if i == 0 { cs::LabelStyle::Primary } else { cs::LabelStyle::Secondary };
-            let start = span.source.floor(span.start);
-            let end = span.source.floor(span.end).max(start);
-            labels.push(cs::Label::new(style, id, start..end).with_message(text));
-        }
-        let shown = cs::Diagnostic::new(severity)
-            .with_message(&d.message)
-            .with_labels(labels)
-            .with_notes(d.help.iter().map(|h| format!("help: {h}")).collect());
-        if term::emit_to_string(&mut out, &term::Config::default(), &files, &shown).is_err() {
-            out.push_str(&d.message);
-            out.push('\n');
-        }
-    }
-    out
+/// What stands for a character that is not shown.
+const REPLACED: char = '\u{fffd}';
+
+/// Whether a character may steer a terminal or turn the direction of a text, rather than be seen.
+fn steers(c: char) -> bool {
+    let directs = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    (c.is_control() && !matches!(c, '\n' | '\t')) || directs
+}
+
+/// At most so many characters of a text, without those that would steer a terminal.
+pub fn tame(text: &str, most: usize) -> String {
+    let cut = text.char_indices().nth(most).map(|(at, _)| at);
+    let kept = text[..cut.unwrap_or(text.len())].chars().map(|c| if steers(c) { REPLACED } else { c });
+    kept.chain(cut.map(|_| '…')).collect()
 }
 
 #[cfg(test)]
@@ -264,15 +259,5 @@ mod tests {
         assert_eq!(nearest("bouncs", ["grid", "bounces"]), Some("bounces"));
         assert_eq!(nearest("mxa", ["min", "max"]), Some("max"));
         assert_eq!(nearest("xyz", ["grid", "bounces"]), None);
-    }
-
-    #[test]
-    fn rendered_faults_name_line_and_column() {
-        let s = Source::new("a.ron", "one\ntwo three\n");
-        let d = Diagnostic::error("unknown name `three`").at(&Span::new(&s, 8..13), "").help("remove it");
-        let text = render(&[d]);
-        assert!(text.contains("a.ron:2:5"), "{text}");
-        assert!(text.contains("^^^^^"), "{text}");
-        assert!(text.contains("help: remove it"), "{text}");
     }
 }
