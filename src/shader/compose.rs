@@ -5,6 +5,7 @@ use super::{
     interface::Interface,
     kept::joined,
     library::Library,
+    limits::{check, on_deep_stack},
     link::{Unit, gather},
     oil::join,
     reflect::reflect,
@@ -65,16 +66,21 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
             }
         }
     }
+    faults.extend(check(&units));
     Faults::check(faults, ())?;
+    on_deep_stack(|| joined_and_reflected(library, path, defs, &units))?
+}
+
+fn joined_and_reflected(library: &Library, path: &str, defs: &Defs, units: &[Unit]) -> Checked<Shader> {
     let mut bindings = 0;
     let mut sources: Vec<String> = units.iter().map(|u| u.path.clone()).collect();
     sources.sort();
     let file = |unit: &Unit| sources.binary_search(&unit.path).unwrap_or(0);
     let written: Vec<_> = units.iter().map(|unit| write(unit, defs, file(unit), &mut bindings)).collect();
-    let module = joined(&written, || library.memo.with_oil(|oil| join(oil, &units, &written)))?;
-    let bound = bind(module, &units)?;
-    let interface = reflect(&bound, &units)?;
-    let content = content(&bound, &units, defs);
+    let module = joined(&written, || library.memo.with_oil(|oil| join(oil, units, &written)))?;
+    let bound = bind(module, units)?;
+    let interface = reflect(&bound, units)?;
+    let content = content(&bound, units, defs);
     Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources, content })
 }
 

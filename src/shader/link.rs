@@ -5,6 +5,7 @@ use super::{
     imports::Import,
     lex::{self, Kind, Token},
     library::Library,
+    limits::{MAX_FILES, MAX_IMPORTS},
     memo::Modules,
     outline::{Outline, outline},
     report::HERE,
@@ -41,8 +42,16 @@ pub(super) enum Target {
 /// Every fault in directives and imports of all these files.
 pub(super) fn gather(library: &Library, path: &str, defs: &Defs) -> Checked<Vec<Unit>> {
     let modules = library.memo.index(library).modules.clone();
-    let mut gather =
-        Gather { texts: library, modules, defs, units: vec![], known: BTreeMap::new(), stack: vec![], faults: vec![] };
+    let mut gather = Gather {
+        texts: library,
+        modules,
+        defs,
+        units: vec![],
+        known: BTreeMap::new(),
+        stack: vec![],
+        faults: vec![],
+        overfull: false,
+    };
     let Some(source) = library.files.get(path) else {
         let known = library.files.keys().map(String::as_str);
         return Err(Diagnostic::error(format!("unknown shader `{path}`")).nearest(path, known).into());
@@ -65,6 +74,8 @@ struct Gather<'a> {
     known: BTreeMap<String, Option<usize>>,
     stack: Vec<String>,
     faults: Vec<Diagnostic>,
+    /// That there are too many files was said.
+    overfull: bool,
 }
 
 impl Gather<'_> {
@@ -126,6 +137,17 @@ impl Gather<'_> {
                 let ring = self.stack.get(from..).unwrap_or_default().join(" → ");
                 let message = format!("imports go round in a circle: {ring} → {path}");
                 self.faults.push(Diagnostic::error(message).at(place, "").help("move what both need to a third file"));
+                None
+            }
+            None if self.stack.len() > MAX_IMPORTS || self.known.len() >= MAX_FILES => {
+                let message = match self.known.len() < MAX_FILES {
+                    true => format!("more than {MAX_IMPORTS} files, each of which imports the next"),
+                    false => format!("more than {MAX_FILES} files in one shader"),
+                };
+                if !self.overfull {
+                    self.faults.push(Diagnostic::error(message).at(place, "").help("join some of them"));
+                }
+                self.overfull = true;
                 None
             }
             None => {

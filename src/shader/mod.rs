@@ -6,7 +6,7 @@
 //!
 //! Inside: `lex` finds words, `scan` settles conditions and reads imports, `outline` lists what a file declares, `link`
 //! follows imports, `write` spells the text for naga_oil and leads its places back, `oil` calls it, `bind` gives
-//! bindings, `reflect` reads the [`Interface`]; `report` is the module by which shaders check themselves, `memo` keeps
+//! bindings, `limits` refuses what would exhaust stack or memory, `reflect` reads the [`Interface`]; `report` is the module by which shaders check themselves, `memo` keeps
 //! what was made of the same texts before, `kept` what other runs of a program joined.
 
 mod bind;
@@ -17,6 +17,7 @@ mod kept;
 pub mod layout;
 mod lex;
 pub mod library;
+mod limits;
 mod link;
 mod memo;
 mod oil;
@@ -33,7 +34,7 @@ pub use compose::{Def, Defs, Shader, compose};
 pub use interface::{
     Access, BindingKind, Entry, Interface, Output, OutputKind, Stage, TextureDim, TextureSample, Variable, VertexInput,
 };
-pub use kept::keep_joined_in;
+pub use kept::{keep_joined_in, kept_module};
 pub use layout::{Layout, Member};
 pub use library::Library;
 pub use memo::{Index, Memo};

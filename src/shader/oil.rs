@@ -8,12 +8,13 @@ use super::{
     link::Unit,
     write::{Written, declared_at, module_name, plain},
 };
+use crate::caught::caught;
 use crate::diag::{Checked, Diagnostic, Span};
 use naga::valid::ValidationError;
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, ComposerError, ComposerErrorInner, ErrSource, NagaModuleDescriptor,
 };
-use std::{error::Error, ops::Range, panic::AssertUnwindSafe};
+use std::{error::Error, ops::Range};
 
 /// What shaders may use: what every Vulkan device of the last years has, storage formats included.
 /// A plan refuses views where the adapter has none.
@@ -47,27 +48,17 @@ impl Oil {
 /// The first parse error of a file, or the first validation error.
 pub(super) fn join(oil: &mut Oil, units: &[Unit], written: &[Written]) -> Checked<naga::Module> {
     let joiner = Joiner { units, written };
-    for unit in units {
-        if unit.source.text.len() > MAX_BYTES {
-            let place = Span::new(&unit.source, 0..0);
-            return Err(Diagnostic::error("a shader file holds at most a mebibyte")
-                .at(&place, "")
-                .help("split it")
-                .into());
-        }
-    }
     // naga_oil unwraps here and there; a user's text must not end the program when it finds such a place.
-    match std::panic::catch_unwind(AssertUnwindSafe(|| joiner.join(oil.fresh()))) {
-        Ok(result) => result.map_err(Into::into),
-        Err(_) => Err(joiner
+    match caught(|| joiner.join(oil.fresh())) {
+        Some(result) => result.map_err(Into::into),
+        None => Err(joiner
             .fault("naga_oil gave up on this shader", vec![])
             .help("undo the last change to it or to what it imports")
             .into()),
     }
 }
 
-/// A span counts bytes in its low 21 bits, and the module in the others; the header comes on top of the text.
-const MAX_BYTES: usize = 1 << 20;
+/// A span counts bytes in its low 21 bits, and the module in the others.
 const SPAN_SHIFT: usize = 21;
 
 /// How naga begins a label that has no words for a user.
