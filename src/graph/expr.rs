@@ -543,44 +543,4 @@ impl Parser<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::diag::Source;
-
-    fn eval(text: &str) -> Result<Val, Diagnostic> {
-        let span = Span::whole(&Source::new("e", text));
-        Expr::parse(&span, text)?.eval(&|n| match n {
-            "n" => Some(Val::Int(5)),
-            "grid" => Some(Val::Ints(vec![2, 3, 4])),
-            "eps" => Some(Val::Float(0.5)),
-            _ => None,
-        })
-    }
-
-    #[test]
-    fn arithmetic_binds_as_usual() {
-        assert_eq!(eval("1 + n * 2 - 3"), Ok(Val::Int(8)));
-        assert_eq!(eval("grid.x * grid.y * grid.z"), Ok(Val::Int(24)));
-        assert_eq!(eval("(n + 1) / 4"), Ok(Val::Int(1)));
-        assert_eq!(eval("ceil_div(n, 4) + max(1, log2(9))"), Ok(Val::Int(5)));
-        assert_eq!(eval("ceil_div(grid, 2)"), Ok(Val::Ints(vec![1, 2, 2])));
-        assert_eq!(eval("n > 4 && !(eps >= 1) ? 7 : 8"), Ok(Val::Int(7)));
-        assert_eq!(eval("-2 - -3"), Ok(Val::Int(1)));
-        assert_eq!(eval("1e-3 * 2"), Ok(Val::Float(0.002)));
-        assert_eq!(eval("vec3(n, 1, grid.z)"), Ok(Val::Ints(vec![5, 1, 4])));
-        assert_eq!(eval("vec2(n, eps)"), Ok(Val::Floats(vec![5.0, 0.5])));
-    }
-
-    #[test]
-    fn faults_are_reported_not_wrapped() {
-        assert!(eval("9223372036854775807 + 1").unwrap_err().message.contains("64 bits"));
-        assert!(eval("1 / (n - 5)").unwrap_err().message.contains("zero"));
-        assert!(eval("pow(10, 40)").unwrap_err().message.contains("64 bits"));
-        assert!(eval("n n").unwrap_err().message.contains("unexpected"));
-        assert!(eval("mim(1, 2)").unwrap_err().help[0].contains("`min`"));
-        assert!(eval(&"(".repeat(100_000)).unwrap_err().message.contains("deep"));
-        assert!(eval(&"-".repeat(100_000)).unwrap_err().message.contains("deep"));
-        assert!(eval("vec2(grid, 1)").unwrap_err().message.contains("types"));
-        assert!(eval("").is_err());
-    }
-}
+mod tests;

@@ -1,11 +1,12 @@
 //! The graph file: text to a checked [`Graph`]. No device.
 //!
-//! `tree` keeps places, `read` reads single values, `parse` knows the fields, `variant` lays a variant over its base, `check`
-//! resolves names.
+//! `tree` keeps places, `read` reads single values, `parse` knows the fields, `variant` lays a variant over its base, `limits`
+//! counts, `check` resolves names.
 
 pub mod ast;
 pub mod check;
 pub mod expr;
+mod limits;
 mod param;
 pub mod parse;
 pub mod read;
@@ -40,6 +41,7 @@ pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
     let mut graph = reader.graph(&mut fields, &tree.span);
     graph.files = files;
     ast::inherit_groups(&mut graph.passes, None);
+    Faults::check(limits::check(&graph), ())?;
     if reader.faults.is_empty() {
         return Faults::check(check::check(&graph), graph);
     }
@@ -79,9 +81,13 @@ fn tree_of(path: &Path, read: ReadFile, files: &mut Vec<PathBuf>, reader: &mut R
         let d = Diagnostic::error("a base must lie in the folder of its variant or below it").at(&base.span, "");
         return Err(d.help(format!("one that comes with lightgraph is named `{}graphs/…`", builtin::PREFIX)).into());
     }
-    if files.contains(&base_path) || files.len() >= CHAIN {
+    if files.contains(&base_path) {
         let d = Diagnostic::error("a variant can't be based on itself").at(&base.span, "leads back here");
         return Err(d.into());
+    }
+    if files.len() >= CHAIN {
+        let d = Diagnostic::error(format!("more than {CHAIN} variants, each based on the next")).at(&base.span, "");
+        return Err(d.help("put what several of them say into one").into());
     }
     let mut tree = tree_of(&base_path, read, files, reader).map_err(|mut faults| {
         if faults.0.iter().all(|d| d.labels.is_empty()) {
@@ -118,4 +124,46 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
         }
     };
     named || pass.bind.iter().chain(&pass.masked).any(|(_, to)| to.value == resource)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(read: ReadFile) -> String {
+        load(Path::new("v0.ron"), read).map(drop).unwrap_err().0[0].message.clone()
+    }
+
+    #[test]
+    fn a_long_chain_of_variants_is_no_circle() {
+        let base = |of: &dyn Fn(usize) -> usize, path: &Path| {
+            let number: usize = path.file_stem().unwrap().to_string_lossy()[1..].parse().unwrap();
+            let text = format!("Variant(base: \"v{}.ron\", about: \"a\")", of(number));
+            Ok(Source::new(path.display().to_string(), text))
+        };
+        assert!(message(&|path| base(&|n| n + 1, path)).contains("more than 16 variants"));
+        assert!(message(&|path| base(&|n| (n + 1) % 3, path)).contains("based on itself"));
+    }
+
+    #[test]
+    fn a_graph_that_holds_too_much_is_refused() {
+        let lets: String = (0..8000).map(|i| format!("\"l{}\": \"l{i} + 1\",", i + 1)).collect();
+        let passes: String =
+            (0..10_000).map(|i| format!("Clear(name: \"p{i}\", target: \"a\", value: (0, 0, 0, 0)),")).collect();
+        let group = format!(
+            "Fastest(name: \"f\", of: [{}])",
+            "[Clear(name: \"c\", target: \"a\", value: (0, 0, 0, 0))],".repeat(2000)
+        );
+        for (lets, passes, noun) in
+            [(&*lets, "", "1000 lets"), ("", &*passes, "2000 passes"), ("", &*group, "100 alternatives")]
+        {
+            let text = format!(
+                "Graph(about: \"a\", lets: {{{lets}}}, resources: {{\"a\": Texture(format: R32Float, size: \"screen\")}}, \
+                 passes: [{passes}], outputs: {{\"color\": \"a\"}})"
+            );
+            let source = Source::new("v0.ron", text);
+            let said = message(&|_| Ok(source.clone()));
+            assert!(said.contains(&format!("at most {noun}")), "{said}");
+        }
+    }
 }
