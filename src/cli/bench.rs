@@ -203,7 +203,7 @@ fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
     let all: Vec<_> = if args.scenes.is_empty() { manifest.views() } else { named.collect() };
     if all.is_empty() {
         let d = Diagnostic::error(format!("{} lists no scenes", args.references.display()));
-        return Err(Failure::Usage(d.help("give --scenes")));
+        return Err(Failure::Usage(d.help("give --scenes").into()));
     }
     let path = |scene: &str| match scene.contains('/') {
         true => PathBuf::from(scene),

@@ -1,7 +1,7 @@
 //! `lightgraph check`: every fault of graphs and their shaders. No device.
 
 use super::{Failure, ShaderFolders, notices, print};
-use crate::diag::{Diagnostic, Faults, Severity};
+use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::plan::build::faults;
 use crate::plan::fastest::FIRST;
 use crate::plan::lint;
@@ -41,13 +41,20 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     };
     let mut code = 0;
     for path in &args.graphs {
-        let mut faults = check(path, args, &facts);
+        let mut faults = match check(path, args, &facts) {
+            Ok(faults) => faults,
+            Err(Faults(faults)) => {
+                notices(&faults);
+                code = 2;
+                continue;
+            }
+        };
         if args.strict {
             lint::strict(&mut faults);
         }
         notices(&faults);
         if faults.iter().any(|d| d.severity == Severity::Error) {
-            code = 1;
+            code = code.max(1);
         } else {
             print(&format!("{}: no faults\n", path.display()));
         }
@@ -56,16 +63,16 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 /// The faults of one graph under each set of facts, whichever alternatives run, none of them twice.
-fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Vec<Diagnostic> {
+///
+/// # Errors
+/// Parameters that the graph has not, or not with such values.
+fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Checked<Vec<Diagnostic>> {
     let mut all: Vec<Diagnostic> = vec![];
     let project = match Project::open(path, &args.shaders.folders) {
         Ok(project) => project,
-        Err(Faults(faults)) => return faults,
+        Err(Faults(faults)) => return Ok(faults),
     };
-    let params = match project.params(&args.set) {
-        Ok(params) => params,
-        Err(Faults(faults)) => return faults,
-    };
+    let params = project.params(&args.set)?;
     let (limits, features) = sample_device();
     for facts in facts {
         let request = Request {
@@ -86,5 +93,5 @@ fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Vec<Diagnosti
             }
         }
     }
-    all
+    Ok(all)
 }

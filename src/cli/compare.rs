@@ -1,5 +1,6 @@
 //! `lightgraph compare`: how far an image is from a reference.
 
+use super::print;
 use crate::{
     diag::{Checked, Diagnostic},
     image::{
@@ -16,7 +17,6 @@ use serde::Serialize;
 use std::{
     collections::BTreeMap,
     fmt,
-    io::{Write, stdout},
     path::{Path, PathBuf},
 };
 
@@ -80,12 +80,11 @@ pub fn run(args: &Args) -> Checked<u8> {
         flip: flip(&test, &reference, mask.as_deref())?,
         of_pixels: test.pixel_count() as u64,
     };
-    let fault = |e: &dyn fmt::Display| Diagnostic::error(format!("can't print the result: {e}"));
-    let text = match args.json {
-        true => serde_json::to_string_pretty(&report).map_err(|e| fault(&e))? + "\n",
+    let fault = |e| Diagnostic::error(format!("can't print the result: {e}"));
+    print(&match args.json {
+        true => serde_json::to_string_pretty(&report).map_err(fault)? + "\n",
         false => report.to_string(),
-    };
-    stdout().write_all(text.as_bytes()).map_err(|e| fault(&e))?;
+    });
     Ok(0)
 }
 

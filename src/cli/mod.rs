@@ -20,15 +20,19 @@ pub mod test;
 pub mod view;
 pub mod watch;
 
-use crate::diag::{Diagnostic, Faults, render as show};
+use crate::diag::{Diagnostic, Faults, render as show, tame};
 use crate::gpu::OpenError;
-use crate::{caches, shader};
+use crate::{caches, files, shader};
 use std::io::{self, Write};
+use std::sync::OnceLock;
 
 /// A data-driven render-graph framework: graphs in RON, shaders in WGSL.
 #[derive(Debug, clap::Parser)]
 #[command(name = "lightgraph", version, about)]
 pub struct Cli {
+    /// Let scenes and results name files outside of their folder, by `..`, absolute paths or links
+    #[arg(long, global = true)]
+    pub allow_outside: bool,
     #[command(subcommand)]
     pub command: Command,
 }
@@ -63,7 +67,7 @@ pub enum Failure {
     /// Exit code 1.
     Faults(Faults),
     /// Exit code 2.
-    Usage(Diagnostic),
+    Usage(Faults),
     /// Exit code 3.
     NoAdapter(Diagnostic),
 }
@@ -71,8 +75,8 @@ pub enum Failure {
 impl From<Failure> for Faults {
     fn from(f: Failure) -> Faults {
         match f {
-            Failure::Faults(f) => f,
-            Failure::Usage(d) | Failure::NoAdapter(d) => d.into(),
+            Failure::Faults(f) | Failure::Usage(f) => f,
+            Failure::NoAdapter(d) => d.into(),
         }
     }
 }
@@ -97,6 +101,9 @@ pub fn run(cli: &Cli) -> u8 {
     if let Some(folder) = caches::folder() {
         shader::keep_joined_in(folder.join("shaders"));
     }
+    if cli.allow_outside {
+        files::allow_outside();
+    }
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
         Command::View(args) => view::run(args),
@@ -110,13 +117,28 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Stress(args) => stress::run(args),
     };
     let (faults, code) = match result {
-        Ok(code) => return code,
+        Ok(code) => (vec![], code),
         Err(Failure::Faults(f)) => (f.0, 1),
-        Err(Failure::Usage(d)) => (vec![d], 2),
+        Err(Failure::Usage(f)) => (f.0, 2),
         Err(Failure::NoAdapter(d)) => (vec![d], 3),
     };
     notices(&faults);
-    code
+    match io::stdout().flush().err().map(lost).or_else(|| LOST.get().cloned()) {
+        // A fault is told by its own code.
+        Some(why) if code == 0 && !why.is_empty() => {
+            notices(&[Diagnostic::error(format!("can't write the output: {why}"))]);
+            1
+        }
+        _ => code,
+    }
+}
+
+/// Why what was printed did not arrive; empty where its reader has gone away.
+static LOST: OnceLock<String> = OnceLock::new();
+
+fn lost(e: io::Error) -> String {
+    let gone = e.kind() == io::ErrorKind::BrokenPipe;
+    LOST.get_or_init(|| if gone { String::new() } else { e.to_string() }).clone()
 }
 
 /// Shows diagnostics on the error stream.
@@ -125,9 +147,19 @@ pub fn notices(diagnostics: &[Diagnostic]) {
     let _ = io::stderr().write_all(show(diagnostics).as_bytes());
 }
 
-/// Prints to the output stream. A reader that has gone away (`| head`) ends the output, not the program.
+/// Prints text for people to the output stream, without what would steer a terminal.
 pub fn print(text: &str) {
-    let _ = io::stdout().write_all(text.as_bytes());
+    print_data(&tame(text, usize::MAX));
+}
+
+/// Prints to the output stream. A reader that has gone away (`| head`) ends the output, not the program; where a disk is full,
+/// the command fails at its end.
+pub fn print_data(text: &str) {
+    if LOST.get().is_none()
+        && let Err(e) = io::stdout().write_all(text.as_bytes())
+    {
+        lost(e);
+    }
 }
 
 /// `WIDTHxHEIGHT` in pixels.

@@ -2,9 +2,10 @@
 
 use super::{Failure, print};
 use crate::builtin::FILES;
-use crate::diag::Diagnostic;
+use crate::diag::{Checked, Diagnostic};
 use crate::image::file::write_atomically;
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// Makes a project: a graph to edit, the built-in graphs and shaders, a scene, a test, a workflow for CI,
 /// settings for an editor.
@@ -27,11 +28,49 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     };
     if taken {
         let d = Diagnostic::error(format!("{shown} is there already, and not an empty folder"));
-        return Err(Failure::Usage(d.help("name a folder that is not there yet")));
+        return Err(Failure::Usage(d.help("name a folder that is not there yet").into()));
     }
-    for (name, content) in FILES {
-        write_atomically(&args.folder.join(name), content)?;
-    }
+    make(&args.folder, FILES)?;
     print(&format!("made {shown} with {} files; next:\n  cd {shown}\n  lightgraph test\n", FILES.len()));
     Ok(0)
+}
+
+/// Writes all files, or none.
+fn make(folder: &Path, files: &[(&str, &[u8])]) -> Checked<()> {
+    // The outermost folder that is not there yet.
+    let made = folder.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists()).last();
+    for (name, content) in files {
+        write_atomically(&folder.join(name), content).inspect_err(|_| match made {
+            Some(made) => drop(fs::remove_dir_all(made)),
+            None => empty(folder),
+        })?;
+    }
+    Ok(())
+}
+
+/// Removes what a folder holds, which was empty before. What can't be removed changes nothing about the fault.
+fn empty(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let _ = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::file::tests::Folder;
+
+    #[test]
+    fn half_a_project_is_not_left() {
+        let folder = Folder::new("cli-new");
+        let long = "n".repeat(300);
+        let files: [(&str, &[u8]); 2] = [("graphs/a.ron", b"one"), (&long, b"two")];
+        assert!(make(&folder.0.join("deep/project"), &files).is_err());
+        assert_eq!(folder.names(), [""; 0]);
+        assert!(make(&folder.0, &files).is_err());
+        assert_eq!(folder.names(), [""; 0], "an empty folder stays one");
+        make(&folder.0.join("deep"), &files[..1]).unwrap();
+        assert_eq!(fs::read(folder.0.join("deep/graphs/a.ron")).unwrap(), b"one");
+    }
 }

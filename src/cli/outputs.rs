@@ -3,9 +3,9 @@
 use super::Failure;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::Gpu;
-use crate::image::Image;
 use crate::image::exr::{Precision, write_exr};
 use crate::image::png::{ToneMap, write_png};
+use crate::image::{Image, NonFinite};
 use crate::session::{Project, Session};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,8 +23,11 @@ pub struct OutputArgs {
     #[arg(long, value_enum, default_value_t = ToneMap::default())]
     pub tone_map: ToneMap,
     /// Exposure of PNG files, in stops
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f32,
+    /// Fail where an image that is written holds a NaN or an infinity; without it, warn
+    #[arg(long)]
+    pub strict: bool,
 }
 
 /// The outputs that files need, each once.
@@ -49,7 +52,7 @@ impl OutputArgs {
         }
         for text in &self.output {
             let Some((name, path)) = text.split_once('=') else {
-                return Err(Failure::Usage(Diagnostic::error(format!("--output `{text}` is not NAME=FILE"))));
+                return Err(Failure::Usage(Diagnostic::error(format!("--output `{text}` is not NAME=FILE")).into()));
             };
             if !names.contains(&name) {
                 let d = Diagnostic::error(format!("the graph has no output `{name}`"));
@@ -60,27 +63,38 @@ impl OutputArgs {
         }
         if files.is_empty() {
             let d = Diagnostic::error("nothing to write");
-            return Err(Failure::Usage(d.help("give `--out FILE.png` or `--output NAME=FILE.exr`")));
+            return Err(Failure::Usage(d.help("give `--out FILE.png` or `--output NAME=FILE.exr`").into()));
         }
         for (_, path) in &files {
             if !matches!(extension(path).as_str(), "exr" | "png") {
                 let d = Diagnostic::error(format!("{}: images are written as .exr or .png", path.display()));
-                return Err(Failure::Usage(d));
+                return Err(Failure::Usage(d.into()));
+            }
+        }
+        let mut taken: BTreeMap<PathBuf, &str> = BTreeMap::new();
+        for (name, path) in &files {
+            if let Some(other) = taken.insert(one_of_its_names(path), name) {
+                let d = Diagnostic::error(format!("`{other}` and `{name}` both go to {}", path.display()));
+                return Err(Failure::Usage(d.help("give each a file of its own").into()));
             }
         }
         Ok(files)
     }
 
-    /// Reads the outputs back and writes the files, each whole or not at all.
+    /// Reads the outputs back and writes the files, each whole or not at all. Returns what is wrong in the images, warnings
+    /// or, where the user is strict, errors: the files are there to be looked at.
     ///
     /// # Errors
     /// Outputs that hold no image, files that can't be written.
-    pub fn write(&self, gpu: &Gpu, session: &Session, files: &[(String, PathBuf)]) -> Checked<()> {
+    pub fn write(&self, gpu: &Gpu, session: &Session, files: &[(String, PathBuf)]) -> Checked<Vec<Diagnostic>> {
         let metadata = metadata(gpu, session);
+        let mut notices = vec![];
         let mut images: BTreeMap<&str, Image> = BTreeMap::new();
         for (output, path) in files {
             if !images.contains_key(output.as_str()) {
-                images.insert(output, session.image(gpu, output)?);
+                let image = session.image(gpu, output)?;
+                notices.extend(image.non_finite(None).map(|bad| self.not_finite(output, bad)));
+                images.insert(output, image);
             }
             let Some(image) = images.get(output.as_str()) else { continue };
             if extension(path) == "exr" {
@@ -89,8 +103,26 @@ impl OutputArgs {
                 write_png(path, image, self.tone_map, self.exposure, &metadata)?;
             }
         }
-        Ok(())
+        Ok(notices)
     }
+
+    fn not_finite(&self, output: &str, bad: NonFinite) -> Diagnostic {
+        let message = format!("`{output}` holds {bad}");
+        let d = if self.strict { Diagnostic::error(message) } else { Diagnostic::warning(message) };
+        d.help("`--watch-numerics` names the step that made it; look for a division by zero, or lights beyond what 32 bits hold")
+    }
+}
+
+fn finite(text: &str) -> Result<f32, String> {
+    text.parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "it isn't a finite number".into())
+}
+
+/// The same for all ways to write a path, as far as its folder is there.
+fn one_of_its_names(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let whole = path.canonicalize().ok();
+    let named = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
+    whole.or_else(named).unwrap_or_else(|| path.components().collect())
 }
 
 fn extension(path: &Path) -> String {

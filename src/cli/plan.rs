@@ -1,8 +1,8 @@
 //! `lightgraph plan`: what a graph compiles to. No device.
 
 use super::fastest::{FastestArgs, Which};
-use super::{Failure, ShaderFolders, notices, print, size};
-use crate::diag::{Checked, Diagnostic};
+use super::{Failure, ShaderFolders, notices, print, print_data, size};
+use crate::diag::Diagnostic;
 use crate::fastest::Policy;
 use crate::plan::build::{Planned, plan};
 use crate::plan::request::{Request, sample_device, sample_facts, tolerances};
@@ -59,7 +59,9 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<u8, Failure> {
     if args.fastest.fastest.contains(&Which::Rest(Policy::Measure)) {
         let d = Diagnostic::error("`plan` has no device to measure alternatives on");
-        return Err(Failure::Usage(d.help("without it the first of each group is planned; GROUP=PASS plans another")));
+        return Err(Failure::Usage(
+            d.help("without it the first of each group is planned; GROUP=PASS plans another").into(),
+        ));
     }
     let scene = args.scene.as_deref().map(scene::load).transpose()?.map(|loaded| loaded.scene);
     let planned = planned(args, &args.graph, scene.as_ref())?;
@@ -70,8 +72,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     }
     notices(&planned.notices);
     let plan = &planned.plan;
-    print(&match args.format {
-        Format::Text => plan.to_string(),
+    print_data(&match args.format {
+        Format::Text => crate::diag::tame(&plan.to_string(), usize::MAX),
         Format::Json => format!("{:#}\n", show::to_json(plan)),
         Format::Dot => show::to_dot(plan),
         Format::Svg => show::to_svg(plan),
@@ -80,13 +82,13 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 /// A plan for a scene, or for one of many sorts of things.
-fn planned(args: &Args, graph: &Path, scene: Option<&Scene>) -> Checked<Planned> {
+fn planned(args: &Args, graph: &Path, scene: Option<&Scene>) -> Result<Planned, Failure> {
     let project = Project::open(graph, &args.shaders.folders)?;
     let (limits, features) = sample_device();
     let request = Request {
         graph: &project.graph,
         texts: &project.texts,
-        params: &project.params(&args.set)?,
+        params: &project.params(&args.set).map_err(Failure::Usage)?,
         facts: &scene.map_or_else(|| sample_facts(true), Scene::facts),
         screen: args.size,
         outputs: (!args.outputs.is_empty()).then_some(args.outputs.as_slice()),
@@ -97,5 +99,5 @@ fn planned(args: &Args, graph: &Path, scene: Option<&Scene>) -> Checked<Planned>
     };
     let tolerances = tolerances(&request).into_iter();
     let levels: Vec<_> = tolerances.filter_map(|metres| Some(scene?.level(metres))).collect();
-    plan(&Request { levels: &levels, ..request })
+    Ok(plan(&Request { levels: &levels, ..request })?)
 }

@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let project = Project::open(&args.graph, &args.shaders.folders)?;
     clock.lap("graph");
     let files = args.outputs.files(&project)?;
-    let params = project.params(&args.set)?;
+    let params = project.params(&args.set).map_err(Failure::Usage)?;
     let loaded = scene::load(&args.scene)?;
     notices(&loaded.notices);
     clock.lap("scene");
@@ -109,7 +109,12 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     progress.finish_and_clear();
-    args.outputs.write(&gpu, &session, &files)?;
+    let wrong = args.outputs.write(&gpu, &session, &files)?;
+    if !args.outputs.strict {
+        notices(&wrong);
+    } else {
+        failed.extend(wrong);
+    }
     if let Some(path) = &args.stats {
         let json = serde_json::to_string_pretty(&stats)
             .map_err(|e| Faults::from(Diagnostic::error(format!("can't write the statistics: {e}"))))?;

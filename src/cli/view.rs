@@ -73,7 +73,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         (choice.camera, choice.view) = (Some(camera.clone()), None);
     }
     if !args.set.is_empty() {
-        choice.params.extend(Project::open(&choice.graph, &args.shaders.folders)?.params(&args.set)?);
+        choice
+            .params
+            .extend(Project::open(&choice.graph, &args.shaders.folders)?.params(&args.set).map_err(Failure::Usage)?);
     }
     if let Some(path) = &args.against {
         let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
@@ -109,7 +111,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 #[cfg(not(feature = "window"))]
 pub fn run(_: &Args) -> Result<u8, Failure> {
     let d = crate::diag::Diagnostic::error("this lightgraph was built without its window");
-    Err(Failure::Usage(d.help("build it with `--features window`, or use `lightgraph watch`")))
+    Err(Failure::Usage(d.help("build it with `--features window`, or use `lightgraph watch`").into()))
 }
 
 /// The path given, or the first of a folder.
@@ -123,7 +125,7 @@ fn first(given: Option<&PathBuf>, folder: &str, argument: &str) -> Result<PathBu
     };
     given.cloned().or_else(found).ok_or_else(|| {
         let d = Diagnostic::error(format!("no {argument} is given, and there is none in `{folder}`"));
-        Failure::Usage(d.help("`lightgraph new DIR` makes a folder with graphs; scenes are glTF files"))
+        Failure::Usage(d.help("`lightgraph new DIR` makes a folder with graphs; scenes are glTF files").into())
     })
 }
 
@@ -134,6 +136,6 @@ fn resolution(text: &str) -> Result<crate::view::Resolution, Failure> {
     share.or_else(|| size(text).ok().map(Resolution::Fixed)).ok_or_else(|| {
         let d =
             crate::diag::Diagnostic::error(format!("--pixels `{text}` is neither WIDTHxHEIGHT nor a share up to 4"));
-        Failure::Usage(d.help("write 640x480, or 0.5 for half of the window's pixels along each axis"))
+        Failure::Usage(d.help("write 640x480, or 0.5 for half of the window's pixels along each axis").into())
     })
 }

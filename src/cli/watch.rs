@@ -112,12 +112,13 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         let prepare_ms = lap();
         let report = session.frame(gpu, 0, 0.0)?;
         let frame_ms = lap();
-        args.outputs.write(gpu, &session, &files)?;
+        let wrong = args.outputs.write(gpu, &session, &files)?;
         let names: Vec<String> = files.iter().map(|f| f.1.display().to_string()).collect();
         notices(&loaded.notices);
         notices(&session.notices);
         notices(&report.warnings);
         notices(&session.failed_checks(&report));
+        notices(&wrong);
         let line = format!(
             "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms ({}), files {:.0} ms",
             names.join(", "),

@@ -221,9 +221,20 @@ impl fmt::Display for Outcome {
             writeln!(f, "    no adapter for: {}", self.not_run.join(", "))?;
         }
         if self.failures.iter().any(|x| x.blessable) {
-            writeln!(f, "    where the change is meant: lightgraph test {} --bless", self.path.display())?;
+            writeln!(f, "    where the change is meant: lightgraph test {} --bless", quoted(&self.path))?;
         }
         Ok(())
+    }
+}
+
+/// A path as a shell takes it for one word.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%=".contains(c);
+    let dashed = if text.starts_with('-') { format!("./{text}") } else { text };
+    match dashed.chars().all(plain) && !dashed.is_empty() {
+        true => dashed,
+        false => format!("'{}'", dashed.replace('\'', "'\\''")),
     }
 }
 
@@ -238,5 +249,19 @@ impl fmt::Display for Summary {
             0 => writeln!(f),
             n => writeln!(f, ", {n} not run in full"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_is_one_word_of_a_shell() {
+        let quoted = |path: &str| super::quoted(Path::new(path));
+        assert_eq!(quoted("tests/graphs/a-1.ron"), "tests/graphs/a-1.ron");
+        assert_eq!(quoted("a b.ron"), "'a b.ron'");
+        assert_eq!(quoted("a;rm -rf '$HOME'.ron"), r"'a;rm -rf '\''$HOME'\''.ron'");
+        assert_eq!(quoted("-rf"), "./-rf");
     }
 }

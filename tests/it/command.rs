@@ -63,7 +63,7 @@ fn faults_are_shown_with_place_caret_and_remedy() {
     expect(&["plan", bad], 1, &["unknown name `gird`"]);
     expect(&["check", "graphs/direct.ron", bad], 1, &["direct.ron: no faults", "unknown name `gird`"]);
     expect(&["check", "graphs/no_such_graph.ron"], 1, &["no_such_graph.ron"]);
-    expect(&["check", "graphs/direct.ron", "--set", "bais=2"], 1, &["did you mean `bias`?"]);
+    expect(&["check", "graphs/direct.ron", "--set", "bais=2"], 2, &["did you mean `bias`?"]);
     expect(&["check", "graphs/direct.ron", "--scene", "scenes/no_such_scene"], 1, &["no_such_scene"]);
     expect(&["plan", "graphs/direct.ron", "--output", "colour"], 1, &["did you mean `color`?"]);
 }
@@ -107,14 +107,14 @@ fn render_names_what_it_does_not_find() {
     let scratch = Scratch::new("unknown-names");
     let out = scratch.path().join("a.exr");
     let out = out.to_str().unwrap();
-    for (more, word) in [
-        (vec!["--out", out, "--camera", "Camrea"], "Cam"),
-        (vec!["--out", out, "--set", "bais=1"], "did you mean `bias`?"),
-        (vec!["--out", out, "--set", "bias=1e9"], "above the maximum"),
-        (vec!["--output", &format!("colr={out}")], "did you mean `color`?"),
+    for (more, expected, word) in [
+        (vec!["--out", out, "--camera", "Camrea"], 1, "Cam"),
+        (vec!["--out", out, "--set", "bais=1"], 2, "did you mean `bias`?"),
+        (vec!["--out", out, "--set", "bias=1e9"], 2, "above the maximum"),
+        (vec!["--output", &format!("colr={out}")], 1, "did you mean `color`?"),
     ] {
         let (code, text) = render(&more);
-        assert_eq!(code, 1, "{more:?}\n{text}");
+        assert_eq!(code, expected, "{more:?}\n{text}");
         assert!(text.contains(word), "{more:?} doesn't say `{word}`:\n{text}");
     }
     assert_eq!(names(scratch.path()), Vec::<String>::new());

@@ -10,6 +10,7 @@
 //! - `fastest`: of two alternatives the faster one runs, and is remembered
 //! - `following`: probes that follow the camera capture one slab a step, and nothing pops
 //! - `graph_snapshots`: every test of `tests/graphs` holds
+//! - `hostile`: what a stranger's project may try ends in a fault, within time and memory
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
 //! - `reloads`: random edits end in what a fresh start gives
 //! - `report_page`: the page of results in a browser
@@ -29,6 +30,7 @@
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `shader_checks`: what shaders find wrong by themselves
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
+//! - `mutants`: mutants of every kind of file, within memory and time
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
 //! - `steady`: a pass more is no allocation more
@@ -53,11 +55,13 @@ mod endings;
 mod fastest;
 mod following;
 mod graph_snapshots;
+mod hostile;
 mod large_graph;
 mod lesser_devices;
 mod library;
 mod lobes;
 mod many_lights;
+mod mutants;
 mod mutated;
 mod mutations;
 mod plain_scenes;

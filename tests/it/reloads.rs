@@ -105,7 +105,10 @@ fn files() -> Vec<(&'static str, Vec<Vec<u8>>)> {
         ),
         (
             "variant.ron",
-            texts(VARIANT, &[("0.25", "1.5"), ("\"red\": (default: 0.25", "\"read\": (default: 1"), ("graph.ron", "gone.ron")]),
+            texts(
+                VARIANT,
+                &[("0.25", "1.5"), ("\"red\": (default: 0.25", "\"read\": (default: 1"), ("graph.ron", "gone.ron")],
+            ),
         ),
         (
             "shaders/draw.wgsl",

@@ -1,0 +1,169 @@
+//! What a stranger's project may try: the command ends by itself, with a fault and a code, within time and memory.
+
+use crate::support::{Scratch, repository};
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Nothing here may take longer, on however busy a machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A graph of one dispatch.
+fn graph(shader: &str) -> String {
+    format!(
+        "Graph(about: \"One dispatch.\", resources: {{\"data\": Buffer(stride: 4, count: 4)}}, \
+         passes: [Compute(name: \"p\", shader: \"{shader}\", over: \"4\")], outputs: {{\"data\": \"data\"}})"
+    )
+}
+
+fn shader(constants: &str, statements: &str) -> String {
+    format!(
+        "{constants}var<storage, read_write> data: array<f32>;\n\
+         @compute @workgroup_size(1) fn main() {{\nvar x = 1.0;\ndata[0] = x;\n{statements}\n}}\n"
+    )
+}
+
+/// A project with a graph and its shader.
+fn project(name: &str, constants: &str, statements: &str) -> Scratch {
+    let scratch = Scratch::new(name);
+    fs::create_dir_all(scratch.path().join("shaders")).unwrap();
+    fs::write(scratch.path().join("g.ron"), graph("a.wgsl")).unwrap();
+    fs::write(scratch.path().join("shaders/a.wgsl"), shader(constants, statements)).unwrap();
+    scratch
+}
+
+/// Runs the command in a folder, with 2 GiB of addresses besides what it needs to start; its code and what it prints.
+fn run(folder: &Path, args: &[&str]) -> (i32, String) {
+    let limited = "ulimit -v 4194304; exec \"$0\" \"$@\"";
+    let mut command = Command::new("sh");
+    command.args(["-c", limited, env!("CARGO_BIN_EXE_lightgraph")]).args(args).current_dir(folder);
+    let nowhere = repository("tests/no-such-driver.json");
+    command.env("VK_ICD_FILENAMES", &nowhere).env("VK_DRIVER_FILES", &nowhere);
+    command.env("XDG_CACHE_HOME", folder.join("cache"));
+    let printed = folder.join("printed.txt");
+    let file = File::create(&printed).unwrap();
+    command.stdin(Stdio::null()).stdout(file.try_clone().unwrap()).stderr(file);
+    let mut child = command.spawn().unwrap();
+    let start = Instant::now();
+    let status = loop {
+        match child.try_wait().unwrap() {
+            Some(status) => break status,
+            None if start.elapsed() > PATIENCE => {
+                child.kill().unwrap();
+                panic!("{args:?} does not end");
+            }
+            None => std::thread::sleep(Duration::from_millis(10)),
+        }
+    };
+    let mut text = String::new();
+    File::open(&printed).unwrap().take(1 << 20).read_to_string(&mut text).unwrap();
+    assert!(!text.contains("panicked") && !text.contains("overflowed"), "{args:?}\n{text}");
+    let code = status.code().unwrap_or_else(|| panic!("{args:?} was killed: {status}\n{text}"));
+    (code, text)
+}
+
+#[track_caller]
+fn expect(folder: &Path, args: &[&str], code: i32, words: &[&str]) {
+    let (found, text) = run(folder, args);
+    assert_eq!(found, code, "{args:?}\n{text}");
+    for word in words {
+        assert!(text.contains(word), "{args:?} doesn't say `{word}`:\n{text}");
+    }
+    assert!(text.len() < 100_000, "{args:?} prints {} bytes", text.len());
+}
+
+#[test]
+fn deep_shaders_end_no_process() {
+    let deep = project("hostile-deep", "", &format!("data[0] = x{};", "+x".repeat(12_000)));
+    expect(deep.path(), &["check", "g.ron"], 1, &["a.wgsl:5:", "more than 1000 operators"]);
+    let doubled: String = (1..26).map(|i| format!("const c{i} = array(c{0}, c{0});\n", i - 1)).collect();
+    let doubled = project("hostile-doubled", &format!("const c0 = array(1.0, 2.0);\n{doubled}"), "");
+    expect(doubled.path(), &["check", "g.ron"], 1, &["a.wgsl:1", "more than 65536 parts"]);
+}
+
+#[test]
+fn thousands_of_faults_on_one_line_are_a_page() {
+    let scratch = project("hostile-faults", "", "");
+    let params: String = (0..900).map(|i| format!("\"p{i}\": Float(default: 1.0, about: \"unused\"),")).collect();
+    let text = graph("a.wgsl").replace("resources:", &format!("params: {{{params}}}, resources:"));
+    fs::write(scratch.path().join("g.ron"), text).unwrap();
+    expect(scratch.path(), &["check", "--strict", "g.ron"], 1, &["more are not shown"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_not_waited_for() {
+    let scratch = project("hostile-pipes", "", "");
+    let pipe = |name: &str| {
+        let made = Command::new("mkfifo").arg(scratch.path().join(name)).status().unwrap();
+        assert!(made.success());
+    };
+    pipe("graph.ron");
+    expect(scratch.path(), &["check", "graph.ron"], 1, &["graph.ron", "not a regular file"]);
+    expect(scratch.path(), &["check", "/dev/zero"], 1, &["not a regular file"]);
+    expect(scratch.path(), &["compare", "/dev/zero", "/dev/zero"], 1, &["not a regular file"]);
+    expect(scratch.path(), &["plan", "g.ron", "--scene", "graph.ron"], 1, &["not a regular file"]);
+    pipe("scene.gltf");
+    expect(scratch.path(), &["plan", "g.ron", "--scene", "scene.gltf"], 1, &["not a regular file"]);
+    pipe("results.json");
+    expect(scratch.path(), &["bench", "--page", "results.json", "--out", "out"], 1, &["not a regular file"]);
+    pipe("shaders/unused.wgsl");
+    expect(scratch.path(), &["check", "g.ron"], 1, &["unused.wgsl", "not a regular file"]);
+    fs::remove_file(scratch.path().join("shaders/unused.wgsl")).unwrap();
+    expect(scratch.path(), &["check", "g.ron"], 0, &["no faults"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_under_the_output_is_an_error() {
+    for args in [&["plan", "graphs/direct.ron"][..], &["check", "graphs/direct.ron"], &["compare", "--help"]] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+        command.args(args).current_dir(repository("")).stdout(File::options().write(true).open("/dev/full").unwrap());
+        let output = command.output().unwrap();
+        let text = String::from_utf8_lossy(&output.stderr);
+        // Help is printed by the parser of arguments, which has its own code for it.
+        if args[1] != "--help" {
+            assert_eq!(output.status.code(), Some(1), "{args:?}: {text}");
+            assert!(text.contains("can't write the output"), "{args:?}: {text}");
+        }
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_ends_the_output_only() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+    command.args(["plan", "graphs/uniform_grid.ron"]).current_dir(repository(""));
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn wrong_values_are_wrong_usage() {
+    let scratch = project("hostile-usage", "", "");
+    expect(scratch.path(), &["check", "g.ron", "--set", "nothing=1"], 2, &["no parameter `nothing`"]);
+    expect(scratch.path(), &["plan", "g.ron", "--set", "nothing"], 2, &["NAME=VALUE"]);
+    let plane = repository("scenes/lambert_plane.glb");
+    let plane = plane.to_str().unwrap();
+    let direct = repository("graphs/direct.ron");
+    let render = ["render", direct.to_str().unwrap(), "--scene", plane];
+    let with = |more: &[&'static str]| [&render[..], more].concat();
+    expect(scratch.path(), &with(&["--out", "n.exr", "--output", "direct=./n.exr"]), 2, &["both go to"]);
+    expect(scratch.path(), &with(&["--out", "n.png", "--exposure", "nan"]), 2, &["finite"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_steers_a_terminal_does_not_reach_it() {
+    let scratch = project("hostile-terminal", "", "");
+    let text = graph("a.wgsl")
+        .replace("One dispatch.", "\u{1b}]0;title\u{7}")
+        .replace("name: \"p\"", "nmae: \"\u{202e}p\u{1b}[2J\"");
+    fs::write(scratch.path().join("g\u{1b}[31m.ron"), text).unwrap();
+    let (code, printed) = run(scratch.path(), &["check", "g\u{1b}[31m.ron"]);
+    assert_eq!(code, 1);
+    assert!(!printed.contains(['\u{1b}', '\u{7}', '\u{202e}']), "{printed:?}");
+}
