@@ -342,7 +342,7 @@ fn compare(op: Binary, order: Option<std::cmp::Ordering>) -> bool {
 const DEPTH: usize = 64;
 
 /// Longer chains of operators are a fault: they make trees as deep as they are long.
-const OPERATORS: usize = 512;
+const OPERATORS: usize = 200;
 
 struct Parser<'a> {
     span: &'a Span,

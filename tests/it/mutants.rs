@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 mod targets;
 
 /// Mutants of each kind, where nobody says how many.
-const USUAL: usize = 80;
+const USUAL: usize = 200;
 
 /// Longer than this no file of these sizes may take, on however busy a machine.
 const PATIENCE: Duration = Duration::from_secs(30);
