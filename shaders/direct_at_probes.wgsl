@@ -1,7 +1,12 @@
 //! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first bounce.
 //! With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission elsewhere. With
-//! PACKED_SURFACE what the probes see is packed in one texel, and so is the light. A face of a probe is a member.
+//! PACKED_SURFACE what the probes see is packed in one texel, and so is the light. A face of a probe is a member. Texels that show nothing send
+//! the light of the environment, where the scene has one.
 #import lightgraph::cube
+#ifdef ENVIRONMENT
+#import lightgraph::environment
+#import lightgraph::surface::is_nothing
+#endif
 #import lightgraph::probes
 #import lightgraph::surface::{Record, is_lit, read_record}
 #ifdef PACKED_SURFACE
@@ -57,9 +62,9 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
     let at = cube::unplace(face, id.xy, edge, params.cube_direct_columns);
     var light = vec3f(0.0);
     let r = surface_at(at);
+    let ray = cube::direction_beside(face % 6u, id.xy, edge);
     if is_lit(r.albedo) {
         let probe = probes::position(probes::coordinates(face / 6u));
-        let ray = cube::direction_beside(face % 6u, id.xy, edge);
         let s = read_record(r.albedo, r.normal, probe, ray);
 #ifdef EMITTERS_DIRECT
         light = reflected_emitters(s, leave(s.position, s.normal + s.view), params.hit_samples, seed(at, 0u));
@@ -74,6 +79,11 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
 #endif
 #endif
     }
+#ifdef ENVIRONMENT
+    if is_nothing(r.albedo, r.normal) {
+        light = environment::mean_radiance(ray, cube::solid_angle(id.xy, edge));
+    }
+#endif
 #ifdef PACKED_SURFACE
     textureStore(cube_direct, at, vec4u(packed_light::pack(light), 0u, 0u));
 #else

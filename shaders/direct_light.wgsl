@@ -1,5 +1,13 @@
-//! Direct light in the image: emission, and the lights' first bounce; with EMITTERS_DIRECT, that of emitters too.
+//! Direct light in the image: emission, and the lights' first bounce; with EMITTERS_DIRECT, that of emitters too. With ENVIRONMENT
+//! it is seen where nothing else is; with ENVIRONMENT_DIRECT surfaces are lit by it.
 #import lightgraph::camera::pixel_ray
+#ifdef ENVIRONMENT
+#import lightgraph::environment
+#import lightgraph::surface::is_nothing
+#endif
+#ifdef ENVIRONMENT_DIRECT
+#import lightgraph::environment_light::reflected_environment
+#endif
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
 #ifdef LIGHTS
@@ -11,12 +19,17 @@
 #endif
 #ifdef EMITTERS_DIRECT
 #import lightgraph::emitters::reflected_emitters
+#endif
+#ifdef RAYS
 #import lightgraph::random::seed
 #import lightgraph::trace::leave
 #endif
 
 #ifdef EMITTERS_DIRECT
 var<uniform> emitter_samples: u32;
+#endif
+#ifdef ENVIRONMENT_DIRECT
+var<uniform> environment_samples: u32;
 #endif
 #ifdef LIGHT_CUTS
 var<uniform> error_seen: f32;
@@ -41,9 +54,20 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
         light += reflected_light(s);
 #endif
 #endif
+#ifdef RAYS
+        let start = leave(s.position, s.normal + s.view);
+#endif
 #ifdef EMITTERS_DIRECT
-        light += reflected_emitters(s, leave(s.position, s.normal + s.view), emitter_samples, seed(id.xy, 0u));
+        light += reflected_emitters(s, start, emitter_samples, seed(id.xy, 0u));
+#endif
+#ifdef ENVIRONMENT_DIRECT
+        light += reflected_environment(s, start, environment_samples, seed(id.xy, 1u));
 #endif
     }
+#ifdef ENVIRONMENT
+    if is_nothing(seen.albedo, seen.normal) {
+        light = environment::radiance(pixel_ray(id.xy).direction);
+    }
+#endif
     textureStore(direct, id.xy, vec4f(light, 1.0));
 }

@@ -13,6 +13,10 @@
 #ifdef LIT_BEFORE
 #import lightgraph::packed_light
 #else
+#ifdef ENVIRONMENT
+#import lightgraph::environment
+#import lightgraph::surface::is_nothing
+#endif
 #import lightgraph::surface::read_record
 #ifdef LIGHTS
 #import lightgraph::lights::reflected_light
@@ -100,7 +104,7 @@ fn light_probes(
             let beside = cube::within_beside(texel, edge);
             var corner = first;
             for (var face = 0u; face < 6u; face++) {
-                let sent = light_of(eye, cube::outward(face, beside), corner + texel);
+                let sent = light_of(eye, cube::outward(face, beside), corner + texel, area);
                 let ray = cube::outward(face, through);
                 mine.light = cube_sums::with_texel(mine.light, sent.light, ray, area, face, texel, edge);
 #ifdef FIRST_BOUNCE
@@ -176,14 +180,24 @@ struct Sent {
     back: bool,
 }
 
-fn light_of(eye: vec3f, ray: vec3f, at: vec2u) -> Sent {
+fn light_of(eye: vec3f, ray: vec3f, at: vec2u, area: f32) -> Sent {
     let r = surface_at(at);
     var light = vec3f(0.0);
-    if is_lit(r.albedo) {
 #ifdef FIRST_BOUNCE
 #ifdef LIT_BEFORE
-        light = packed_light::unpack(textureLoad(cube_direct, at, 0).xy);
+    // Backs have none; the environment's is there too.
+    light = packed_light::unpack(textureLoad(cube_direct, at, 0).xy);
 #else
+#ifdef ENVIRONMENT
+    if is_nothing(r.albedo, r.normal) {
+        light = environment::mean_radiance(ray, area);
+    }
+#endif
+#endif
+#endif
+    if is_lit(r.albedo) {
+#ifdef FIRST_BOUNCE
+#ifndef LIT_BEFORE
         let s = read_record(r.albedo, r.normal, eye, ray);
 #ifdef EMISSIVE
         light = s.emission;

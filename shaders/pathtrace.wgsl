@@ -10,6 +10,11 @@
 #ifdef EMITTERS
 #import lightgraph::emitters
 #endif
+#ifdef ENVIRONMENT
+#import lightgraph::environment
+#import lightgraph::environment_light
+#import lightgraph::trace::FAR
+#endif
 
 struct Params {
     bounces: u32,
@@ -64,7 +69,16 @@ fn path(seen: Met, index: u32, pixel: vec2u) -> Light {
         }
         let p = emitters::draw(met.start, next(&state), u);
         add(&light, carried * emitters::estimate(s, met.start, p, scatter_density(s, p.direction)), bounce);
-#else
+#endif
+#ifdef ENVIRONMENT
+        var w = next_pair(&state);
+        if bounce == 0u {
+            w = even_pair(index, scramble(scramble(shift)));
+        }
+        let d = environment::draw(w);
+        add(&light, carried * environment_light::estimate(s, met.start, d, scatter_density(s, d.direction)), bounce);
+#endif
+#ifndef LAST_RAY
         if bounce == params.bounces {
             break;
         }
@@ -88,6 +102,11 @@ fn path(seen: Met, index: u32, pixel: vec2u) -> Light {
             carried /= survival;
         }
         met = look(met.start, direction);
+#ifdef ENVIRONMENT
+        if met.distance >= FAR {
+            add(&light, carried * environment_light::arrived(direction, density), bounce);
+        }
+#endif
         if !met.lit {
             break;
         }
@@ -127,6 +146,11 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
         sum.direct = sum.direct / f32(paths) + seen.surface.emission;
         sum.indirect /= f32(paths);
     }
+#ifdef ENVIRONMENT
+    if seen.distance >= FAR {
+        sum.direct = environment::radiance(ray.direction);
+    }
+#endif
     let share = f32(paths) / f32(progress.next);
     let direct_mean = mix(textureLoad(direct_before, id.xy, 0).rgb, sum.direct, share);
     let indirect_mean = mix(textureLoad(indirect_before, id.xy, 0).rgb, sum.indirect, share);

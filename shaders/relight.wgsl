@@ -28,18 +28,16 @@ fn relight(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(cube_light)) || here.tile >= params.cube_light_count {
         return;
     }
-    var light = vec3f(0.0);
+    // Backs have none; the environment's is all of it.
+    var light = textureLoad(cube_direct, id.xy, 0).rgb;
     let albedo = textureLoad(cube_albedo, id.xy, 0);
     let normal = textureLoad(cube_normal, id.xy, 0);
-    if is_lit(albedo) {
+    // Before the first bounce the probes hold no light.
+    if is_lit(albedo) && params.bounce > 0u {
         let probe = probes::position(probes::coordinates(here.tile / 6u));
         let ray = cube::direction_beside(here.tile % 6u, here.texel, edge);
         let s = read_record(albedo, normal, probe, ray);
-        light = textureLoad(cube_direct, id.xy, 0).rgb;
-        // Before the first bounce the probes hold no light.
-        if params.bounce > 0u {
-            light += reflected_probes(sh, s, params.behind_captured);
-        }
+        light += reflected_probes(sh, s, params.behind_captured);
     }
     textureStore(cube_light, id.xy, vec4f(light, select(1.0, 0.0, is_back(albedo, normal))));
 }

@@ -1,4 +1,7 @@
 //! A sketch of the light at each point of the lattice: what a few rays meet, lit straight from the lights.
+#ifdef ENVIRONMENT
+#import lightgraph::environment
+#endif
 #import lightgraph::hit::look
 #import lightgraph::probe_tree::{Sketch, pack, point_position, points}
 #import lightgraph::trace::FAR
@@ -29,11 +32,19 @@ fn sketch(@builtin(global_invocation_id) id: vec3u) {
         let d = spiral(i, sketch_rays);
         let met = look(point, d);
         open += select(0.0, 1.0, met.lit || met.distance >= FAR);
+        var radiance = vec3f(0.0);
+#ifdef ENVIRONMENT
+        if met.distance >= FAR {
+            radiance = environment::mean_radiance(d, 12.5663706144 / f32(sketch_rays));
+        }
+#endif
         if met.lit {
-            var radiance = met.surface.emission;
+            radiance = met.surface.emission;
 #ifdef LIGHTS
             radiance += reflected_light(met.surface);
 #endif
+        }
+        if any(radiance > vec3f(0.0)) {
             // Y of degree 0, and of degree 1 times 2/3.
             light += dot(radiance, vec3f(1.0 / 3.0)) * vec4f(0.28209479177, 0.32573500793 * d.yzx);
         }

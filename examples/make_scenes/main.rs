@@ -10,6 +10,7 @@ mod glb;
 mod hall;
 mod lamps;
 mod mesh;
+mod open_air;
 mod paintings;
 mod rooms;
 mod shapes;
@@ -28,7 +29,7 @@ struct Output {
 
 /// Every generated file, in the order of the README's table.
 fn outputs() -> Vec<Output> {
-    let geometry: [(&str, Document); 16] = [
+    let geometry = [
         ("cornell", rooms::cornell()),
         ("hall", hall::hall()),
         ("art_gallery", gallery::gallery()),
@@ -45,6 +46,8 @@ fn outputs() -> Vec<Output> {
         ("lamps_64", lamps::lamps(64)),
         ("lamps_256", lamps::lamps(256)),
         ("lamps_1024", lamps::lamps(1024)),
+        ("sky_ball", open_air::sky_ball()),
+        ("yard", open_air::yard()),
     ];
     let mut out: Vec<Output> = geometry
         .into_iter()
@@ -62,6 +65,8 @@ fn outputs() -> Vec<Output> {
         ("lambert_plane.ron", rooms::PLANE_SCENE),
         ("metal_balls.ron", rooms::BALLS_SCENE),
         ("phong_balls.ron", rooms::PHONG_BALLS),
+        ("sky_ball.ron", open_air::BALL_SCENE),
+        ("yard_evening.ron", open_air::YARD_SCENE),
     ] {
         out.push(Output { name: name.to_string(), bytes: text.as_bytes().to_vec(), triangles: None });
     }

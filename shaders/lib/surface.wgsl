@@ -83,6 +83,11 @@ fn is_back(albedo: vec4f, normal: vec4f) -> bool {
     return !is_lit(albedo) && normal.w > 0.0;
 }
 
+/// Whether nothing was recorded: what is seen is the environment.
+fn is_nothing(albedo: vec4f, normal: vec4f) -> bool {
+    return !is_lit(albedo) && normal.w <= 0.0;
+}
+
 /// The surface recorded along a ray; only where `is_lit`.
 fn read_record(albedo: vec4f, normal: vec4f, origin: vec3f, direction: vec3f) -> Surface {
     let row = u32(max(abs(albedo.a), 1.0)) - 1u;

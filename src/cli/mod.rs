@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done; 1 the work found a fault; 2 wrong usage; 3 no usable adapter or display.
 
+mod additions;
 pub mod bench;
 pub mod check;
 pub mod compare;

@@ -3,6 +3,7 @@
 use super::Failure;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::Gpu;
+use crate::image::exposure::Exposure;
 use crate::image::exr::{Precision, write_exr};
 use crate::image::png::{ToneMap, write_png};
 use crate::image::{Image, NonFinite};
@@ -22,12 +23,21 @@ pub struct OutputArgs {
     /// How PNG files map light to colours
     #[arg(long, value_enum, default_value_t = ToneMap::default())]
     pub tone_map: ToneMap,
-    /// Exposure of PNG files, in stops
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
-    pub exposure: f32,
+    /// Exposure of PNG files, in stops; `auto` makes those brighter or darker that would hardly show anything
+    #[arg(long, value_name = "auto|STOPS", default_value_t, allow_negative_numbers = true)]
+    pub exposure: Exposure,
     /// Fail where an image that is written holds a NaN or an infinity; without it, warn
     #[arg(long)]
     pub strict: bool,
+}
+
+/// What there is to say of files that were written.
+#[derive(Debug, Default)]
+pub struct Written {
+    /// What is wrong in the images: warnings or, where the user is strict, errors. The files are there to be looked at.
+    pub wrong: Vec<Diagnostic>,
+    /// By file: what was done to show it, after its name; empty for nothing.
+    pub exposed: Vec<String>,
 }
 
 /// The outputs that files need, each once.
@@ -81,29 +91,34 @@ impl OutputArgs {
         Ok(files)
     }
 
-    /// Reads the outputs back and writes the files, each whole or not at all. Returns what is wrong in the images, warnings
-    /// or, where the user is strict, errors: the files are there to be looked at.
+    /// Reads the outputs back and writes the files, each whole or not at all.
     ///
     /// # Errors
     /// Outputs that hold no image, files that can't be written.
-    pub fn write(&self, gpu: &Gpu, session: &Session, files: &[(String, PathBuf)]) -> Checked<Vec<Diagnostic>> {
+    pub fn write(&self, gpu: &Gpu, session: &Session, files: &[(String, PathBuf)]) -> Checked<Written> {
         let metadata = metadata(gpu, session);
-        let mut notices = vec![];
+        let mut written = Written::default();
         let mut images: BTreeMap<&str, Image> = BTreeMap::new();
         for (output, path) in files {
             if !images.contains_key(output.as_str()) {
                 let image = session.image(gpu, output)?;
-                notices.extend(image.non_finite(None).map(|bad| self.not_finite(output, bad)));
+                written.wrong.extend(image.non_finite(None).map(|bad| self.not_finite(output, bad)));
                 images.insert(output, image);
             }
             let Some(image) = images.get(output.as_str()) else { continue };
+            let mut exposed = String::new();
             if extension(path) == "exr" {
                 write_exr(path, &[("", image)], Precision::Float, &metadata)?;
             } else {
-                write_png(path, image, self.tone_map, self.exposure, &metadata)?;
+                let stops = self.exposure.stops(image);
+                write_png(path, image, self.tone_map, stops, &metadata)?;
+                if self.exposure == Exposure::Auto && stops != 0.0 {
+                    exposed = format!(", exposed by {stops:+.1} stops (--exposure 0 leaves it as it is)");
+                }
             }
+            written.exposed.push(exposed);
         }
-        Ok(notices)
+        Ok(written)
     }
 
     fn not_finite(&self, output: &str, bad: NonFinite) -> Diagnostic {
@@ -111,10 +126,6 @@ impl OutputArgs {
         let d = if self.strict { Diagnostic::error(message) } else { Diagnostic::warning(message) };
         d.help("`--watch-numerics` names the step that made it; look for a division by zero, or lights beyond what 32 bits hold")
     }
-}
-
-fn finite(text: &str) -> Result<f32, String> {
-    text.parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "it isn't a finite number".into())
 }
 
 /// The same for all ways to write a path, as far as its folder is there.

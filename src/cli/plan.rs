@@ -1,5 +1,6 @@
 //! `lightgraph plan`: what a graph compiles to. No device.
 
+use super::additions::{AdditionArgs, load_some};
 use super::fastest::{FastestArgs, Which};
 use super::{Failure, ShaderFolders, notices, print, print_data, size};
 use crate::diag::Diagnostic;
@@ -7,7 +8,7 @@ use crate::fastest::Policy;
 use crate::plan::build::{Planned, plan};
 use crate::plan::request::{Request, sample_device, sample_facts, tolerances};
 use crate::plan::show;
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 use crate::session::Project;
 use std::path::{Path, PathBuf};
 
@@ -32,6 +33,8 @@ pub struct Args {
     /// The scene; without it, one that has one of everything
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub additions: AdditionArgs,
     /// Size of the image in pixels
     #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = size)]
     pub size: [u32; 2],
@@ -63,7 +66,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
             d.help("without it the first of each group is planned; GROUP=PASS plans another").into(),
         ));
     }
-    let scene = args.scene.as_deref().map(scene::load).transpose()?.map(|loaded| loaded.scene);
+    let scene = load_some(args.scene.as_deref(), &args.additions)?.map(|loaded| loaded.scene);
     let planned = planned(args, &args.graph, scene.as_ref())?;
     if let Some(other) = &args.diff {
         let other = self::planned(args, other, scene.as_ref())?;

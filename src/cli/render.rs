@@ -1,13 +1,13 @@
 //! `lightgraph render`: a graph to images, without a window.
 
+use super::additions::AdditionArgs;
 use super::fastest::FastestArgs;
-use super::outputs::{OutputArgs, output_names};
+use super::outputs::{OutputArgs, Written, output_names};
 use super::stats::{FrameStats, Stats};
 use super::{Failure, ShaderFolders, notices, print, size, table};
 use crate::diag::{Diagnostic, Faults};
 use crate::gpu::Gpu;
 use crate::image::file::write_atomically;
-use crate::scene;
 use crate::session::{Project, Session, Settings};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -27,6 +27,8 @@ pub struct Args {
     /// The camera, by name
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
+    #[command(flatten)]
+    pub additions: AdditionArgs,
     /// Size of the image in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
@@ -69,7 +71,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     clock.lap("graph");
     let files = args.outputs.files(&project)?;
     let params = project.params(&args.set).map_err(Failure::Usage)?;
-    let loaded = scene::load(&args.scene)?;
+    let loaded = args.additions.load(&args.scene)?;
     notices(&loaded.notices);
     clock.lap("scene");
     let gpu = Gpu::open()?;
@@ -109,7 +111,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     progress.finish_and_clear();
-    let wrong = args.outputs.write(&gpu, &session, &files)?;
+    let Written { wrong, exposed } = args.outputs.write(&gpu, &session, &files)?;
     if !args.outputs.strict {
         notices(&wrong);
     } else {
@@ -124,8 +126,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let software = if stats.adapter.software { " (software)" } else { "" };
     let (adapter, info) = (&stats.adapter.name, &stats.adapter.driver_info);
     print(&format!("{adapter}, {info}{software}\nstart-up: {}\n{text}", start.join(", ")));
-    for (output, path) in &files {
-        print(&format!("wrote {output} to {}\n", path.display()));
+    for ((output, path), exposed) in files.iter().zip(&exposed) {
+        print(&format!("wrote {output} to {}{exposed}\n", path.display()));
     }
     // The images are there to be looked at, but something is wrong in them.
     Faults::check(failed, 0).map_err(Failure::from)

@@ -1,6 +1,6 @@
 //! `lightgraph view`: a graph in a window, with live reload.
 
-use super::{Failure, ShaderFolders, size};
+use super::{Failure, ShaderFolders, additions::AdditionArgs, size};
 use crate::fastest::Policy;
 use std::path::PathBuf;
 
@@ -16,6 +16,8 @@ pub struct Args {
     /// The camera, by name
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
+    #[command(flatten)]
+    pub additions: AdditionArgs,
     /// Size of the window in pixels
     #[arg(long, value_name = "WxH", default_value = "1440x900", value_parser = size)]
     pub size: [u32; 2],
@@ -72,6 +74,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     if let Some(camera) = &args.camera {
         (choice.camera, choice.view) = (Some(camera.clone()), None);
     }
+    if args.additions.camera_at.is_some() {
+        choice.view = None;
+    }
     if !args.set.is_empty() {
         choice
             .params
@@ -87,6 +92,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let start = Start {
         choice,
         shaders: args.shaders.folders.clone(),
+        additions: args.additions.additions()?,
         fastest: args.fastest,
         watch: args.watch_numerics,
         size: args.size,

@@ -3,14 +3,13 @@
 //! A reload is a transaction: graph, shaders, scene and pipelines are all made anew and swapped in together, or
 //! the last good image stays and every fault is shown.
 
-use super::outputs::output_names;
+use super::outputs::{Written, output_names};
 use super::render;
 use super::{Failure, notices, print};
 use crate::diag::{Checked, Faults};
 use crate::gpu::{FrameReport, Gpu};
 use crate::plan::fastest::{Choices, still};
 use crate::reload::{Watcher, folder_of, folders, settled};
-use crate::scene;
 use crate::session::{Project, Session, Settings};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -91,7 +90,7 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         let project = Project::open(&args.graph, &args.shaders.folders)?;
         let files = args.outputs.files(&project).map_err(Faults::from)?;
         let graph_ms = lap();
-        let loaded = scene::load(&args.scene)?;
+        let loaded = args.additions.load(&args.scene).map_err(Faults::from)?;
         folders.extend(loaded.files.iter().filter_map(|f| folder_of(f)));
         let scene_ms = lap();
         let mut settings = Settings {
@@ -112,8 +111,9 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         let prepare_ms = lap();
         let report = session.frame(gpu, 0, 0.0)?;
         let frame_ms = lap();
-        let wrong = args.outputs.write(gpu, &session, &files)?;
-        let names: Vec<String> = files.iter().map(|f| f.1.display().to_string()).collect();
+        let Written { wrong, exposed } = args.outputs.write(gpu, &session, &files)?;
+        let named = |((_, path), exposed): (&(String, PathBuf), &String)| format!("{}{exposed}", path.display());
+        let names: Vec<String> = files.iter().zip(&exposed).map(named).collect();
         notices(&loaded.notices);
         notices(&session.notices);
         notices(&report.warnings);

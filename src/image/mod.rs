@@ -1,6 +1,7 @@
 //! Linear images on the CPU: EXR and PNG files, and error metrics.
 
 pub mod difference;
+pub mod exposure;
 pub mod exr;
 pub mod file;
 pub mod flip;

@@ -2,7 +2,10 @@
 //!
 //! The text is parsed in layers, so that each entry's fault is found and has its place.
 
-use super::model::Bounds;
+use super::{
+    added::{AddedCamera, AddedEnvironment, AddedLight},
+    model::Bounds,
+};
 use crate::diag::{Diagnostic, Source, Span};
 use glam::Vec3;
 use ron::{error::SpannedError, extensions::Extensions, value::RawValue};
@@ -10,7 +13,7 @@ use serde::{
     Deserialize, Deserializer,
     de::{DeserializeOwned, MapAccess, Visitor},
 };
-use std::{fmt, sync::Arc};
+use std::{fmt, path::Path, sync::Arc};
 
 /// A parsed scene RON. Names are not yet looked up.
 #[derive(Debug)]
@@ -20,6 +23,11 @@ pub(super) struct Description {
     pub materials: Vec<(Spanned<String>, Finish)>,
     pub motion: Vec<(Spanned<String>, Vec<Key>)>,
     pub camera: Option<Spanned<String>>,
+    pub lights: Vec<(Spanned<String>, AddedLight)>,
+    pub cameras: Vec<(Spanned<String>, AddedCamera)>,
+    pub environment: Option<Spanned<AddedEnvironment>>,
+    /// Whether a scene without light gets some.
+    pub default_light: bool,
 }
 
 /// A value and where it stands.
@@ -50,7 +58,7 @@ pub(super) struct Key {
     pub rotation_degrees: Option<[f32; 4]>,
 }
 
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(rename = "Scene", deny_unknown_fields)]
 struct Top<'a> {
     #[serde(borrow, default)]
@@ -63,6 +71,14 @@ struct Top<'a> {
     motion: Option<&'a RawValue>,
     #[serde(borrow, default)]
     camera: Option<&'a RawValue>,
+    #[serde(borrow, default)]
+    lights: Option<&'a RawValue>,
+    #[serde(borrow, default)]
+    cameras: Option<&'a RawValue>,
+    #[serde(borrow, default)]
+    environment: Option<&'a RawValue>,
+    #[serde(borrow, default)]
+    default_light: Option<&'a RawValue>,
 }
 
 /// A map in the order of the text.
@@ -75,7 +91,7 @@ pub(super) fn parse(source: &Arc<Source>, faults: &mut Vec<Diagnostic>) -> Descr
         Ok(top) => top,
         Err(e) => {
             parser.fault(0, &source.text, &e);
-            Top { gltf: None, grid: None, materials: None, motion: None, camera: None }
+            Top::default()
         }
     };
     Description {
@@ -84,6 +100,10 @@ pub(super) fn parse(source: &Arc<Source>, faults: &mut Vec<Diagnostic>) -> Descr
         materials: parser.materials(top.materials),
         motion: parser.motion(top.motion),
         camera: top.camera.and_then(|raw| parser.value(raw)),
+        lights: parser.checked(top.lights, AddedLight::check),
+        cameras: parser.checked(top.cameras, AddedCamera::check),
+        environment: top.environment.and_then(|raw| parser.environment(raw)),
+        default_light: top.default_light.and_then(|raw| parser.value(raw)).is_none_or(|d| d.value),
     }
 }
 
@@ -135,6 +155,37 @@ impl Parser<'_> {
             }
         }
         all
+    }
+
+    /// Entries whose numbers pass.
+    fn checked<T: DeserializeOwned>(
+        &mut self,
+        raw: Option<&RawValue>,
+        check: impl Fn(&T) -> Result<(), String>,
+    ) -> Vec<(Spanned<String>, T)> {
+        let mut all = vec![];
+        for (name, entry) in self.entries::<T>(raw) {
+            match check(&entry.value) {
+                Ok(()) => all.push((name, entry.value)),
+                Err(why) => {
+                    self.faults.push(Diagnostic::error(format!("\"{}\": {why}", name.value)).at(&entry.span, ""))
+                }
+            }
+        }
+        all
+    }
+
+    /// Its file lies beside the scene file.
+    fn environment(&mut self, raw: &RawValue) -> Option<Spanned<AddedEnvironment>> {
+        let mut found = self.value::<AddedEnvironment>(raw)?;
+        if let AddedEnvironment::File { file, .. } = &mut found.value {
+            *file = Path::new(&self.source.path).parent().unwrap_or(Path::new("")).join(&*file);
+        }
+        let checked = found.value.check();
+        checked
+            .map_err(|why| self.faults.push(Diagnostic::error(format!("environment: {why}")).at(&found.span, "")))
+            .ok()?;
+        Some(found)
     }
 
     /// The entries of a map, each parsed by itself; a name may stand once.
@@ -194,6 +245,10 @@ impl Parser<'_> {
             Code::NoSuchStructField { expected, found, .. } => {
                 let d = Diagnostic::error(format!("unknown key `{found}`")).nearest(found, expected.iter().copied());
                 d.help(format!("the keys here are {}", expected.join(", ")))
+            }
+            Code::NoSuchEnumVariant { expected, found, .. } => {
+                let d = Diagnostic::error(format!("unknown kind `{found}`")).nearest(found, expected.iter().copied());
+                d.help(format!("the kinds here are {}", expected.join(", ")))
             }
             Code::MissingStructField { field, .. } => Diagnostic::error(format!("`{field}` is missing")),
             Code::DuplicateStructField { field, .. } => Diagnostic::error(format!("`{field}` stands twice")),

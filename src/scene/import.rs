@@ -49,6 +49,7 @@ pub(super) fn import(
         default_camera: (!cameras.is_empty()).then_some(0),
         cameras,
         textures,
+        environment: None,
         bounds: Bounds::EMPTY,
         grid: Bounds::EMPTY,
         origin: Vec3::ZERO,

@@ -1,7 +1,9 @@
 //! From a path to a scene: finds the files, joins the glTF and its scene RON.
 
 use super::{
+    added::Additions,
     clusters::cluster,
+    complete,
     description::{self, Description, Key, Spanned},
     document::{Document, read_file},
     import::import,
@@ -27,12 +29,21 @@ pub struct Loaded {
 
 /// Loads a scene from a `.gltf`, a `.glb`, a scene `.ron`, or a path without one of these endings: then the first of
 /// PATH.ron, PATH.glb and PATH.gltf that is there, or else of the same names inside the directory PATH.
-/// A glTF with a `.ron` of the same stem beside it uses it.
+/// A glTF with a `.ron` of the same stem beside it uses it. A scene without light gets a sun and a sky, or a lamp where it is a closed room; a
+/// room without a camera gets one inside. Notices say so.
 ///
 /// # Errors
 /// Every fault of the files: what can't be read, is no glTF 2 or scene RON, or holds numbers, indices or names that
 /// nothing can be made of; and a scene without triangles.
 pub fn load(path: &Path) -> Checked<Loaded> {
+    load_with(path, &Additions::default())
+}
+
+/// As [`load`], with lights, cameras or an environment besides the files'.
+///
+/// # Errors
+/// As [`load`], and an environment's file that can't be read.
+pub fn load_with(path: &Path, additions: &Additions) -> Checked<Loaded> {
     let mut faults = vec![];
     let mut files = vec![];
     let found = resolve(path)?;
@@ -53,7 +64,8 @@ pub fn load(path: &Path) -> Checked<Loaded> {
     })?;
     files.push(gltf.clone());
     let directory = gltf.parent().unwrap_or(Path::new(""));
-    let scene = read(bytes.into(), &shown, &name, directory, description.as_ref(), &mut files, &mut faults);
+    let besides = Besides { description: description.as_ref(), additions: Some(additions) };
+    let scene = read(bytes.into(), &shown, &name, directory, besides, &mut files, &mut faults);
     match scene {
         Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
             Ok(Loaded { scene, notices: faults, files })
@@ -62,7 +74,16 @@ pub fn load(path: &Path) -> Checked<Loaded> {
     }
 }
 
-/// A scene from the bytes of a `.gltf` or `.glb` that needs no other file, called `name`, and the text of a scene RON.
+/// What a scene consists of besides its glTF.
+#[derive(Clone, Copy)]
+pub(super) struct Besides<'a> {
+    pub description: Option<&'a Description>,
+    /// `None`: nothing is made up where the scene has no light or no camera.
+    pub additions: Option<&'a Additions>,
+}
+
+/// A scene from the bytes of a `.gltf` or `.glb` that needs no other file, called `name`, and the text of a scene RON. Nothing is made up for
+/// it: without light it is dark.
 ///
 /// # Errors
 /// As [`load`].
@@ -70,7 +91,8 @@ pub fn from_bytes(bytes: &[u8], name: &str, description: Option<&str>) -> Checke
     let (mut faults, mut files) = (vec![], vec![]);
     let description =
         description.map(|text| description::parse(&Source::new(format!("{name}.ron"), text), &mut faults));
-    let scene = read(bytes.into(), name, name, Path::new(""), description.as_ref(), &mut files, &mut faults);
+    let besides = Besides { description: description.as_ref(), additions: None };
+    let scene = read(bytes.into(), name, name, Path::new(""), besides, &mut files, &mut faults);
     match scene {
         Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
             Ok(Loaded { scene, notices: faults, files })
@@ -86,18 +108,17 @@ pub(super) fn read(
     shown: &str,
     name: &str,
     directory: &Path,
-    description: Option<&Description>,
+    besides: Besides<'_>,
     files: &mut Vec<PathBuf>,
     faults: &mut Vec<Diagnostic>,
 ) -> Option<Scene> {
-    let mut scene = imported(&bytes, shown, name, directory, description, files, faults)?;
+    let Besides { description, additions } = besides;
+    let mut scene = imported(&bytes, shown, name, directory, besides, files, faults)?;
     drop(bytes);
     let nodes = scene.pose(0.0).nodes;
     cluster(Arc::make_mut(&mut scene.geometry), &nodes);
-    if scene.lights.is_empty() && !scene.materials.iter().any(super::Material::emits) {
-        let d = Diagnostic::note(format!("{shown}: the scene has no light; everything will be black"));
-        faults.push(d.help("add a light (KHR_lights_punctual) or an emissive material"));
-    }
+    let dark = additions.is_none_or(|a| a.no_default_light) || description.is_some_and(|d| !d.default_light);
+    complete::make_up(&mut scene, shown, dark, additions.is_some(), faults);
     faults.extend(scene.materials.iter().filter_map(|m| without_loss(m, shown)));
     scene.bounds = scene.swept_bounds();
     if let Some(d) = come_near(&mut scene, shown) {
@@ -120,15 +141,21 @@ fn imported(
     shown: &str,
     name: &str,
     directory: &Path,
-    description: Option<&Description>,
+    Besides { description, additions }: Besides<'_>,
     files: &mut Vec<PathBuf>,
     faults: &mut Vec<Diagnostic>,
 ) -> Option<Scene> {
     let document = Document::new(bytes, shown, directory, files, faults)?;
     let mut scene = import(&document, name, files, faults);
     if let Some(description) = description {
+        complete::add_described(&mut scene, description, &document.shown, faults);
         apply(&mut scene, description, &document, faults);
     }
+    if let Some(additions) = additions {
+        complete::add_given(&mut scene, additions);
+    }
+    let described = description.and_then(|d| d.environment.as_ref());
+    complete::add_environment(&mut scene, described, additions.and_then(|a| a.environment.as_ref()), files, faults);
     if faults.iter().any(|d| d.severity == Severity::Error) {
         return None;
     }

@@ -5,7 +5,8 @@
 //! [`Scene::camera_values`] at a pose.
 //!
 //! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes and materials of
-//!   them, `attached` lights and cameras, `geometry` the vertices, `clusters` their compact groups, `levels` fewer triangles, `textures` the base-colour array; `description`
+//!   them, `attached` lights and cameras, `complete` adds those of the scene RON and the command (`added`) and what is made up (`room` finds
+//!   whether to stand inside), `environment` light from all around (`sky`, `panorama`), `geometry` the vertices, `clusters` their compact groups, `levels` fewer triangles, `textures` the base-colour array; `description`
 //!   reads the scene RON
 //! - `model` holds the scene and its facts; `motion` poses it; `tables`, `corners`, `light_views` and `bvh` fill the shaders'
 //!   tables, whose columns are `pieces`; `camera` makes the view matrices
@@ -26,24 +27,30 @@
 //!             (time: 4, translation: (1, 2, 0), rotation_degrees: (0, 1, 0, 90)),
 //!         ],
 //!     },
-//!     camera: "overview",                     // used when none is named; without it, the glTF's first
+//!     lights: { "sun": Sun(azimuth: 120, elevation: 30, lux: 3) },
+//!     cameras: { "overview": (at: (4, 3, 6), look_at: (0, 1, 0)) },
+//!     environment: Sky(),                     // or Constant(radiance: (1, 1, 1)), File(file: "sky.hdr")
+//!     camera: "overview",                     // used when none is named; without it, the first
 //! )
 //! ```
 //!
-//! All fields are optional. Motion is linear from keyframe to keyframe and begins anew after the last one's time;
+//! All fields are optional; `docs/scenes.md` lists them all. Motion is linear from keyframe to keyframe and begins anew after the last one's time;
 //! before the first one's time the first holds. `translation` replaces the node's own; `rotation_degrees`
 //! (axis x, y, z, then the angle) turns it about that axis of its parent's space, on top of its own rotation. Between
 //! two keyframes with the same axis the angle grows linearly, so that 0 to 360 is a whole turn. A keyframe
 //! without one of them has the node's own.
 
+mod added;
 mod assets;
 mod attached;
 mod bvh;
 mod camera;
 mod clusters;
+mod complete;
 mod corners;
 mod description;
 mod document;
+mod environment;
 mod geometry;
 mod import;
 mod levels;
@@ -51,19 +58,24 @@ mod light_views;
 mod load;
 mod model;
 mod motion;
+mod panorama;
 mod pieces;
+mod room;
+mod sky;
 mod tables;
 #[cfg(test)]
 mod tests;
 mod textures;
 
+pub use added::{AddedCamera, AddedEnvironment, AddedLight, Additions};
 pub use assets::{AssetHashes, Assets};
 pub use bvh::reach;
 pub use clusters::{CLUSTER, Cluster};
 pub use corners::{Corners, Held};
+pub use environment::Environment;
 pub use geometry::Geometry;
 pub use levels::{Level, Levels};
-pub use load::{Loaded, from_bytes, load};
+pub use load::{Loaded, from_bytes, load, load_with};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use pieces::Pieces;
@@ -307,6 +319,9 @@ impl Column {
 ///   ones); those of single-sided materials first
 /// - `emitters`: the emissive triangles: corners `a`, `b`, `c`, `radiance`, `area`, `cumulative` (share of the power
 ///   up to and with this row; the last is 1), `density` (per m², of picking a point on it by power)
+/// - `environment`: light from all around by direction: squares of 1, 4, 16, … texels, one after the other, the last of
+///   `environment`² texels (a fact); `radiance`, `weight` (what directions are drawn by). Which direction a texel stands for:
+///   `shaders/lib/environment.wgsl`
 ///
 /// A table without rows binds as one zeroed row, so that a shader always has something to point at; the counts
 /// are facts.
@@ -389,9 +404,11 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("density", Type::Float),
         ],
     ),
+    ("environment", &[("radiance", Type::Vec3), ("weight", Type::Float)]),
 ];
 
 /// The facts every scene states, for conditions, sizes and uniforms.
+/// `environment` is the edge of the finest square of the table of that name, 0 for a scene in the dark.
 /// `max_shininess` is the largest exponent of those with a Phong lobe, 0 without.
 /// `bounds_*` enclose all geometry over all its motion; `grid_*` are the scene file's probe bounds, or `bounds_*`.
 pub const FACTS: &[(&str, Type)] = &[
@@ -400,6 +417,7 @@ pub const FACTS: &[(&str, Type)] = &[
     ("spot_lights", Type::Uint),
     ("directional_lights", Type::Uint),
     ("light_views", Type::Uint),
+    ("environment", Type::Uint),
     ("emitters", Type::Uint),
     ("materials", Type::Uint),
     ("emissive_materials", Type::Uint),

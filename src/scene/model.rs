@@ -1,6 +1,6 @@
 //! The scene as plain data, and the facts it states.
 
-use super::{Geometry, Levels, TextureArray};
+use super::{Environment, Geometry, Levels, TextureArray};
 use crate::value::{Value, Values};
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -21,6 +21,8 @@ pub struct Scene {
     pub default_camera: Option<usize>,
     /// `None` when no material has a base-colour texture.
     pub textures: Option<TextureArray>,
+    /// What is seen where nothing is; `None` for darkness.
+    pub environment: Option<Environment>,
     /// All geometry over all its motion, in metres, world space.
     pub bounds: Bounds,
     /// Where probes go: the scene file's `grid`, or `bounds`.
@@ -201,6 +203,7 @@ impl Scene {
             ("spot_lights", lights(LightKind::Spot)),
             ("directional_lights", lights(LightKind::Directional)),
             ("light_views", Value::Uint(self.lights.iter().map(|l| l.kind.views()).sum())),
+            ("environment", Value::Uint(self.environment.as_ref().map_or(0, Environment::edge))),
             ("emitters", count(self.corners().filter(|c| self.material(c).is_some_and(Material::emits)).count())),
             ("materials", count(self.materials.len())),
             ("emissive_materials", materials(Material::emits)),

@@ -5,6 +5,7 @@ use super::{
     bvh::{Bvh, Tree, reach},
     clusters,
     corners::{Corners, Held, Order, normal_matrix},
+    environment::Environment,
     geometry::Geometry,
     light_views::{LightView, Surfaces, light_views},
     model::{Bounds, Scene},
@@ -72,7 +73,7 @@ impl Scene {
             let Tables { pose: before, levels: beside, list, boxes: _ } = earlier?;
             let (nodes, lights) = (before.nodes == pose.nodes, before.lights == pose.lights);
             let same = match name {
-                "materials" => true,
+                "materials" | "environment" => true,
                 "lights" => lights,
                 "light_views" => nodes && lights,
                 "clusters" => nodes && same_levels(beside, &levels),
@@ -103,6 +104,7 @@ impl Scene {
             }
             "clusters" => Some(self.cluster_table(&boxes, &levels, earlier)),
             "emitters" => Some(self.emitter_table(corners)),
+            "environment" => Some(self.environment.as_ref().map_or_else(Environment::nothing, Environment::table)),
             _ => None,
         };
         let list = names().filter_map(|name| kept(name).or_else(|| made(name))).collect();

@@ -17,6 +17,7 @@ use crate::gpu::{self, ADAPTER_VARIABLE, Gpu, OpenError};
 use crate::image::exr::{Precision, write_exr};
 use crate::image::png::{ToneMap, write_png};
 use crate::image::{Image, difference};
+use crate::scene::Additions;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -34,6 +35,8 @@ pub struct Start {
     pub choice: Choice,
     /// Folders of shaders besides the usual ones.
     pub shaders: Vec<PathBuf>,
+    /// What scenes get besides their files.
+    pub additions: Additions,
     /// Which of a graph's alternatives run.
     pub fastest: Policy,
     /// Check the numbers that every step leaves.
@@ -234,7 +237,8 @@ impl App {
             let _ = tell.send(told);
             let _ = proxy.send_event(Wake);
         };
-        let stage = Stage::new(gpu.clone(), self.start.shaders.clone(), self.start.fastest, self.start.watch);
+        let Start { shaders, additions, fastest, watch, .. } = &self.start;
+        let stage = Stage::new(gpu.clone(), shaders.clone(), additions.clone(), *fastest, *watch);
         let engine = Engine::start(stage, told).map_err(Ended::Faults)?;
         let most = gpu.limits.max_texture_dimension_2d as usize;
         let id = egui::ViewportId::ROOT;

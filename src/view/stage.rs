@@ -12,7 +12,7 @@ use crate::image::metrics;
 use crate::plan::fastest::still;
 use crate::plan::show::picture;
 use crate::reload::{folder_of, folders};
-use crate::scene::{self, Scene};
+use crate::scene::{self, Additions, Scene};
 use crate::session::{Project, Session, Settings};
 use crate::value::Values;
 use std::collections::BTreeSet;
@@ -57,6 +57,8 @@ pub struct Inspect {
 pub struct Stage {
     gpu: Arc<Gpu>,
     shaders: Vec<PathBuf>,
+    /// What scenes get besides their files.
+    additions: Additions,
     /// Which alternatives of graphs run, and whether the numbers that steps leave are checked.
     fastest: Policy,
     watch: bool,
@@ -122,10 +124,11 @@ struct Key {
 }
 
 impl Stage {
-    pub fn new(gpu: Arc<Gpu>, shaders: Vec<PathBuf>, fastest: Policy, watch: bool) -> Stage {
+    pub fn new(gpu: Arc<Gpu>, shaders: Vec<PathBuf>, additions: Additions, fastest: Policy, watch: bool) -> Stage {
         Stage {
             gpu,
             shaders,
+            additions,
             fastest,
             watch,
             scene: None,
@@ -269,7 +272,7 @@ impl Stage {
         let key = Key { graph: path.into(), params: Values::new(), size: [0; 2], scene: 0, revision: self.revision };
         self.vain(&key)?;
         let start = Instant::now();
-        let loaded = scene::load(path).map_err(|f| self.note(key, f))?;
+        let loaded = scene::load_with(path, &self.additions).map_err(|f| self.note(key, f))?;
         remade.scene_ms = ms(start);
         match &mut self.scene {
             Some(old) if *old.scene == loaded.scene => {

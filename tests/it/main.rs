@@ -21,6 +21,7 @@
 //! - `library`: public types in other programs
 //! - `lobes`: glossy lobes against their integrals and another renderer
 //! - `many_lights`: lights lit in groups, held against lights lit one by one
+//! - `open_air`: environments, suns and cameras that files don't hold
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
@@ -64,6 +65,7 @@ mod many_lights;
 mod mutants;
 mod mutated;
 mod mutations;
+mod open_air;
 mod plain_scenes;
 mod planes;
 mod projection;

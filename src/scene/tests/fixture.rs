@@ -2,7 +2,10 @@
 
 use crate::{
     diag::{Diagnostic, Source, render},
-    scene::{Scene, description, load::read},
+    scene::{
+        Scene, description,
+        load::{Besides, read},
+    },
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -139,8 +142,8 @@ impl Fixture {
     pub fn described(&self, ron: &str) -> Result<Scene, String> {
         let mut faults = vec![];
         let description = description::parse(&Source::new("test.ron", ron), &mut faults);
-        let scene =
-            read(self.glb().into(), "test.glb", "test", Path::new(""), Some(&description), &mut vec![], &mut faults);
+        let besides = Besides { description: Some(&description), additions: None };
+        let scene = read(self.glb().into(), "test.glb", "test", Path::new(""), besides, &mut vec![], &mut faults);
         scene.ok_or_else(|| render(&faults))
     }
 
@@ -156,7 +159,8 @@ impl Fixture {
 /// The scene with its notices, or the faults as text.
 pub(super) fn read_bytes(bytes: &[u8]) -> Result<(Scene, Vec<Diagnostic>), String> {
     let mut faults = vec![];
-    match read(bytes.into(), "test.glb", "test", Path::new(""), None, &mut vec![], &mut faults) {
+    let besides = Besides { description: None, additions: None };
+    match read(bytes.into(), "test.glb", "test", Path::new(""), besides, &mut vec![], &mut faults) {
         Some(scene) => Ok((scene, faults)),
         None => Err(render(&faults)),
     }

@@ -68,7 +68,7 @@ impl Drop for Files {
 
 fn stage() -> Stage {
     let gpu = Gpu::open().unwrap_or_else(|e| panic!("{}", Faults::from(e)));
-    Stage::new(Arc::new(gpu), vec![], Policy::First, false)
+    Stage::new(Arc::new(gpu), vec![], Additions::default(), Policy::First, false)
 }
 
 /// Goes on until nothing more comes.

@@ -1,0 +1,40 @@
+//! Light that surfaces reflect straight from the environment, with traced shadows.
+#define_import_path lightgraph::environment_light
+#import lightgraph::environment::{Drawn, draw, draw_density, radiance}
+#import lightgraph::lobe::{reflectance, scatter, scatter_density}
+#import lightgraph::random::{even_pair, next, scramble}
+#import lightgraph::surface::Surface
+#import lightgraph::trace::{is_free, FAR}
+
+/// An estimate of it from one direction drawn by its light, weighed against one drawn by `lobe::scatter` with the density that
+/// `scattered` gives for it (balance heuristic of Veach, 1995).
+fn estimate(s: Surface, start: vec3f, d: Drawn, scattered: f32) -> vec3f {
+    let light = reflectance(s, d.direction) * d.radiance;
+    if d.density <= 0.0 || all(light <= vec3f(0.0)) || !is_free(start, d.direction, FAR) {
+        return vec3f(0.0);
+    }
+    return light / (d.density + scattered);
+}
+
+/// The light that a scattered direction of this density brings, over the radiance: the other half of `estimate`.
+fn arrived(direction: vec3f, density: f32) -> vec3f {
+    return radiance(direction) * (density / (density + draw_density(direction)));
+}
+
+/// Radiance that a surface reflects towards its viewer straight from the environment: the mean over `samples` directions drawn by its
+/// light, and as many drawn by what the surface reflects. `start`: where its rays start; `shift` moves the directions.
+fn reflected_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    var state = shift;
+    for (var i = 0u; i < samples; i++) {
+        let d = draw(even_pair(i, scramble(shift)));
+        sum += estimate(s, start, d, scatter_density(s, d.direction));
+        let direction = scatter(s, next(&state), even_pair(i, shift));
+        let density = scatter_density(s, direction);
+        let reflected = reflectance(s, direction);
+        if density > 0.0 && any(reflected > vec3f(0.0)) && is_free(start, direction, FAR) {
+            sum += reflected / density * arrived(direction, density);
+        }
+    }
+    return sum / f32(samples);
+}

@@ -1,0 +1,207 @@
+//! Whether a scene is a room, and where a person would stand in it.
+
+use super::{
+    clusters::{Cluster, triangles},
+    model::{Bounds, Scene},
+};
+use glam::{Mat4, Vec3};
+use std::f32::consts::TAU;
+
+/// A place inside of a room.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stand {
+    /// Where a person's eyes are, metres.
+    pub eye: Vec3,
+    /// Unit, level: where there is most to see.
+    pub forward: Vec3,
+    /// Whether next to no light comes in from outside.
+    pub closed: bool,
+    /// Where a lamp would hang.
+    pub lamp: Vec3,
+    /// How far walls, floor and ceiling are from the lamp, on average.
+    pub reach: f32,
+}
+
+/// Directions that a place is judged by.
+const LOOKS: usize = 64;
+/// Directions along the horizon.
+const TURNS: usize = 32;
+/// Share of what is seen that must be the fronts of surfaces, on average over the places tried: the rest may be an open side, or the sky over
+/// a court.
+const ENCLOSED: f32 = 0.75;
+/// Share that may be backs: inside of a solid there is nothing else.
+const BACKS: f32 = 0.1;
+/// Share that may be open where a room counts as closed.
+const OPEN: f32 = 0.03;
+/// Metres: a person fits into what is higher and wider.
+const ROOM_SIZE: f32 = 2.0;
+/// Metres from the floor.
+const EYE_HEIGHT: f32 = 1.6;
+/// Clusters that have a box together.
+const GROUP: usize = 16;
+
+/// What a ray met.
+#[derive(Clone, Copy)]
+struct Met {
+    distance: f32,
+    front: bool,
+}
+
+/// What is seen from a place, as shares of all directions, and the mean distance.
+struct Seen {
+    fronts: f32,
+    backs: f32,
+    reach: f32,
+}
+
+struct World<'a> {
+    scene: &'a Scene,
+    nodes: Vec<Mat4>,
+    /// A box round each [`GROUP`] of clusters, and round each of these.
+    groups: Vec<(Bounds, Vec<(Bounds, Cluster)>)>,
+    all: Bounds,
+}
+
+/// Where to stand; `None` for what is seen from outside.
+pub(super) fn stand(scene: &Scene) -> Option<Stand> {
+    let world = World::new(scene);
+    let size = world.all.max - world.all.min;
+    if size.min_element() <= 0.0 {
+        return None;
+    }
+    let inside = |x: f32, y: f32, z: f32| world.all.min + Vec3::new(x, y, z) * size;
+    let places: Vec<Vec3> =
+        (0..25).map(|i| inside(0.1 + 0.2 * (i % 5) as f32, 0.45, 0.1 + 0.2 * (i / 5) as f32)).collect();
+    let middle = inside(0.5, 0.45, 0.5);
+    let tried = [middle].into_iter().chain(places.iter().step_by(4).copied());
+    let seen: Vec<(Vec3, Seen)> = tried.map(|place| (place, world.seen(place))).collect();
+    // Inside of solids nobody stands.
+    let free: Vec<&(Vec3, Seen)> = seen.iter().filter(|(_, seen)| seen.backs <= BACKS).collect();
+    let fronts = free.iter().map(|(_, seen)| seen.fronts).sum::<f32>();
+    if 2 * free.len() < seen.len() || fronts < ENCLOSED * free.len() as f32 {
+        return None;
+    }
+    let (best, seen) = free.into_iter().max_by(|a, b| a.1.reach.total_cmp(&b.1.reach))?;
+    let best = *best;
+    let roomy = size.y >= ROOM_SIZE && size.x.min(size.z) >= ROOM_SIZE;
+    if !roomy && !world.backs_from_outside() {
+        return None;
+    }
+    let views = places.iter().filter_map(|place| world.view(*place));
+    let (_, eye, forward) = views.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let above = world.met(best, Vec3::Y).map_or(0.0, |met| met.distance);
+    Some(Stand {
+        eye,
+        forward,
+        closed: seen.fronts + seen.backs >= 1.0 - OPEN,
+        lamp: best + Vec3::Y * above * 0.7,
+        reach: seen.reach,
+    })
+}
+
+impl<'a> World<'a> {
+    fn new(scene: &'a Scene) -> World<'a> {
+        let nodes = scene.pose(0.0).nodes;
+        let mut world = World { scene, nodes, groups: vec![], all: Bounds::EMPTY };
+        let round = |c: &Cluster| Bounds::of(triangles(c).flat_map(|t| world.corners(t)));
+        let boxed = |some: &[Cluster]| {
+            let boxes: Vec<(Bounds, Cluster)> = some.iter().map(|c| (round(c), *c)).collect();
+            (boxes.iter().fold(Bounds::EMPTY, |all, (b, _)| all.union(*b)), boxes)
+        };
+        world.groups = scene.geometry.clusters.chunks(GROUP).map(boxed).collect();
+        world.all = world.groups.iter().fold(Bounds::EMPTY, |all, (b, _)| all.union(*b));
+        world
+    }
+
+    fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        let geometry = &self.scene.geometry;
+        [0, 1, 2].map(|corner| {
+            let v = &geometry.vertices[geometry.indices[3 * triangle + corner] as usize];
+            self.nodes[v.node as usize].transform_point3(v.position.into())
+        })
+    }
+
+    /// What a ray along a unit direction meets first.
+    fn met(&self, origin: Vec3, direction: Vec3) -> Option<Met> {
+        let inverse = direction.recip();
+        let mut best: Option<Met> = None;
+        let end = |best: Option<Met>| best.map_or(f32::INFINITY, |met| met.distance);
+        for (round, clusters) in &self.groups {
+            if !enters(round, origin, inverse, end(best)) {
+                continue;
+            }
+            for (round, cluster) in clusters {
+                if enters(round, origin, inverse, end(best)) {
+                    let found = triangles(cluster).filter_map(|t| meet(self.corners(t), origin, direction));
+                    best = found.chain(best).min_by(|a, b| a.distance.total_cmp(&b.distance));
+                }
+            }
+        }
+        best
+    }
+
+    fn seen(&self, place: Vec3) -> Seen {
+        let met: Vec<Met> = (0..LOOKS).filter_map(|i| self.met(place, spread(i))).collect();
+        let share = |front: bool| met.iter().filter(|m| m.front == front).count() as f32 / LOOKS as f32;
+        let reach = met.iter().map(|m| m.distance).sum::<f32>() / met.len().max(1) as f32;
+        Seen { fronts: share(true), backs: share(false), reach }
+    }
+
+    /// Whether what is seen from outside are mostly the backs of walls.
+    fn backs_from_outside(&self) -> bool {
+        let (middle, far) = (self.all.center(), self.all.diagonal());
+        let met: Vec<Met> = (0..LOOKS).filter_map(|i| self.met(middle - far * spread(i), spread(i))).collect();
+        2 * met.iter().filter(|m| !m.front).count() > met.len()
+    }
+
+    /// How far one sees from above a place on the floor, the eye and the best direction.
+    fn view(&self, place: Vec3) -> Option<(f32, Vec3, Vec3)> {
+        let below = self.met(place, Vec3::NEG_Y).filter(|m| m.front)?.distance;
+        let above = self.met(place, Vec3::Y).map_or(below, |m| m.distance);
+        let eye = place + Vec3::Y * (EYE_HEIGHT.min(0.5 * (above + below)) - below);
+        let turn = |i: usize| {
+            let (sine, cosine) = (TAU * (i as f32 + 0.37) / TURNS as f32).sin_cos();
+            Vec3::new(sine, 0.0, -cosine)
+        };
+        let met: Vec<Option<Met>> = (0..TURNS).map(|i| self.met(eye, turn(i))).collect();
+        let backs = met.iter().flatten().filter(|m| !m.front).count();
+        if backs as f32 > BACKS * TURNS as f32 {
+            return None;
+        }
+        // Where nothing is there is nothing to see.
+        let way = |i: usize| met[i % TURNS].map_or(0.0, |m| m.distance);
+        // Sixty degrees round a direction, the middle counting most.
+        let wide = |i: usize| (0..5).map(|k| [1.0, 2.0, 3.0, 2.0, 1.0][k] * way(i + TURNS + k - 2)).sum::<f32>() / 9.0;
+        let best = (0..TURNS).max_by(|a, b| wide(*a).total_cmp(&wide(*b)))?;
+        Some((wide(best), eye, turn(best)))
+    }
+}
+
+/// Directions that cover the sphere evenly: a spiral by the golden angle.
+fn spread(i: usize) -> Vec3 {
+    let y = 1.0 - (2 * i + 1) as f32 / LOOKS as f32;
+    let (sine, cosine) = (2.399_963_2 * i as f32).sin_cos();
+    let across = (1.0 - y * y).sqrt();
+    Vec3::new(across * cosine, y, across * sine)
+}
+
+fn enters(b: &Bounds, origin: Vec3, inverse: Vec3, end: f32) -> bool {
+    let (low, high) = ((b.min - origin) * inverse, (b.max - origin) * inverse);
+    let (near, far) = (low.min(high), low.max(high));
+    near.max_element().max(0.0) <= far.min_element().min(end)
+}
+
+/// Source: Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
+fn meet([a, b, c]: [Vec3; 3], origin: Vec3, direction: Vec3) -> Option<Met> {
+    let (ab, ac) = (b - a, c - a);
+    let p = direction.cross(ac);
+    let determinant = ab.dot(p);
+    if determinant == 0.0 {
+        return None;
+    }
+    let from = (origin - a) / determinant;
+    let q = from.cross(ab);
+    let (u, v, distance) = (from.dot(p), direction.dot(q), ac.dot(q));
+    let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0;
+    inside.then_some(Met { distance, front: determinant > 0.0 })
+}
