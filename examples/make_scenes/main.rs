@@ -15,7 +15,6 @@ mod paintings;
 mod rooms;
 mod shapes;
 
-use glb::Document;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

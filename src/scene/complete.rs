@@ -131,7 +131,7 @@ pub(super) fn make_up(scene: &mut Scene, shown: &str, dark: bool, sought: bool, 
     };
     let d = Diagnostic::note(format!("{shown}: the scene has no light; {what}"));
     faults.push(
-        d.help("choose with --sun, --light or --environment, or in a scene RON; --no-default-light leaves it black"),
+        d.help("choose it with --sun, --light or --environment, in a scene RON or in the glTF (KHR_lights_punctual); --no-default-light leaves it black"),
     );
 }
 
