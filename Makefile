@@ -4,12 +4,16 @@
 # make stress  every graph under what scenes and parameters can do, at most a quarter of an hour, to out/stress/report.html
 # make scenes  writes the generated files of scenes/ anew
 # make peers   installs other renderers, for comparisons, into target/peers
+# make mutants  2,000 mutants of each kind of file, within memory and time; `make test` takes 200
+# make fuzz    coverage-guided fuzzing of all targets, MINUTES=10 in all; needs cargo-fuzz and a nightly toolchain
+# make soak    `watch` and the window under random edits, MINUTES=60 each: memory and descriptors stay flat
+# make deny    licences, duplicates, sources and advisories of dependencies; needs cargo-deny
 # make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo bench stress scenes peers references driver display browser lint
+.PHONY: test demo bench stress scenes peers references mutants fuzz soak deny driver display browser lint
 
 test: display browser lint
 	cargo test
@@ -47,6 +51,29 @@ peers:
 references: peers
 	peers/run.sh make_references.py
 
+mutants:
+	LIGHTGRAPH_MUTANTS=2000 cargo test --test it -- mutants:: --nocapture
+
+fuzz:
+	scripts/fuzz.sh $(or $(MINUTES),10)
+
+soak: display
+	cargo build --release
+	scripts/soak.sh $(or $(MINUTES),60)
+
+# Advisories need RustSec's repository of them: where there is no way to it, the rest is checked and that is said.
+deny:
+	@if ! cargo deny --version >/dev/null 2>&1; then \
+	    echo "make: \`cargo deny\` is not installed; \`cargo install --locked cargo-deny\` installs it" >&2; \
+	    exit 1; \
+	fi
+	cargo deny check licenses bans sources
+	@if git ls-remote --exit-code https://github.com/RustSec/advisory-db HEAD >/dev/null 2>&1; then \
+	    cargo deny check advisories; \
+	else \
+	    echo "make: advisories are NOT checked: https://github.com/RustSec/advisory-db can't be reached" >&2; \
+	fi
+
 # Installs Mesa's software driver where there is no Vulkan driver at all.
 driver:
 	@scripts/install-driver.sh
@@ -59,6 +86,7 @@ display:
 browser:
 	@scripts/install-browser.sh
 
+# Where cargo-deny is installed, dependencies are held to deny.toml too.
 lint:
 	@for tool in fmt clippy; do \
 	    if ! cargo "$$tool" --version >/dev/null 2>&1; then \
@@ -68,3 +96,8 @@ lint:
 	done
 	cargo fmt --check
 	cargo clippy --all-targets -- -D warnings
+	@if cargo deny --version >/dev/null 2>&1; then \
+	    cargo deny check licenses bans sources; \
+	else \
+	    echo "make: dependencies are NOT held to deny.toml: cargo-deny is not installed" >&2; \
+	fi

@@ -7,6 +7,11 @@ use std::sync::Arc;
 /// The environment variable that picks an adapter: a part of its name, in any case.
 pub const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 
+/// The part of an adapter's name that the user asks for. Bytes that are no text are asked for too: nothing has them in its name.
+pub fn wanted_adapter() -> Option<String> {
+    std::env::var_os(ADAPTER_VARIABLE).map(|n| n.to_string_lossy().into_owned()).filter(|n| !n.is_empty())
+}
+
 /// What a graph can profit from; the device has those of them that its adapter has.
 const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
@@ -61,8 +66,7 @@ impl Gpu {
     /// [`OpenError::NoAdapter`] when none is found or none fits the variable, with the remedy;
     /// [`OpenError::Other`] when every adapter that fits refuses to give a device.
     pub fn open() -> Result<Gpu, OpenError> {
-        let wanted = std::env::var(ADAPTER_VARIABLE).ok().filter(|n| !n.is_empty());
-        Gpu::open_named(wanted.as_deref())
+        Gpu::open_named(wanted_adapter().as_deref())
     }
 
     /// As [`Gpu::open`], with the part of the name given here.

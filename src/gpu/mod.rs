@@ -30,7 +30,7 @@ mod timing;
 mod uniforms;
 mod wipe;
 
-pub use device::{ADAPTER_VARIABLE, Gpu, OpenError};
+pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, wanted_adapter};
 pub use digest::{DIGEST, digests};
 pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};
 pub use numerics::{Broken, Numerics, Reading};

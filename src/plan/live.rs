@@ -4,7 +4,7 @@ use super::sizes::Sizes;
 use super::wire::{Item, Mode, Use, Wired};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::Pass;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Names of the passes (loops included) that `outputs` (resource names) need.
@@ -82,6 +82,7 @@ pub fn retain<'g>(items: Vec<Item<'g>>, live: &BTreeSet<&str>) -> Vec<Item<'g>> 
 pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<Diagnostic> {
     let mut passes = vec![];
     flatten(items, &mut passes);
+    let readers = readers(&passes);
     let mut faults = vec![];
     let mut written = FxHashSet::default();
     walk(items, &mut written, &mut |w: &Wired, u: &Use| {
@@ -92,12 +93,12 @@ pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<
         let at = passes.iter().position(|p| std::ptr::eq(*p, w)).unwrap_or(0);
         let writes = |p: &&Wired| p.uses.iter().any(|v| v.resource == u.resource && v.mode.writes());
         let later = passes[at..].iter().copied().find(writes);
-        faults.push(fault(w, u, later, &passes, off));
+        faults.push(fault(w, u, later, &readers, off));
     });
     faults
 }
 
-fn fault(w: &Wired, u: &Use, later: Option<&Wired>, passes: &[&Wired], off: &[(&Pass, String)]) -> Diagnostic {
+fn fault(w: &Wired, u: &Use, later: Option<&Wired>, readers: &Readers, off: &[(&Pass, String)]) -> Diagnostic {
     let name = &w.pass.name;
     let read = |d: Diagnostic| d.at(&u.span, "read here").at(&name.span, "in this pass");
     let history = format!("give `{}` an `initial` value, or `history: true` for last frame's", u.resource);
@@ -108,7 +109,7 @@ fn fault(w: &Wired, u: &Use, later: Option<&Wired>, passes: &[&Wired], off: &[(&
         }
         Some(writer) => {
             let word = &writer.pass.name;
-            let (text, help) = match path(w, writer, passes) {
+            let (text, help) = match path(w, writer, readers) {
                 Some(cycle) => (format!("a cycle: {cycle}"), history),
                 None => (
                     format!("`{}` reads `{}`, which `{}` writes only later", name.value, u.resource, word.value),
@@ -131,16 +132,29 @@ fn fault(w: &Wired, u: &Use, later: Option<&Wired>, passes: &[&Wired], off: &[(&
     }
 }
 
+/// The passes that read each resource, with their places.
+type Readers<'a, 'g> = FxHashMap<&'a str, Vec<(usize, &'a Wired<'g>)>>;
+
+fn readers<'a, 'g>(passes: &[&'a Wired<'g>]) -> Readers<'a, 'g> {
+    let mut readers = Readers::default();
+    for (place, pass) in passes.iter().copied().enumerate() {
+        for u in pass.uses.iter().filter(|u| u.mode.reads()) {
+            readers.entry(u.resource.as_str()).or_default().push((place, pass));
+        }
+    }
+    readers
+}
+
 /// `a → b → a` when `from`'s results lead to `to`.
-fn path(from: &Wired, to: &Wired, passes: &[&Wired]) -> Option<String> {
+fn path(from: &Wired, to: &Wired, readers: &Readers) -> Option<String> {
     let mut came: BTreeMap<&str, &str> = BTreeMap::new();
     let mut open = vec![from];
     while let Some(p) = open.pop() {
-        for q in passes {
-            let flows = p.uses.iter().filter(|u| u.mode.writes());
-            let flows = flows.into_iter().any(|u| q.uses.iter().any(|v| v.resource == u.resource && v.mode.reads()));
-            let known = came.contains_key(q.pass.name.value.as_str());
-            if flows && !known && !std::ptr::eq(*q, from) {
+        let written = p.uses.iter().filter(|u| u.mode.writes());
+        let mut next: Vec<_> = written.filter_map(|u| readers.get(u.resource.as_str())).flatten().copied().collect();
+        next.sort_by_key(|(place, _)| *place);
+        for (_, q) in next {
+            if !came.contains_key(q.pass.name.value.as_str()) && !std::ptr::eq(q, from) {
                 came.insert(&q.pass.name.value, &p.pass.name.value);
                 open.push(q);
             }

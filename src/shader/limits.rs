@@ -18,6 +18,9 @@ const MAX_BYTES: usize = 1 << 20;
 /// Brackets, operators and `else` around a word at most. The deepest of the shaders that ship has 48.
 const MAX_DEPTH: usize = 1000;
 
+/// Operators that an `else` counts for: a statement in a statement takes more stack than an operator.
+const ELSE: usize = 4;
+
 /// Declarations in a chain at most, each of which names the next: structs in structs, constants of constants, calls of calls.
 const MAX_CHAIN: usize = 200;
 
@@ -61,18 +64,26 @@ fn length(unit: &Unit) -> Option<Diagnostic> {
 /// A bracket or template list that is open.
 struct Level {
     end: char,
-    /// Operators and `else` since the last comma, semicolon or closing brace.
+    /// Operators since the last comma, semicolon or brace.
     operators: usize,
+    /// What the `else` of the chain that goes on here count for.
+    chain: usize,
+}
+
+impl Level {
+    fn new(end: char) -> Level {
+        Level { end, operators: 0, chain: 0 }
+    }
 }
 
 fn depth(unit: &Unit) -> Option<Diagnostic> {
     let (text, words) = (&unit.scan.text, &unit.words);
-    let mut levels = vec![Level { end: '\0', operators: 0 }];
+    let mut levels = vec![Level::new('\0')];
     let mut total = 0;
     for (at, word) in words.iter().enumerate() {
         let top = levels.last_mut()?;
         match word.kind {
-            Kind::Mark('<') if is_template(words, text, at) => levels.push(Level { end: '>', operators: 0 }),
+            Kind::Mark('<') if is_template(words, text, at) => levels.push(Level::new('>')),
             Kind::Mark('>') if top.end == '>' => close(&mut levels, &mut total, '>'),
             Kind::Mark(open @ ('(' | '[' | '{')) => {
                 let end = match open {
@@ -80,18 +91,23 @@ fn depth(unit: &Unit) -> Option<Diagnostic> {
                     '[' => ']',
                     _ => '}',
                 };
-                levels.push(Level { end, operators: 0 });
+                levels.push(Level::new(end));
             }
             Kind::Mark(end @ (')' | ']' | '}')) => {
                 close(&mut levels, &mut total, end);
-                let goes_on = end != '}' || words.get(at + 1).is_some_and(|w| w.text(text) == "else");
                 let top = levels.last_mut()?;
-                if goes_on {
+                if end != '}' {
                     // A call or an index stands round what is before it.
                     top.operators += 1;
                     total += 1;
+                    continue;
+                }
+                total -= std::mem::take(&mut top.operators);
+                if words.get(at + 1).is_some_and(|w| w.text(text) == "else") {
+                    top.chain += ELSE;
+                    total += ELSE;
                 } else {
-                    total -= std::mem::take(&mut top.operators);
+                    total -= std::mem::take(&mut top.chain);
                 }
             }
             Kind::Mark(',' | ';') => total -= std::mem::take(&mut top.operators),
@@ -113,7 +129,7 @@ fn depth(unit: &Unit) -> Option<Diagnostic> {
 /// Closes the innermost bracket of this kind, and template lists in it that were none.
 fn close(levels: &mut Vec<Level>, total: &mut usize, end: char) {
     let Some(at) = levels.iter().rposition(|l| l.end == end).filter(|at| *at > 0) else { return };
-    *total -= levels.drain(at..).map(|l| l.operators).sum::<usize>();
+    *total -= levels.drain(at..).map(|l| l.operators + l.chain).sum::<usize>();
 }
 
 /// Whether a `<` opens a template list: only names that WGSL itself declares have one.
@@ -363,7 +379,7 @@ mod tests {
         assert!(statement(format!("data[0] = {}1.0;", "-".repeat(20_000))).contains(deep));
         assert!(statement(format!("data[0] = at{};", ".xy".repeat(20_000))).contains(deep));
         assert!(statement(format!("if i == 0u {{}}{}", " else if i == 1u {}".repeat(8_000))).contains(deep));
-        let chain = statement(format!("if i == 0u {{}}{}", " else if i == 1u {}".repeat(300)));
+        let chain = statement(format!("if i == 0u {{}}{}", " else if i == 1u { data[0] = -at.x * 2.0; }".repeat(240)));
         assert!(chain.is_empty(), "{chain}");
         let many = statement("if i < 2u { data[i] += at.x * 2.0; } else { data[0] = -at.y; }\n".repeat(3000));
         assert!(many.is_empty(), "{many}");

@@ -13,7 +13,7 @@ use super::surface::{Paint, Screen};
 use super::variants;
 use crate::diag::{Checked, Diagnostic, Faults, render};
 use crate::fastest::Policy;
-use crate::gpu::{self, ADAPTER_VARIABLE, Gpu, OpenError};
+use crate::gpu::{self, Gpu, OpenError, wanted_adapter};
 use crate::image::exr::{Precision, write_exr};
 use crate::image::png::{ToneMap, write_png};
 use crate::image::{Image, difference};
@@ -218,7 +218,7 @@ impl App {
             let d = Diagnostic::error(format!("can't draw to the window: {e}"));
             Ended::NoDisplay(d.help("`lightgraph watch` and `lightgraph render` need no display"))
         })?;
-        let wanted = std::env::var(ADAPTER_VARIABLE).ok().filter(|n| !n.is_empty());
+        let wanted = wanted_adapter();
         let gpu = Gpu::open_for(&instance, wanted.as_deref(), Some(&surface)).map_err(|e| match e {
             OpenError::NoAdapter(d) => Ended::NoAdapter(d),
             OpenError::Other(f) => Ended::Faults(f),

@@ -83,6 +83,27 @@ fn deep_shaders_end_no_process() {
     expect(doubled.path(), &["check", "g.ron"], 1, &["a.wgsl:1", "more than 65536 parts"]);
 }
 
+/// Every pass reads what the next one writes: each is a fault, and for each a circle is looked for.
+#[test]
+fn a_graph_in_the_wrong_order_is_refused_in_time() {
+    let scratch = project("hostile-order", "", "");
+    let shader = "var input: texture_2d<f32>;\n@fragment fn main(@builtin(position) at: vec4f) -> @location(0) vec4f { \
+                  return textureLoad(input, vec2u(at.xy), 0); }";
+    fs::write(scratch.path().join("shaders/s.wgsl"), shader).unwrap();
+    let resources: String =
+        (0..1000).map(|i| format!("\"r{i}\": Texture(format: Rgba16Float, size: \"screen\"),")).collect();
+    let pass = |i: usize| {
+        format!("Screen(name: \"p{i}\", shader: \"s.wgsl\", color: \"r{i}\", bind: {{\"input\": \"r{}\"}}),", i - 1)
+    };
+    let passes: String = (1..1000).rev().map(pass).collect();
+    let clear = "Clear(name: \"p0\", target: \"r0\", value: (1, 0, 0, 1))";
+    let text = format!(
+        "Graph(about: \"a\", resources: {{{resources}}}, passes: [{passes}{clear}], outputs: {{\"color\": \"r999\"}})"
+    );
+    fs::write(scratch.path().join("g.ron"), text).unwrap();
+    expect(scratch.path(), &["check", "g.ron"], 1, &["writes only later", "more are not shown"]);
+}
+
 #[test]
 fn thousands_of_faults_on_one_line_are_a_page() {
     let scratch = project("hostile-faults", "", "");
@@ -166,4 +187,71 @@ fn what_steers_a_terminal_does_not_reach_it() {
     let (code, printed) = run(scratch.path(), &["check", "g\u{1b}[31m.ron"]);
     assert_eq!(code, 1);
     assert!(!printed.contains(['\u{1b}', '\u{7}', '\u{202e}']), "{printed:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_adapter_that_is_no_text_is_asked_for_too() {
+    use std::os::unix::ffi::OsStrExt;
+    let output = Command::new(env!("CARGO_BIN_EXE_lightgraph"))
+        .args(["render", "graphs/direct.ron", "--scene", "scenes/lambert_plane.glb", "--size", "8x8", "--out"])
+        .arg(Scratch::new("hostile-adapter").path().join("a.png"))
+        .current_dir(repository(""))
+        .env("WGPU_ADAPTER_NAME", std::ffi::OsStr::from_bytes(b"\xff\xfe"))
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// With an adapter: what is written is looked at.
+#[test]
+fn numbers_that_are_not_finite_are_told() {
+    let scratch = project("hostile-finite", "", "");
+    let at = |name: &str| scratch.path().join(name).display().to_string();
+    let shader = "var<uniform> red: f32;\nstruct Image { @location(0) color: vec4f }\n\
+                  @fragment fn fragment(@builtin(position) at: vec4f) -> Image { return Image(vec4f(red * at.x, 0.0, 0.0, 1.0)); }";
+    fs::write(at("shaders/fill.wgsl"), shader).unwrap();
+    let graph = "Graph(about: \"a\", params: {\"red\": Float(default: 3e38, about: \"red\")}, \
+                 resources: {\"color\": Texture(format: Rgba32Float, size: \"screen\")}, \
+                 passes: [Screen(name: \"fill\", shader: \"fill.wgsl\")], outputs: {\"color\": \"color\"})";
+    fs::write(at("fill.ron"), graph).unwrap();
+    let plane = repository("scenes/lambert_plane.glb").display().to_string();
+    let render = |more: &[&str]| {
+        let graph = at("fill.ron");
+        let out = at("a.exr");
+        let args = [&["render", &graph, "--scene", &plane, "--size", "4x2", "--out", &out][..], more].concat();
+        let output = crate::command::lightgraph(&args, true);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let told = "`color` holds 6 pixel(s) with a NaN or an infinity, the first at (1, 0)";
+    let (code, text) = render(&[]);
+    assert!(code == Some(0) && text.contains(&format!("warning: {told}")), "{code:?}: {text}");
+    let (code, text) = render(&["--strict"]);
+    assert!(code == Some(1) && text.contains(&format!("error: {told}")), "{code:?}: {text}");
+    assert!(Path::new(&at("a.exr")).exists(), "the image is there to be looked at");
+    let (code, text) = render(&["--strict", "--set", "red=0.5"]);
+    assert!(code == Some(0) && !text.contains("holds"), "{code:?}: {text}");
+}
+
+/// With an adapter: a shader as deep as the limits allow goes through the driver too.
+#[test]
+fn the_deepest_shader_that_is_let_pass_reaches_the_device() {
+    let scratch = project("hostile-deepest", "", "");
+    let at = |name: &str| scratch.path().join(name).display().to_string();
+    let chain: String = (0..240).map(|i| format!("else if at.x == {i}.0 {{ x = {i}.0; }} ")).collect();
+    let shader = format!(
+        "struct Image {{ @location(0) color: vec4f }}\n@fragment fn fragment(@builtin(position) at: vec4f) -> Image {{\n\
+         var x = at.x{};\nif x < 0.0 {{ x = 1.0; }} {chain}\nreturn Image(vec4f(x)); }}",
+        "+at.y".repeat(480)
+    );
+    fs::write(at("shaders/deep.wgsl"), shader).unwrap();
+    let graph = "Graph(about: \"a\", resources: {\"color\": Texture(format: Rgba32Float, size: \"screen\")}, \
+                 passes: [Screen(name: \"fill\", shader: \"deep.wgsl\")], outputs: {\"color\": \"color\"})";
+    fs::write(at("deep.ron"), graph).unwrap();
+    let plane = repository("scenes/lambert_plane.glb").display().to_string();
+    let output = crate::command::lightgraph(
+        &["render", &at("deep.ron"), "--scene", &plane, "--size", "4x2", "--out", &at("a.exr")],
+        true,
+    );
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
 }

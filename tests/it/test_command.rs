@@ -85,6 +85,13 @@ fn a_change_is_told_shown_and_blessed() {
     says(&text, &["fill.color.exr: max 0.3750"]);
     assert!(!text.contains("plan.txt"), "{text}");
     assert_eq!(before, stamp("tests/graphs/fill.plan.txt"));
+
+    // References that can't be read are replaced where that is meant.
+    fs::write(at("tests/graphs/fill.color.exr"), "no image").unwrap();
+    fs::write(at("tests/graphs/fill.plan.txt"), [0xff]).unwrap();
+    assert_eq!(test(scratch.path(), &[], true).0, 1);
+    assert_eq!(test(scratch.path(), &["--bless"], true).0, 0);
+    assert_eq!(test(scratch.path(), &[], true).0, 0);
 }
 
 #[test]

@@ -55,6 +55,36 @@ fn a_broken_shader_keeps_the_last_image_and_a_mended_one_replaces_it() {
     assert!(child.wait().unwrap().success());
 }
 
+#[cfg(unix)]
+#[test]
+fn a_pipe_that_comes_and_goes_is_not_waited_for() {
+    let _alone = device::gpu();
+    let scratch = Scratch::new("watch-pipe");
+    let file = |name: &str| scratch.path().join(name);
+    fs::create_dir_all(file("shaders")).unwrap();
+    fs::write(file("graph.ron"), GRAPH).unwrap();
+    fs::write(file("shaders/paint.wgsl"), paint("0.25")).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_lightgraph"))
+        .arg("watch")
+        .arg(file("graph.ron"))
+        .arg("--scene")
+        .arg(repository("scenes/lambert_plane"))
+        .args(["--size", "8x8", "--reloads", "2", "--out"])
+        .arg(file("out.exr"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let mut line = || lines.next().expect("the command goes on").unwrap();
+    assert!(line().contains("out.exr: graph"));
+    assert!(Command::new("mkfifo").arg(file("shaders/unused.wgsl")).status().unwrap().success());
+    assert!(line().contains("the last good image stays"));
+    fs::remove_file(file("shaders/unused.wgsl")).unwrap();
+    assert!(line().contains("out.exr: graph"));
+    assert!(child.wait().unwrap().success());
+}
+
 #[test]
 fn a_folder_that_is_deleted_and_made_anew_is_seen() {
     let _alone = device::gpu();
