@@ -154,11 +154,11 @@ pub fn settled(changes: &Receiver<BTreeSet<PathBuf>>, ours: &BTreeSet<PathBuf>) 
 
 /// The folders that a graph, its shaders and a scene are read from, as far as they are there. `shaders` are the folders that
 /// the user names besides the usual ones.
-pub fn folders(graph: &Path, scene: &Path, shaders: &[PathBuf]) -> BTreeSet<PathBuf> {
+pub fn folders(graph: &Path, scene: Option<&Path>, shaders: &[PathBuf]) -> BTreeSet<PathBuf> {
     let beside = graph.parent().unwrap_or(Path::new(""));
-    let usual = ["shaders", "../shaders"].map(|f| beside.join(f));
+    let usual = ["shaders", "../shaders", "../../shaders"].map(|f| beside.join(f));
     let mut folders: BTreeSet<PathBuf> = usual.iter().chain(shaders).filter_map(|f| f.canonicalize().ok()).collect();
-    folders.extend([graph, scene].into_iter().filter_map(folder_of));
+    folders.extend([graph].into_iter().chain(scene).filter_map(folder_of));
     folders
 }
 

@@ -36,7 +36,7 @@ pub struct Project {
 }
 
 impl Project {
-    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then `../shaders`;
+    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then one and two folders up;
     /// where the graph or a base is one of the binary's, then the binary's.
     ///
     /// # Errors
@@ -44,7 +44,7 @@ impl Project {
     pub fn open(path: &Path, shaders: &[PathBuf]) -> Checked<Project> {
         let mut graph = graph::load(path, &Source::read)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let usual = [folder.join("shaders"), folder.join("../shaders")];
+        let usual = ["shaders", "../shaders", "../../shaders"].map(|f| folder.join(f));
         let mut folders: Vec<PathBuf> = shaders.to_vec();
         folders.extend(usual.into_iter().filter(|f| f.is_dir()));
         let mut texts = Library::load(&folders)?;
@@ -443,6 +443,15 @@ impl Session {
     /// An unknown output, or one that holds no image.
     pub fn image(&self, gpu: &Gpu, output: &str) -> Checked<Image> {
         gpu::read_image(gpu, &self.prepared, &self.plan, self.output(output)?)
+    }
+
+    /// The words of an output that is a buffer.
+    ///
+    /// # Errors
+    /// An output that was not asked for or is no buffer, or the device fails.
+    pub fn words(&self, gpu: &Gpu, output: &str) -> Checked<Vec<u32>> {
+        let bytes = gpu::read_buffer(gpu, &self.prepared, &self.plan, self.output(output)?)?;
+        Ok(bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
     }
 
     /// By step that leaves out what its members don't see: the triangles of the draws of all its members, and those if each drew

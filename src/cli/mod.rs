@@ -21,10 +21,16 @@ pub mod test;
 pub mod view;
 pub mod watch;
 
-use crate::diag::{Diagnostic, Faults, render as show, tame};
+use crate::diag::{Checked, Diagnostic, Faults, render as show, tame};
 use crate::gpu::OpenError;
+use crate::plan::Plan;
+use crate::plan::lint::scene_use;
+use crate::scene::{self, Loaded};
+use crate::session::Project;
 use crate::{caches, files, shader};
+use additions::AdditionArgs;
 use std::io::{self, Write};
+use std::path::Path;
 use std::sync::OnceLock;
 
 /// A data-driven render-graph framework: graphs in RON, shaders in WGSL.
@@ -160,6 +166,23 @@ pub fn print_data(text: &str) {
         && let Err(e) = io::stdout().write_all(text.as_bytes())
     {
         lost(e);
+    }
+}
+
+/// The scene of a path, with what is added; without a path a stand-in, of which a graph may use nothing: see [`needs_no_scene`].
+fn scene_or_none(path: Option<&Path>, additions: &AdditionArgs) -> Result<Loaded, Failure> {
+    path.map_or_else(|| Ok(scene::stand_in()?), |path| additions.load(path))
+}
+
+/// # Errors
+/// There is no scene, and the plan uses one.
+fn needs_no_scene(path: Option<&Path>, project: &Project, plan: &Plan) -> Checked<()> {
+    match scene_use(&project.graph, plan).filter(|_| path.is_none()) {
+        Some(how) => {
+            let d = Diagnostic::error(format!("the graph needs a scene: {how}"));
+            Err(d.help("give one: `--scene FILE`").into())
+        }
+        None => Ok(()),
     }
 }
 

@@ -3,8 +3,10 @@
 use super::Failure;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::Gpu;
+use crate::graph::ast::{Name, set_of};
 use crate::image::exposure::Exposure;
 use crate::image::exr::{Precision, write_exr};
+use crate::image::file::write_atomically;
 use crate::image::png::{ToneMap, write_png};
 use crate::image::{Image, NonFinite};
 use crate::session::{Project, Session};
@@ -17,7 +19,7 @@ pub struct OutputArgs {
     /// Write the output `color` (or the graph's first) to this file: .exr (linear f32) or .png
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Write an output by name (may be repeated)
+    /// Write an output, or any other resource of the graph, by name (may be repeated); buffers go to .txt
     #[arg(long = "output", value_name = "NAME=FILE")]
     pub output: Vec<String>,
     /// How PNG files map light to colours
@@ -49,11 +51,19 @@ pub fn output_names(files: &[(String, PathBuf)]) -> Vec<String> {
 }
 
 impl OutputArgs {
-    /// Outputs and the files they go to.
+    /// Outputs and the files they go to. A resource that is asked for becomes an output of the graph.
     ///
     /// # Errors
-    /// Nothing to write, file names that are no images', outputs that the graph lacks.
-    pub fn files(&self, project: &Project) -> Result<Vec<(String, PathBuf)>, Failure> {
+    /// Nothing to write, endings of files that nothing is written to, outputs that the graph lacks.
+    pub fn files(&self, project: &mut Project) -> Result<Vec<(String, PathBuf)>, Failure> {
+        for name in self.output.iter().filter_map(|text| Some(text.split_once('=')?.0)) {
+            let graph = &mut project.graph;
+            let declared = graph.resources.iter().find(|(n, _)| n.value == set_of(name));
+            if let Some((declared, _)) = declared.filter(|_| !graph.outputs.iter().any(|o| o.0.value == name)) {
+                let name = Name { value: name.into(), span: declared.span.clone() };
+                graph.outputs.push((name.clone(), name));
+            }
+        }
         let names: Vec<&str> = project.graph.outputs.iter().map(|o| o.0.value.as_str()).collect();
         let mut files = vec![];
         if let Some(path) = &self.out {
@@ -66,7 +76,9 @@ impl OutputArgs {
             };
             if !names.contains(&name) {
                 let d = Diagnostic::error(format!("the graph has no output `{name}`"));
-                let d = d.nearest(name, names.iter().copied()).help(format!("outputs: {}", names.join(", ")));
+                let known = project.graph.resources.iter().map(|(n, _)| n.value.as_str());
+                let d = d.nearest(name, names.iter().copied().chain(known));
+                let d = d.help(format!("outputs: {}", names.join(", ")));
                 return Err(Faults::from(d).into());
             }
             files.push((name.to_string(), PathBuf::from(path)));
@@ -76,8 +88,11 @@ impl OutputArgs {
             return Err(Failure::Usage(d.help("give `--out FILE.png` or `--output NAME=FILE.exr`").into()));
         }
         for (_, path) in &files {
-            if !matches!(extension(path).as_str(), "exr" | "png") {
-                let d = Diagnostic::error(format!("{}: images are written as .exr or .png", path.display()));
+            if !matches!(extension(path).as_str(), "exr" | "png" | "txt") {
+                let d = Diagnostic::error(format!(
+                    "{}: images are written as .exr or .png, buffers as .txt",
+                    path.display()
+                ));
                 return Err(Failure::Usage(d.into()));
             }
         }
@@ -100,6 +115,12 @@ impl OutputArgs {
         let mut written = Written::default();
         let mut images: BTreeMap<&str, Image> = BTreeMap::new();
         for (output, path) in files {
+            if extension(path) == "txt" {
+                let words = session.words(gpu, output)?;
+                write_atomically(path, lines(&words).as_bytes())?;
+                written.exposed.push(String::new());
+                continue;
+            }
             if !images.contains_key(output.as_str()) {
                 let image = session.image(gpu, output)?;
                 written.wrong.extend(image.non_finite(None).map(|bad| self.not_finite(output, bad)));
@@ -136,6 +157,33 @@ fn one_of_its_names(path: &Path) -> PathBuf {
     whole.or_else(named).unwrap_or_else(|| path.components().collect())
 }
 
+/// Whether a file has a place for the number of a frame in its name: `%d`, or `%04d`, with four digits or more.
+pub fn is_numbered(path: &Path) -> bool {
+    place(path).is_some()
+}
+
+/// The file of a frame.
+pub fn number(path: &Path, frame: u32) -> PathBuf {
+    match place(path) {
+        Some((before, digits, after)) => path.with_file_name(format!("{before}{frame:0digits$}{after}")),
+        None => path.to_path_buf(),
+    }
+}
+
+/// What stands before the number, how many digits it has at least, and what stands behind it.
+fn place(path: &Path) -> Option<(&str, usize, &str)> {
+    let (before, rest) = path.file_name()?.to_str()?.split_once('%')?;
+    let (digits, after) = rest.split_once('d')?;
+    let digits = if digits.is_empty() { 1 } else { digits.parse().ok().filter(|n| (1..=9).contains(n))? };
+    Some((before, digits, after))
+}
+
+/// A line for each word of a buffer: its place, and the word as an unsigned integer and as a float.
+fn lines(words: &[u32]) -> String {
+    let line = |(i, word): (usize, &u32)| format!("{i}\t{word}\t{}\n", f32::from_bits(*word));
+    words.iter().enumerate().map(line).collect()
+}
+
 fn extension(path: &Path) -> String {
     path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase())
 }
@@ -152,4 +200,20 @@ fn metadata(gpu: &Gpu, session: &Session) -> BTreeMap<String, String> {
         ("adapter".into(), format!("{}, {}", gpu.info.name, gpu.info.driver_info)),
         ("version".into(), env!("CARGO_PKG_VERSION").to_string()),
     ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_a_sequence_have_their_frame_in_their_name() {
+        let named = |text: &str| number(Path::new(text), 7).display().to_string();
+        assert_eq!(named("out/f_%04d.png"), "out/f_0007.png");
+        assert_eq!(named("f%d.exr"), "f7.exr");
+        for plain in ["f.png", "100%.png", "f_%xd.png", "f_%99d.png", "%04d/f.png"] {
+            assert_eq!(named(plain), plain);
+            assert!(!is_numbered(Path::new(plain)));
+        }
+    }
 }

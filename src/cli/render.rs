@@ -2,9 +2,9 @@
 
 use super::additions::AdditionArgs;
 use super::fastest::FastestArgs;
-use super::outputs::{OutputArgs, Written, output_names};
+use super::outputs::{OutputArgs, Written, is_numbered, number, output_names};
 use super::stats::{FrameStats, Stats};
-use super::{Failure, ShaderFolders, notices, print, size, table};
+use super::{Failure, ShaderFolders, needs_no_scene, notices, print, scene_or_none, size, table};
 use crate::diag::{Diagnostic, Faults};
 use crate::gpu::Gpu;
 use crate::image::file::write_atomically;
@@ -21,9 +21,9 @@ pub struct Args {
     /// The graph file
     #[arg(value_name = "GRAPH")]
     pub graph: PathBuf,
-    /// The scene: a glTF, GLB or scene RON; its ending may be left out
+    /// The scene: a glTF, GLB or scene RON; its ending may be left out, and all of it for a graph that uses none
     #[arg(long, value_name = "SCENE")]
-    pub scene: PathBuf,
+    pub scene: Option<PathBuf>,
     /// The camera, by name
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
@@ -35,12 +35,12 @@ pub struct Args {
     /// Set a parameter of the graph (may be repeated)
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
-    /// Render this many frames; the last is written
+    /// Render this many frames. The last is written; each, where a file is named with a place for its number: f_%04d.png
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
-    /// Seconds from frame to frame, for scenes that move
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.0 / 60.0, value_parser = step)]
-    pub step: f32,
+    /// Frames in a second, for scenes that move
+    #[arg(long, value_name = "F", default_value_t = 60.0, value_parser = rate)]
+    pub fps: f32,
     #[command(flatten)]
     pub outputs: OutputArgs,
     /// Write what each frame and step took
@@ -67,11 +67,11 @@ pub struct Args {
 /// Faults of files, graph, scene and device; wrong usage; no adapter.
 pub fn run(args: &Args) -> Result<u8, Failure> {
     let mut clock = Clock::new();
-    let project = Project::open(&args.graph, &args.shaders.folders)?;
+    let mut project = Project::open(&args.graph, &args.shaders.folders)?;
     clock.lap("graph");
-    let files = args.outputs.files(&project)?;
+    let files = args.outputs.files(&mut project)?;
     let params = project.params(&args.set).map_err(Failure::Usage)?;
-    let loaded = args.additions.load(&args.scene)?;
+    let loaded = scene_or_none(args.scene.as_deref(), &args.additions)?;
     notices(&loaded.notices);
     clock.lap("scene");
     let gpu = Gpu::open()?;
@@ -90,20 +90,24 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     settings.choices = args.fastest.choices(&gpu, &project, &scene, &settings)?;
     clock.lap("alternatives");
     let mut session = Session::new(&gpu, &project, scene, settings)?;
+    needs_no_scene(args.scene.as_deref(), &project, &session.plan)?;
     notices(&session.notices);
     clock.lap("prepare");
 
     let mut stats = Stats::new(&gpu, &session, clock.laps);
     let progress = progress(args.frames);
     let mut text = String::new();
-    let mut failed = vec![];
+    let (mut failed, mut wrong) = (vec![], vec![]);
     for frame in 0..args.frames {
-        let report = session.frame(&gpu, frame, frame as f32 * args.step)?;
+        let report = session.frame(&gpu, frame, frame as f32 / args.fps)?;
         let triangles = if args.stats.is_some() { session.triangles(&gpu)? } else { BTreeMap::new() };
         stats.frames.push(FrameStats::new(&session.plan, &report, session.why(), &triangles));
         if failed.is_empty() {
             failed = session.failed_checks(&report);
         }
+        let numbered = files.iter().filter(|f| is_numbered(&f.1));
+        let now: Vec<(String, PathBuf)> = numbered.map(|(o, path)| (o.clone(), number(path, frame))).collect();
+        wrong.extend(args.outputs.write(&gpu, &session, &now)?.wrong);
         progress.inc(1);
         if frame + 1 == args.frames {
             notices(&report.warnings);
@@ -111,7 +115,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     progress.finish_and_clear();
-    let Written { wrong, exposed } = args.outputs.write(&gpu, &session, &files)?;
+    let last: Vec<(String, PathBuf)> = files.iter().filter(|f| !is_numbered(&f.1)).cloned().collect();
+    let Written { wrong: more, exposed } = args.outputs.write(&gpu, &session, &last)?;
+    wrong.extend(more);
     if !args.outputs.strict {
         notices(&wrong);
     } else {
@@ -126,8 +132,12 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let software = if stats.adapter.software { " (software)" } else { "" };
     let (adapter, info) = (&stats.adapter.name, &stats.adapter.driver_info);
     print(&format!("{adapter}, {info}{software}\nstart-up: {}\n{text}", start.join(", ")));
-    for ((output, path), exposed) in files.iter().zip(&exposed) {
+    for ((output, path), exposed) in last.iter().zip(&exposed) {
         print(&format!("wrote {output} to {}{exposed}\n", path.display()));
+    }
+    for (output, path) in files.iter().filter(|f| is_numbered(&f.1)) {
+        let end = number(path, args.frames - 1);
+        print(&format!("wrote {output} to {} … {}\n", number(path, 0).display(), end.display()));
     }
     // The images are there to be looked at, but something is wrong in them.
     Faults::check(failed, 0).map_err(Failure::from)
@@ -141,8 +151,8 @@ fn progress(frames: u32) -> indicatif::ProgressBar {
     indicatif::ProgressBar::new(frames.into())
 }
 
-fn step(text: &str) -> Result<f32, String> {
-    text.parse().ok().filter(|x: &f32| x.is_finite()).ok_or_else(|| "it isn't a finite number".into())
+fn rate(text: &str) -> Result<f32, String> {
+    text.parse().ok().filter(|x: &f32| x.is_finite() && *x > 0.0).ok_or_else(|| "it isn't a number above 0".into())
 }
 
 /// Milliseconds from lap to lap.

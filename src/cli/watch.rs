@@ -3,9 +3,9 @@
 //! A reload is a transaction: graph, shaders, scene and pipelines are all made anew and swapped in together, or
 //! the last good image stays and every fault is shown.
 
-use super::outputs::{Written, output_names};
+use super::outputs::{Written, number, output_names};
 use super::render;
-use super::{Failure, notices, print};
+use super::{Failure, needs_no_scene, notices, print, scene_or_none};
 use crate::diag::{Checked, Faults};
 use crate::gpu::{FrameReport, Gpu};
 use crate::plan::fastest::{Choices, still};
@@ -79,7 +79,7 @@ struct Made {
 /// Loads everything, renders one frame and writes the files. Also returns the folders to watch, good or bad.
 fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf>, Checked<Made>) {
     let args = &args.render;
-    let mut folders = folders(&args.graph, &args.scene, &args.shaders.folders);
+    let mut folders = folders(&args.graph, args.scene.as_deref(), &args.shaders.folders);
     let made = (|| {
         let mut clock = Instant::now();
         let mut lap = || {
@@ -87,10 +87,10 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
             clock = Instant::now();
             took
         };
-        let project = Project::open(&args.graph, &args.shaders.folders)?;
-        let files = args.outputs.files(&project).map_err(Faults::from)?;
+        let mut project = Project::open(&args.graph, &args.shaders.folders)?;
+        let files = args.outputs.files(&mut project).map_err(Faults::from)?;
         let graph_ms = lap();
-        let loaded = args.additions.load(&args.scene).map_err(Faults::from)?;
+        let loaded = scene_or_none(args.scene.as_deref(), &args.additions).map_err(Faults::from)?;
         folders.extend(loaded.files.iter().filter_map(|f| folder_of(f)));
         let scene_ms = lap();
         let mut settings = Settings {
@@ -108,9 +108,11 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         settings.choices = previous.map_or(Choices::new(), |p| still(&project.graph, &p.settings.choices));
         settings.choices = args.fastest.choices(gpu, &project, &scene, &settings)?;
         let mut session = Session::after(gpu, &project, scene, settings, previous)?;
+        needs_no_scene(args.scene.as_deref(), &project, &session.plan)?;
         let prepare_ms = lap();
         let report = session.frame(gpu, 0, 0.0)?;
         let frame_ms = lap();
+        let files: Vec<(String, PathBuf)> = files.into_iter().map(|(o, path)| (o, number(&path, 0))).collect();
         let Written { wrong, exposed } = args.outputs.write(gpu, &session, &files)?;
         let named = |((_, path), exposed): (&(String, PathBuf), &String)| format!("{}{exposed}", path.display());
         let names: Vec<String> = files.iter().zip(&exposed).map(named).collect();

@@ -4,7 +4,12 @@ use super::expr::Expr;
 use crate::diag::{Source, Span};
 use crate::plan::{Cull, SamplerDesc};
 use crate::value::{Type, Value};
-use std::{path::PathBuf, sync::Arc};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+
+/// The name of a set, of a name that may be one of its members: `chain` of `chain[2]`.
+pub fn set_of(name: &str) -> &str {
+    name.split('[').next().unwrap_or(name)
+}
 
 /// A value and its place.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +28,8 @@ pub struct Graph {
     /// Files it was made from: itself first, then its bases.
     pub files: Vec<PathBuf>,
     pub about: String,
+    /// What the graph takes from the graph that uses it. By itself it has each as a resource: blank, unless told otherwise.
+    pub inputs: Vec<(Name, Resource)>,
     pub params: Vec<(Name, Param)>,
     pub lets: Vec<(Name, Expr)>,
     pub defines: Vec<(Name, Expr)>,
@@ -94,10 +101,43 @@ pub struct Pass {
     pub defines: Vec<(Name, Expr)>,
     /// Shader variable, resource.
     pub bind: Vec<(Name, Name)>,
+    /// Values of its shader's uniforms by name, before all others of that name.
+    pub set: Vec<(Name, Expr)>,
+    /// What its shader's names mean; `None`: themselves.
+    pub scope: Option<Arc<Scope>>,
+    /// The indices of the repetitions that it comes from, by their names.
+    pub indices: Vec<(String, u32)>,
     pub kind: PassKind,
 }
 
+/// What the names of a sub-graph are in the graph that it is part of.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scope {
+    /// Of names that the sub-graph does not have.
+    pub prefix: String,
+    pub names: BTreeMap<String, String>,
+}
+
+impl Scope {
+    /// The name in the whole graph. What scenes and frames provide has the same name everywhere.
+    pub fn resolve(&self, name: &str) -> String {
+        match self.names.get(name) {
+            Some(whole) => whole.clone(),
+            None if super::check::is_provided(name) => name.to_string(),
+            None => format!("{}{name}", self.prefix),
+        }
+    }
+}
+
 impl Pass {
+    /// What a variable of its shader is bound to, and the binding that says so.
+    pub fn target(&self, variable: &str) -> (String, Option<&Name>) {
+        match self.bind.iter().find(|(from, _)| from.value == variable) {
+            Some((_, to)) => (to.value.clone(), Some(to)),
+            None => (self.scope.as_ref().map_or_else(|| variable.to_string(), |s| s.resolve(variable)), None),
+        }
+    }
+
     /// The field that says which parts members read, and the first thing it names.
     pub fn apart(&self) -> Option<(&'static str, &Name)> {
         let masked = || self.masked.first().map(|(name, _)| ("masked", name));
@@ -133,6 +173,11 @@ pub enum PassKind {
     Loop {
         count: Expr,
         until: Option<Expr>,
+        passes: Vec<Pass>,
+    },
+    /// Passes that stand there `count` times, each time with another index.
+    For {
+        count: Expr,
         passes: Vec<Pass>,
     },
     /// Alternatives that leave the same results; one of them runs.
@@ -190,6 +235,7 @@ impl PassKind {
             PassKind::Copy { .. } => "Copy",
             PassKind::Clear { .. } => "Clear",
             PassKind::Loop { .. } => "Loop",
+            PassKind::For { .. } => "For",
             PassKind::Fastest { .. } => "Fastest",
         }
     }
@@ -199,14 +245,18 @@ impl PassKind {
         match self {
             PassKind::Draw(r) | PassKind::Screen(r) => Some(&r.shader),
             PassKind::Compute { shader, .. } | PassKind::Reduce { shader, .. } => Some(shader),
-            PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Loop { .. } | PassKind::Fastest { .. } => None,
+            PassKind::Copy { .. }
+            | PassKind::Clear { .. }
+            | PassKind::Loop { .. }
+            | PassKind::For { .. }
+            | PassKind::Fastest { .. } => None,
         }
     }
 
     /// The lists of passes in it: of a loop its body, of alternatives each.
     pub fn bodies(&self) -> &[Vec<Pass>] {
         match self {
-            PassKind::Loop { passes, .. } => std::slice::from_ref(passes),
+            PassKind::Loop { passes, .. } | PassKind::For { passes, .. } => std::slice::from_ref(passes),
             PassKind::Fastest { of, .. } => of,
             _ => &[],
         }
@@ -215,7 +265,7 @@ impl PassKind {
     /// As [`PassKind::bodies`], for edits.
     pub fn bodies_mut(&mut self) -> &mut [Vec<Pass>] {
         match self {
-            PassKind::Loop { passes, .. } => std::slice::from_mut(passes),
+            PassKind::Loop { passes, .. } | PassKind::For { passes, .. } => std::slice::from_mut(passes),
             PassKind::Fastest { of, .. } => of,
             _ => &mut [],
         }

@@ -1,8 +1,9 @@
 //! Names: every one resolves, none stands twice, none collides with what scenes and frames provide.
 
-use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, Sight, groups, walk};
+use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, Sight, groups, set_of, walk};
 use super::expr::{Binary, Expr, ExprKind};
 use super::is_inside;
+use super::unroll::index_of;
 use crate::diag::{Diagnostic, Span};
 use crate::plan::cull::frustum_tables;
 use crate::scene::{FACTS, FRAME_VALUES, TABLES};
@@ -19,6 +20,11 @@ static PROVIDED: LazyLock<FxHashSet<&str>> = LazyLock::new(|| {
     let values = FACTS.iter().chain(FRAME_VALUES).map(|f| f.0);
     values.chain(TABLES.iter().map(|t| t.0)).chain(BUILT_IN).collect()
 });
+
+/// Whether the scene or the frame provides a name.
+pub fn is_provided(name: &str) -> bool {
+    PROVIDED.contains(name)
+}
 
 /// The faults of names in a graph.
 pub fn check(graph: &Graph) -> Vec<Diagnostic> {
@@ -59,6 +65,10 @@ struct Check<'g> {
     graph: &'g Graph,
     values: BTreeSet<&'g str>,
     resources: BTreeMap<&'g str, &'g ResourceKind>,
+    /// Resources that are sets.
+    sets: BTreeSet<&'g str>,
+    /// Of the repetitions around.
+    indices: Vec<&'g str>,
     faults: Vec<Diagnostic>,
 }
 
@@ -69,7 +79,8 @@ impl<'g> Check<'g> {
         values.extend(graph.lets.iter().map(|(n, _)| n.value.as_str()));
         values.extend(groups(&graph.passes).iter().map(|(n, _)| n.value.as_str()));
         let resources = graph.resources.iter().map(|(n, r)| (n.value.as_str(), &r.kind)).collect();
-        Check { graph, values, resources, faults: vec![] }
+        let sets = graph.resources.iter().filter(|(_, r)| r.members.is_some()).map(|(n, _)| n.value.as_str()).collect();
+        Check { graph, values, resources, sets, indices: vec![], faults: vec![] }
     }
 
     /// Names share one space, so that a shader's variable can mean one thing only.
@@ -80,7 +91,13 @@ impl<'g> Check<'g> {
         let lets = g.lets.iter().map(|(n, _)| (n, "let"));
         let resources = g.resources.iter().map(|(n, _)| (n, "resource"));
         let groups = groups(&g.passes).into_iter().map(|(n, _)| (n, "group of alternatives"));
-        for (name, noun) in params.chain(lets).chain(resources).chain(groups) {
+        let mut repetitions = vec![];
+        walk(&g.passes, &mut |p| {
+            if matches!(p.kind, PassKind::For { .. }) {
+                repetitions.push((&p.name, "repetition"));
+            }
+        });
+        for (name, noun) in params.chain(lets).chain(resources).chain(groups).chain(repetitions) {
             if PROVIDED.contains(name.value.as_str()) {
                 let d = Diagnostic::error(format!("`{}` is a name that the scene or the frame provides", name.value));
                 self.faults.push(d.at(&name.span, "choose another name"));
@@ -136,6 +153,7 @@ impl<'g> Check<'g> {
         let mut unknown = vec![];
         e.names(&mut |name, span| {
             let known = self.values.contains(name)
+                || self.indices.contains(&name)
                 || match scope {
                     Scope::Values => false,
                     Scope::Sizes => self.resources.contains_key(name),
@@ -154,6 +172,8 @@ impl<'g> Check<'g> {
             let hint = self.resources.contains_key(name.as_str()) && scope != Scope::Sizes;
             let outer = matches!(scope, Scope::Loops(loops) if loops.contains(&name));
             let d = if outer { d.help("only the innermost loop's index can be used here") } else { d };
+            let vector = name.split_once('.').is_some_and(|(head, _)| self.values.contains(head));
+            let d = if vector { d.help("components are `x`, `y`, `z` and `w`") } else { d };
             let d = if hint { d.help("a resource's name stands for its extent in sizes only") } else { d };
             self.faults.push(d.nearest(&name, near));
         }
@@ -161,6 +181,8 @@ impl<'g> Check<'g> {
 
     fn resource(&mut self, name: &str, r: &super::ast::Resource) {
         let (sizes, counts) = r.exprs();
+        // The size of a member may go by its number.
+        self.indices.extend(r.members.as_ref().map(|_| "member"));
         for e in sizes {
             self.names(e, Scope::Sizes);
             let mut itself = false;
@@ -169,6 +191,7 @@ impl<'g> Check<'g> {
                 self.faults.push(Diagnostic::error(format!("`{name}` takes its size from itself")).at(&e.span, ""));
             }
         }
+        self.indices.clear();
         for e in counts {
             self.names(e, Scope::Values);
         }
@@ -176,11 +199,13 @@ impl<'g> Check<'g> {
 
     fn passes(&mut self, passes: &'g [Pass], loops: &mut Vec<String>) {
         for p in passes {
-            for e in p.when.iter().chain(&p.each).chain(p.rows.iter().chain(&p.defines).map(|d| &d.1)) {
+            for e in p.when.iter().chain(&p.each).chain(p.rows.iter().chain(&p.defines).chain(&p.set).map(|d| &d.1)) {
                 self.names(e, Scope::Values);
             }
             for (_, to) in &p.bind {
-                let known = PROVIDED.contains(to.value.as_str()) || self.values.contains(to.value.as_str());
+                let known = PROVIDED.contains(to.value.as_str())
+                    || self.values.contains(to.value.as_str())
+                    || self.indices.contains(&to.value.as_str());
                 if !known && !loops.contains(&to.value) {
                     self.resource_name(to, "a binding");
                 }
@@ -244,6 +269,20 @@ impl<'g> Check<'g> {
                 loops.push(p.name.value.clone());
                 self.passes(passes, loops);
                 loops.pop();
+            }
+            PassKind::For { count, passes } => {
+                self.names(count, Scope::Values);
+                if passes.is_empty() {
+                    self.faults.push(Diagnostic::error("a repetition without passes").at(&p.name.span, ""));
+                }
+                if let Some((group, _)) = groups(passes).first() {
+                    let d = Diagnostic::error(format!("alternatives can't be repeated: `{}`", group.value));
+                    let d = d.at(&group.span, "").at(&p.name.span, "in this repetition");
+                    self.faults.push(d.help("repeat in each of the alternatives"));
+                }
+                self.indices.push(&p.name.value);
+                self.passes(passes, loops);
+                self.indices.pop();
             }
             PassKind::Fastest { of, .. } => {
                 self.alternatives(p, of);
@@ -380,8 +419,25 @@ impl<'g> Check<'g> {
         self.faults.push(d.help(format!("name a buffer of one `mat4x4f` a member, or a table: {}", tables.join(", "))));
     }
 
+    /// What a name stands for; of a set, where it names a member, which one is checked too.
+    fn kind_of(&mut self, name: &Name) -> Option<&'g ResourceKind> {
+        let set = set_of(&name.value);
+        let kind = self.resources.get(set).copied();
+        if set != name.value {
+            if kind.is_some() && !self.sets.contains(set) {
+                let d = Diagnostic::error(format!("`{set}` is no set, so it has no members")).at(&name.span, "");
+                self.faults.push(d.help("declare it with `members`, or leave the number out"));
+            }
+            // Its place and text hold what the file says.
+            if let Ok(index) = index_of(name) {
+                self.names(&index, Scope::Values);
+            }
+        }
+        kind
+    }
+
     fn resource_name(&mut self, name: &Name, noun: &str) {
-        match self.resources.get(name.value.as_str()) {
+        match self.kind_of(name) {
             None => {
                 let d = Diagnostic::error(format!("unknown resource `{}`", name.value)).at(&name.span, "");
                 self.faults.push(d.nearest(&name.value, self.resources.keys().copied()));
@@ -395,7 +451,7 @@ impl<'g> Check<'g> {
     }
 
     fn buffer_name(&mut self, name: &Name, noun: &str) {
-        match self.resources.get(name.value.as_str()) {
+        match self.kind_of(name) {
             None | Some(ResourceKind::Sampler(_)) => self.resource_name(name, noun),
             Some(ResourceKind::Buffer { .. }) => {}
             Some(_) => {
@@ -407,7 +463,7 @@ impl<'g> Check<'g> {
 
     /// The format of a texture resource; a fault when it is none.
     fn texture_name(&mut self, name: &Name, noun: &str) -> Option<wgpu::TextureFormat> {
-        match self.resources.get(name.value.as_str()) {
+        match self.kind_of(name) {
             Some(ResourceKind::Buffer { .. }) => {
                 let d = Diagnostic::error(format!("`{}` is a buffer, it can't be {noun}", name.value));
                 self.faults.push(d.at(&name.span, ""));

@@ -1,45 +1,54 @@
 //! The graph file: text to a checked [`Graph`]. No device.
 //!
-//! `tree` keeps places, `read` reads single values, `parse` knows the fields, `variant` lays a variant over its base, `limits`
-//! counts, `check` resolves names.
+//! `tree` keeps places, `variant` lays a variant over its base, `read` reads single values, `parse` knows the fields, `join`
+//! puts sub-graphs in with other names (`rename`), `limits` counts, `check` resolves names, and `unroll`, when values are
+//! known, repeats passes.
 
 pub mod ast;
 pub mod check;
 pub mod expr;
+mod join;
 mod limits;
 mod param;
 pub mod parse;
 pub mod read;
+mod rename;
 pub mod tree;
+pub mod unroll;
 pub mod variant;
 
 pub use ast::Graph;
 
 use crate::builtin;
-use crate::diag::{Checked, Diagnostic, Faults, Source};
+use crate::diag::{Checked, Diagnostic, Faults, Source, Span};
+use ast::Name;
 use read::Reader;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
-use tree::Node;
+use tree::{Field, Kind, Node};
 
 /// How graph files are read: from disk, or from anywhere else.
 pub type ReadFile<'a> = &'a dyn Fn(&Path) -> Checked<Arc<Source>>;
 
-/// Variants of variants of variants are enough; more is a slip.
+/// Variants of variants, or graphs in graphs, are enough; more is a slip.
 const CHAIN: usize = 16;
+
+/// More sub-graphs than this, those in others counted, are a slip.
+const SUB_GRAPHS: usize = 256;
 
 /// Reads a graph or variant and checks names.
 ///
 /// # Errors
-/// All faults of the file and its bases, with places.
+/// All faults of the file, its bases and sub-graphs, with places.
 pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
-    let mut reader = Reader::default();
-    let mut files = vec![];
-    let tree = tree_of(path, read, &mut files, &mut reader)?;
+    let mut loading = Loading { read, files: vec![], open: vec![], subs: 0, reader: Reader::default() };
+    let tree = loading.tree(path)?;
+    let Loading { files, mut reader, .. } = loading;
     let overlaid = reader.faults.is_empty();
     let Some((_, mut fields)) = reader.named(&tree, &["Graph"]) else { return Err(Faults(reader.faults)) };
     let mut graph = reader.graph(&mut fields, &tree.span);
     graph.files = files;
+    graph.resources.extend(graph.inputs.iter().cloned());
     ast::inherit_groups(&mut graph.passes, None);
     Faults::check(limits::check(&graph), ())?;
     if reader.faults.is_empty() {
@@ -59,45 +68,100 @@ pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
     Faults::check(reader.faults, graph)
 }
 
-/// The tree of a graph; of a variant that of its base, with what the variant says over it. Its span is the file's.
-fn tree_of(path: &Path, read: ReadFile, files: &mut Vec<PathBuf>, reader: &mut Reader) -> Checked<Node> {
-    let source = builtin::read(path).unwrap_or_else(|| read(path))?;
-    let node = tree::parse(&source)?;
-    files.push(path.to_path_buf());
-    let Some((word, mut fields)) = reader.named(&node, &["Graph", "Variant"]) else {
-        return Err(Faults(std::mem::take(&mut reader.faults)));
-    };
-    if word == "Graph" {
-        return Ok(node);
-    }
-    for name in variant::FIELDS {
-        let _ = fields.get(name);
-    }
-    let base = reader.need(&mut fields, "base").and_then(|n| reader.text(n));
-    reader.finish(&fields);
-    let Some(base) = base else { return Err(Faults(std::mem::take(&mut reader.faults))) };
-    let base_path = builtin::join(path.parent().unwrap_or(Path::new("")), &base.value);
-    if !builtin::is_builtin(&base_path) && !is_inside(&base.value) {
-        let d = Diagnostic::error("a base must lie in the folder of its variant or below it").at(&base.span, "");
-        return Err(d.help(format!("one that comes with lightgraph is named `{}graphs/…`", builtin::PREFIX)).into());
-    }
-    if files.contains(&base_path) {
-        let d = Diagnostic::error("a variant can't be based on itself").at(&base.span, "leads back here");
-        return Err(d.into());
-    }
-    if files.len() >= CHAIN {
-        let d = Diagnostic::error(format!("more than {CHAIN} variants, each based on the next")).at(&base.span, "");
-        return Err(d.help("put what several of them say into one").into());
-    }
-    let mut tree = tree_of(&base_path, read, files, reader).map_err(|mut faults| {
-        if faults.0.iter().all(|d| d.labels.is_empty()) {
-            faults.0 = faults.0.into_iter().map(|d| d.at(&base.span, "the base")).collect();
+/// Files on their way to one tree.
+struct Loading<'r> {
+    read: ReadFile<'r>,
+    /// Those that were read, each once.
+    files: Vec<PathBuf>,
+    /// Those that are being read, each by the one before.
+    open: Vec<PathBuf>,
+    subs: usize,
+    reader: Reader,
+}
+
+impl Loading<'_> {
+    /// The tree of a graph; of a variant that of its base, with what the variant says over it. Its span is the file's.
+    fn tree(&mut self, path: &Path) -> Checked<Node> {
+        let source = builtin::read(path).unwrap_or_else(|| (self.read)(path))?;
+        let node = tree::parse(&source)?;
+        if !self.files.iter().any(|f| f == path) {
+            self.files.push(path.to_path_buf());
         }
-        faults
-    })?;
-    variant::overlay(reader, &mut tree, &mut fields);
-    tree.span = node.span.clone();
-    Ok(tree)
+        self.open.push(path.to_path_buf());
+        let Some((word, mut fields)) = self.reader.named(&node, &["Graph", "Variant"]) else {
+            return Err(self.faults());
+        };
+        let mut tree = match word {
+            "Graph" => node,
+            _ => {
+                for name in variant::FIELDS {
+                    let _ = fields.get(name);
+                }
+                let base = self.reader.need(&mut fields, "base").and_then(|n| self.reader.text(n));
+                self.reader.finish(&fields);
+                let Some(base) = base else { return Err(self.faults()) };
+                let mut tree =
+                    self.other(&base, "a base", "its variant", &|_| "a variant can't be based on itself".to_string())?;
+                variant::overlay(&mut self.reader, &mut tree, &mut fields);
+                tree.span = node.span.clone();
+                tree
+            }
+        };
+        self.sub_graphs(&mut tree)?;
+        self.open.pop();
+        Ok(tree)
+    }
+
+    fn faults(&mut self) -> Faults {
+        Faults(std::mem::take(&mut self.reader.faults))
+    }
+
+    /// The tree of a file that another names.
+    fn other(&mut self, name: &Name, what: &str, whose: &str, circle: &dyn Fn(&str) -> String) -> Checked<Node> {
+        let folder = Path::new(&name.span.source.path).parent().unwrap_or(Path::new(""));
+        let path = builtin::join(folder, &name.value);
+        if !builtin::is_builtin(&path) && !is_inside(&name.value) {
+            let d = Diagnostic::error(format!("{what} must lie in the folder of {whose} or below it"));
+            let help = format!("one that comes with lightgraph is named `{}graphs/…`", builtin::PREFIX);
+            return Err(d.at(&name.span, "").help(help).into());
+        }
+        if let Some(first) = self.open.iter().position(|f| *f == path) {
+            let file = |p: &PathBuf| p.file_name().unwrap_or(p.as_os_str()).to_string_lossy().into_owned();
+            let chain: Vec<String> = self.open[first..].iter().chain([&path]).map(file).collect();
+            return Err(Diagnostic::error(circle(&chain.join(" → "))).at(&name.span, "leads back here").into());
+        }
+        if self.open.len() >= CHAIN {
+            let d = Diagnostic::error(format!("more than {CHAIN} variants or sub-graphs, each of the next"));
+            return Err(d.at(&name.span, "").help("put what several of them say into one").into());
+        }
+        self.tree(&path).map_err(|mut faults| {
+            if faults.0.iter().all(|d| d.labels.is_empty()) {
+                faults.0 = faults.0.into_iter().map(|d| d.at(&name.span, what)).collect();
+            }
+            faults
+        })
+    }
+
+    /// Gives each pass that uses a graph the tree of it.
+    fn sub_graphs(&mut self, tree: &mut Node) -> Checked<()> {
+        for pass in variant::uses(tree) {
+            let Kind::Struct(_, fields) = &mut pass.kind else { continue };
+            let file = fields.iter().find(|f| f.name.text() == "graph").and_then(|f| f.value.quoted());
+            // A file that isn't said, or not as a string, is a fault of the pass.
+            let Some(span) = file.filter(|_| !fields.iter().any(|f| f.name.text() == join::TREE)) else { continue };
+            self.subs += 1;
+            if self.subs > SUB_GRAPHS {
+                let d = Diagnostic::error(format!("more than {SUB_GRAPHS} sub-graphs")).at(&span, "");
+                return Err(d.into());
+            }
+            let name = Name { value: span.text().to_string(), span };
+            let circle = |chain: &str| format!("a graph can't use itself: {chain}");
+            let value = self.other(&name, "a sub-graph", "the graph that uses it", &circle)?;
+            let name = Span::whole(&Source::new("", join::TREE));
+            fields.push(Field { name, value });
+        }
+        Ok(())
+    }
 }
 
 /// Whether a relative path stays below the folder it starts from.
@@ -116,7 +180,7 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
             from.value == resource || to.value == resource
         }
         PassKind::Clear { target, .. } => target.value == resource,
-        PassKind::Loop { .. } | PassKind::Fastest { .. } => {
+        PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {
             pass.kind.bodies().iter().flatten().any(|p| ast_mentions(p, resource))
         }
         PassKind::Compute { sight, .. } => {

@@ -14,16 +14,37 @@ impl Reader {
     /// A whole graph.
     pub fn graph(&mut self, fields: &mut Fields, span: &Span) -> Graph {
         let about = fields.get("about").and_then(|n| self.prose(n)).unwrap_or_default();
-        let params = self.pairs(fields.get("params"), Reader::param);
-        let lets = self.exprs(fields.get("lets"));
-        let defines = self.exprs(fields.get("defines"));
-        let resources = self.pairs(fields.get("resources"), Reader::resource);
+        let outer = std::mem::take(&mut self.joined);
+        let inputs = self.declared(fields.get("inputs"), Reader::input);
+        let params = self.declared(fields.get("params"), Reader::param);
+        let lets = self.declared(fields.get("lets"), Reader::expr);
+        let defines = self.declared(fields.get("defines"), Reader::expr);
+        let resources = self.declared(fields.get("resources"), Reader::resource);
         let passes = self.need(fields, "passes");
-        let passes = self.list(passes).iter().filter_map(|n| self.pass(n)).collect();
+        let passes = self.passes(passes);
         let outputs = self.need(fields, "outputs");
-        let outputs = self.names(outputs);
+        let outputs = self.declared(outputs, Reader::name);
         self.finish(fields);
-        Graph { source: span.source.clone(), files: vec![], about, params, lets, defines, resources, passes, outputs }
+        let source = span.source.clone();
+        let files = vec![];
+        let mut graph = Graph { source, files, about, inputs, params, lets, defines, resources, passes, outputs };
+        let mut joined = std::mem::replace(&mut self.joined, outer);
+        joined.iter_mut().for_each(|j| j.declare(&mut graph));
+        joined.iter().for_each(|j| j.check(&joined, self, &graph));
+        joined.iter().for_each(|j| j.name_outputs(&mut graph));
+        graph
+    }
+
+    /// The passes of a list; those of a sub-graph in place of the pass that uses it.
+    pub(super) fn passes(&mut self, node: Option<&Node>) -> Vec<Pass> {
+        let mut passes = vec![];
+        for node in self.list(node) {
+            match &node.kind {
+                Kind::Struct(Some(word), _) if word.text() == "Use" => passes.extend(self.sub_graph(node)),
+                _ => passes.extend(self.pass(node)),
+            }
+        }
+        passes
     }
 
     /// `Float(default: …, min: …, max: …, about: "…")` and the like.
@@ -103,8 +124,22 @@ impl Reader {
 
     /// A resource declaration.
     pub fn resource(&mut self, node: &Node) -> Option<Resource> {
-        const KINDS: [&str; 6] = ["Texture", "Texture3d", "Cube", "Atlas", "Buffer", "Sampler"];
-        let (name, mut f) = self.named(node, &KINDS)?;
+        let (name, f) = self.named(node, &["Texture", "Texture3d", "Cube", "Atlas", "Buffer", "Sampler"])?;
+        self.resource_of(node, name, f, None)
+    }
+
+    /// What a graph takes from outside: a resource, of which only the kind must be said.
+    fn input(&mut self, node: &Node) -> Option<Resource> {
+        let (name, f) = self.named(node, &["Texture", "Texture3d", "Cube", "Atlas", "Buffer"])?;
+        let usual = if name == "Texture" { "screen" } else { "1" };
+        let usual = Expr::parse(&Span::new(&node.span.source, node.span.start..node.span.start), usual).ok()?;
+        let mut input = self.resource_of(node, name, f, Some(&usual))?;
+        input.initial = input.initial.or(Some([0.0; 4]));
+        Some(input)
+    }
+
+    /// `usual`: a size or number in place of one that isn't said.
+    fn resource_of(&mut self, node: &Node, name: &str, mut f: Fields, usual: Option<&Expr>) -> Option<Resource> {
         let before = self.faults.len();
         let kind = if name == "Sampler" {
             let filter = [("Nearest", wgpu::FilterMode::Nearest), ("Linear", wgpu::FilterMode::Linear)];
@@ -119,17 +154,25 @@ impl Reader {
                 compare: f.get("compare").map(|n| self.compare(Some(n), wgpu::CompareFunction::LessEqual)),
             }))
         } else if name == "Buffer" {
-            let stride = self.need(&mut f, "stride").and_then(|n| self.expr(n));
-            let count = self.need(&mut f, "count").and_then(|n| self.expr(n));
+            let stride = self.number_of(&mut f, "stride", usual);
+            let count = self.number_of(&mut f, "count", usual);
             stride.zip(count).map(|(stride, count)| ResourceKind::Buffer { stride, count })
         } else {
-            let format = self.need(&mut f, "format").and_then(|n| self.format(n));
+            let format = match (usual, f.get("format")) {
+                (_, Some(n)) => self.format(n),
+                (Some(_), None) => Some(wgpu::TextureFormat::Rgba16Float),
+                (None, None) => self.need(&mut f, "format").and(None),
+            };
             if name == "Atlas" {
-                let tile = self.need(&mut f, "tile").and_then(|n| self.expr(n));
-                let count = self.need(&mut f, "count").and_then(|n| self.expr(n));
+                let tile = self.number_of(&mut f, "tile", usual);
+                let count = self.number_of(&mut f, "count", usual);
                 format.zip(tile.zip(count)).map(|(format, (tile, count))| ResourceKind::Atlas { format, tile, count })
             } else {
-                let size = self.need(&mut f, "size").and_then(|n| self.size(n));
+                let size = match (usual, f.get("size")) {
+                    (_, Some(n)) => self.size(n),
+                    (Some(usual), None) => Some(Size::One(usual.clone())),
+                    (None, None) => self.need(&mut f, "size").and(None),
+                };
                 let mips = f.get("mips").and_then(|n| self.expr(n));
                 let many = match name {
                     "Texture" => f.get("layers"),
@@ -160,6 +203,14 @@ impl Reader {
         Some(Resource { span: node.span.clone(), kind: kind?, history, initial, members, min, max })
     }
 
+    fn number_of(&mut self, f: &mut Fields, name: &'static str, usual: Option<&Expr>) -> Option<Expr> {
+        match (usual, f.get(name)) {
+            (_, Some(n)) => self.expr(n),
+            (Some(usual), None) => Some(usual.clone()),
+            (None, None) => self.need(f, name).and(None),
+        }
+    }
+
     fn compare(&mut self, node: Option<&Node>, default: wgpu::CompareFunction) -> wgpu::CompareFunction {
         use wgpu::CompareFunction as C;
         let choices = [
@@ -178,14 +229,15 @@ impl Reader {
     /// A pass, with those in it.
     pub fn pass(&mut self, node: &Node) -> Option<Pass> {
         let before = self.faults.len();
-        const KINDS: [&str; 8] = ["Draw", "Screen", "Compute", "Reduce", "Copy", "Clear", "Loop", "Fastest"];
+        const KINDS: [&str; 10] =
+            ["Draw", "Screen", "Compute", "Reduce", "Copy", "Clear", "Loop", "For", "Fastest", "Use"];
         let (word, mut f) = self.named(node, &KINDS)?;
-        let name = self.need(&mut f, "name").and_then(|n| self.name(n));
+        let name = self.need(&mut f, "name").and_then(|n| self.own_name(n));
         let when = f.get("when").and_then(|n| self.expr(n));
         let group = f.get("group").and_then(|n| self.text(n));
         let (mut each, mut own, mut masked, mut rows) = (None, vec![], vec![], vec![]);
-        let (mut defines, mut bind) = (vec![], vec![]);
-        if !matches!(word, "Loop" | "Fastest") {
+        let (mut defines, mut bind, mut set) = (vec![], vec![], vec![]);
+        if !matches!(word, "Loop" | "For" | "Fastest") {
             each = f.get("each").and_then(|n| self.expr(n));
         }
         if matches!(word, "Screen" | "Compute") {
@@ -196,6 +248,7 @@ impl Reader {
         if matches!(word, "Draw" | "Screen" | "Compute" | "Reduce") {
             defines = self.exprs(f.get("defines"));
             bind = self.names(f.get("bind"));
+            set = self.exprs(f.get("set"));
         }
         let kind = self.pass_kind(word, &mut f);
         self.finish(&f);
@@ -203,7 +256,22 @@ impl Reader {
             self.broken.extend(name.iter().map(|n| n.value.clone()));
         }
         let (name, span) = (name?, node.span.clone());
-        Some(Pass { name, span, when, group, each, own, masked, rows, defines, bind, kind: kind? })
+        Some(Pass {
+            name,
+            span,
+            when,
+            group,
+            each,
+            own,
+            masked,
+            rows,
+            defines,
+            bind,
+            set,
+            scope: None,
+            indices: vec![],
+            kind: kind?,
+        })
     }
 
     fn pass_kind(&mut self, word: &str, f: &mut Fields) -> Option<PassKind> {
@@ -247,15 +315,20 @@ impl Reader {
             }
             "Fastest" => {
                 let of = self.need(f, "of");
-                let passes = |r: &mut Reader, n| r.list(Some(n)).iter().filter_map(|n| r.pass(n)).collect();
-                let of = self.list(of).iter().map(|n| passes(self, n)).collect();
+                let of = self.list(of).iter().map(|n| self.passes(Some(n))).collect();
                 Some(PassKind::Fastest { of, once: self.bool(f.get("once"), false) })
+            }
+            "For" => {
+                let count = self.need(f, "count").and_then(|n| self.expr(n));
+                let passes = self.need(f, "passes");
+                let passes = self.passes(passes);
+                Some(PassKind::For { count: count?, passes })
             }
             _ => {
                 let count = self.need(f, "count").and_then(|n| self.expr(n));
                 let until = f.get("until").and_then(|n| self.expr(n));
                 let passes = self.need(f, "passes");
-                let passes = self.list(passes).iter().filter_map(|n| self.pass(n)).collect();
+                let passes = self.passes(passes);
                 Some(PassKind::Loop { count: count?, until, passes })
             }
         }

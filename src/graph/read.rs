@@ -1,7 +1,8 @@
 //! Reads the nodes of a tree as names, expressions, numbers, words, lists and maps. Gathers every fault.
 
-use super::ast::{Name, Spanned};
+use super::ast::{Name, Spanned, set_of};
 use super::expr::Expr;
+use super::join::{Joined, TREE};
 use super::tree::{Field, Kind, Node};
 use crate::diag::{Diagnostic, Span, nearest};
 
@@ -13,6 +14,8 @@ pub struct Reader {
     pub(super) broken: Vec<String>,
     /// A whole section can't be read: which names it declares is unknown.
     pub(super) lost: bool,
+    /// The sub-graphs of the graph that is read.
+    pub(super) joined: Vec<Joined>,
 }
 
 /// The fields of one struct that are still to be read.
@@ -76,7 +79,7 @@ impl Reader {
     pub fn finish(&mut self, fields: &Fields) {
         for (i, f) in fields.fields.iter().enumerate() {
             let name = f.name.text();
-            if !fields.asked.contains(&name) {
+            if !fields.asked.contains(&name) && name != TREE {
                 let d = Diagnostic::error(format!("`{}` has no field `{name}`", fields.what)).at(&f.name, "unknown");
                 let near = nearest(name, fields.asked.iter().copied());
                 let d = match near {
@@ -113,18 +116,37 @@ impl Reader {
         self.text(node).map(|text| text.value.split_whitespace().collect::<Vec<_>>().join(" "))
     }
 
-    /// A name as WGSL and expressions can write it.
+    /// A name as WGSL and expressions can write it; one of a sub-graph has the sub-graph's before it, and a dot; one of a set
+    /// has its number behind it: `chain[level + 1]`.
     pub fn name(&mut self, node: &Node) -> Option<Name> {
         let name = self.text(node)?;
-        let good = name.value.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-            && name.value.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-            && !name.value.contains("__");
-        if !good {
-            self.fault(
-                Diagnostic::error(format!("`{}` can't be a name", name.value))
-                    .at(&name.span, "")
-                    .help("use letters, digits and single underscores, a letter first"),
-            );
+        let plain = |name: &str| {
+            name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+                && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+                && !name.contains("__")
+        };
+        let index = name.value.find('[');
+        if let Some(at) = index.filter(|_| name.value.ends_with(']')) {
+            let Span { source, start, end } = &name.span;
+            let span = Span::new(source, start + at + 1..end - 1);
+            if let Err(d) = Expr::parse(&span, span.text()) {
+                self.fault(d);
+                return None;
+            }
+        }
+        let unclosed = index.is_some() && !name.value.ends_with(']');
+        if unclosed || !set_of(&name.value).split('.').all(plain) {
+            self.fault(unfit(&name));
+            return None;
+        }
+        Some(name)
+    }
+
+    /// A name that the graph gives something itself.
+    pub(super) fn own_name(&mut self, node: &Node) -> Option<Name> {
+        let name = self.name(node)?;
+        if name.value.contains(['.', '[']) {
+            self.fault(unfit(&name));
             return None;
         }
         Some(name)
@@ -236,6 +258,18 @@ impl Reader {
         self.pairs(node, Reader::name)
     }
 
+    /// As [`Reader::pairs`], for names that the graph gives.
+    pub(super) fn declared<T>(
+        &mut self,
+        node: Option<&Node>,
+        read: impl Fn(&mut Reader, &Node) -> Option<T>,
+    ) -> Vec<(Name, T)> {
+        let pairs = self.pairs(node, read);
+        let (good, bad): (Vec<_>, Vec<_>) = pairs.into_iter().partition(|(name, _)| !name.value.contains(['.', '[']));
+        self.faults.extend(bad.iter().map(|(name, _)| unfit(name)));
+        good
+    }
+
     /// A map from names to what `read` makes of the values; notes the names for which it makes nothing.
     pub(super) fn pairs<T>(
         &mut self,
@@ -252,6 +286,11 @@ impl Reader {
         }
         pairs
     }
+}
+
+fn unfit(name: &Name) -> Diagnostic {
+    let d = Diagnostic::error(format!("`{}` can't be a name", name.value)).at(&name.span, "");
+    d.help("use letters, digits and single underscores, a letter first")
 }
 
 /// "`a`, `b` or `c`"

@@ -1,13 +1,15 @@
 //! A variant: what it says over its base, in the grammar of a graph. Both are trees, and the graph is read from the
 //! tree that [`overlay`] makes of them.
 
+use super::join::TREE;
 use super::read::{Fields, Reader};
 use super::tree::{Field, Kind, Node};
 use crate::diag::{Diagnostic, Source, Span};
 use std::collections::BTreeMap;
 
 /// Sections that map names to declarations, and what each declares.
-const SECTIONS: [(&str, &str); 5] = [
+const SECTIONS: [(&str, &str); 6] = [
+    ("inputs", "input"),
     ("params", "parameter"),
     ("lets", "let"),
     ("resources", "resource"),
@@ -16,7 +18,7 @@ const SECTIONS: [(&str, &str); 5] = [
 ];
 
 /// Sections whose names share one space: a name in one of them replaces that of the base in any.
-const ONE_SPACE: usize = 3;
+const ONE_SPACE: usize = 4;
 
 /// Changes the tree of a base by what a variant says. Faults go to the reader.
 ///
@@ -26,22 +28,12 @@ pub fn overlay(reader: &mut Reader, base: &mut Node, over: &mut Fields) {
     if let Some(about) = over.field("about") {
         section(base, about).value = about.value.clone();
     }
-    for (i, (name, noun)) in SECTIONS.iter().enumerate() {
+    for (name, noun) in SECTIONS {
         let Some(field) = over.field(name) else { continue };
-        if i < ONE_SPACE {
-            let added: Vec<&str> =
-                reader.map(Some(&field.value)).iter().filter(|(_, v)| !is_none(v)).map(|(k, _)| text(k)).collect();
-            for (other, _) in SECTIONS[..ONE_SPACE].iter().filter(|other| other.0 != *name) {
-                if let Some(pairs) = existing(base, other) {
-                    pairs.retain(|(key, _)| !added.contains(&text(key)));
-                }
+        for (key, value) in unique(reader, &field.value) {
+            if let Some((graph, key)) = inside(reader, base, key) {
+                entry(reader, graph, field, &key, value, noun);
             }
-        }
-        let entries = unique(reader, &field.value);
-        let there = section(base, field);
-        match &mut there.value.kind {
-            Kind::Map(pairs) => entries.into_iter().for_each(|(k, v)| entry(reader, pairs, k, v, noun)),
-            _ => continue,
         }
     }
     let edits = over.field("passes").map(|f| unique(reader, &f.value)).unwrap_or_default();
@@ -62,16 +54,68 @@ pub fn overlay(reader: &mut Reader, base: &mut Node, over: &mut Fields) {
 }
 
 /// The words of a variant.
-pub const FIELDS: [&str; 11] =
-    ["base", "about", "params", "lets", "defines", "resources", "passes", "before", "after", "append", "outputs"];
+pub const FIELDS: [&str; 12] = [
+    "base",
+    "about",
+    "inputs",
+    "params",
+    "lets",
+    "defines",
+    "resources",
+    "passes",
+    "before",
+    "after",
+    "append",
+    "outputs",
+];
 
 fn is_none(node: &Node) -> bool {
     node.word() == Some("None")
 }
 
-/// A key without its quotes.
+/// A key without its quotes, or without the dot before it.
 fn text(key: &Node) -> &str {
-    key.span.text().trim_matches('"')
+    key.span.text().trim_matches(['"', '.'])
+}
+
+/// The graph that a key such as `"bloom.threshold"` means, and the key there. `None`, and a fault, where there is no such graph.
+fn inside<'b>(reader: &mut Reader, graph: &'b mut Node, key: &Node) -> Option<(&'b mut Node, Node)> {
+    let Some(dot) = text(key).find('.') else { return Some((graph, key.clone())) };
+    let (sub, start) = (&text(key)[..dot], key.span.start + 1 + dot);
+    let key = Node { span: Span::new(&key.span.source, start..key.span.end), kind: Kind::Text };
+    let known = sub_graphs(graph);
+    if !known.iter().any(|name| name == sub) {
+        let d = Diagnostic::error(format!("the base has no sub-graph `{sub}`")).at(&key.span, "");
+        reader.fault(d.nearest(sub, known.iter().map(String::as_str)));
+        return None;
+    }
+    let (list, at) = find(passes_of(graph)?, sub)?;
+    inside(reader, tree(&mut list[at])?, &key)
+}
+
+/// The names of the sub-graphs that a graph uses itself.
+fn sub_graphs(graph: &mut Node) -> Vec<String> {
+    fn add(passes: &mut [Node], all: &mut Vec<String>) {
+        for pass in passes {
+            if tree(pass).is_some() {
+                all.extend(name(pass).map(String::from));
+            }
+            bodies(pass).into_iter().for_each(|body| add(body, all));
+        }
+    }
+    let mut all = vec![];
+    if let Some(passes) = passes_of(graph) {
+        add(passes, &mut all);
+    }
+    all
+}
+
+/// The graph of a pass that uses one.
+fn tree(pass: &mut Node) -> Option<&mut Node> {
+    match &mut pass.kind {
+        Kind::Struct(_, fields) => fields.iter_mut().find(|f| f.name.text() == TREE).map(|f| &mut f.value),
+        _ => None,
+    }
 }
 
 /// The entries of a map, each name once.
@@ -125,7 +169,17 @@ fn unknown<'n>(reader: &mut Reader, key: &Node, noun: &str, names: impl IntoIter
 }
 
 /// One entry over those of the base.
-fn entry(reader: &mut Reader, pairs: &mut Vec<(Node, Node)>, key: &Node, value: &Node, noun: &str) {
+fn entry(reader: &mut Reader, base: &mut Node, section_like: &Field, key: &Node, value: &Node, noun: &str) {
+    let one_space = |name: &str| SECTIONS[..ONE_SPACE].iter().any(|s| s.0 == name);
+    let name = section_like.name.text();
+    if one_space(name) && !is_none(value) && !matches!(value.kind, Kind::Struct(None, _)) {
+        for (other, _) in SECTIONS[..ONE_SPACE].iter().filter(|other| other.0 != name) {
+            if let Some(pairs) = existing(base, other) {
+                pairs.retain(|(k, _)| text(k) != text(key));
+            }
+        }
+    }
+    let Kind::Map(pairs) = &mut section(base, section_like).value.kind else { return };
     let at = pairs.iter().position(|(k, _)| text(k) == text(key));
     match (at, &value.kind) {
         (Some(at), _) if is_none(value) => drop(pairs.remove(at)),
@@ -135,13 +189,12 @@ fn entry(reader: &mut Reader, pairs: &mut Vec<(Node, Node)>, key: &Node, value: 
         }
         (Some(at), _) => pairs[at] = (key.clone(), value.clone()),
         (None, Kind::Struct(None, _)) => {
-            let names: Vec<String> = pairs.iter().map(|(k, _)| text(k).to_string()).collect();
-            let help = "one without a kind, `(…)`, changes what the base has";
-            unknown(reader, key, noun, names.iter().map(String::as_str), help);
+            let names: Vec<&str> = pairs.iter().map(|(k, _)| text(k)).collect();
+            unknown(reader, key, noun, names, "one without a kind, `(…)`, changes what the base has");
         }
         (None, _) if is_none(value) => {
-            let names: Vec<String> = pairs.iter().map(|(k, _)| text(k).to_string()).collect();
-            unknown(reader, key, noun, names.iter().map(String::as_str), "`None` removes what the base has");
+            let names: Vec<&str> = pairs.iter().map(|(k, _)| text(k)).collect();
+            unknown(reader, key, noun, names, "`None` removes what the base has");
         }
         (None, _) => pairs.push((key.clone(), value.clone())),
     }
@@ -156,6 +209,9 @@ fn change(reader: &mut Reader, node: &mut Node, changed: &[Field]) {
             continue;
         }
         let fields = fields_of(node);
+        if name == "graph" {
+            fields.retain(|f| f.name.text() != TREE);
+        }
         let Some(there) = fields.iter_mut().find(|f| f.name.text() == name) else {
             fields.push(field.clone());
             continue;
@@ -197,7 +253,9 @@ fn edit(reader: &mut Reader, passes: &mut Vec<Node>, key: &Node, value: &Node) -
             let mut pass = value.clone();
             let fields = fields_of(&mut pass);
             if !fields.iter().any(|f| f.name.text() == "name") {
-                fields.insert(0, Field { name: Span::whole(&Source::new("", "name")), value: key.clone() });
+                let start = text(key).rfind('.').map_or(key.span.start, |dot| key.span.start + 1 + dot);
+                let value = Node { span: Span::new(&key.span.source, start..key.span.end), kind: Kind::Text };
+                fields.insert(0, Field { name: Span::whole(&Source::new("", "name")), value });
             }
             list[at] = pass;
             return name(&list[at]).map(String::from);
@@ -263,10 +321,32 @@ fn bodies(pass: &mut Node) -> Vec<&mut Vec<Node>> {
     lists
 }
 
-/// The list that holds the pass, and its place in it.
+/// The passes of a graph that use another.
+pub fn uses(graph: &mut Node) -> Vec<&mut Node> {
+    fn add<'p>(passes: &'p mut [Node], all: &mut Vec<&'p mut Node>) {
+        for pass in passes {
+            if matches!(&pass.kind, Kind::Struct(Some(word), _) if word.text() == "Use") {
+                all.push(pass);
+            } else {
+                bodies(pass).into_iter().for_each(|body| add(body, all));
+            }
+        }
+    }
+    let mut all = vec![];
+    if let Some(passes) = passes_of(graph) {
+        add(passes, &mut all);
+    }
+    all
+}
+
+/// The list that holds the pass, and its place in it; `sub.pass` is one of a sub-graph's.
 fn find<'p>(passes: &'p mut Vec<Node>, wanted: &str) -> Option<(&'p mut Vec<Node>, usize)> {
     if let Some(at) = passes.iter().position(|p| name(p) == Some(wanted)) {
         return Some((passes, at));
+    }
+    if let Some((sub, rest)) = wanted.split_once('.') {
+        let (list, at) = find(passes, sub)?;
+        return find(passes_of(tree(&mut list[at])?)?, rest);
     }
     passes.iter_mut().flat_map(bodies).find_map(|body| find(body, wanted))
 }
@@ -274,7 +354,11 @@ fn find<'p>(passes: &'p mut Vec<Node>, wanted: &str) -> Option<(&'p mut Vec<Node
 fn names(passes: &mut [Node]) -> Vec<String> {
     let mut all = vec![];
     for pass in passes {
-        all.extend(name(pass).map(String::from));
+        let own = name(pass).map(String::from);
+        if let (Some(own), Some(inner)) = (&own, tree(pass).and_then(passes_of)) {
+            all.extend(names(inner).into_iter().map(|name| format!("{own}.{name}")));
+        }
+        all.extend(own);
         bodies(pass).into_iter().for_each(|body| all.extend(names(body)));
     }
     all

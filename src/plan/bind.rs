@@ -7,7 +7,7 @@ use crate::graph::ast::{Pass, PassKind, ResourceKind};
 use crate::scene::{FRAME_VALUES, TABLES};
 use crate::shader::{Access, BindingKind, Layout, Shader, Stage, TextureDim, TextureSample, Variable, report};
 use crate::value::{Type, Value, Values};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// The variable that holds the numbers of the members that a dispatch does.
@@ -30,14 +30,24 @@ impl<'g> Wirer<'g, '_> {
             let wire = self.variable(wired, shader, v, access.get(&i).copied());
             wired.bindings.push(wire.unwrap_or(Wire::Source));
         }
+        let members = |v: &Variable| match &v.kind {
+            BindingKind::Uniform(layout) => layout.members.iter().map(|m| m.name.clone()).collect(),
+            _ => vec![],
+        };
+        let values: BTreeSet<String> = shader.interface.variables.iter().flat_map(members).collect();
         for (from, _) in &wired.pass.bind {
             let variable = shader.interface.variables.iter().any(|v| v.name == from.value);
             let outputs = shader.interface.entry(Stage::Fragment).map_or(&[][..], |e| &e.outputs);
-            if !variable && !outputs.iter().any(|o| o.name.as_ref() == Some(&from.value)) {
-                let names = shader.interface.variables.iter().map(|v| v.name.as_str());
+            let output = outputs.iter().any(|o| o.name.as_ref() == Some(&from.value));
+            if !variable && !output && !values.contains(&from.value) {
+                let names = shader.interface.variables.iter().map(|v| &v.name).chain(&values).map(String::as_str);
                 let d = Diagnostic::error(format!("the shader has no variable `{}`", from.value)).at(&from.span, "");
                 self.faults.push(d.nearest(&from.value, names));
             }
+        }
+        for (name, _) in wired.pass.set.iter().filter(|(name, _)| !values.contains(&name.value)) {
+            let d = Diagnostic::error(format!("no uniform of the shader has a value `{}`", name.value));
+            self.faults.push(d.at(&name.span, "").nearest(&name.value, values.iter().map(String::as_str)));
         }
     }
 
@@ -49,8 +59,7 @@ impl<'g> Wirer<'g, '_> {
         v: &Variable,
         access: Option<Access>,
     ) -> Option<Wire> {
-        let bound = wired.pass.bind.iter().find(|(from, _)| from.value == v.name).map(|(_, to)| to);
-        let target = bound.map_or(v.name.as_str(), |to| to.value.as_str()).to_string();
+        let (target, bound) = wired.pass.target(&v.name);
         let place = bound.map_or_else(|| self.locate(wired.pass, shader, &v.name), |to| to.span.clone());
         if matches!(wired.pass.kind, PassKind::Reduce { .. }) && bound.is_none() {
             match v.name.as_str() {
@@ -365,18 +374,29 @@ impl<'g> Wirer<'g, '_> {
         variable: &str,
         target: &str,
     ) -> Option<Binding> {
-        let mut layout = layout.clone();
-        if target != variable
-            && let [only] = &mut Arc::make_mut(&mut layout).members[..]
-            && only.name == variable
-        {
-            only.name = target.to_string();
-        }
         let mut extra = self.atlas_facts(wired, shader);
+        extra.extend(self.set_values(wired));
+        let indices = wired.pass.indices.iter();
+        let index = |name: &str| indices.clone().rev().find(|(n, _)| n == name).map(|(_, i)| Value::Uint(*i));
+        let pass = wired.pass;
+        let whole = |name: &str| match name {
+            name if extra.contains_key(name) || name == "member" => None,
+            name if name == variable => Some(target.to_string()),
+            name => Some(pass.target(name).0),
+        };
+        let mut layout = layout.clone();
+        for (i, new) in layout.members.iter().map(|m| whole(&m.name)).enumerate().collect::<Vec<_>>() {
+            if let Some(new) = new.filter(|new| *new != layout.members[i].name) {
+                Arc::make_mut(&mut layout).members[i].name = new;
+            }
+        }
         let mut good = true;
         for m in &layout.members {
             if m.name == "member" && wired.each.is_some() {
                 extra.insert("member".into(), Value::Uint(0));
+            }
+            if let Some(index) = index(&m.name).filter(|_| !extra.contains_key(&m.name)) {
+                extra.insert(m.name.clone(), index);
             }
             let ty = extra.get(&m.name).or_else(|| self.values.get(&m.name)).map(|v| (v.ty(), v.cast(m.ty).is_some()));
             let ty = ty.or_else(|| wired.loops.contains(&m.name).then_some((Type::Uint, castable(Type::Uint, m.ty))));
@@ -411,15 +431,30 @@ impl<'g> Wirer<'g, '_> {
         good.then_some(Binding::Uniform { layout, extra })
     }
 
+    /// What a pass sets by itself.
+    fn set_values(&mut self, wired: &Wired<'g>) -> Values {
+        let mut values = Values::new();
+        for (name, e) in &wired.pass.set {
+            let value = e.eval(&|n| self.value(n)).and_then(|v| {
+                let fault = || Diagnostic::error(format!("`{}` doesn't fit 32 bits", name.value)).at(&e.span, "");
+                v.to_value().ok_or_else(fault)
+            });
+            if let Some(value) = self.keep(value) {
+                values.insert(name.value.clone(), value);
+            }
+        }
+        values
+    }
+
     /// `v_tile`, `v_columns`, `v_count` of the atlases bound to variables.
     fn atlas_facts(&self, wired: &Wired<'g>, shader: &Shader) -> Values {
         let mut facts = Values::new();
         for v in &shader.interface.variables {
-            let bound = wired.pass.bind.iter().find(|(from, _)| from.value == v.name).map(|(_, to)| &to.value);
+            let target = wired.pass.target(&v.name).0;
             let resource = match &wired.pass.kind {
                 PassKind::Reduce { from, .. } if v.name == "source" => &from.value,
                 PassKind::Reduce { to, .. } if v.name == "result" => &to.value,
-                _ => bound.unwrap_or(&v.name),
+                _ => &target,
             };
             let atlas = self.sizes.declared(resource).is_some_and(|r| matches!(r.kind, ResourceKind::Atlas { .. }));
             if atlas

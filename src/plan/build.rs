@@ -9,6 +9,8 @@ use super::wire::{Item, any_use, wire};
 use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, ending, fastest, lint, memory};
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::graph::Graph;
+use crate::graph::expr::Val;
+use crate::graph::unroll::unroll;
 use crate::value::{Value, Values};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
@@ -64,13 +66,15 @@ pub fn faults(request: &Request) -> Vec<Diagnostic> {
 /// # Errors
 /// As [`plan`].
 pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
-    let graph = request.graph;
     let values = values(request)?;
+    let declared = request.graph;
+    let graph = &*unroll(declared, &|name| values.get(name).map(|v| Val::from(*v)))?;
+    let request = &Request { graph, ..*request };
     let sizes = Sizes::new(request, &values);
     let mut faults = vec![];
     let wiring = wire(request, &values, &sizes, &mut faults);
     let whole = faults.is_empty();
-    let unused = lint::unused(graph, request.texts);
+    let unused = lint::unused(declared, request.texts);
     faults.extend(unused.iter().cloned());
     let outputs = outputs(graph, request.outputs, &mut faults);
     faults.extend(fastest::unknown(graph, request.choices));

@@ -226,7 +226,9 @@ impl Expander<'_, '_> {
             PassKind::Clear { target, value } => {
                 Action::Clear { target: self.id(&target.value, member, &target.span)?, value: *value }
             }
-            PassKind::Reduce { .. } | PassKind::Loop { .. } | PassKind::Fastest { .. } => return None,
+            PassKind::Reduce { .. } | PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {
+                return None;
+            }
         };
         let bindings = self.bindings(w, member, &name, &BTreeMap::new())?;
         let own = self.own(w, batched)?;

@@ -1,10 +1,11 @@
 //! Things declared and never used, and what a plan's reader should know.
 
-use super::{Desc, Plan};
+use super::{Action, Binding, Desc, Geometry, Plan};
 use crate::diag::{Diagnostic, Severity};
 use crate::graph::Graph;
-use crate::graph::ast::{Name, PassKind, walk};
+use crate::graph::ast::{Name, PassKind, set_of, walk};
 use crate::graph::expr::Expr;
+use crate::scene::FACTS;
 use crate::shader::Library;
 use rustc_hash::FxHashSet;
 use std::collections::BTreeSet;
@@ -19,7 +20,11 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
         sizes.into_iter().chain(counts).for_each(&mut note);
     }
     walk(&graph.passes, &mut |p| {
-        p.when.iter().chain(&p.each).chain(p.rows.iter().chain(&p.defines).map(|d| &d.1)).for_each(&mut note);
+        p.when
+            .iter()
+            .chain(&p.each)
+            .chain(p.rows.iter().chain(&p.defines).chain(&p.set).map(|d| &d.1))
+            .for_each(&mut note);
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
@@ -27,6 +32,7 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
             PassKind::Compute { over, .. } => over.exprs().iter().for_each(&mut note),
             PassKind::Reduce { factor, until, .. } => factor.iter().chain([until]).for_each(&mut note),
             PassKind::Loop { count, until, .. } => [count].into_iter().chain(until).for_each(&mut note),
+            PassKind::For { count, .. } => note(count),
             PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Fastest { .. } => {}
         }
     });
@@ -88,6 +94,9 @@ fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str
     let mut shaders: BTreeSet<&str> = BTreeSet::new();
     walk(&graph.passes, &mut |p| {
         used.extend(p.bind.iter().chain(&p.masked).map(|(_, name)| name.value.as_str()));
+        // What another name of a shader stands for.
+        let renamed = p.scope.iter().flat_map(|s| &s.names).filter(|(own, whole)| !whole.ends_with(own.as_str()));
+        used.extend(renamed.map(|(_, whole)| whole.as_str()));
         shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
@@ -98,14 +107,19 @@ fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str
                 used.extend([from.value.as_str(), to.value.as_str()]);
             }
             PassKind::Clear { target, .. } => used.extend([target.value.as_str()]),
-            PassKind::Loop { .. } | PassKind::Fastest { .. } => {}
+            PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {}
         }
     });
     used.extend(graph.outputs.iter().map(|o| o.1.value.as_str()));
+    used = used.into_iter().map(set_of).collect();
     let index = library.index();
     let files = index.reachable(shaders.iter().copied());
     let defs = index.mentioned(shaders);
-    let in_shader = |name: &str| files.iter().any(|f| index.place(f, name).is_some());
+    // A shader of a sub-graph writes names without the sub-graph's.
+    let in_shader = |name: &str| {
+        let plain = name.rsplit('.').next().unwrap_or(name);
+        files.iter().any(|f| index.place(f, plain).is_some())
+    };
     let names = graph.params.iter().map(|(n, _)| (n, PARAMETER));
     let names = names.chain(graph.lets.iter().map(|(n, _)| (n, LET)));
     let names = names.chain(graph.resources.iter().map(|(n, _)| (n, RESOURCE)));
@@ -114,6 +128,29 @@ fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str
     let defines = graph.defines.iter().filter(|(name, _)| !defs.contains(name.value.as_str()));
     idle.extend(defines.map(|(name, _)| (name, DEFINITION)));
     (idle, defs.into_iter().map(String::from).collect())
+}
+
+/// What a plan takes from the scene, if anything: what it draws, reads or counts of it. A camera is no part of it.
+pub fn scene_use(graph: &Graph, plan: &Plan) -> Option<String> {
+    let is_fact = |name: &str| FACTS.iter().any(|f| f.0 == name);
+    let mut facts: Vec<&str> = mentioned(graph).into_iter().filter(|name| is_fact(name)).collect();
+    facts.sort_unstable();
+    let by_step = plan.steps.iter().find_map(|step| {
+        let name = &step.pass;
+        if matches!(&step.action, Action::Draw(draw) if matches!(draw.geometry, Geometry::Scene { .. })) {
+            return Some(format!("`{name}` draws one"));
+        }
+        step.bindings.iter().find_map(|binding| match binding {
+            Binding::Table(table) => Some(format!("`{name}` reads the table `{}`", plan.tables.get(*table)?.table)),
+            Binding::SceneTextures => Some(format!("`{name}` reads the textures of one")),
+            Binding::Uniform { layout, .. } => {
+                let fact = layout.members.iter().find(|m| is_fact(&m.name))?;
+                Some(format!("`{name}` asks for its `{}`", fact.name))
+            }
+            _ => None,
+        })
+    });
+    by_step.or_else(|| facts.first().map(|fact| format!("the graph asks for its `{fact}`")))
 }
 
 /// What is worth saying about a plan that works.

@@ -33,11 +33,10 @@ impl<'g> Wirer<'g, '_> {
     pub(super) fn targets(&mut self, wired: &mut Wired<'g>, r: &'g Raster, shader: &Shader) {
         let outputs: &[Output] = shader.interface.entry(Stage::Fragment).map_or(&[], |e| &e.outputs);
         for o in outputs {
-            let bound = |n: &str| wired.pass.bind.iter().find(|(from, _)| from.value == n).map(|(_, to)| to.clone());
             let (resource, span) = match (&o.name, &r.color) {
-                (Some(n), _) => match bound(n) {
-                    Some(to) => (to.value, to.span),
-                    None => (n.clone(), self.locate(wired.pass, shader, n)),
+                (Some(n), _) => match wired.pass.target(n) {
+                    (to, Some(said)) => (to, said.span.clone()),
+                    (to, None) => (to, self.locate(wired.pass, shader, n)),
                 },
                 (None, Some(c)) => (c.value.clone(), c.span.clone()),
                 (None, None) => {

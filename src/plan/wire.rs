@@ -297,7 +297,7 @@ impl<'g> Wirer<'g, '_> {
                 wired.uses.push(by_name(target, Mode::Write, How::Cleared));
                 return Some(wired);
             }
-            PassKind::Loop { .. } | PassKind::Fastest { .. } => return None,
+            PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => return None,
             PassKind::Draw(_) | PassKind::Screen(_) | PassKind::Compute { .. } | PassKind::Reduce { .. } => {}
         }
         let name = pass.kind.shader()?;
@@ -396,7 +396,10 @@ impl<'g> Wirer<'g, '_> {
         let all = || self.index.mentioned([name.value.as_str()]).into_iter().map(str::to_owned).collect();
         let mentioned = self.mentioned.entry(&name.value).or_insert_with(|| Arc::new(all())).clone();
         let mut defs = Defs::new();
-        for (key, e) in self.graph().defines.iter().chain(&pass.defines) {
+        // A pass of a sub-graph has that one's definitions among its own.
+        let graph =
+            if pass.scope.as_ref().is_none_or(|s| s.prefix.is_empty()) { self.graph().defines.as_slice() } else { &[] };
+        for (key, e) in graph.iter().chain(&pass.defines) {
             let def = match e.eval(&|n| self.value(n)) {
                 Ok(Val::Bool(b)) => Some(Def::Bool(b)),
                 Ok(Val::Int(i)) => i32::try_from(i).ok().map(Def::Int),

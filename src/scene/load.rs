@@ -82,6 +82,16 @@ pub(super) struct Besides<'a> {
     pub additions: Option<&'a Additions>,
 }
 
+/// A triangle, a light and a camera, for graphs that need no scene: a plan that looks at it says so
+/// ([`crate::plan::lint::scene_use`]).
+///
+/// # Errors
+/// None that a user could bring about.
+pub fn stand_in() -> Checked<Loaded> {
+    let loaded = from_bytes(include_bytes!("stand_in.gltf"), "none", None)?;
+    Ok(Loaded { notices: vec![], ..loaded })
+}
+
 /// A scene from the bytes of a `.gltf` or `.glb` that needs no other file, called `name`, and the text of a scene RON. Nothing is made up for
 /// it: without light it is dark.
 ///

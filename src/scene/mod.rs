@@ -75,7 +75,7 @@ pub use corners::{Corners, Held};
 pub use environment::Environment;
 pub use geometry::Geometry;
 pub use levels::{Level, Levels};
-pub use load::{Loaded, from_bytes, load, load_with};
+pub use load::{Loaded, from_bytes, load, load_with, stand_in};
 pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use pieces::Pieces;

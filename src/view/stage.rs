@@ -165,10 +165,10 @@ impl Stage {
 
     /// The folders whose files matter for a choice.
     pub fn folders(&self, choice: &Choice) -> BTreeSet<PathBuf> {
-        let mut all = folders(&choice.graph, &choice.scene, &self.shaders);
+        let mut all = folders(&choice.graph, Some(&choice.scene), &self.shaders);
         all.extend(self.scene.iter().flat_map(|s| &s.files).filter_map(|f| folder_of(f)));
         if let Against::Graph(path) = &choice.compare.against {
-            all.extend(folders(path, &choice.scene, &self.shaders));
+            all.extend(folders(path, Some(&choice.scene), &self.shaders));
         }
         all
     }

@@ -69,6 +69,7 @@ mod open_air;
 mod plain_scenes;
 mod planes;
 mod projection;
+mod reference;
 mod references;
 mod regions;
 mod reloads;

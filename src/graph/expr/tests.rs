@@ -1,6 +1,7 @@
 //! Expressions against answers by hand, and random ones against an evaluator that shares nothing with the one tested: it
 //! works on trees that never were text, in 128 bits.
 
+use super::parse::{DEPTH, OPERATORS};
 use super::*;
 use crate::diag::Source;
 use proptest::prelude::*;
@@ -39,6 +40,14 @@ fn arithmetic_binds_as_usual() {
     assert_eq!(eval("vec3(n, 1, grid.z)"), Ok(Val::Ints(vec![5, 1, 4])));
     assert_eq!(eval("vec2(n, eps)"), Ok(Val::Floats(vec![5.0, 0.5])));
     assert_eq!(eval("at.y"), Ok(Val::Float(-1.0)));
+    assert_eq!(eval("vec2(n, eps) * 2"), Ok(Val::Floats(vec![10.0, 1.0])));
+    assert_eq!(eval("grid.xz + 1"), Ok(Val::Ints(vec![3, 5])));
+    assert_eq!(eval("grid.zzx.y"), Ok(Val::Int(4)));
+    assert_eq!(eval("max(grid, 3)"), Ok(Val::Ints(vec![3, 3, 4])));
+    assert_eq!(eval("min(vec2(n, eps), vec2(1, 1))"), Ok(Val::Floats(vec![1.0, 0.5])));
+    assert_eq!(eval("floor(n * 0.3) + ceil(eps) + round(2.5)"), Ok(Val::Int(5)));
+    assert_eq!(eval("round(vec2(n, eps) * 1.2)"), Ok(Val::Ints(vec![6, 1])));
+    assert_eq!(eval("clamp(n, 1, 3) - clamp(eps, 1.0, 2.0)"), Ok(Val::Float(2.0)));
     assert_eq!(eval("(0 - 7) % 4"), Ok(Val::Int(1)));
     assert_eq!(eval("1.5e+1"), Ok(Val::Float(15.0)));
     assert_eq!(eval("2E2"), Ok(Val::Float(200.0)));
@@ -66,7 +75,8 @@ fn faults_are_reported_not_wrapped() {
     says("min(1 2)", "`,` or `)`");
     says("n ? 1", "expected `:`");
     says("(n", "expected `)`");
-    says("grid.a", "expected `x`");
+    says("grid.a", "has no value");
+    says("(n + 1).a", "expected `x`");
     says("grid.w", "no such component");
     says("n.x", "an integer has no such component");
     says("at.z", "a vector of floats has no such component");
@@ -77,10 +87,12 @@ fn faults_are_reported_not_wrapped() {
     says("eps && on", "expected a condition, found a float");
     says("on + 1", "a boolean and an integer don't go together");
     says("grid + vec2(1, 1)", "don't go together");
-    says("at + at", "don't go together");
     says("grid < grid", "don't go together");
     says("on == 1", "don't go together");
-    says("vec2(grid, 1)", "types");
+    says("vec2(grid, 1)", "`vec2` can't take");
+    says("floor(1e300)", "64 bits");
+    says("grid.xw", "component");
+    says("max(grid, vec2(1, 2))", "`max` can't take");
     says("1.2.3", "not a number");
     says(&"(".repeat(100_000), "deep");
     says(&"-".repeat(100_000), "deep");
@@ -300,6 +312,10 @@ fn two(op: &str, a: N, b: N) -> Told {
             let parts = (0..n).map(|i| whole_of(op, at(x, i), at(y, i))).collect::<Result<_, _>>()?;
             Ok(N::Whole(parts, false))
         }
+        _ if !compares && (parts(&a).len() > 1 || parts(&b).len() > 1) => {
+            let rows = rows(&[a, b]).ok_or("don't go together")?;
+            together(rows.into_iter().map(|row| two(op, row[0].clone(), row[1].clone())))
+        }
         _ => {
             let (Some(x), Some(y)) = (real(&a), real(&b)) else { return Err("don't go together") };
             if compares {
@@ -326,6 +342,34 @@ fn two(op: &str, a: N, b: N) -> Told {
             ))
         }
     }
+}
+
+/// The numbers of a value, each alone; none of a truth.
+fn parts(n: &N) -> Vec<N> {
+    match n {
+        N::Truth(_) => vec![],
+        N::Whole(v, _) => v.iter().map(|x| N::Whole(vec![*x], true)).collect(),
+        N::Real(v, _) => v.iter().map(|x| N::Real(vec![*x], true)).collect(),
+    }
+}
+
+/// What goes together of some values, component by component; a number that stands alone goes with each.
+fn rows(of: &[N]) -> Option<Vec<Vec<N>>> {
+    let all: Vec<Vec<N>> = of.iter().map(parts).collect();
+    let n = all.iter().map(Vec::len).max()?;
+    let fits = all.iter().all(|v| v.len() == n || v.len() == 1);
+    fits.then(|| (0..n).map(|i| all.iter().map(|v| v[if v.len() == 1 { 0 } else { i }].clone()).collect()).collect())
+}
+
+/// A vector of numbers.
+fn together(parts: impl Iterator<Item = Told>) -> Told {
+    let all = parts.collect::<Result<Vec<N>, _>>()?;
+    let wholes: Option<Vec<i128>> =
+        all.iter().map(|n| if let N::Whole(v, _) = n { Some(v[0]) } else { None }).collect();
+    Ok(match wholes {
+        Some(v) => N::Whole(v, false),
+        None => N::Real(all.iter().filter_map(real).collect(), false),
+    })
 }
 
 fn ordered(op: &str, difference: i128) -> bool {
@@ -367,9 +411,13 @@ fn call(f: &str, of: Vec<N>) -> Told {
         ("vec2" | "vec3", None, Some(v)) => Ok(N::Real(v, false)),
         ("ceil_div", ..) => match of.as_slice() {
             [a, N::Whole(by, true)] => two("/", two("+", a.clone(), whole(by[0] - 1)?)?, N::Whole(by.clone(), true)),
-            _ => Err("wrong types"),
+            _ => Err("can't take"),
         },
-        _ => Err("wrong types"),
+        ("min" | "max" | "abs", ..) if of.iter().any(|n| parts(n).len() > 1) => {
+            let rows = rows(&of).ok_or("can't take")?;
+            together(rows.into_iter().map(|row| call(f, row)))
+        }
+        _ => Err("can't take"),
     }
 }
 

@@ -4,7 +4,7 @@ use super::network::{Item, Network, Pass, network};
 use crate::plan::Plan;
 use std::fmt::Write;
 
-/// Passes as nodes, resources as edges, loops as clusters; what comes from an earlier iteration or frame is dashed,
+/// Passes as nodes, resources as edges, loops and sub-graphs as clusters; what comes from an earlier iteration or frame is dashed,
 /// skipped passes are grey.
 pub fn to_dot(plan: &Plan) -> String {
     let net = network(plan);
@@ -39,7 +39,14 @@ fn items(net: &Network, list: &[Item], depth: usize, clusters: &mut usize, out: 
                 let pass = &net.passes[*i];
                 let shape = if pass.kind == "output" { ", shape=ellipse, fillcolor=\"#ffffff\"" } else { "" };
                 // Writing to a string can't fail.
-                let _ = writeln!(out, "{indent}n{i} [label={}{shape}];", quoted(&label(pass)));
+                let _ = write!(out, "{indent}");
+                let subs: Vec<usize> = pass.name.match_indices('.').map(|(at, _)| at).collect();
+                for at in &subs {
+                    let sub = quoted(&format!("cluster {}", &pass.name[..*at]));
+                    let title = quoted(&pass.name[..*at]);
+                    let _ = write!(out, "subgraph {sub} {{ label={title}; style=rounded; ");
+                }
+                let _ = writeln!(out, "n{i} [label={}{shape}];{}", quoted(&label(pass)), " }".repeat(subs.len()));
             }
             Item::Loop { title, body } => {
                 let _ = writeln!(out, "{indent}subgraph cluster_{clusters} {{");

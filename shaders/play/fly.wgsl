@@ -1,0 +1,64 @@
+//! Moves particles by a step of time, and counts their light in the pixels where they are.
+#import lightgraph::random::{next, next_pair, scramble}
+
+struct Particle {
+    /// In heights of the image, from the middle of its lower edge.
+    position: vec2f,
+    velocity: vec2f,
+    color: vec3f,
+    /// Seconds left.
+    life: f32,
+}
+var<storage, read_write> particles: array<Particle>;
+var<storage, read_write> hits: array<atomic<u32>>;
+
+struct Params {
+    gravity: f32,
+    step: f32,
+    frame: u32,
+    screen: vec2u,
+}
+var<uniform> params: Params;
+
+@compute @workgroup_size(64)
+fn fly(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= arrayLength(&particles) {
+        return;
+    }
+    var p = particles[id.x];
+    p.life -= params.step;
+    if p.life <= 0.0 {
+        var state = scramble(id.x + scramble(params.frame));
+        let turn = 6.2831853 * next(&state);
+        let apart = next_pair(&state);
+        p.position = vec2f(0.0, 0.05);
+        p.velocity = vec2f(0.25 * sqrt(apart.x) * cos(turn), 1.3 + 0.3 * apart.y);
+        p.color = mix(vec3f(1.0, 0.35, 0.08), vec3f(0.3, 0.5, 1.0), apart.y);
+        p.life = 3.0;
+        if params.frame == 0u {
+            // A first frame has them everywhere on their way.
+            let age = 3.0 * next(&state);
+            p.life -= age;
+            p.position = abs(p.position + (p.velocity - vec2f(0.0, 0.5 * params.gravity * age)) * age);
+            p.position.x *= sign(cos(turn));
+            p.velocity.y -= params.gravity * age;
+        }
+    }
+    p.velocity.y -= params.gravity * params.step;
+    p.position += p.velocity * params.step;
+    if p.position.y < 0.0 {
+        p.position.y = -p.position.y;
+        p.velocity *= vec2f(0.7, -0.5);
+    }
+    particles[id.x] = p;
+    let size = vec2f(params.screen);
+    let pixel = vec2f(0.5 * size.x + p.position.x * size.y, size.y * (1.0 - p.position.y));
+    if all(pixel >= vec2f(0.0)) && all(pixel < size) {
+        let at = 3u * (u32(pixel.y) * params.screen.x + u32(pixel.x));
+        // 256 to a unit of light: a pixel holds 16 million of them.
+        let light = vec3u(256.0 * p.color * min(p.life, 1.0));
+        atomicAdd(&hits[at], light.x);
+        atomicAdd(&hits[at + 1u], light.y);
+        atomicAdd(&hits[at + 2u], light.z);
+    }
+}

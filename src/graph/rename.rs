@@ -1,0 +1,115 @@
+//! Other names for what a graph mentions.
+
+use super::ast::{Name, Pass, PassKind, Resource, ResourceKind, Size};
+use super::expr::Expr;
+
+/// A name to another.
+pub type Rename<'r> = &'r dyn Fn(&str) -> String;
+
+fn one(name: &mut Name, to: Rename) {
+    name.value = renamed(&name.value, to);
+}
+
+/// Another name; of a member of a set also what its number mentions.
+pub fn renamed(name: &str, to: Rename) -> String {
+    let Some((set, index)) = name.split_once('[') else { return to(name) };
+    let mut out = format!("{}[", to(set));
+    let mut rest = index;
+    while !rest.is_empty() {
+        let part = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let end = rest.find(|c| !part(c)).unwrap_or(rest.len());
+        let (word, after) = rest.split_at(end);
+        let is_name = word.starts_with(|c: char| c.is_alphabetic() || c == '_');
+        let call = after.trim_start().starts_with('(') || matches!(word, "true" | "false");
+        out += &if is_name && !call { to(word) } else { word.to_string() };
+        let marks = after.find(part).unwrap_or(after.len());
+        out += &after[..marks];
+        rest = &after[marks..];
+    }
+    out
+}
+
+fn size(size: &mut Size, to: Rename) {
+    match size {
+        Size::One(e) => e.rename(to),
+        Size::Axes(axes, _) => axes.iter_mut().for_each(|e| e.rename(to)),
+    }
+}
+
+/// Renames what the sizes and counts of a resource mention.
+pub fn resource(r: &mut Resource, to: Rename) {
+    let maybe = |e: &mut Option<Expr>| e.iter_mut().for_each(|e| e.rename(to));
+    maybe(&mut r.members);
+    match &mut r.kind {
+        ResourceKind::Texture { size: s, layers: n, mips, .. } | ResourceKind::Cube { size: s, count: n, mips, .. } => {
+            size(s, to);
+            maybe(n);
+            maybe(mips);
+        }
+        ResourceKind::Texture3d { size: s, mips, .. } => {
+            size(s, to);
+            maybe(mips);
+        }
+        ResourceKind::Atlas { tile: a, count: b, .. } | ResourceKind::Buffer { stride: a, count: b } => {
+            a.rename(to);
+            b.rename(to);
+        }
+        ResourceKind::Sampler(_) => {}
+    }
+}
+
+/// Renames what a pass mentions, apart from the passes in it; not its own name.
+pub fn pass(p: &mut Pass, to: Rename) {
+    references(p).into_iter().for_each(|n| one(n, to));
+    exprs(p).into_iter().for_each(|e| e.rename(to));
+}
+
+/// The resources that a pass names.
+pub fn references(p: &mut Pass) -> Vec<&mut Name> {
+    let mut all: Vec<&mut Name> = p.own.iter_mut().collect();
+    for (name, mask) in &mut p.masked {
+        all.extend([name, mask]);
+    }
+    all.extend(p.bind.iter_mut().map(|(_, n)| n));
+    match &mut p.kind {
+        PassKind::Draw(r) | PassKind::Screen(r) => {
+            all.extend(r.color.iter_mut().chain(&mut r.depth).chain(&mut r.frusta).chain(&mut r.load));
+            all.extend(r.clear.iter_mut().map(|(n, _)| n));
+        }
+        PassKind::Compute { sight: Some(sight), .. } => {
+            all.push(&mut sight.frusta);
+            all.extend(sight.seen.iter_mut().chain(&mut sight.depth));
+        }
+        PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => all.extend([from, to]),
+        PassKind::Clear { target, .. } => all.push(target),
+        PassKind::Compute { sight: None, .. }
+        | PassKind::Loop { .. }
+        | PassKind::For { .. }
+        | PassKind::Fastest { .. } => {}
+    }
+    all
+}
+
+/// The expressions of a pass.
+pub fn exprs(p: &mut Pass) -> Vec<&mut Expr> {
+    let mut all: Vec<&mut Expr> = p.when.iter_mut().chain(&mut p.each).collect();
+    all.extend(p.rows.iter_mut().chain(&mut p.defines).chain(&mut p.set).map(|(_, e)| e));
+    match &mut p.kind {
+        PassKind::Draw(r) | PassKind::Screen(r) => {
+            all.extend(r.layer.iter_mut().chain(&mut r.views).chain(&mut r.tolerance));
+        }
+        PassKind::Compute { over: Size::One(e), .. } => all.push(e),
+        PassKind::Compute { over: Size::Axes(axes, _), .. } => all.extend(axes),
+        PassKind::Reduce { factor, until, .. } => {
+            all.extend(factor);
+            all.push(until);
+        }
+        PassKind::Loop { count, until, .. } => {
+            all.push(count);
+            all.extend(until);
+        }
+        PassKind::For { count, .. } => all.push(count),
+        PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Fastest { .. } => {}
+    }
+    all
+}
