@@ -7,6 +7,7 @@ use super::{
     model::Bounds,
 };
 use crate::diag::{Diagnostic, Source, Span};
+use crate::files;
 use glam::Vec3;
 use ron::{error::SpannedError, extensions::Extensions, value::RawValue};
 use serde::{
@@ -179,7 +180,16 @@ impl Parser<'_> {
     fn environment(&mut self, raw: &RawValue) -> Option<Spanned<AddedEnvironment>> {
         let mut found = self.value::<AddedEnvironment>(raw)?;
         if let AddedEnvironment::File { file, .. } = &mut found.value {
-            *file = Path::new(&self.source.path).parent().unwrap_or(Path::new("")).join(&*file);
+            let folder = Path::new(&self.source.path).parent().unwrap_or(Path::new(""));
+            let named = file.to_string_lossy().into_owned();
+            match files::inside(folder, &named) {
+                Ok(path) => *file = path,
+                Err(why) => {
+                    let d = Diagnostic::error(format!("environment: `{named}` {why}")).at(&found.span, "");
+                    self.faults.push(d);
+                    return None;
+                }
+            }
         }
         let checked = found.value.check();
         checked

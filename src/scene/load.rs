@@ -10,6 +10,7 @@ use super::{
     model::{Keyframe, Scene},
 };
 use crate::diag::{Checked, Diagnostic, Faults, Severity, Source};
+use crate::files;
 use glam::Vec3;
 use std::{
     borrow::Cow,
@@ -343,7 +344,8 @@ fn scenes_beside(path: &Path) -> Vec<String> {
 /// The glTF that a scene RON names, or the one of its stem.
 fn described_gltf(ron: &Path, description: &Description) -> Checked<PathBuf> {
     if let Some(name) = &description.gltf {
-        let path = ron.parent().unwrap_or(Path::new("")).join(&name.value);
+        let path = files::inside(ron.parent().unwrap_or(Path::new("")), &name.value)
+            .map_err(|why| Diagnostic::error(format!("`{}` {why}", name.value)).at(&name.span, ""))?;
         if path.is_file() && has_extension(&path, &["glb", "gltf"]) {
             return Ok(path);
         }

@@ -135,6 +135,48 @@ fn a_gltf_reads_its_buffer_and_images_from_files_or_data() {
 }
 
 #[test]
+fn images_that_name_one_file_are_decoded_once() {
+    let folder = Folder::new("one-image");
+    let mut f = Fixture::quad();
+    let uv = f.floats(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    f.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uv);
+    f.json["images"] = json!([{"uri": "a.png"}, {"uri": "a.png"}]);
+    f.json["textures"] = json!([{"source": 0}, {"source": 1}]);
+    f.json["materials"][0]["pbrMetallicRoughness"] = json!({"baseColorTexture": {"index": 0}});
+    f.material(json!({"name": "same", "pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}}));
+    let png = folder.write("a.png", []);
+    image::RgbImage::from_pixel(2, 2, image::Rgb([9, 8, 7])).save(&png).unwrap();
+    folder.write("quad.glb", f.glb());
+    let loaded = folder.load("quad").unwrap();
+    assert_eq!(names(&loaded.files), ["quad.glb", "a.png"]);
+    assert_eq!(loaded.scene.textures.as_ref().unwrap().layers, 1);
+    assert_eq!(loaded.scene.materials[1].base_color_texture, Some(0));
+}
+
+#[test]
+fn a_scene_names_no_file_outside_of_its_folder() {
+    let folder = Folder::new("outside");
+    let mut f = Fixture::quad();
+    folder.write("other/quad.bin", &f.bytes);
+    folder.write("other/quad.glb", f.glb());
+    folder.write("other/sky.hdr", "");
+    let absolute = folder.0.join("other/quad.bin").display().to_string();
+    for uri in ["../other/quad.bin", "%2e%2e/other/quad.bin", &absolute] {
+        f.json["buffers"] = json!([{"byteLength": f.bytes.len(), "uri": uri}]);
+        folder.write("scene/quad.gltf", f.json.to_string());
+        let text = folder.load("scene/quad.gltf").unwrap_err();
+        assert!(text.contains("leads out of the folder"), "{uri}: {text}");
+    }
+    folder.write("scene/far.ron", "Scene(gltf: \"../other/quad.glb\")");
+    let text = folder.load("scene/far.ron").unwrap_err();
+    assert!(text.contains("far.ron:1:13") && text.contains("leads out of the folder"), "{text}");
+    folder.write("scene/sky.glb", Fixture::quad().glb());
+    folder.write("scene/sky.ron", "Scene(environment: File(file: \"../other/sky.hdr\"))");
+    let text = folder.load("scene/sky").unwrap_err();
+    assert!(text.contains("sky.ron:1:") && text.contains("leads out of the folder"), "{text}");
+}
+
+#[test]
 fn faults_of_the_scene_file_and_the_gltf_come_together() {
     let folder = Folder::new("together");
     let mut f = Fixture::quad();
