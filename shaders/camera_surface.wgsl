@@ -1,7 +1,13 @@
 //! What the camera sees through the centre of each pixel.
 #import lightgraph::geometry::{world_position, world_normal}
 #import lightgraph::camera::pixel_ray
-#import lightgraph::surface::record
+#import lightgraph::surface::{Point, record}
+#ifdef NORMAL_MAPS
+#import lightgraph::geometry::world_tangent
+#endif
+#ifdef MORE_AT_VERTICES
+#import lightgraph::vertices::vertices
+#endif
 
 var<uniform> camera_view_projection: mat4x4f;
 
@@ -19,10 +25,24 @@ struct Varying {
     @location(1) normal: vec3f,
     @location(2) uv: vec2f,
     @location(3) @interpolate(flat) material: u32,
+#ifdef SECOND_UVS
+    @location(4) second_uv: vec2f,
+#endif
+#ifdef VERTEX_COLORS
+    @location(5) color: vec4f,
+#endif
+#ifdef NORMAL_MAPS
+    @location(6) tangent: vec4f,
+#endif
 }
 
 @vertex
-fn vertex(in: Vertex) -> Varying {
+fn vertex(
+    in: Vertex,
+#ifdef MORE_AT_VERTICES
+    @builtin(vertex_index) index: u32,
+#endif
+) -> Varying {
     let world = world_position(in.node, in.position);
     var out: Varying;
     out.at = camera_view_projection * vec4f(world, 1.0);
@@ -30,6 +50,15 @@ fn vertex(in: Vertex) -> Varying {
     out.normal = world_normal(in.node, in.normal);
     out.uv = in.uv;
     out.material = in.material;
+#ifdef SECOND_UVS
+    out.second_uv = vertices[index].second_uv;
+#endif
+#ifdef VERTEX_COLORS
+    out.color = vertices[index].color;
+#endif
+#ifdef NORMAL_MAPS
+    out.tangent = world_tangent(in.node, vertices[index].tangent);
+#endif
     return out;
 }
 
@@ -51,6 +80,17 @@ fn along_ray(pixel: vec2u, world: vec3f, normal: vec3f) -> f32 {
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Seen {
     let depth = along_ray(vec2u(in.at.xy), in.world, cross(dpdx(in.world), dpdy(in.world)));
-    let r = record(in.material, in.uv, in.normal, depth, front);
+    var p: Point;
+    p.uv = in.uv;
+#ifdef SECOND_UVS
+    p.second_uv = in.second_uv;
+#endif
+#ifdef VERTEX_COLORS
+    p.color = in.color;
+#endif
+#ifdef NORMAL_MAPS
+    p.tangent = in.tangent;
+#endif
+    let r = record(in.material, p, in.normal, depth, front);
     return Seen(r.albedo, r.normal);
 }

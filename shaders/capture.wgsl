@@ -6,8 +6,8 @@
 #endif
 
 @vertex
-fn vertex(in: Vertex, @builtin(instance_index) member: u32) -> Varying {
-    return seen(in, member / 6u, member % 6u);
+fn vertex(in: Vertex, @builtin(vertex_index) index: u32, @builtin(instance_index) member: u32) -> Varying {
+    return seen(in, index, member / 6u, member % 6u);
 }
 
 struct Captured {

@@ -5,8 +5,8 @@
 var<uniform> probe: u32;
 
 @vertex
-fn vertex(in: Vertex, @builtin(view_index) face: u32) -> Varying {
-    return seen(in, probe, face);
+fn vertex(in: Vertex, @builtin(vertex_index) index: u32, @builtin(view_index) face: u32) -> Varying {
+    return seen(in, index, probe, face);
 }
 
 struct Captured {

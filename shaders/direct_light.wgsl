@@ -10,6 +10,9 @@
 #endif
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
+#ifdef UNLIT
+#import lightgraph::surface::unlit_of
+#endif
 #ifdef LIGHTS
 #ifdef LIGHT_CUTS
 #import lightgraph::light_cuts::reflected_light
@@ -47,6 +50,9 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
         let ray = pixel_ray(id.xy);
         let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
         light = s.emission;
+#ifdef UNLIT
+        light += unlit_of(seen.albedo);
+#endif
 #ifdef LIGHTS
 #ifdef LIGHT_CUTS
         light += reflected_light(s, error_seen);

@@ -11,6 +11,9 @@
 #import lightgraph::lobe_table::{ANGLES, DIRECTIONS}
 #import lightgraph::sh::ORDER
 #import lightgraph::surface::{Surface, materials}
+#ifdef GGX
+#import lightgraph::surface::mean_finish
+#endif
 
 var lobe_table: texture_storage_2d<rgba32float, write>;
 
@@ -44,8 +47,9 @@ fn surface(row: u32) -> Surface {
     s.specular = m.specular;
     s.shininess = m.shininess;
 #ifdef GGX
-    s.roughness = m.roughness;
-    s.metallic = m.metallic;
+    let mean = mean_finish(m);
+    s.roughness = mean.x;
+    s.metallic = mean.y;
 #endif
     return held(s, ORDER);
 }

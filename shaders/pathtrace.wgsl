@@ -1,5 +1,8 @@
 //! Path tracing: every batch adds some paths through the centre of each pixel to the mean of those before it.
 #import lightgraph::camera::pixel_ray
+#ifdef CLEAR
+#import lightgraph::camera::Ray
+#endif
 #import lightgraph::hit::{Met, look}
 #import lightgraph::lobe::{reflectance, scatter, scatter_density}
 #import lightgraph::random::{scramble, seed, next, next_pair, even_pair}
@@ -14,6 +17,12 @@
 #import lightgraph::environment
 #import lightgraph::environment_light
 #import lightgraph::trace::FAR
+#endif
+#ifdef CLEAR
+#import lightgraph::passage::look_on
+#endif
+#ifdef UNLIT
+#import lightgraph::surface::materials
 #endif
 
 struct Params {
@@ -50,15 +59,49 @@ fn add(light: ptr<function, Light>, amount: vec3f, bounce: u32) {
 /// Bounces after which a path may end by chance, as likely as it carries little light.
 const SURE: u32 = 3u;
 
-/// The light along one path from what a pixel sees; without the emission of that.
+/// What leaves a surface that a pixel sees by itself.
+fn shown(met: Met) -> vec3f {
+#ifdef UNLIT
+    if materials[met.material].unlit != 0u {
+        return met.glow;
+    }
+#endif
+    return met.surface.emission;
+}
+
+#ifdef CLEAR
+/// The light along one path from a pixel.
+fn path(ray: Ray, index: u32, pixel: vec2u) -> Light {
+    var light: Light;
+    var carried = vec3f(1.0);
+    let shift = seed(pixel, params.seed);
+    var state = seed(pixel, scramble(index + scramble(params.seed)));
+    var met = look_on(ray.origin, ray.direction, &carried, &state);
+#ifdef ENVIRONMENT
+    if met.distance >= FAR {
+        light.direct = carried * environment::radiance(ray.direction);
+    }
+#endif
+    if !met.lit {
+        return light;
+    }
+    light.direct = carried * shown(met);
+#else
+/// The light along one path from what a pixel sees; without what leaves that by itself.
 fn path(seen: Met, index: u32, pixel: vec2u) -> Light {
     var light: Light;
     var met = seen;
     var carried = vec3f(1.0);
     let shift = seed(pixel, params.seed);
     var state = seed(pixel, scramble(index + scramble(params.seed)));
+#endif
     for (var bounce = 0u; bounce <= params.bounces; bounce++) {
         let s = met.surface;
+#ifdef UNLIT
+        if materials[s.material].unlit != 0u {
+            break;
+        }
+#endif
 #ifdef LIGHTS
         add(&light, carried * traced_light(s, met.start), bounce);
 #endif
@@ -101,7 +144,11 @@ fn path(seen: Met, index: u32, pixel: vec2u) -> Light {
             }
             carried /= survival;
         }
+#ifdef CLEAR
+        met = look_on(met.start, direction, &carried, &state);
+#else
         met = look(met.start, direction);
+#endif
 #ifdef ENVIRONMENT
         if met.distance >= FAR {
             add(&light, carried * environment_light::arrived(direction, density), bounce);
@@ -113,7 +160,11 @@ fn path(seen: Met, index: u32, pixel: vec2u) -> Light {
 #ifdef EMITTERS
         let emission = met.surface.emission;
         if any(emission > vec3f(0.0)) {
+#ifdef EMISSION_MAPS
+            let drawn = emitters::density_of(met.emitter, met.distance, -dot(met.flat_normal, direction));
+#else
             let drawn = emitters::draw_density(emission, met.distance, -dot(met.flat_normal, direction));
+#endif
             add(&light, carried * emission * (density / (density + drawn)), bounce);
         }
 #endif
@@ -128,28 +179,37 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
     }
     var sum: Light;
     let ray = pixel_ray(id.xy);
-    let seen = look(ray.origin, ray.direction);
     let paths = progress.next - progress.paths;
+#ifndef CLEAR
+    let seen = look(ray.origin, ray.direction);
     if seen.lit {
+#endif
         // One round more than there are paths: a driver that ends the loops of an invocation after so many rounds, as if they
         // were done, leaves it out.
         var rounds = 0u;
         while rounds <= paths {
             if rounds < paths {
+#ifdef CLEAR
+                let light = path(ray, progress.paths + rounds, id.xy);
+#else
                 let light = path(seen, progress.paths + rounds, id.xy);
+#endif
                 sum.direct += light.direct;
                 sum.indirect += light.indirect;
             }
             rounds++;
         }
         check(rounds > paths, id, #{HERE});
-        sum.direct = sum.direct / f32(paths) + seen.surface.emission;
+        sum.direct /= f32(paths);
         sum.indirect /= f32(paths);
+#ifndef CLEAR
+        sum.direct += shown(seen);
     }
 #ifdef ENVIRONMENT
     if seen.distance >= FAR {
         sum.direct = environment::radiance(ray.direction);
     }
+#endif
 #endif
     let share = f32(paths) / f32(progress.next);
     let direct_mean = mix(textureLoad(direct_before, id.xy, 0).rgb, sum.direct, share);

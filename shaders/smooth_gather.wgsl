@@ -3,7 +3,7 @@
 //! 4x4 block counts alike (Keller and Heidrich, "Interleaved Sampling", 2001).
 #import lightgraph::camera::pixel_ray
 #import lightgraph::seen::seen_at
-#import lightgraph::surface::is_lit
+#import lightgraph::surface::{albedo_of, is_lit}
 
 /// What first_bounce.wgsl leaves.
 var gathered: texture_2d_array<f32>;
@@ -43,7 +43,7 @@ fn smooth_gather(@builtin(global_invocation_id) id: vec3u) {
             let weight = select(1.0, 0.5, abs(step.x) == 2) * select(1.0, 0.5, abs(step.y) == 2);
             sum += weight * vec4f(textureLoad(gathered, pixel, 0, 0).rgb, 1.0);
         }
-        light = seen.albedo.rgb * sum.rgb / sum.a;
+        light = albedo_of(seen.albedo) * sum.rgb / sum.a;
 #ifdef SPECULAR
         light += textureLoad(gathered, id.xy, 1, 0).rgb;
 #endif

@@ -6,6 +6,12 @@
 #import lightgraph::random::even_pair
 #import lightgraph::sampling
 #import lightgraph::trace::is_free
+#ifdef CLEAR
+#import lightgraph::passage::free_share
+#endif
+#ifdef EMISSION_MAPS
+#import lightgraph::textures
+#endif
 
 struct Emitter {
     a: vec3f,
@@ -16,8 +22,16 @@ struct Emitter {
     c: vec3f,
     /// Of picking a point on it by power, per m².
     density: f32,
-    /// Leaves the front.
+    /// Leaves the front, on average.
     radiance: vec3f,
+#ifdef EMISSION_MAPS
+    /// Row of `textures`, 0xffffffff for none, with coordinates at the corners; what it multiplies.
+    texture: u32,
+    uva: vec2f,
+    uvb: vec2f,
+    uvc: vec2f,
+    emission: vec3f,
+#endif
 }
 var<storage, read> emitters: array<Emitter>;
 
@@ -58,8 +72,26 @@ fn towards(e: Emitter, origin: vec3f, u: vec2f) -> Sample {
     let direction = offset / distance;
     let cosine = -dot(normalize(cross(e.b - e.a, e.c - e.a)), direction);
     let density = e.density * distance * distance / max(cosine, 1e-6);
-    return Sample(direction, distance, e.radiance, select(0.0, density, cosine > 0.0));
+    var radiance = e.radiance;
+#ifdef EMISSION_MAPS
+    if e.texture != textures::NONE {
+        let uv = e.uva + at.x * (e.uvb - e.uva) + at.y * (e.uvc - e.uva);
+        radiance = e.emission * textures::filtered(e.texture, uv, mat2x2f()).rgb;
+    }
+#endif
+    return Sample(direction, distance, radiance, select(0.0, density, cosine > 0.0));
 }
+
+#ifdef EMISSION_MAPS
+/// The density, in 1/sr, with which `draw` would have met a point of an emitter, a row or 0xffffffff for none, `distance` away, that is
+/// seen under `cosine` to its front.
+fn density_of(row: u32, distance: f32, cosine: f32) -> f32 {
+    if row == 0xffffffffu {
+        return 0.0;
+    }
+    return emitters[row].density * distance * distance / max(cosine, 1e-6);
+}
+#endif
 
 /// The density, in 1/sr, with which `draw` would have met a point of emission `radiance`, `distance` away, that is
 /// seen under `cosine` to its front.
@@ -120,7 +152,12 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
         }
         // Of the points' irradiance: all, and what arrives; the gloss that arrives.
         var all = 0.0;
+#ifdef EMISSION_MAPS
+        // Times the radiance of each point.
+        var arrived = vec3f(0.0);
+#else
         var arrived = 0.0;
+#endif
         var shine = vec3f(0.0);
         for (var k = 0u; k < samples; k++) {
             let p = towards(e, start, even_pair(k, shift + i));
@@ -132,15 +169,28 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
             let angle = e.density * e.area / (p.density * f32(samples));
             all += cosine * angle;
             if is_free(start, p.direction, REACH * p.distance) {
+#ifdef EMISSION_MAPS
+                arrived += cosine * angle * p.radiance;
+#ifdef SPECULAR
+                sum += p.radiance * (tints(s) * lobes(s, p.direction)) * angle;
+#endif
+#else
                 arrived += cosine * angle;
 #ifdef SPECULAR
                 shine += lobes(s, p.direction) * angle;
 #endif
+#endif
             }
         }
+#ifdef EMISSION_MAPS
+        if all > 0.0 {
+            sum += matte(s) / 3.14159265359 * whole * (arrived / all);
+        }
+#else
         if all > 0.0 {
             sum += e.radiance * (matte(s) / 3.14159265359 * whole * (arrived / all) + tints(s) * shine);
         }
+#endif
     }
     return sum;
 }
@@ -149,8 +199,15 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
 /// the density that `scattered` gives for it (balance heuristic of Veach, 1995).
 fn estimate(s: Surface, start: vec3f, p: Sample, scattered: f32) -> vec3f {
     let light = reflectance(s, p.direction) * p.radiance;
+#ifdef CLEAR
+    if p.density <= 0.0 || all(light <= vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    return free_share(start, p.direction, REACH * p.distance) * light / (p.density + scattered);
+#else
     if p.density <= 0.0 || all(light <= vec3f(0.0)) || !is_free(start, p.direction, REACH * p.distance) {
         return vec3f(0.0);
     }
     return light / (p.density + scattered);
+#endif
 }

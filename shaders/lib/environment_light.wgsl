@@ -5,11 +5,20 @@
 #import lightgraph::random::{even_pair, next, scramble}
 #import lightgraph::surface::Surface
 #import lightgraph::trace::{is_free, FAR}
+#ifdef CLEAR
+#import lightgraph::passage::free_share
+#endif
 
 /// An estimate of it from one direction drawn by its light, weighed against one drawn by `lobe::scatter` with the density that
 /// `scattered` gives for it (balance heuristic of Veach, 1995).
 fn estimate(s: Surface, start: vec3f, d: Drawn, scattered: f32) -> vec3f {
     let light = reflectance(s, d.direction) * d.radiance;
+#ifdef CLEAR
+    if d.density <= 0.0 || all(light <= vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    return free_share(start, d.direction, FAR) * light / (d.density + scattered);
+#endif
     if d.density <= 0.0 || all(light <= vec3f(0.0)) || !is_free(start, d.direction, FAR) {
         return vec3f(0.0);
     }

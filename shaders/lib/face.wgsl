@@ -5,7 +5,13 @@
 #import lightgraph::cube
 #import lightgraph::probes
 #import lightgraph::probe_views::depths
-#import lightgraph::surface::{Record, record}
+#import lightgraph::surface::{Point, Record, record}
+#ifdef NORMAL_MAPS
+#import lightgraph::geometry::world_tangent
+#endif
+#ifdef MORE_AT_VERTICES
+#import lightgraph::vertices::vertices
+#endif
 
 struct Vertex {
     @location(0) position: vec3f,
@@ -23,6 +29,15 @@ struct Varying {
     @location(2) uv: vec2f,
     @location(3) @interpolate(flat) material: u32,
     @location(4) @interpolate(flat) face: u32,
+#ifdef SECOND_UVS
+    @location(5) second_uv: vec2f,
+#endif
+#ifdef VERTEX_COLORS
+    @location(6) color: vec4f,
+#endif
+#ifdef NORMAL_MAPS
+    @location(7) tangent: vec4f,
+#endif
 }
 
 struct Params {
@@ -31,9 +46,9 @@ struct Params {
 }
 var<uniform> faces: Params;
 
-/// A vertex seen from probe number `index` through a face.
-fn seen(in: Vertex, index: u32, face: u32) -> Varying {
-    let probe = probes::position(probes::coordinates(index));
+/// A vertex, number `index` of all, seen from a probe through a face.
+fn seen(in: Vertex, index: u32, number: u32, face: u32) -> Varying {
+    let probe = probes::position(probes::coordinates(number));
     let offset = world_position(in.node, in.position) - probe;
     let d = depths();
     var out: Varying;
@@ -43,6 +58,15 @@ fn seen(in: Vertex, index: u32, face: u32) -> Varying {
     out.uv = in.uv;
     out.material = in.material;
     out.face = face;
+#ifdef SECOND_UVS
+    out.second_uv = vertices[index].second_uv;
+#endif
+#ifdef VERTEX_COLORS
+    out.color = vertices[index].color;
+#endif
+#ifdef NORMAL_MAPS
+    out.tangent = world_tangent(in.node, vertices[index].tangent);
+#endif
     return out;
 }
 
@@ -51,5 +75,16 @@ fn recorded(in: Varying, mirrored_front: bool) -> Record {
     let plane = cube::plane(in.face, in.offset, cube::slope(in.at, faces.face));
     let ray = cube::direction_beside(in.face, vec2u(in.at.xy) % faces.face, faces.face);
     let distance = cube::along(ray, in.offset, plane);
-    return record(in.material, in.uv, in.normal, distance, !mirrored_front);
+    var p: Point;
+    p.uv = in.uv;
+#ifdef SECOND_UVS
+    p.second_uv = in.second_uv;
+#endif
+#ifdef VERTEX_COLORS
+    p.color = in.color;
+#endif
+#ifdef NORMAL_MAPS
+    p.tangent = in.tangent;
+#endif
+    return record(in.material, p, in.normal, distance, !mirrored_front);
 }

@@ -29,3 +29,12 @@ fn world_position(node: u32, position: vec3f) -> vec3f {
 fn world_normal(node: u32, normal: vec3f) -> vec3f {
     return (nodes[node].inverse_transpose * vec4f(normal, 0.0)).xyz;
 }
+
+#ifdef NORMAL_MAPS
+/// A tangent in the world; not of unit length. What mirrors turns the third axis round, whose side stands in w.
+fn world_tangent(node: u32, tangent: vec4f) -> vec4f {
+    let m = nodes[node].transform;
+    let turn = mat3x3f(m[0].xyz, m[1].xyz, m[2].xyz);
+    return vec4f(turn * tangent.xyz, select(tangent.w, -tangent.w, determinant(turn) < 0.0));
+}
+#endif

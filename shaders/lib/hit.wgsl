@@ -1,10 +1,16 @@
 //! The surface that a ray meets.
 #define_import_path lightgraph::hit
-#import lightgraph::surface::{Record, Surface, materials}
+#import lightgraph::surface::{Point, Record, Surface, Wide, base_color, bent_normal, materials}
 #ifdef TEXTURES
-#import lightgraph::surface::{scene_textures, texture_sampler}
+#import lightgraph::surface::read_texture
 #endif
-#import lightgraph::trace::{Hit, triangles, closest, leave, FAR, NOTHING}
+#ifdef GGX
+#import lightgraph::surface::finish
+#endif
+#ifdef GLOW
+#import lightgraph::surface::{glows, join}
+#endif
+#import lightgraph::trace::{Hit, Triangle, triangles, closest, leave, FAR, NOTHING}
 
 /// What stands at the end of a ray.
 struct Met {
@@ -18,7 +24,50 @@ struct Met {
     surface: Surface,
     /// Where rays that go on from it start.
     start: vec3f,
+#ifdef GLOW
+    /// What its emission is multiplied by; of what no light shows, its colour.
+    glow: vec3f,
+#endif
+#ifdef EMISSION_MAPS
+    /// Row of `emitters`, 0xffffffff for none.
+    emitter: u32,
+#endif
+#ifdef CLEAR
+    /// Share of the surface that is there.
+    there: f32,
+    /// Where rays that go on behind it start.
+    beyond: vec3f,
+#endif
 }
+
+/// What the corners of a triangle say of a point between them.
+fn point_of(t: Triangle, weights: vec3f) -> Point {
+    var p: Point;
+#ifdef TEXTURES
+    p.uv = mat3x2f(t.uva, t.uvb, t.uvc) * weights;
+#endif
+#ifdef SECOND_UVS
+    p.second_uv = mat3x2f(t.uv2a, t.uv2b, t.uv2c) * weights;
+#endif
+#ifdef VERTEX_COLORS
+    p.color = mat3x4f(t.ca, t.cb, t.cc) * weights;
+#endif
+#ifdef NORMAL_MAPS
+    p.tangent = vec4f((mat3x4f(t.ta, t.tb, t.tc) * weights).xyz, t.ta.w);
+#endif
+    return p;
+}
+
+#ifdef TEXTURES
+/// What coordinates grow by over a width in metres on a triangle of this area, twice (Akenine-Moller et al., "Texture Level of
+/// Detail Strategies for Real-Time Ray Tracing", 2019).
+fn spread_of(a: vec2f, b: vec2f, c: vec2f, area: f32, width: f32) -> mat2x2f {
+    let p = b - a;
+    let q = c - a;
+    let side = sqrt(abs(p.x * q.y - p.y * q.x) / max(area, 1e-30)) * width;
+    return mat2x2f(side, 0.0, 0.0, side);
+}
+#endif
 
 /// The surface at a hit of a ray from `origin` along `direction`. Textures are read as wide as a cone of `spread`
 /// (its width over its length) sees them there.
@@ -37,37 +86,68 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
     met.lit = met.front || m.double_sided != 0u;
     met.material = t.material;
     let side = select(-1.0, 1.0, met.front);
-    var color = m.base_color.rgb;
+    let p = point_of(t, weights);
+    var wide: Wide;
 #ifdef TEXTURES
-    if m.base_color_texture != 0xffffffffu {
-        let uv = weights.x * t.uva + weights.y * t.uvb + weights.z * t.uvc;
-        // Texels a metre of the triangle, times the metres that the cone covers (Akenine-Moller et al., "Texture Level of
-        // Detail Strategies for Real-Time Ray Tracing", 2019).
-        let p = t.uvb - t.uva;
-        let q = t.uvc - t.uva;
-        let texels = vec2f(textureDimensions(scene_textures));
-        let share = abs(p.x * q.y - p.y * q.x) * texels.x * texels.y / max(length(normal), 1e-30);
-        let width = spread * hit.distance / max(abs(dot(met.flat_normal, direction)), 1e-3);
-        let level = max(log2(max(sqrt(share) * width, 1e-6)), 0.0);
-        color *= textureSampleLevel(scene_textures, texture_sampler, uv, m.base_color_texture, level).rgb;
+    let width = spread * hit.distance / max(abs(dot(met.flat_normal, direction)), 1e-3);
+    wide.uv = spread_of(t.uva, t.uvb, t.uvc, length(normal), width);
+#ifdef SECOND_UVS
+    wide.second_uv = spread_of(t.uv2a, t.uv2b, t.uv2c, length(normal), width);
+#endif
+#endif
+    let color = base_color(m, p, wide);
+    var s: Surface;
+    s.position = origin + hit.distance * direction;
+    s.normal = side * bent_normal(m, weights.x * t.na + weights.y * t.nb + weights.z * t.nc, p, wide);
+    s.view = -direction;
+    s.albedo = color.rgb;
+    s.emission = select(vec3f(0.0), m.emission, met.front);
+    s.material = t.material;
+    s.specular = m.specular;
+    s.shininess = m.shininess;
+#ifdef GGX
+    let made = finish(m, p, wide);
+    s.roughness = made.x;
+    s.metallic = made.y;
+#endif
+#ifdef EMISSION_MAPS
+    met.glow = read_texture(m.emission_texture, p, wide).rgb;
+    s.emission *= met.glow;
+    met.emitter = t.emitter;
+#endif
+#ifdef UNLIT
+    if m.unlit != 0u {
+        met.glow = color.rgb;
+        s.albedo = vec3f(0.0);
     }
 #endif
-    met.surface = Surface(
-        origin + hit.distance * direction,
-        side * normalize(weights.x * t.na + weights.y * t.nb + weights.z * t.nc),
-        -direction,
-        color,
-        select(vec3f(0.0), m.emission, met.front),
-        t.material,
-        m.specular,
-        m.shininess,
-#ifdef GGX
-        m.roughness,
-        m.metallic,
+#ifdef FACES
+    s.face = m.face;
+#ifdef TEXTURES
+    s.face *= vec4f(read_texture(m.face_tint_texture, p, wide).rgb, 1.0) * read_texture(m.face_texture, p, wide).a;
 #endif
-    );
+#endif
+#ifdef COATS
+    s.coat = vec2f(m.coat, m.coat_roughness);
+#ifdef TEXTURES
+    s.coat *= vec2f(read_texture(m.coat_texture, p, wide).r, read_texture(m.coat_roughness_texture, p, wide).g);
+#endif
+    s.coat_normal = side * normalize(weights.x * t.na + weights.y * t.nb + weights.z * t.nc);
+#endif
+    let place = weights.x * t.a + weights.y * t.b + weights.z * t.c;
+#ifdef CLEAR
+    // Of what light goes through, the back that a single-sided material does not have is nothing.
+    let sheet = m.alpha_blend != 0u || m.transmission > 0.0;
+    met.there = select(select(1.0, color.a, m.alpha_blend != 0u), 0.0, sheet && !met.lit);
+    s.transmission = m.transmission;
+#ifdef TEXTURES
+    s.transmission *= read_texture(m.transmission_texture, p, wide).r;
+#endif
+    met.beyond = leave(place, -side * met.flat_normal);
+#endif
+    met.surface = s;
     // From the corners, whose rounding does not grow with the ray's length.
-    met.start = leave(weights.x * t.a + weights.y * t.b + weights.z * t.c, side * met.flat_normal);
+    met.start = leave(place, side * met.flat_normal);
     return met;
 }
 
@@ -82,5 +162,11 @@ fn record(met: Met) -> Record {
         return Record(vec4f(0.0), vec4f(0.0));
     }
     let code = f32(met.material + 1u) * select(-1.0, 1.0, met.front);
-    return Record(select(vec4f(0.0), vec4f(met.surface.albedo, code), met.lit), vec4f(met.surface.normal, met.distance));
+    var color = met.surface.albedo;
+#ifdef GLOW
+    if glows(materials[met.material]) {
+        color = join(color, met.glow);
+    }
+#endif
+    return Record(select(vec4f(0.0), vec4f(color, code), met.lit), vec4f(met.surface.normal, met.distance));
 }

@@ -3,10 +3,38 @@
 #import lightgraph::surface::Surface
 #import lightgraph::gloss::{lobes, matte, tints, lobe_share, draw_lobe, draw_density}
 #import lightgraph::sampling::cosine_direction
+#ifdef COATS
+#import lightgraph::metallic_roughness
+#endif
 
 /// Radiance towards the viewer over radiance from the unit `direction`, times the cosine, in 1/sr: Lambert's
 /// albedo/pi * cos(theta), and the lobes of `gloss`. Nothing comes from behind.
 fn reflectance(s: Surface, direction: vec3f) -> vec3f {
+#ifdef COATS
+    let share = coat_share(s);
+    return (1.0 - share) * below(s, direction) + vec3f(share * coat_lobe(s, direction));
+}
+
+/// Share of light that the clear layer reflects: of an ior of 1.5 (KHR_materials_clearcoat, "Layering").
+fn coat_share(s: Surface) -> f32 {
+    return s.coat.x * (0.04 + 0.96 * pow(clamp(1.0 - abs(dot(s.coat_normal, s.view)), 0.0, 1.0), 5.0));
+}
+
+/// A surface as its clear layer is.
+fn coat_of(s: Surface) -> Surface {
+    var coat = s;
+    coat.normal = s.coat_normal;
+    coat.roughness = s.coat.y;
+    return coat;
+}
+
+fn coat_lobe(s: Surface, direction: vec3f) -> f32 {
+    return select(0.0, metallic_roughness::lobes(coat_of(s), direction).x, dot(s.coat_normal, direction) > 0.0);
+}
+
+/// `reflectance` below the clear layer.
+fn below(s: Surface, direction: vec3f) -> vec3f {
+#endif
     let cosine = dot(s.normal, direction);
     if cosine <= 0.0 {
         return vec3f(0.0);
@@ -21,6 +49,16 @@ fn reflectance(s: Surface, direction: vec3f) -> vec3f {
 /// A direction drawn about in proportion to `reflectance`, from a number that chooses between Lambert's lobe and the
 /// surface's own, and a pair for it.
 fn scatter(s: Surface, choice: f32, u: vec2f) -> vec3f {
+#ifdef COATS
+    let share = coat_share(s);
+    if choice < share {
+        return metallic_roughness::draw_lobe(coat_of(s), u);
+    }
+    return scatter_below(s, (choice - share) / (1.0 - share), u);
+}
+
+fn scatter_below(s: Surface, choice: f32, u: vec2f) -> vec3f {
+#endif
 #ifdef SPECULAR
     if choice < lobe_share(s) {
         return draw_lobe(s, u);
@@ -31,6 +69,16 @@ fn scatter(s: Surface, choice: f32, u: vec2f) -> vec3f {
 
 /// The density with which `scatter` draws a direction on the normal's side, in 1/sr.
 fn scatter_density(s: Surface, direction: vec3f) -> f32 {
+#ifdef COATS
+    var coat = 0.0;
+    if dot(s.coat_normal, direction) > 0.0 {
+        coat = metallic_roughness::draw_density(coat_of(s), direction);
+    }
+    return mix(density_below(s, direction), coat, coat_share(s));
+}
+
+fn density_below(s: Surface, direction: vec3f) -> f32 {
+#endif
     let cosine = max(dot(s.normal, direction), 0.0);
     var density = cosine / 3.14159265359;
 #ifdef SPECULAR

@@ -25,17 +25,39 @@ fn view_above(s: Surface) -> vec3f {
     return normalize(s.view + max(GRAZING - dot(s.normal, s.view), 0.0) * s.normal);
 }
 
+#ifdef FACES
+/// What a face reflects head on, of the channel of which it does most: as much is lost to what lies below it.
+fn most(s: Surface) -> f32 {
+    return max(max(s.face.r, s.face.g), s.face.b);
+}
+#endif
+
 /// Of what is no metal, what the lobe does not reflect.
 fn matte(s: Surface) -> vec3f {
+#ifdef FACES
+    var below = (1.0 - s.metallic) * s.albedo;
+#ifdef CLEAR
+    below *= 1.0 - s.transmission;
+#endif
+    return (1.0 - most(s)) * below;
+#else
     return (1.0 - s.metallic) * (1.0 - DIELECTRIC.x) * s.albedo;
+#endif
 }
 
 /// Reflectance head on for the first lobe, what it grows by towards grazing for the second; the third is what the second
 /// takes from the matte share.
 fn tints(s: Surface) -> mat3x3f {
+#ifdef FACES
+    let tint = mix(s.face.rgb, s.albedo, s.metallic);
+    let edge = mix(s.face.w, 1.0, s.metallic);
+    let lost = (s.face.w - most(s)) / max(1.0 - most(s), 1e-6);
+    return mat3x3f(tint, vec3f(edge) - tint, -lost * matte(s));
+#else
     let head_on = mix(vec3f(DIELECTRIC.x), s.albedo, s.metallic);
     let grazing = mix(DIELECTRIC.y, 1.0, s.metallic);
     return mat3x3f(head_on, grazing - head_on, -DIELECTRIC.y * matte(s));
+#endif
 }
 
 /// The lobe as if facets reflected all; times Schlick's (1 - cos)^5; and a matte surface times that.

@@ -6,7 +6,7 @@
 #import lightgraph::probe_view
 #endif
 #import lightgraph::probes
-#import lightgraph::surface::Record
+#import lightgraph::surface::{Record, albedo_of}
 #ifdef SPECULAR
 #import lightgraph::brdf::phong_weights
 #import lightgraph::packed_probes::weights
@@ -77,7 +77,7 @@ fn gather_round(w: Weights, point: vec3f, normal: vec3f, behind: f32, sight: u32
 /// Radiance that the recorded surface on the ray from `eye` along `ray` reflects back.
 fn reflected_probes(r: Record, eye: vec3f, ray: vec3f, behind: f32, sight: u32) -> vec3f {
     let point = eye + r.normal.w * ray;
-    var sum = r.albedo.rgb * gather_round(lambert(r.normal.xyz), point, r.normal.xyz, behind, sight);
+    var sum = albedo_of(r.albedo) * gather_round(lambert(r.normal.xyz), point, r.normal.xyz, behind, sight);
 #ifdef SPECULAR
     let row = u32(max(abs(r.albedo.a), 1.0)) - 1u;
     let specular = materials[row].specular;

@@ -9,12 +9,28 @@
 #define_import_path lightgraph::packed_surface
 #import lightgraph::octahedron
 #import lightgraph::surface::Record
+#ifdef GLOW
+#import lightgraph::surface::{glows, is_lit, join, material_of, materials, part}
+#endif
 
 /// What all probes see; tile 6p + f is face f of probe p.
 var cube_surface: texture_storage_2d<rgba32uint, read>;
 
+#ifdef GLOW
+/// Whether of two colours, albedo and glow, 8 bits each are kept.
+fn halves(albedo: vec4f) -> bool {
+    return is_lit(albedo) && glows(materials[material_of(albedo)]);
+}
+#endif
+
 fn pack(r: Record) -> vec4u {
-    let lack = sqrt(max(vec3f(1.0) - r.albedo.rgb, vec3f(0.0)));
+    var lack = sqrt(max(vec3f(1.0) - r.albedo.rgb, vec3f(0.0)));
+#ifdef GLOW
+    if halves(r.albedo) {
+        let both = part(r.albedo.rgb);
+        lack = (round(255.0 * sqrt(both[0])) + 256.0 * round(255.0 * sqrt(both[1]))) / 65535.0;
+    }
+#endif
     let code = u32(abs(r.albedo.a)) << 16u;
     let back = select(1.0, -1.0, r.albedo.a < 0.0);
     return vec4u(
@@ -29,8 +45,17 @@ fn unpack(words: vec4u) -> Record {
     let depth = bitcast<f32>(words.w);
     let code = f32(words.y >> 16u);
     let lack = vec3f(unpack2x16unorm(words.x), unpack2x16unorm(words.y).x);
+    var color = vec3f(1.0) - lack * lack;
+#ifdef GLOW
+    if halves(vec4f(color, code)) {
+        let both = round(65535.0 * lack);
+        let high = floor(both / 256.0);
+        let low = both - 256.0 * high;
+        color = join(low * low / 65025.0, high * high / 65025.0);
+    }
+#endif
     return Record(
-        vec4f(vec3f(1.0) - lack * lack, select(code, -code, depth < 0.0)),
+        vec4f(color, select(code, -code, depth < 0.0)),
         vec4f(octahedron::unfold(unpack2x16snorm(words.z)), abs(depth)),
     );
 }

@@ -1,6 +1,9 @@
 //! Rays against the scene's triangles, through the boxes of the table `bvh`. With TRIANGLE_UNIFORMS the triangles lie in a uniform: for
 //! scenes that have few.
 #define_import_path lightgraph::trace
+#ifdef MASKS
+#import lightgraph::surface::{Point, Wide, base_color, is_hole, materials}
+#endif
 
 struct Box {
     lower: vec3f,
@@ -24,6 +27,25 @@ struct Triangle {
     uva: vec2f,
     uvb: vec2f,
     uvc: vec2f,
+#endif
+#ifdef SECOND_UVS
+    uv2a: vec2f,
+    uv2b: vec2f,
+    uv2c: vec2f,
+#endif
+#ifdef VERTEX_COLORS
+    ca: vec4f,
+    cb: vec4f,
+    cc: vec4f,
+#endif
+#ifdef NORMAL_MAPS
+    ta: vec4f,
+    tb: vec4f,
+    tc: vec4f,
+#endif
+#ifdef EMISSION_MAPS
+    /// Row of `emitters`, 0xffffffff for none.
+    emitter: u32,
 #endif
 }
 #ifdef TRIANGLE_UNIFORMS
@@ -112,6 +134,35 @@ fn enter(box: Box, origin: vec3f, inverse: vec3f, end: f32) -> f32 {
     return select(FAR, first, first <= last);
 }
 
+#ifdef MASKS
+/// Whether a triangle has a hole at barycentric coordinates of its corners b and c.
+fn is_open(index: u32, at: vec2f) -> bool {
+    let m = materials[triangles[index].material];
+    if m.alpha_cutoff <= 0.0 {
+        return false;
+    }
+#ifdef CLEAR
+    // Who follows paths sees what is there in part.
+    if m.alpha_blend != 0u {
+        return false;
+    }
+#endif
+    let weights = vec3f(1.0 - at.x - at.y, at);
+    var p: Point;
+    var wide: Wide;
+#ifdef TEXTURES
+    p.uv = mat3x2f(triangles[index].uva, triangles[index].uvb, triangles[index].uvc) * weights;
+#endif
+#ifdef SECOND_UVS
+    p.second_uv = mat3x2f(triangles[index].uv2a, triangles[index].uv2b, triangles[index].uv2c) * weights;
+#endif
+#ifdef VERTEX_COLORS
+    p.color = vec4f(dot(vec3f(triangles[index].ca.a, triangles[index].cb.a, triangles[index].cc.a), weights));
+#endif
+    return is_hole(m, base_color(m, p, wide).a);
+}
+#endif
+
 /// The hit with one triangle nearer than `best` and beyond `start`, or `best`; of two as near the one in the first row.
 /// `entry` is where the ray enters the leaf, before which nothing counts that rounding may say. So what a ray meets is a matter
 /// of the leaves on its way alone, in whatever order it comes to them.
@@ -135,6 +186,11 @@ fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, entry: f32, bes
     let distance = max(plane, entry);
     let first = distance == best.distance && best.triangle != NOTHING && index < best.triangle;
     if plane > start && (distance < best.distance || first) {
+#ifdef MASKS
+        if is_open(index, volumes.yz / sum) {
+            return best;
+        }
+#endif
         return Hit(distance, index, volumes.yz / sum);
     }
     return best;

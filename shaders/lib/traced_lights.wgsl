@@ -3,7 +3,12 @@
 #import lightgraph::surface::Surface
 #import lightgraph::lights::{lights, arrival}
 #import lightgraph::lobe::reflectance
+#ifdef CLEAR
+#import lightgraph::passage::free_share
+#import lightgraph::trace::FAR
+#else
 #import lightgraph::trace::{is_free, FAR}
+#endif
 
 /// Radiance that a surface reflects towards its viewer straight from all lights. `start`: where its rays start.
 fn traced_light(s: Surface, start: vec3f) -> vec3f {
@@ -14,9 +19,13 @@ fn traced_light(s: Surface, start: vec3f) -> vec3f {
         let reflected = reflectance(s, a.direction) * a.irradiance;
         if any(reflected > vec3f(0.0)) {
             let end = select(distance(light.position, start), FAR, light.kind == 2u);
+#ifdef CLEAR
+            sum += free_share(start, a.direction, end) * reflected;
+#else
             if is_free(start, a.direction, end) {
                 sum += reflected;
             }
+#endif
         }
     }
     return sum;

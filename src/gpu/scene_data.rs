@@ -219,7 +219,7 @@ fn upload_textures(gpu: &Gpu, textures: Option<&TextureArray>) -> Checked<wgpu::
             mip_level_count: t.mips.len().max(1) as u32,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba8UnormSrgb,
+            format: wgpu::TextureFormat::Rgba8Unorm,
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });

@@ -275,5 +275,6 @@ pub fn quads() -> scene::Geometry {
         indices: vec![0, 1, 2, 0, 2, 3, 4, 6, 5, 4, 7, 6],
         one_sided: 6,
         clusters: vec![],
+        more: scene::More::default(),
     }
 }

@@ -27,8 +27,13 @@ impl<'a> Assets<'a> {
     /// Reads all of both to hash them.
     pub fn new(geometry: &'a Geometry, textures: Option<&'a TextureArray>) -> Assets<'a> {
         let vertices: &[u8] = bytemuck::cast_slice(&geometry.vertices);
+        let more: [&[u8]; 3] = [
+            bytemuck::cast_slice(&geometry.more.uvs),
+            bytemuck::cast_slice(&geometry.more.colors),
+            bytemuck::cast_slice(&geometry.more.tangents),
+        ];
         let hashes = AssetHashes {
-            geometry: hash(&(vertices, &geometry.indices, geometry.one_sided)),
+            geometry: hash(&(vertices, &geometry.indices, geometry.one_sided, more)),
             order: 0,
             textures: hash(&textures.map(|t| (t.width, t.height, t.layers, &t.mips))),
         };

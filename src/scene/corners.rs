@@ -3,7 +3,7 @@
 
 use super::{Vertex, geometry::Geometry, model::Scene, motion::Pose};
 use crate::value::Value;
-use glam::{Mat3, Mat4, Vec2, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::hash::Hasher;
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,6 +17,8 @@ pub struct Corners {
     /// The same for normals.
     normals: Vec<Mat3>,
     order: Arc<Order>,
+    /// Row of the `emitters` table, by triangle in the order of indices; empty where no shader needs it.
+    emitters: Arc<Vec<u32>>,
 }
 
 /// The triangles of a scene in some order, the same at all poses.
@@ -53,14 +55,22 @@ pub enum Held {
     /// World space, unit length.
     Normal,
     Uv,
+    /// The second set of texture coordinates.
+    SecondUv,
+    Color,
+    /// World space, unit length; in w the side of the third axis.
+    Tangent,
     /// Row of the `materials` table.
     Material,
+    /// Row of the `emitters` table; `0xffffffff` for none.
+    Emitter,
 }
 
 impl Corners {
     pub(super) fn new(scene: &Scene, pose: &Pose, order: Arc<Order>) -> Corners {
         let normals = pose.nodes.iter().map(normal_matrix).collect();
-        Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), normals, order }
+        let emitters = scene.emitter_rows();
+        Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), normals, order, emitters }
     }
 
     /// Node to world, by node.
@@ -120,6 +130,25 @@ impl Corners {
         &vertices[indices[3 * self.order.triangles[row] as usize + corner] as usize]
     }
 
+    /// The vertex of a corner of a row below [`Corners::rows`], as a place in the geometry.
+    fn place(&self, row: usize, corner: usize) -> usize {
+        self.geometry.indices[3 * self.order.triangles[row] as usize + corner] as usize
+    }
+
+    fn tangent(&self, row: usize, corner: usize) -> Vec4 {
+        let place = self.place(row, corner);
+        let (.., tangent) = self.geometry.more.at(place);
+        let tangent = Vec4::from(tangent);
+        let node = Mat3::from_mat4(self.nodes[self.geometry.vertices[place].node as usize]);
+        let turned = (node * tangent.truncate()).try_normalize().unwrap_or(Vec3::X);
+        // What mirrors turns the third axis round.
+        turned.extend(tangent.w * if node.determinant() < 0.0 { -1.0 } else { 1.0 })
+    }
+
+    fn emitter(&self, row: usize) -> u32 {
+        self.emitters.get(self.order.triangles[row] as usize).copied().unwrap_or(u32::MAX)
+    }
+
     pub fn position(&self, vertex: &Vertex) -> Vec3 {
         self.nodes[vertex.node as usize].transform_point3(vertex.position.into())
     }
@@ -136,7 +165,11 @@ impl Corners {
             Held::Position => Value::Vec3(self.position(vertex)),
             Held::Normal => Value::Vec3(self.normal(vertex)),
             Held::Uv => Value::Vec2(Vec2::from(vertex.uv)),
+            Held::SecondUv => Value::Vec2(Vec2::from(self.geometry.more.at(self.place(row, corner)).0)),
+            Held::Color => Value::Vec4(Vec4::from(self.geometry.more.at(self.place(row, corner)).1)),
+            Held::Tangent => Value::Vec4(self.tangent(row, corner)),
             Held::Material => Value::Uint(vertex.material),
+            Held::Emitter => Value::Uint(self.emitter(row)),
         })
     }
 }

@@ -3,6 +3,7 @@
 //! The `gltf` crate's own readers and validation index without checking, so that a malformed file can panic there:
 //! only its JSON types are used here, and every index, offset and count is checked before a byte is read.
 
+use super::decoded::{self, Decoded};
 use crate::diag::{Diagnostic, Source, Span};
 use crate::files;
 use gltf::json::{
@@ -16,11 +17,32 @@ use std::{
     path::{Path, PathBuf},
 };
 
+/// What a file may use: by these names, as `extensionsUsed` lists them.
+const KNOWN: [&str; 15] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_unlit",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_clearcoat",
+    "KHR_texture_transform",
+    "KHR_texture_basisu",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "EXT_mesh_gpu_instancing",
+    "KHR_xmp_json_ld",
+];
+
 /// A parsed file with its buffers; those of the file itself stay in its bytes.
 pub(super) struct Document<'a> {
     pub root: Root,
     /// One for each of `root.buffers`; `None` where it could not be had (and a fault says why).
     buffers: Vec<Option<Cow<'a, [u8]>>>,
+    /// What is not in the buffers as it is read.
+    decoded: Decoded,
     /// The path as shown.
     pub shown: String,
     directory: PathBuf,
@@ -34,13 +56,15 @@ struct Elements<'d> {
     size: usize,
     count: usize,
     component: ComponentType,
+    /// Integers stand for 0 to 1, or -1 to 1.
+    normalized: bool,
 }
 
 /// Vertex indices in a buffer, decoded where they are read.
 #[derive(Clone, Copy)]
 pub(super) struct Indices<'d>(Elements<'d>);
 
-/// Vectors of `f32` in a buffer, decoded where they are read.
+/// Vectors in a buffer, made `f32` where they are read.
 #[derive(Clone, Copy)]
 pub(super) struct Vectors<'d, const N: usize>(Elements<'d>);
 
@@ -68,7 +92,9 @@ impl<'a> Document<'a> {
                 return None;
             }
         };
-        let mut document = Document { root, buffers: vec![], shown: shown.into(), directory: directory.into() };
+        let decoded = Decoded::default();
+        let mut document =
+            Document { root, buffers: vec![], decoded, shown: shown.into(), directory: directory.into() };
         if !document.root.asset.version.starts_with("2.") {
             let version = &document.root.asset.version;
             faults.push(
@@ -77,19 +103,22 @@ impl<'a> Document<'a> {
                     .help("export the scene as glTF 2.0"),
             );
         }
-        let known = gltf::json::extensions::ENABLED_EXTENSIONS;
         for name in &document.root.extensions_required {
-            if !known.contains(&name.as_str()) {
+            if !KNOWN.contains(&name.as_str()) {
                 let why = format!("extension `{name}` is required but not supported");
                 faults.push(document.error("extensionsRequired", why).help("export the scene without it"));
             }
         }
         for name in &document.root.extensions_used {
-            if !known.contains(&name.as_str()) && !document.root.extensions_required.contains(name) {
+            if !KNOWN.contains(&name.as_str()) && !document.root.extensions_required.contains(name) {
                 faults.push(document.warning("extensionsUsed", format!("extension `{name}` is ignored")));
             }
         }
         document.buffers = document.read_buffers(blob, files, faults);
+        if document.complete() {
+            document.decoded.views = decoded::views(&document, faults);
+            document.decoded.accessors = decoded::sparse(&document, faults);
+        }
         Some(document)
     }
 
@@ -108,7 +137,7 @@ impl<'a> Document<'a> {
         Diagnostic::warning(format!("{}: {place}: {why}", self.shown))
     }
 
-    /// An accessor of `f32` vectors.
+    /// An accessor of vectors: of `f32`, or of integers of 8 or 16 bits, as KHR_mesh_quantization has them.
     pub fn floats<const N: usize>(&self, accessor: usize) -> Result<Vectors<'_, N>, String> {
         let shape = match N {
             2 => Type::Vec2,
@@ -116,12 +145,15 @@ impl<'a> Document<'a> {
             _ => Type::Vec4,
         };
         let elements = self.elements(accessor, shape)?;
-        let normalized = self.root.accessors.get(accessor).is_some_and(|a| a.normalized);
         match elements.component {
-            ComponentType::F32 => Ok(Vectors(elements)),
-            ComponentType::U8 | ComponentType::U16 if N == 2 && normalized => Ok(Vectors(elements)),
-            other => Err(format!("accessor {accessor} holds {other:?}, not f32")),
+            ComponentType::U32 => Err(format!("accessor {accessor} holds U32, not f32")),
+            _ => Ok(Vectors(elements)),
         }
+    }
+
+    /// Whether an accessor is of vectors of three.
+    pub fn is_vec3(&self, accessor: usize) -> bool {
+        self.root.accessors.get(accessor).is_some_and(|a| a.type_ == Checked::Valid(Type::Vec3))
     }
 
     /// An accessor of vertex indices.
@@ -136,6 +168,9 @@ impl<'a> Document<'a> {
     /// The bytes of a buffer view.
     pub fn view(&self, view: usize) -> Result<&[u8], String> {
         let found = self.root.buffer_views.get(view).ok_or_else(|| format!("there is no buffer view {view}"))?;
+        if let Some(decoded) = self.decoded.views.get(&view) {
+            return Ok(decoded);
+        }
         let buffer = found.buffer.value();
         let bytes = self
             .buffers
@@ -148,6 +183,11 @@ impl<'a> Document<'a> {
             .zip(length)
             .and_then(|(start, length)| bytes.get(start..start.checked_add(length)?))
             .ok_or_else(|| format!("buffer view {view} reaches past its buffer of {} bytes", bytes.len()))
+    }
+
+    /// Some bytes of a buffer.
+    pub fn buffer_part(&self, buffer: usize, start: usize, length: usize) -> Option<&[u8]> {
+        self.buffers.get(buffer)?.as_deref()?.get(start..start.checked_add(length)?)
     }
 
     /// The bytes behind a URI: base64 data, or a file beside the document.
@@ -178,6 +218,11 @@ impl<'a> Document<'a> {
     ) -> Vec<Option<Cow<'a, [u8]>>> {
         let mut all = vec![];
         for (i, buffer) in self.root.buffers.iter().enumerate() {
+            // Stands for bytes that another buffer holds compressed.
+            if buffer.uri.is_none() && decoded::is_fallback(buffer) {
+                all.push(Some(Cow::Borrowed(&[][..])));
+                continue;
+            }
             let bytes = match &buffer.uri {
                 Some(uri) => self.fetch(uri, files).map(Cow::Owned),
                 None if i == 0 => {
@@ -203,10 +248,10 @@ impl<'a> Document<'a> {
 
     fn elements(&self, index: usize, shape: Type) -> Result<Elements<'_>, String> {
         let accessor = self.root.accessors.get(index).ok_or_else(|| format!("there is no accessor {index}"))?;
-        self.checked_elements(accessor, shape).map_err(|why| format!("accessor {index} {why}"))
+        self.checked_elements(index, accessor, shape).map_err(|why| format!("accessor {index} {why}"))
     }
 
-    fn checked_elements(&self, accessor: &Accessor, shape: Type) -> Result<Elements<'_>, String> {
+    fn checked_elements(&self, index: usize, accessor: &Accessor, shape: Type) -> Result<Elements<'_>, String> {
         let Checked::Valid(found) = accessor.type_ else { return Err("has an unknown type".into()) };
         if found != shape {
             return Err(format!("holds {found:?}, not {shape:?}"));
@@ -215,12 +260,21 @@ impl<'a> Document<'a> {
             return Err("has an unknown component type".into());
         };
         let component = component.0;
-        if accessor.sparse.is_some() {
-            return Err("is sparse, which is not supported".into());
+        let size = component.size() * shape.multiplicity();
+        let normalized = accessor.normalized;
+        if let Some(bytes) = self.decoded.accessors.get(&index) {
+            return Ok(Elements { bytes, stride: size, size, count: bytes.len() / size, component, normalized });
         }
+        if accessor.sparse.is_some() {
+            return Err("is sparse, and can't be filled in".into());
+        }
+        self.dense(accessor, component, size)
+    }
+
+    /// The elements of an accessor as its buffer view holds them.
+    fn dense(&self, accessor: &Accessor, component: ComponentType, size: usize) -> Result<Elements<'_>, String> {
         let view_index = accessor.buffer_view.ok_or("has no buffer view")?.value();
         let view = self.view(view_index)?;
-        let size = component.size() * shape.multiplicity();
         let stride = self.root.buffer_views.get(view_index).and_then(|v| v.byte_stride).map_or(size, |s| s.0);
         if stride < size {
             return Err(format!("has elements of {size} bytes, {stride} bytes apart"));
@@ -238,9 +292,24 @@ impl<'a> Document<'a> {
                 return Err(past());
             }
         }
-        Ok(Elements { bytes, stride, size, count, component })
+        Ok(Elements { bytes, stride, size, count, component, normalized: accessor.normalized })
+    }
+
+    /// The elements of an accessor one behind the other, without what is sparse in it; zeros where it has no buffer view.
+    pub(super) fn packed(&self, accessor: &Accessor, component: ComponentType, size: usize) -> Result<Vec<u8>, String> {
+        let count = usize::try_from(accessor.count.0).ok().and_then(|count| count.checked_mul(size));
+        let bytes = count
+            .filter(|bytes| *bytes <= MAX_ZEROS)
+            .ok_or_else(|| format!("of {} elements takes more than {} MiB", accessor.count.0, MAX_ZEROS >> 20))?;
+        if accessor.buffer_view.is_none() {
+            return Ok(vec![0; bytes]);
+        }
+        Ok(self.dense(accessor, component, size)?.iter().flatten().copied().collect())
     }
 }
+
+/// Bytes of an accessor that no buffer need hold.
+const MAX_ZEROS: usize = 256 << 20;
 
 impl<'d> Elements<'d> {
     fn iter(self) -> impl Iterator<Item = &'d [u8]> {
@@ -284,9 +353,13 @@ impl<'d, const N: usize> Vectors<'d, N> {
     }
 
     fn decoded(self, e: &[u8]) -> [f32; N] {
+        // Source of the scales: glTF 2.0, section 3.11, "Accessor Data Types".
+        let scaled = |x: f32, most: f32| if self.0.normalized { (x / most).max(-1.0) } else { x };
         std::array::from_fn(|i| match self.0.component {
-            ComponentType::U8 => f32::from(e[i]) / 255.0,
-            ComponentType::U16 => f32::from(u16::from_le_bytes([e[2 * i], e[2 * i + 1]])) / 65535.0,
+            ComponentType::U8 => scaled(e[i].into(), 255.0),
+            ComponentType::I8 => scaled(i8::from_le_bytes([e[i]]).into(), 127.0),
+            ComponentType::U16 => scaled(u16::from_le_bytes([e[2 * i], e[2 * i + 1]]).into(), 65535.0),
+            ComponentType::I16 => scaled(i16::from_le_bytes([e[2 * i], e[2 * i + 1]]).into(), 32767.0),
             _ => f32::from_le_bytes([e[4 * i], e[4 * i + 1], e[4 * i + 2], e[4 * i + 3]]),
         })
     }

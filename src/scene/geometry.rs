@@ -1,9 +1,11 @@
 //! Meshes to one vertex and one index array.
 
+mod placing;
+
 use super::{
-    Vertex,
     clusters::Cluster,
     document::{Document, Indices, Vectors, place},
+    tangents,
 };
 use crate::diag::Diagnostic;
 use glam::{DVec3, Mat4, Vec3};
@@ -11,6 +13,31 @@ use gltf::json::{
     mesh::{Mode, Primitive as RawPrimitive, Semantic},
     validation::Checked,
 };
+use placing::Placing;
+
+/// A vertex as the draw passes see it. A shader names the attributes it wants.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Vertex {
+    /// In the node's space, metres.
+    pub position: [f32; 3],
+    /// In the node's space, unit length.
+    pub normal: [f32; 3],
+    pub uv: [f32; 2],
+    /// Row of the `nodes` table.
+    pub node: u32,
+    /// Row of the `materials` table.
+    pub material: u32,
+}
+
+/// The attributes of [`Vertex`]: name, format, byte offset.
+pub const VERTEX_ATTRIBUTES: [(&str, wgpu::VertexFormat, u64); 5] = [
+    ("position", wgpu::VertexFormat::Float32x3, 0),
+    ("normal", wgpu::VertexFormat::Float32x3, 12),
+    ("uv", wgpu::VertexFormat::Float32x2, 24),
+    ("node", wgpu::VertexFormat::Uint32, 32),
+    ("material", wgpu::VertexFormat::Uint32, 36),
+];
 
 /// One indexed triangle list; counter-clockwise triangles face front.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -22,6 +49,29 @@ pub struct Geometry {
     pub one_sided: u32,
     /// All triangles, one group after the other.
     pub clusters: Vec<Cluster>,
+    pub more: More,
+}
+
+/// What only some scenes' vertices have. Each list is empty, or has as many as there are vertices.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct More {
+    /// A second set of texture coordinates.
+    pub uvs: Vec<[f32; 2]>,
+    /// Linear; base colours are multiplied by them.
+    pub colors: Vec<[f32; 4]>,
+    /// In the node's space, unit length; in w the side of the third axis, 1 or -1.
+    pub tangents: Vec<[f32; 4]>,
+}
+
+impl More {
+    /// The values of a vertex, those of a vertex without any where there are none.
+    pub fn at(&self, vertex: usize) -> ([f32; 2], [f32; 4], [f32; 4]) {
+        (
+            self.uvs.get(vertex).copied().unwrap_or([0.0; 2]),
+            self.colors.get(vertex).copied().unwrap_or([1.0; 4]),
+            self.tangents.get(vertex).copied().unwrap_or([1.0, 0.0, 0.0, 1.0]),
+        )
+    }
 }
 
 impl Geometry {
@@ -35,12 +85,46 @@ impl Geometry {
 pub(super) struct Primitive<'d> {
     positions: Vectors<'d, 3>,
     normals: Option<Vectors<'d, 3>>,
-    uvs: Option<Vectors<'d, 2>>,
+    uvs: [Option<Vectors<'d, 2>>; 2],
+    colors: Option<Colors<'d>>,
+    tangents: Tangents<'d>,
     triangles: Triangles<'d>,
     /// How many of the triangles have an area; the others are not drawn.
     drawn: usize,
     /// Row of the `materials` table.
     material: u32,
+}
+
+/// Vertex colours, without alpha or with it.
+#[derive(Clone, Copy)]
+enum Colors<'d> {
+    Opaque(Vectors<'d, 3>),
+    Clear(Vectors<'d, 4>),
+}
+
+impl Colors<'_> {
+    fn len(self) -> usize {
+        match self {
+            Colors::Opaque(v) => v.len(),
+            Colors::Clear(v) => v.len(),
+        }
+    }
+
+    fn get(self, place: usize) -> [f32; 4] {
+        match self {
+            Colors::Opaque(v) => Vec3::from(v.get(place)).extend(1.0).to_array(),
+            Colors::Clear(v) => v.get(place),
+        }
+    }
+}
+
+/// The frames of normal maps.
+enum Tangents<'d> {
+    /// Nothing needs any.
+    None,
+    Given(Vectors<'d, 4>),
+    /// By drawn triangle: of its corners.
+    Made(Vec<[[f32; 4]; 3]>),
 }
 
 /// Vertices, by their indices where there are any, taken as triangles.
@@ -91,6 +175,17 @@ impl Primitive<'_> {
     pub fn material(&self) -> usize {
         self.material as usize
     }
+
+    /// Whether a vertex is less than opaque by itself.
+    pub fn is_thin(&self) -> bool {
+        matches!(self.colors, Some(Colors::Clear(v)) if v.iter().any(|c| c[3] < 1.0))
+    }
+
+    /// A triangle's normal, or those of its vertices.
+    fn normal(&self, vertex: u32, flat: Vec3) -> Vec3 {
+        let given = self.normals.map(|normals| Vec3::from(normals.get(vertex as usize)));
+        given.and_then(Vec3::try_normalize).unwrap_or(flat)
+    }
 }
 
 /// A primitive at a node.
@@ -108,8 +203,10 @@ pub(super) struct Instance<'a> {
 pub(super) struct Surface {
     /// Row of the `materials` table.
     pub material: u32,
-    /// The texture coordinate set of the base-colour texture, where there is one.
-    pub uv_set: Option<u32>,
+    /// The texture coordinates that its textures take.
+    pub uv_sets: [Option<u32>; 2],
+    /// Which of them its normal map takes, where it has one.
+    pub normal_map: Option<u32>,
 }
 
 /// Triangles over all instances. Vertices and indices of more would not fit a GPU buffer, and a file of a few
@@ -148,7 +245,11 @@ pub(super) fn primitive<'d>(
     let count = positions.len();
     let normals = attribute(Semantic::Normals).and_then(|a| vectors(document, at, "NORMAL", a, faults));
     let normals = normals.filter(|n| same_count(document, at, "NORMAL", n.len(), count, faults));
-    let uvs = surface.uv_set.and_then(|set| texture_coordinates(document, at, set, attribute, count, faults));
+    let uvs =
+        surface.uv_sets.map(|set| set.and_then(|set| texture_coordinates(document, at, set, attribute, count, faults)));
+    let colors = attribute(Semantic::Colors(0)).and_then(|a| vertex_colors(document, at, a, count, faults));
+    let tangents = attribute(Semantic::Tangents).filter(|_| surface.normal_map.is_some());
+    let tangents = tangents.and_then(|a| given_tangents(document, at, a, count, faults));
     let indices = match raw.indices.as_ref().map(|index| document.indices(index.value())).transpose() {
         Ok(indices) => indices,
         Err(why) => {
@@ -174,8 +275,13 @@ pub(super) fn primitive<'d>(
             document.warning(at, format!("{listed} vertices do not make whole triangles; the last {left} are ignored")),
         );
     }
-    let mut primitive = Primitive { positions, normals, uvs, triangles, drawn: 0, material: surface.material };
+    let tangents = tangents.map_or(Tangents::None, Tangents::Given);
+    let material = surface.material;
+    let mut primitive = Primitive { positions, normals, uvs, colors, tangents, triangles, drawn: 0, material };
     primitive.drawn = triangles.iter().filter(|t| has_area(primitive.corners(*t))).count();
+    if let (Some(set), Tangents::None) = (surface.normal_map, &primitive.tangents) {
+        primitive.tangents = Tangents::Made(made_tangents(&primitive, set as usize));
+    }
     // Strips repeat vertices on purpose to jump; only a strip of nothing else is worth a word.
     let (all, drawn) = (triangles.len(), primitive.drawn);
     if drawn < all && (mode == Mode::Triangles || drawn == 0) {
@@ -198,12 +304,19 @@ pub(super) fn assemble(document: &Document<'_>, instances: &[Instance<'_>], faul
         faults.push(document.error("scene", why).help("thin the meshes out, or place them at fewer nodes"));
         return Geometry::default();
     }
-    let mut vertices = vec![];
+    let has = |what: fn(&Primitive<'_>) -> bool| instances.iter().any(|i| what(i.primitive));
+    let mut out = Placing {
+        vertices: vec![],
+        more: More::default(),
+        second: has(|p| p.uvs[1].is_some()),
+        colored: has(|p| p.colors.is_some()),
+        framed: has(|p| !matches!(p.tangents, Tangents::None)),
+    };
     let mut one_sided = Vec::with_capacity(3 * total);
     let mut two_sided = Vec::with_capacity(3 * drawn(true));
     for instance in instances {
         let indices = if instance.double_sided { &mut two_sided } else { &mut one_sided };
-        let dropped = place_instance(instance, &mut vertices, indices);
+        let dropped = out.place(instance, indices);
         if dropped > 0 {
             let why = format!("its transform leaves {dropped} triangles without area; they are dropped");
             faults.push(document.warning(format!("node \"{}\"", instance.node_name), why));
@@ -212,53 +325,24 @@ pub(super) fn assemble(document: &Document<'_>, instances: &[Instance<'_>], faul
     // MAX_TRIANGLES keeps the count far inside u32.
     let count = one_sided.len() as u32;
     one_sided.append(&mut two_sided);
-    Geometry { vertices, indices: one_sided, one_sided: count, clusters: vec![] }
+    let Placing { vertices, more, .. } = out;
+    Geometry { vertices, indices: one_sided, one_sided: count, clusters: vec![], more }
 }
 
-/// Appends an instance; returns how many triangles its transform flattens away.
-fn place_instance(instance: &Instance<'_>, vertices: &mut Vec<Vertex>, indices: &mut Vec<u32>) -> usize {
-    let primitive = instance.primitive;
-    let mirrored = instance.world.determinant() < 0.0;
-    // By place in the primitive: the vertex that it became.
-    const NOWHERE: u32 = u32::MAX;
-    let mut placed = vec![NOWHERE; primitive.positions.len()];
-    // A flat normal belongs to one triangle: its vertices are its own.
-    let most = if primitive.normals.is_some() { placed.len() } else { usize::MAX };
-    vertices.reserve(most.min(3 * primitive.drawn));
-    let mut dropped = 0;
-    for triangle in primitive.triangles.iter() {
-        let corners = primitive.corners(triangle);
-        if !has_area(corners) {
-            continue;
-        }
-        if !has_area(corners.map(|p| instance.world.transform_point3(p))) {
-            dropped += 1;
-            continue;
-        }
-        let flat = face_normal(corners);
-        let mut place = |i: u32| {
-            let index = i as usize;
-            if placed[index] != NOWHERE {
-                return placed[index];
-            }
-            let given = primitive.normals.map(|normals| Vec3::from(normals.get(index)));
-            vertices.push(Vertex {
-                position: primitive.positions.get(index),
-                normal: given.and_then(Vec3::try_normalize).unwrap_or(flat).to_array(),
-                uv: primitive.uvs.map_or([0.0; 2], |uvs| uvs.get(index)),
-                node: instance.node,
-                material: primitive.material,
-            });
-            let new = (vertices.len() - 1) as u32;
-            if given.is_some() {
-                placed[index] = new;
-            }
-            new
-        };
-        let [a, b, c] = triangle.map(&mut place);
-        indices.extend(if mirrored { [a, c, b] } else { [a, b, c] });
-    }
-    dropped
+/// Tangents of the corners of drawn triangles, by the coordinates of a set.
+fn made_tangents(primitive: &Primitive<'_>, set: usize) -> Vec<[[f32; 4]; 3]> {
+    let drawn = primitive.triangles.iter().filter(|t| has_area(primitive.corners(*t)));
+    let corners: Vec<[tangents::Corner; 3]> = drawn
+        .map(|triangle| {
+            let flat = face_normal(primitive.corners(triangle));
+            triangle.map(|index| tangents::Corner {
+                position: primitive.positions.get(index as usize),
+                normal: primitive.normal(index, flat).to_array(),
+                uv: primitive.uvs[set.min(1)].map_or([0.0; 2], |uvs| uvs.get(index as usize)),
+            })
+        })
+        .collect();
+    tangents::made(&corners)
 }
 
 /// Whether a triangle is more than a line or a point, as far as `f32` corners can tell.
@@ -295,6 +379,47 @@ fn vectors<'d>(
         return None;
     }
     Some(values)
+}
+
+fn vertex_colors<'d>(
+    document: &'d Document<'_>,
+    at: &str,
+    accessor: usize,
+    count: usize,
+    faults: &mut Vec<Diagnostic>,
+) -> Option<Colors<'d>> {
+    let found = match document.is_vec3(accessor) {
+        true => document.floats::<3>(accessor).map(Colors::Opaque),
+        false => document.floats::<4>(accessor).map(Colors::Clear),
+    };
+    let colors = found.map_err(|why| faults.push(document.error(at, format!("COLOR_0: {why}")))).ok()?;
+    if !same_count(document, at, "COLOR_0", colors.len(), count, faults) {
+        return None;
+    }
+    let bad = (0..count).find(|i| !colors.get(*i).iter().all(|x| (0.0..=MAX_COORDINATE).contains(x)));
+    if let Some(i) = bad {
+        let color = colors.get(i);
+        faults.push(document.error(at, format!("COLOR_0 of vertex {i} is {color:?}, no usable colour")));
+        return None;
+    }
+    // White changes nothing.
+    (0..count).any(|i| colors.get(i) != [1.0; 4]).then_some(colors)
+}
+
+fn given_tangents<'d>(
+    document: &'d Document<'_>,
+    at: &str,
+    accessor: usize,
+    count: usize,
+    faults: &mut Vec<Diagnostic>,
+) -> Option<Vectors<'d, 4>> {
+    let found = document.floats::<4>(accessor).map_err(|why| format!("TANGENT: {why}"));
+    let tangents = found.map_err(|why| faults.push(document.error(at, why))).ok()?;
+    if let Some((i, v)) = tangents.iter().enumerate().find(|(_, v)| !in_range(v)) {
+        faults.push(document.error(at, format!("TANGENT of vertex {i} is {v:?}, no usable vector")));
+        return None;
+    }
+    same_count(document, at, "TANGENT", tangents.len(), count, faults).then_some(tangents)
 }
 
 fn texture_coordinates<'d>(

@@ -6,12 +6,12 @@ use super::{
     attached,
     document::{Document, place},
     geometry::{self, Instance, MAX_COORDINATE, Surface},
+    materials::{self, Materials},
     model::{Bounds, Material, Node, Scene},
-    textures,
 };
 use crate::diag::Diagnostic;
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
-use gltf::json::{Node as RawNode, material::Material as RawMaterial, validation::Checked};
+use gltf::json::Node as RawNode;
 use std::path::PathBuf;
 
 /// A node of the scene with what its place in the document says.
@@ -35,20 +35,21 @@ pub(super) fn import(
         faults.push(d.help("state motion in a scene RON beside the file"));
     }
     let placed = hierarchy(document, faults);
-    let (mut materials, mut uv_sets) = materials(document, faults);
-    let textures = texture_array(document, &mut materials, files, faults);
-    let geometry = geometry_of(document, &placed, &mut materials, &mut uv_sets, faults);
+    let mut materials = materials::read(document, files, faults);
+    let geometry = geometry_of(document, &placed, &mut materials, faults);
     let lights = attached::lights(document, &placed, faults);
     let cameras = attached::cameras(document, &placed, faults);
     Scene {
         name: name.to_owned(),
         geometry: geometry.into(),
         nodes: placed.into_iter().map(|p| p.node).collect(),
-        materials,
+        materials: materials.all,
         lights,
         default_camera: (!cameras.is_empty()).then_some(0),
         cameras,
-        textures,
+        maps: materials.maps,
+        textures: materials.pages,
+        glow: Default::default(),
         environment: None,
         bounds: Bounds::EMPTY,
         grid: Bounds::EMPTY,
@@ -139,109 +140,10 @@ fn local(raw: &RawNode) -> Result<(Vec3, Mat3), String> {
     Ok((translation, Mat3::from_quat(rotation.normalize()) * Mat3::from_diagonal(scale)))
 }
 
-/// The materials, and for each the texture coordinate set of its base-colour texture.
-fn materials(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -> (Vec<Material>, Vec<Option<u32>>) {
-    let mut all = vec![];
-    let mut sets = vec![];
-    for (i, raw) in document.root.materials.iter().enumerate() {
-        let at = place("materials", i, raw.name.as_deref());
-        let strength =
-            raw.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
-        let base_color = Vec4::from(raw.pbr_metallic_roughness.base_color_factor.0);
-        let emission = Vec3::from(raw.emissive_factor.0) * strength;
-        if !usable(&base_color.to_array()) {
-            let why = format!("baseColorFactor {base_color} must be finite and not negative");
-            faults.push(document.error(&at, why));
-        } else if base_color.max_element() > 1.0 {
-            let why = format!("baseColorFactor {base_color} exceeds 1: the surface gives more light than it gets");
-            faults.push(document.warning(&at, why));
-        }
-        if !usable(&emission.to_array()) || strength < 0.0 {
-            let why = format!("emission {emission} (emissiveFactor × strength) must be finite and not negative");
-            faults.push(document.error(&at, why));
-        }
-        let finish = [raw.pbr_metallic_roughness.roughness_factor.0, raw.pbr_metallic_roughness.metallic_factor.0];
-        if !finish.iter().all(|x| (0.0..=1.0).contains(x)) {
-            let why = format!("roughnessFactor {} and metallicFactor {} must lie within 0 to 1", finish[0], finish[1]);
-            faults.push(document.error(&at, why));
-        }
-        warn_ignored(document, &at, raw, faults);
-        sets.push(raw.pbr_metallic_roughness.base_color_texture.as_ref().map(|t| t.tex_coord));
-        all.push(Material {
-            name: raw.name.clone().unwrap_or_else(|| format!("material {i}")),
-            base_color,
-            base_color_texture: None,
-            emission,
-            double_sided: raw.double_sided,
-            specular: 0.0,
-            shininess: 1.0,
-            roughness: finish[0],
-            metallic: finish[1],
-        });
-    }
-    (all, sets)
-}
-
-fn warn_ignored(document: &Document<'_>, at: &str, raw: &RawMaterial, faults: &mut Vec<Diagnostic>) {
-    use gltf::json::material::AlphaMode;
-    if raw.emissive_texture.is_some() {
-        faults.push(document.warning(at, "its emissive texture is ignored; the factor alone holds"));
-    }
-    if raw.normal_texture.is_some() {
-        faults.push(document.warning(at, "its normal map is ignored"));
-    }
-    if raw.pbr_metallic_roughness.metallic_roughness_texture.is_some() {
-        faults.push(document.warning(at, "its metallic-roughness texture is ignored; the factors alone hold"));
-    }
-    match raw.alpha_mode {
-        Checked::Valid(AlphaMode::Opaque) => {}
-        Checked::Valid(mode) => faults.push(document.warning(at, format!("alpha mode {mode:?} is drawn opaque"))),
-        Checked::Invalid => faults.push(document.warning(at, "unknown alpha mode; it is drawn opaque")),
-    }
-}
-
-/// Loads the base-colour images that materials use, each once, and tells the materials their layers.
-fn texture_array(
-    document: &Document<'_>,
-    materials: &mut [Material],
-    files: &mut Vec<PathBuf>,
-    faults: &mut Vec<Diagnostic>,
-) -> Option<textures::TextureArray> {
-    if !document.complete() {
-        return None;
-    }
-    let root = &document.root;
-    // Several images may name one file: each is decoded once.
-    let mut sources = vec![];
-    let mut pictures = vec![];
-    for (i, (raw, material)) in root.materials.iter().zip(materials).enumerate() {
-        let Some(texture) = &raw.pbr_metallic_roughness.base_color_texture else { continue };
-        let found = textures::image_of(root, texture.index.value()).and_then(|image| {
-            let image = &root.images[image];
-            let source = (image.uri.as_deref(), image.buffer_view.map(|v| v.value()));
-            if let Some(layer) = sources.iter().position(|known| *known == source) {
-                return Ok(layer);
-            }
-            pictures.push(textures::picture(document, image, files)?);
-            sources.push(source);
-            Ok(sources.len() - 1)
-        });
-        match found {
-            Ok(layer) => material.base_color_texture = u32::try_from(layer).ok(),
-            Err(why) => {
-                let at = place("materials", i, raw.name.as_deref());
-                faults.push(document.error(at, format!("base-colour texture: {why}")));
-            }
-        }
-    }
-    textures::array(&pictures)
-}
-
 fn geometry_of(
     document: &Document<'_>,
     placed: &[Placed],
-    materials: &mut Vec<Material>,
-    uv_sets: &mut Vec<Option<u32>>,
+    materials: &mut Materials,
     faults: &mut Vec<Diagnostic>,
 ) -> geometry::Geometry {
     let root = &document.root;
@@ -271,12 +173,13 @@ fn geometry_of(
                 }
                 Some(material) => material.value(),
                 None => *default_material.get_or_insert_with(|| {
-                    materials.push(plain_material());
-                    uv_sets.push(None);
-                    materials.len() - 1
+                    materials.all.push(Material::plain());
+                    materials.sets.push([None; 2]);
+                    materials.all.len() - 1
                 }),
             };
-            let surface = Surface { material: row as u32, uv_set: uv_sets[row] };
+            let normal_map = materials.all[row].normal_texture.map(|map| materials.maps[map as usize].set);
+            let surface = Surface { material: row as u32, uv_sets: materials.sets[row], normal_map };
             primitives.extend(geometry::primitive(document, raw, &at, &surface, faults));
         }
         meshes[index] = Some(primitives);
@@ -289,25 +192,13 @@ fn geometry_of(
             node: row as u32,
             node_name: &p.node.name,
             world: p.world,
-            double_sided: materials[primitive.material()].double_sided,
+            double_sided: materials.all[primitive.material()].double_sided,
         }));
     }
+    let thin = instances.iter().map(|i| i.primitive).filter(|p| p.is_thin());
+    let thin: Vec<u32> = thin.map(|p| p.material() as u32).collect();
+    materials::settle(document, materials, &thin, faults);
     geometry::assemble(document, &instances, faults)
-}
-
-/// What glTF gives a primitive without a material.
-fn plain_material() -> Material {
-    Material {
-        name: "default".into(),
-        base_color: Vec4::ONE,
-        base_color_texture: None,
-        emission: Vec3::ZERO,
-        double_sided: false,
-        specular: 0.0,
-        shininess: 1.0,
-        roughness: 1.0,
-        metallic: 1.0,
-    }
 }
 
 pub(super) fn usable(numbers: &[f32]) -> bool {

@@ -4,11 +4,12 @@
 //! A scene then answers pure questions: [`Scene::facts`], [`Scene::pose`] at a time, [`Scene::tables`] and
 //! [`Scene::camera_values`] at a pose.
 //!
-//! - `load` finds the files; `document` reads bytes, buffers and accessors; `import` makes nodes and materials of
-//!   them, `attached` lights and cameras, `complete` adds those of the scene RON and the command (`added`) and what is made up (`room` finds
-//!   whether to stand inside), `environment` light from all around (`sky`, `panorama`), `geometry` the vertices, `clusters` their compact groups, `levels` fewer triangles, `textures` the base-colour array; `description`
-//!   reads the scene RON
-//! - `model` holds the scene and its facts; `motion` poses it; `tables`, `corners`, `light_views` and `bvh` fill the shaders'
+//! - `load` finds the files; `document` reads bytes, buffers and accessors, `decoded` those that are compressed or sparse; `import` makes
+//!   nodes of them, `materials` and `extensions` materials, `textures` and `mips` the pages of images, `attached` lights and cameras, `complete` adds those of the scene RON and the command (`added`)
+//!   and what is made up (`room` finds whether to stand inside), `environment` light from all around (`sky`, `panorama`), `geometry` the
+//!   vertices, `tangents` what normal maps need, `clusters` their compact groups, `levels` fewer triangles; `glow` says how much light textured
+//!   triangles give; `description` reads the scene RON
+//! - `model` holds the scene and its facts; `motion` poses it; `tables`, `finishes`, `corners`, `light_views` and `bvh` fill the shaders'
 //!   tables, whose columns are `pieces`; `camera` makes the view matrices
 //!
 //! # The scene file
@@ -48,14 +49,20 @@ mod camera;
 mod clusters;
 mod complete;
 mod corners;
+mod decoded;
 mod description;
 mod document;
 mod environment;
+mod extensions;
+mod finishes;
 mod geometry;
+mod glow;
 mod import;
 mod levels;
 mod light_views;
 mod load;
+mod materials;
+mod mips;
 mod model;
 mod motion;
 mod panorama;
@@ -63,6 +70,7 @@ mod pieces;
 mod room;
 mod sky;
 mod tables;
+mod tangents;
 #[cfg(test)]
 mod tests;
 mod textures;
@@ -73,14 +81,15 @@ pub use bvh::reach;
 pub use clusters::{CLUSTER, Cluster};
 pub use corners::{Corners, Held};
 pub use environment::Environment;
-pub use geometry::Geometry;
+pub use geometry::{Geometry, More, VERTEX_ATTRIBUTES, Vertex};
 pub use levels::{Level, Levels};
 pub use load::{Loaded, from_bytes, load, load_with, stand_in};
-pub use model::{Bounds, Camera, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
+pub use mips::Coding;
+pub use model::{Alpha, Bounds, Camera, Coat, Face, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use pieces::Pieces;
 pub use tables::Tables;
-pub use textures::TextureArray;
+pub use textures::{Between, Texture, TextureArray, Wrap};
 
 use crate::content::hash;
 use crate::value::{Type, Value};
@@ -88,30 +97,6 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::hash::{DefaultHasher, Hasher};
 use std::ops::Range;
 use std::sync::{Arc, Weak};
-
-/// A vertex as the draw passes see it. A shader names the attributes it wants.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct Vertex {
-    /// In the node's space, metres.
-    pub position: [f32; 3],
-    /// In the node's space, unit length.
-    pub normal: [f32; 3],
-    pub uv: [f32; 2],
-    /// Row of the `nodes` table.
-    pub node: u32,
-    /// Row of the `materials` table.
-    pub material: u32,
-}
-
-/// The attributes of [`Vertex`]: name, format, byte offset.
-pub const VERTEX_ATTRIBUTES: [(&str, wgpu::VertexFormat, u64); 5] = [
-    ("position", wgpu::VertexFormat::Float32x3, 0),
-    ("normal", wgpu::VertexFormat::Float32x3, 12),
-    ("uv", wgpu::VertexFormat::Float32x2, 24),
-    ("node", wgpu::VertexFormat::Uint32, 32),
-    ("material", wgpu::VertexFormat::Uint32, 36),
-];
 
 /// Rows of named columns; what a shader's `var<storage> NAME: array<T>` binds to when NAME is a table's.
 /// `T`'s members pick columns by name. A clone shares the columns.
@@ -298,9 +283,20 @@ impl Column {
 /// The tables every scene has, with their columns: what shaders may ask for, known without a scene.
 ///
 /// - `nodes`: `transform`, `inverse_transpose` (for normals)
-/// - `materials`: `base_color` (rgb + alpha), `base_color_texture` (layer of `scene_textures`, `0xffffffff` for none),
-///   `emission` (radiance), `double_sided` (0 or 1), `specular` (Phong strength, 0 to 1), `shininess` (Phong exponent),
-///   `roughness`, `metallic` (glTF's, 0 to 1)
+/// - `materials`: `base_color` (rgb + alpha), `base_color_texture` (row of `textures`, `0xffffffff` for none, as of all that follow),
+///   `emission` (radiance), `emission_texture`, `double_sided` (0 or 1), `specular` (Phong strength, 0 to 1), `shininess` (Phong
+///   exponent), `roughness`, `metallic` (glTF's, 0 to 1), `finish_texture` (roughness in green, metalness in blue),
+///   `normal_texture`, `normal_scale`, `alpha_cutoff` (nothing is there where alpha is less; 0 for opaque ones, one half for those that
+///   blend), `alpha_blend` (0 or 1), `unlit` (0 or 1), `face` (of what is no metal: reflectance head on in rgb, at grazing angles in
+///   a), `face_texture` (times its alpha), `face_tint_texture` (head on times its colour), `transmission`, `transmission_texture` (red), `coat`
+///   (share of a clear layer), `coat_texture` (red), `coat_roughness`, `coat_roughness_texture` (green)
+/// - `textures`: how materials read images: `turn` (a matrix's columns) and `offset` (what is added then) of coordinates, `x`, `y`,
+///   `layer` (its first texel on the pages of `scene_textures`), `width`, `height`, `levels` (mips), `flags` (bits 0 and 1 how x goes on beyond
+///   0 to 1: 0 repeats, 1 stays, 2 mirrors; 2 and 3 the same for y; 4 the nearest texel where texels are larger than pixels, 5
+///   where they are smaller; 6 and 7 mips: 0 none, 1 the nearest, 2 between two; 8 colours are in sRGB), `uv_set` (which of a vertex's coordinates, 0
+///   or 1)
+/// - `vertices`: what only some scenes' vertices have, by `vertex_index`: `second_uv`, `color` (linear), `tangent` (the node's space; in w
+///   the side of the third axis)
 /// - `lights`: `kind` (0 point, 1 spot, 2 directional), `position`, `direction` (of travel, unit), `intensity`
 ///   (colour × candela, or × lux for directional), `range` (0: none), `cos_inner`, `cos_outer`, `first_view`, `views`
 ///   (the light's rows in `light_views`)
@@ -308,7 +304,9 @@ impl Column {
 ///   order +X −X +Y −Y +Z −Z, a cube map's faces with left and right exchanged, the others 1. The same in all rows: `lower`,
 ///   `upper`, corners of the box round everything, world space
 /// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them `na`,
-///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, `material`; in the order of the leaves of `bvh`
+///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, the second ones `uv2a`, `uv2b`, `uv2c`, colours `ca`, `cb`, `cc`,
+///   tangents `ta`, `tb`, `tc` (in w the side of the third axis), `material`, `emitter` (row of `emitters`, where a material has an
+///   emissive texture); in the order of the leaves of `bvh`
 /// - `bvh`: boxes within boxes over `triangles`, sorted where they stand at time 0, each leaf of one node, the root first: `lower`, `upper` (corners of the box), `count` (of a
 ///   leaf: its triangles, 1 to 8; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
 ///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
@@ -317,8 +315,9 @@ impl Column {
 ///   box, world space), `first`, `count` (its indices in the order of drawing), `node` (its row in `nodes`),
 ///   `sides` (of the box round everything that it lies in: bits 0 to 2 the lower ones along x, y, z, bits 3 to 5 the upper
 ///   ones); those of single-sided materials first
-/// - `emitters`: the emissive triangles: corners `a`, `b`, `c`, `radiance`, `area`, `cumulative` (share of the power
-///   up to and with this row; the last is 1), `density` (per m², of picking a point on it by power)
+/// - `emitters`: the emissive triangles: corners `a`, `b`, `c`, `radiance` (the mean), `area`, `cumulative` (share of the power
+///   up to and with this row; the last is 1), `density` (per m², of picking a point on it by power), `texture` (row of `textures`) with
+///   the coordinates at the corners `uva`, `uvb`, `uvc`, and `emission`, what the texture multiplies
 /// - `environment`: light from all around by direction: squares of 1, 4, 16, … texels, one after the other, the last of
 ///   `environment`² texels (a fact); `radiance`, `weight` (what directions are drawn by). Which direction a texel stands for:
 ///   `shaders/lib/environment.wgsl`
@@ -333,11 +332,27 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("base_color", Type::Vec4),
             ("base_color_texture", Type::Uint),
             ("emission", Type::Vec3),
+            ("emission_texture", Type::Uint),
             ("double_sided", Type::Uint),
             ("specular", Type::Float),
             ("shininess", Type::Float),
             ("roughness", Type::Float),
             ("metallic", Type::Float),
+            ("finish_texture", Type::Uint),
+            ("normal_texture", Type::Uint),
+            ("normal_scale", Type::Float),
+            ("alpha_cutoff", Type::Float),
+            ("alpha_blend", Type::Uint),
+            ("unlit", Type::Uint),
+            ("face", Type::Vec4),
+            ("face_texture", Type::Uint),
+            ("face_tint_texture", Type::Uint),
+            ("transmission", Type::Float),
+            ("transmission_texture", Type::Uint),
+            ("coat", Type::Float),
+            ("coat_texture", Type::Uint),
+            ("coat_roughness", Type::Float),
+            ("coat_roughness_texture", Type::Uint),
         ],
     ),
     (
@@ -377,7 +392,17 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("uva", Type::Vec2),
             ("uvb", Type::Vec2),
             ("uvc", Type::Vec2),
+            ("uv2a", Type::Vec2),
+            ("uv2b", Type::Vec2),
+            ("uv2c", Type::Vec2),
+            ("ca", Type::Vec4),
+            ("cb", Type::Vec4),
+            ("cc", Type::Vec4),
+            ("ta", Type::Vec4),
+            ("tb", Type::Vec4),
+            ("tc", Type::Vec4),
             ("material", Type::Uint),
+            ("emitter", Type::Uint),
         ],
     ),
     ("bvh", &[("lower", Type::Vec3), ("upper", Type::Vec3), ("first", Type::Uint), ("count", Type::Uint)]),
@@ -402,14 +427,37 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("area", Type::Float),
             ("cumulative", Type::Float),
             ("density", Type::Float),
+            ("uva", Type::Vec2),
+            ("uvb", Type::Vec2),
+            ("uvc", Type::Vec2),
+            ("texture", Type::Uint),
+            ("emission", Type::Vec3),
         ],
     ),
     ("environment", &[("radiance", Type::Vec3), ("weight", Type::Float)]),
+    (
+        "textures",
+        &[
+            ("turn", Type::Vec4),
+            ("offset", Type::Vec2),
+            ("x", Type::Uint),
+            ("y", Type::Uint),
+            ("layer", Type::Uint),
+            ("width", Type::Uint),
+            ("height", Type::Uint),
+            ("levels", Type::Uint),
+            ("flags", Type::Uint),
+            ("uv_set", Type::Uint),
+        ],
+    ),
+    ("vertices", &[("second_uv", Type::Vec2), ("color", Type::Vec4), ("tangent", Type::Vec4)]),
 ];
 
 /// The facts every scene states, for conditions, sizes and uniforms.
 /// `environment` is the edge of the finest square of the table of that name, 0 for a scene in the dark.
-/// `max_shininess` is the largest exponent of those with a Phong lobe, 0 without.
+/// Materials with textures of a kind are `finish_textures`, `normal_textures` and `emission_textures`; `masked_materials` have holes,
+/// `clear_materials` blend or let light through, `faced_materials` reflect at their face otherwise than glTF's own model,
+/// `colored_vertices` and `second_uvs` are 0 where no vertex has any. `max_shininess` is the largest exponent of those with a Phong lobe, 0 without.
 /// `bounds_*` enclose all geometry over all its motion; `grid_*` are the scene file's probe bounds, or `bounds_*`.
 pub const FACTS: &[(&str, Type)] = &[
     ("lights", Type::Uint),
@@ -425,6 +473,16 @@ pub const FACTS: &[(&str, Type)] = &[
     ("max_shininess", Type::Float),
     ("metallic_materials", Type::Uint),
     ("textured_materials", Type::Uint),
+    ("finish_textures", Type::Uint),
+    ("normal_textures", Type::Uint),
+    ("emission_textures", Type::Uint),
+    ("masked_materials", Type::Uint),
+    ("clear_materials", Type::Uint),
+    ("unlit_materials", Type::Uint),
+    ("faced_materials", Type::Uint),
+    ("coated_materials", Type::Uint),
+    ("colored_vertices", Type::Uint),
+    ("second_uvs", Type::Uint),
     ("double_sided_materials", Type::Uint),
     ("nodes", Type::Uint),
     ("moving_nodes", Type::Uint),

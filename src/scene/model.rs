@@ -1,6 +1,6 @@
 //! The scene as plain data, and the facts it states.
 
-use super::{Environment, Geometry, Levels, TextureArray};
+use super::{Environment, Geometry, Levels, Texture, TextureArray};
 use crate::value::{Value, Values};
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -19,10 +19,14 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Index into `cameras` of the one used when none is named; `None` only without cameras.
     pub default_camera: Option<usize>,
-    /// `None` when no material has a base-colour texture.
+    /// What materials' textures refer to.
+    pub maps: Vec<Texture>,
+    /// The images of these; `None` without.
     pub textures: Option<TextureArray>,
     /// What is seen where nothing is; `None` for darkness.
     pub environment: Option<Environment>,
+    /// Of each triangle, in the order of indices, the mean of its emissive texture; empty where no material has one. Tables share it.
+    pub glow: Arc<Vec<Vec3>>,
     /// All geometry over all its motion, in metres, world space.
     pub bounds: Bounds,
     /// Where probes go: the scene file's `grid`, or `bounds`.
@@ -58,16 +62,16 @@ pub struct Keyframe {
 }
 
 /// A surface: Lambert, with an optional Phong lobe, or glTF's metallic-roughness model, as shaders choose; and emission from
-/// its front face.
+/// its front face. Textures are indices into [`Scene::maps`], and multiply what they belong to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     pub name: String,
     /// Linear reflectance (rgb) and alpha.
     pub base_color: Vec4,
-    /// Layer of the scene's textures.
     pub base_color_texture: Option<u32>,
     /// Radiance.
     pub emission: Vec3,
+    pub emission_texture: Option<u32>,
     pub double_sided: bool,
     /// Phong strength, 0 to 1.
     pub specular: f32,
@@ -76,6 +80,58 @@ pub struct Material {
     /// glTF's roughness and metalness, 0 to 1.
     pub roughness: f32,
     pub metallic: f32,
+    /// Roughness in green, metalness in blue.
+    pub finish_texture: Option<u32>,
+    /// Normals in the frame of tangents, and what their x and y are multiplied by.
+    pub normal_texture: Option<u32>,
+    pub normal_scale: f32,
+    pub alpha: Alpha,
+    /// It shows its base colour, whatever lights it, and takes and gives no light.
+    pub unlit: bool,
+    pub face: Face,
+    /// Share of the light that goes through the face and straight on, behind it; its texture in red.
+    pub transmission: f32,
+    pub transmission_texture: Option<u32>,
+    pub coat: Coat,
+}
+
+/// What alpha says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Alpha {
+    Opaque,
+    /// Nothing is there where it is less.
+    Mask(f32),
+    /// The share that is there.
+    Blend,
+}
+
+/// How a surface that is no metal reflects at its face (`KHR_materials_ior`, `KHR_materials_specular`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    pub ior: f32,
+    /// How much of it, 0 to 1; its texture in alpha.
+    pub strength: f32,
+    pub strength_texture: Option<u32>,
+    /// What head-on reflection is multiplied by.
+    pub tint: Vec3,
+    pub tint_texture: Option<u32>,
+}
+
+impl Default for Face {
+    fn default() -> Face {
+        Face { ior: 1.5, strength: 1.0, strength_texture: None, tint: Vec3::ONE, tint_texture: None }
+    }
+}
+
+/// A clear layer on top (`KHR_materials_clearcoat`).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Coat {
+    /// Share of the surface, 0 to 1; its texture in red.
+    pub strength: f32,
+    pub strength_texture: Option<u32>,
+    pub roughness: f32,
+    /// In green.
+    pub roughness_texture: Option<u32>,
 }
 
 /// A light at a node, as glTF's `KHR_lights_punctual` states it.
@@ -204,7 +260,7 @@ impl Scene {
             ("directional_lights", lights(LightKind::Directional)),
             ("light_views", Value::Uint(self.lights.iter().map(|l| l.kind.views()).sum())),
             ("environment", Value::Uint(self.environment.as_ref().map_or(0, Environment::edge))),
-            ("emitters", count(self.corners().filter(|c| self.material(c).is_some_and(Material::emits)).count())),
+            ("emitters", count(self.emitting().count())),
             ("materials", count(self.materials.len())),
             ("emissive_materials", materials(Material::emits)),
             ("specular_materials", materials(|m| m.specular > 0.0)),
@@ -215,7 +271,17 @@ impl Scene {
                 ),
             ),
             ("metallic_materials", materials(|m| m.metallic > 0.0)),
-            ("textured_materials", materials(|m| m.base_color_texture.is_some())),
+            ("textured_materials", materials(|m| m.textures().next().is_some())),
+            ("finish_textures", materials(|m| m.finish_texture.is_some())),
+            ("normal_textures", materials(|m| m.normal_texture.is_some())),
+            ("emission_textures", materials(|m| m.emission_texture.is_some())),
+            ("masked_materials", materials(|m| m.alpha != Alpha::Opaque)),
+            ("clear_materials", materials(Material::is_clear)),
+            ("unlit_materials", materials(|m| m.unlit)),
+            ("faced_materials", materials(|m| m.face != Face::default() || m.transmission > 0.0)),
+            ("coated_materials", materials(|m| m.coat.strength > 0.0)),
+            ("colored_vertices", count(self.geometry.more.colors.len())),
+            ("second_uvs", count(self.geometry.more.uvs.len())),
             ("double_sided_materials", materials(|m| m.double_sided)),
             ("nodes", count(self.nodes.len())),
             ("moving_nodes", count(self.moving().into_iter().filter(|m| *m).count())),
@@ -236,6 +302,15 @@ impl Scene {
         self.geometry.indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]])
     }
 
+    /// Triangles that give light, by their place in the order of indices, and how much on average: their radiance.
+    pub(super) fn emitting(&self) -> impl Iterator<Item = (usize, Vec3)> + '_ {
+        let radiance = |(i, c): (usize, [u32; 3])| {
+            let whole = self.material(&c).map_or(Vec3::ZERO, |m| m.emission);
+            (i, self.glow.get(i).map_or(whole, |share| whole * *share))
+        };
+        self.corners().enumerate().map(radiance).filter(|(_, e)| e.max_element() > 0.0)
+    }
+
     /// The material of a triangle.
     pub(super) fn material(&self, corners: &[u32; 3]) -> Option<&Material> {
         let vertex = self.geometry.vertices.get(corners[0] as usize)?;
@@ -244,6 +319,52 @@ impl Scene {
 }
 
 impl Material {
+    /// What glTF gives a primitive without one.
+    pub fn plain() -> Material {
+        Material {
+            name: "default".into(),
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            emission: Vec3::ZERO,
+            emission_texture: None,
+            double_sided: false,
+            specular: 0.0,
+            shininess: 1.0,
+            roughness: 1.0,
+            metallic: 1.0,
+            finish_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            alpha: Alpha::Opaque,
+            unlit: false,
+            face: Face::default(),
+            transmission: 0.0,
+            transmission_texture: None,
+            coat: Coat::default(),
+        }
+    }
+
+    /// Its textures.
+    pub fn textures(&self) -> impl Iterator<Item = u32> {
+        let all = [
+            self.base_color_texture,
+            self.emission_texture,
+            self.finish_texture,
+            self.normal_texture,
+            self.face.strength_texture,
+            self.face.tint_texture,
+            self.transmission_texture,
+            self.coat.strength_texture,
+            self.coat.roughness_texture,
+        ];
+        all.into_iter().flatten()
+    }
+
+    /// Whether some light goes straight through.
+    pub fn is_clear(&self) -> bool {
+        self.alpha == Alpha::Blend || self.transmission > 0.0
+    }
+
     /// Whether it gives light.
     pub fn emits(&self) -> bool {
         self.emission.max_element() > 0.0

@@ -23,9 +23,6 @@ const BOXED: [&str; 4] = ["light_views", "triangles", "bvh", "clusters"];
 /// Boxes round what moved that each row of a hierarchy is held against, at most.
 const MOST_PLACES: usize = 8;
 
-/// What stands in `base_color_texture` for none.
-const NO_TEXTURE: u32 = u32::MAX;
-
 /// Tables of a scene at a pose.
 #[derive(Debug)]
 pub struct Tables {
@@ -73,7 +70,7 @@ impl Scene {
             let Tables { pose: before, levels: beside, list, boxes: _ } = earlier?;
             let (nodes, lights) = (before.nodes == pose.nodes, before.lights == pose.lights);
             let same = match name {
-                "materials" | "environment" => true,
+                "materials" | "textures" | "vertices" | "environment" => true,
                 "lights" => lights,
                 "light_views" => nodes && lights,
                 "clusters" => nodes && same_levels(beside, &levels),
@@ -92,6 +89,8 @@ impl Scene {
         let mut made = |name: &str| match name {
             "nodes" => Some(nodes(&pose)),
             "materials" => Some(self.material_table()),
+            "textures" => Some(self.texture_table()),
+            "vertices" => Some(self.vertex_table()),
             "lights" => Some(self.light_table(&pose)),
             "light_views" => {
                 let surfaces = Surfaces { parts: &self.geometry.clusters, boxes: &boxes.each, corners };
@@ -109,28 +108,6 @@ impl Scene {
         };
         let list = names().filter_map(|name| kept(name).or_else(|| made(name))).collect();
         Tables { list, boxes, levels, pose }
-    }
-
-    fn material_table(&self) -> Table {
-        let all = &self.materials;
-        Table {
-            name: "materials",
-            rows: all.len(),
-            since: None,
-            columns: Arc::new([
-                ("base_color", Column::Vec4(all.iter().map(|m| m.base_color).collect())),
-                (
-                    "base_color_texture",
-                    Column::Uint(all.iter().map(|m| m.base_color_texture.unwrap_or(NO_TEXTURE)).collect()),
-                ),
-                ("emission", Column::Vec3(all.iter().map(|m| m.emission).collect())),
-                ("double_sided", Column::Uint(all.iter().map(|m| m.double_sided.into()).collect())),
-                ("specular", Column::Float(all.iter().map(|m| m.specular).collect())),
-                ("shininess", Column::Float(all.iter().map(|m| m.shininess).collect())),
-                ("roughness", Column::Float(all.iter().map(|m| m.roughness).collect())),
-                ("metallic", Column::Float(all.iter().map(|m| m.metallic).collect())),
-            ]),
-        }
     }
 
     fn light_table(&self, pose: &Pose) -> Table {
@@ -223,62 +200,11 @@ impl Scene {
             ]),
         }
     }
-
-    fn emitter_table(&self, corners: impl Fn(usize) -> [Vec3; 3]) -> Table {
-        let emission = self.corners().map(|c| self.material(&c).map_or(Vec3::ZERO, |m| m.emission));
-        let lit = emission.enumerate().filter(|(_, e)| e.max_element() > 0.0);
-        let all: Vec<Emitter> = lit.map(|(i, radiance)| Emitter { corners: corners(i), radiance }).collect();
-        let total: f64 = all.iter().map(Emitter::power).sum();
-        let mut sum = 0.0;
-        let mut cumulative = Vec::with_capacity(all.len());
-        for emitter in &all {
-            sum += emitter.power();
-            cumulative.push((sum / total) as f32);
-        }
-        if let Some(last) = cumulative.last_mut() {
-            *last = 1.0;
-        }
-        let corner = |i: usize| Column::Vec3(all.iter().map(|e| e.corners[i]).collect());
-        Table {
-            name: "emitters",
-            rows: all.len(),
-            since: None,
-            columns: Arc::new([
-                ("a", corner(0)),
-                ("b", corner(1)),
-                ("c", corner(2)),
-                ("radiance", Column::Vec3(all.iter().map(|e| e.radiance).collect())),
-                ("area", Column::Float(all.iter().map(Emitter::area).collect())),
-                ("cumulative", Column::Float(cumulative.into_iter().collect())),
-                (
-                    "density",
-                    Column::Float(all.iter().map(|e| (f64::from(e.radiance.element_sum()) / total) as f32).collect()),
-                ),
-            ]),
-        }
-    }
 }
 
 /// Whether levels of one scene are the same: it keeps those that were asked for, so they need no look.
 fn same_levels(a: &[Arc<Level>], b: &[Arc<Level>]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Arc::ptr_eq(a, b))
-}
-
-/// A triangle that gives light.
-struct Emitter {
-    corners: [Vec3; 3],
-    radiance: Vec3,
-}
-
-impl Emitter {
-    fn area(&self) -> f32 {
-        let [a, b, c] = self.corners;
-        0.5 * (b - a).cross(c - a).length()
-    }
-
-    fn power(&self) -> f64 {
-        f64::from(self.radiance.element_sum()) * f64::from(self.area())
-    }
 }
 
 /// The triangles of a scene in world space.
@@ -484,7 +410,17 @@ fn traced_tables(world: &World<'_>, boxes: &Boxes, earlier: Option<&Tables>) -> 
             ("uva", at(0, Held::Uv)),
             ("uvb", at(1, Held::Uv)),
             ("uvc", at(2, Held::Uv)),
+            ("uv2a", at(0, Held::SecondUv)),
+            ("uv2b", at(1, Held::SecondUv)),
+            ("uv2c", at(2, Held::SecondUv)),
+            ("ca", at(0, Held::Color)),
+            ("cb", at(1, Held::Color)),
+            ("cc", at(2, Held::Color)),
+            ("ta", at(0, Held::Tangent)),
+            ("tb", at(1, Held::Tangent)),
+            ("tc", at(2, Held::Tangent)),
             ("material", at(0, Held::Material)),
+            ("emitter", at(0, Held::Emitter)),
         ]),
     };
     (triangles, bvh)

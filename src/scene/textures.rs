@@ -1,228 +1,313 @@
-//! Base-colour images to one texture array with mips.
+//! Images of any size, with their mips, on the pages of one texture array.
+//!
+//! A page has no wrapping and no filter of its own: `shaders/lib/textures.wgsl` reads texels by their places, which the table
+//! `textures` gives.
 
-use super::document::Document;
-use glam::Vec4;
-use gltf::json::{Image, Root};
+use super::{
+    document::Document,
+    mips::{self, Coding, Levels},
+};
+use crate::parallel;
+use glam::{Vec2, Vec4};
+use gltf::json::Image;
 use std::{io::Cursor, path::PathBuf};
 
-/// Images of one size as a 2D array, RGBA with 8 bits each, colour in sRGB, alpha linear.
+/// Images on pages, RGBA with 8 bits each, as their files hold them: colours in sRGB, data and alpha linear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TextureArray {
-    /// Of the largest mip; a power of two.
+    /// Of a page.
     pub width: u32,
     pub height: u32,
+    /// How many pages there are.
     pub layers: u32,
-    /// From the largest to 1×1. Each holds all layers one after another, rows from the top, without padding.
+    /// One alone: each page holds the mips of its images. All pages one after another, rows from the top, without padding.
     pub mips: Vec<Vec<u8>>,
 }
 
-/// An image in linear light, rows from the top.
-pub(super) struct Picture {
-    width: u32,
-    height: u32,
-    texels: Vec<Vec4>,
+/// How a material reads an image: a row of the table `textures`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Texture {
+    /// Of the largest mip: its first texel, its page, its size.
+    pub corner: [u32; 2],
+    pub layer: u32,
+    pub size: [u32; 2],
+    /// Mips, the largest among them. The second stands right of the first, each of the others below the one before it.
+    pub levels: u32,
+    /// How coordinates beyond 0 to 1 are read, along x and y.
+    pub wrap: [Wrap; 2],
+    /// The nearest texel, where texels are larger than pixels, and where they are smaller.
+    pub nearest: [bool; 2],
+    pub between: Between,
+    pub coding: Coding,
+    /// What coordinates are multiplied by, column by column, and what is added then.
+    pub turn: Vec4,
+    pub offset: Vec2,
+    /// Which of a vertex's coordinates: 0 or 1.
+    pub set: u32,
 }
 
-/// Texels along an edge of the array; larger images are shrunk to it.
-const MAX_EDGE: u32 = 1024;
+/// What lies beyond an image's edge. The numbers are those of the shader.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wrap {
+    Repeat = 0,
+    Clamp = 1,
+    Mirror = 2,
+}
+
+/// How mips are chosen. The numbers are those of the shader.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Between {
+    /// The largest alone.
+    None = 0,
+    Nearest = 1,
+    Linear = 2,
+}
+
+impl Texture {
+    /// What the table's column `flags` holds: bits 0 and 1 how x is wrapped, 2 and 3 how y is, 4 and 5 what is nearest, 6 and 7
+    /// how mips are chosen, 8 whether it is a colour.
+    pub fn flags(&self) -> u32 {
+        let [x, y] = self.wrap;
+        let [near, far] = self.nearest;
+        let color = self.coding == Coding::Color;
+        x as u32
+            | (y as u32) << 2
+            | u32::from(near) << 4
+            | u32::from(far) << 5
+            | (self.between as u32) << 6
+            | u32::from(color) << 8
+    }
+}
+
+/// An image as its file has it, rows from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Picture {
+    pub width: u32,
+    pub height: u32,
+    pub texels: Vec<[u8; 4]>,
+}
+
+impl Picture {
+    /// What stands for a base colour that can't be had.
+    pub fn checker() -> Picture {
+        const EDGE: u32 = 8;
+        let texel = |i: u32| if (i % EDGE + i / EDGE).is_multiple_of(2) { [255, 0, 255, 255] } else { [0, 0, 0, 255] };
+        Picture { width: EDGE, height: EDGE, texels: (0..EDGE * EDGE).map(texel).collect() }
+    }
+}
+
+/// Texels along an edge of an image on a page; larger ones are shrunk to it.
+const MAX_EDGE: u32 = 4096;
 
 /// Texels along an edge of a file. A small file can state any size, and memory is taken before it is decoded.
 const MAX_FILE_EDGE: u32 = 8192;
 
-/// The image index behind a texture index.
-pub(super) fn image_of(root: &Root, texture: usize) -> Result<usize, String> {
-    let found = root.textures.get(texture).ok_or_else(|| format!("there is no texture {texture}"))?;
-    let image = found.source.value();
-    if image >= root.images.len() {
-        return Err(format!("texture {texture}: there is no image {image}"));
-    }
-    Ok(image)
+/// Texels along an edge of a page, at most: what every device has.
+const MAX_PAGE: u32 = 8192;
+
+/// Texels of all images together; beyond, all that are larger than half the largest edge are shrunk to that.
+const MAX_TEXELS: u64 = 1 << 30;
+
+/// An image to be read, and what its texels are.
+pub(super) struct Wanted {
+    pub image: usize,
+    pub coding: Coding,
 }
 
-/// Reads and decodes one image.
-pub(super) fn picture(document: &Document<'_>, image: &Image, files: &mut Vec<PathBuf>) -> Result<Picture, String> {
-    let fetched;
-    let (bytes, from) = match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => {
-            fetched = document.fetch(uri, files)?;
-            (fetched.as_slice(), if uri.starts_with("data:") { "its data URI" } else { uri.as_str() })
-        }
-        (None, Some(view)) => (document.view(view.value())?, "its buffer view"),
-        (None, None) => return Err("neither a URI nor a buffer view".into()),
+/// An image with its mips; why it could not be had.
+pub(super) type Read = Result<Levels, String>;
+
+/// Reads and decodes images, on all cores. Those of one index are decoded once for each coding. Says what was shrunk.
+pub(super) fn read(
+    document: &Document<'_>,
+    wanted: &[Wanted],
+    files: &mut Vec<PathBuf>,
+) -> (Vec<Read>, Option<String>) {
+    let images = &document.root.images;
+    let fetched: Vec<Result<Vec<u8>, String>> = wanted
+        .iter()
+        .enumerate()
+        .map(|(i, w)| match wanted[..i].iter().any(|before| before.image == w.image) {
+            // Read once, whatever it is read as.
+            true => Ok(vec![]),
+            false => bytes(document, &images[w.image], files),
+        })
+        .collect();
+    let source = |i: usize| {
+        let first = wanted.iter().position(|w| w.image == wanted[i].image).unwrap_or(i);
+        fetched[first].as_deref().map_err(Clone::clone)
     };
-    decode(bytes).map_err(|why| format!("{from} is no readable PNG or JPEG: {why}"))
+    let sizes: Vec<[u32; 2]> =
+        (0..wanted.len()).map(|i| source(i).ok().and_then(stated_size).unwrap_or([0; 2])).collect();
+    let most = largest_edge(&sizes);
+    let pictures = parallel::each(0..wanted.len(), |i| {
+        let picture = source(i).and_then(decode)?;
+        Ok(mips::levels(picture, wanted[i].coding, most))
+    });
+    let shrunk = sizes.iter().filter(|size| size.iter().any(|edge| *edge > most)).count();
+    let note = (shrunk > 0).then(|| match most {
+        MAX_EDGE => format!("{shrunk} images are wider than {MAX_EDGE} texels; they are shrunk to that"),
+        _ => format!("{shrunk} images are wider than {most} texels; they are shrunk to that, for all to fit"),
+    });
+    (pictures, note)
 }
 
-/// All pictures in one array: the size is the largest width and height, rounded up to powers of two, at most 1024.
-/// `None` without pictures.
-pub(super) fn array(pictures: &[Picture]) -> Option<TextureArray> {
-    let edge = |of: fn(&Picture) -> u32| pictures.iter().map(of).max().map(|e| e.min(MAX_EDGE).next_power_of_two());
-    let (width, height) = edge(|p| p.width).zip(edge(|p| p.height))?;
-    let mut level: Vec<Picture> = pictures.iter().map(|p| resized(p, width, height)).collect();
-    let mut mips = vec![];
-    loop {
-        mips.push(level.iter().flat_map(|p| p.texels.iter().flat_map(|t| encoded(*t))).collect());
-        if level.iter().all(|p| p.width == 1 && p.height == 1) {
-            break;
-        }
-        level = level.iter().map(halved).collect();
+/// The edge that all images must be shrunk to for their texels to fit.
+fn largest_edge(sizes: &[[u32; 2]]) -> u32 {
+    let mut edge = MAX_EDGE;
+    let texels =
+        |edge: u32| sizes.iter().map(|s| s.iter().map(|e| u64::from((*e).min(edge))).product::<u64>()).sum::<u64>();
+    while edge > 1 && texels(edge) > MAX_TEXELS {
+        edge /= 2;
     }
-    Some(TextureArray { width, height, layers: u32::try_from(pictures.len()).ok()?, mips })
+    edge
 }
 
-fn decode(bytes: &[u8]) -> Result<Picture, image::ImageError> {
-    let mut reader = image::ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+/// The bytes of an image's file.
+fn bytes(document: &Document<'_>, image: &Image, files: &mut Vec<PathBuf>) -> Result<Vec<u8>, String> {
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => document.fetch(uri, files),
+        (None, Some(view)) => Ok(document.view(view.value())?.to_vec()),
+        (None, None) => Err("neither a URI nor a buffer view".into()),
+    }
+}
+
+fn reader(bytes: &[u8]) -> Result<image::ImageReader<Cursor<&[u8]>>, String> {
+    let mut reader = image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_FILE_EDGE);
     limits.max_image_height = Some(MAX_FILE_EDGE);
     reader.limits(limits);
-    let decoded = reader.decode()?.into_rgba8();
+    Ok(reader)
+}
+
+fn stated_size(bytes: &[u8]) -> Option<[u32; 2]> {
+    reader(bytes).ok()?.into_dimensions().ok().map(|(width, height)| [width, height])
+}
+
+fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    if bytes.starts_with(b"\xabKTX 20\xbb") || bytes.starts_with(b"sB") {
+        return Err("it is a KTX2 or Basis Universal texture, which is not decoded: export PNG, JPEG or WebP".into());
+    }
+    let why = |why: String| format!("it is no readable PNG, JPEG or WebP: {why}");
+    let decoded = reader(bytes).and_then(|r| r.decode().map_err(|e| e.to_string())).map_err(why)?.into_rgba8();
     let (width, height) = decoded.dimensions();
-    let rows = decoded.rows().map(|row| row.map(|p| linear(p.0)).collect());
-    // Shrunk at once and row by row: the floats of a large image are never held together.
-    Ok(shrunk([width, height], rows, [width.min(MAX_EDGE), height.min(MAX_EDGE)]))
-}
-
-fn resized(picture: &Picture, width: u32, height: u32) -> Picture {
-    let rows = picture.texels.chunks_exact(picture.width as usize).map(<[Vec4]>::to_vec);
-    shrunk([picture.width, picture.height], rows, [width, height])
-}
-
-/// Triangle-filtered in linear light, one axis after the other.
-fn shrunk(from: [u32; 2], rows: impl Iterator<Item = Vec<Vec4>>, [width, height]: [u32; 2]) -> Picture {
-    let across = taps(from[0], width);
-    let down = taps(from[1], height);
-    let mut wide = Vec::with_capacity(width as usize * from[1] as usize);
-    for row in rows {
-        wide.extend(across.iter().map(|taps| taps.iter().map(|(i, w)| row[*i] * *w).sum::<Vec4>()));
+    if width == 0 || height == 0 {
+        return Err("it has no texels".into());
     }
-    let stride = width as usize;
-    let mut texels = Vec::with_capacity(stride * height as usize);
-    for taps in &down {
-        texels.extend((0..stride).map(|x| taps.iter().map(|(y, w)| wide[y * stride + x] * *w).sum::<Vec4>()));
+    let texels = decoded.into_raw().as_chunks::<4>().0.to_vec();
+    Ok(Picture { width, height, texels })
+}
+
+/// Where an image stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Place {
+    pub corner: [u32; 2],
+    pub layer: u32,
+}
+
+/// Images with their mips on pages, and where each stands. `None` without images.
+pub(super) fn pages(images: &[Levels]) -> Option<(TextureArray, Vec<Place>)> {
+    let blocks: Vec<[u32; 2]> = images.iter().map(Levels::block).collect();
+    let widest = blocks.iter().flatten().copied().max()?;
+    let area: u64 = blocks.iter().map(|[w, h]| u64::from(*w) * u64::from(*h)).sum();
+    // A power of two with some room for what shelves leave empty.
+    let fit = ((area as f64 * 1.2).sqrt().ceil() as u32).max(widest).max(1);
+    let edge = fit.checked_next_power_of_two().unwrap_or(MAX_PAGE).min(MAX_PAGE);
+    let (places, layers, used) = shelves(&blocks, edge);
+    // One page ends where its images do.
+    let height = if layers == 1 { used } else { edge };
+    let page = edge as usize * height as usize;
+    let mut texels = vec![0u8; 4 * page * layers as usize];
+    for (image, place) in images.iter().zip(&places) {
+        image.each_row(|[x, y], row| {
+            let [left, top] = place.corner;
+            let first = place.layer as usize * page + (top + y) as usize * edge as usize + (left + x) as usize;
+            texels[4 * first..][..row.len()].copy_from_slice(row);
+        });
     }
-    Picture { width, height, texels }
+    Some((TextureArray { width: edge, height, layers, mips: vec![texels] }, places))
 }
 
-/// For each texel of an axis of `to`, the texels of the axis of `from` that make it, with weights that sum to 1.
-/// A triangle filter, as wide as the coarser of the two; past the edge the last texel counts again.
-fn taps(from: u32, to: u32) -> Vec<Vec<(usize, f32)>> {
-    if from == to {
-        return (0..to as usize).map(|i| vec![(i, 1.0)]).collect();
+/// Blocks in rows, the highest first; how many pages they take, and how high the last is filled.
+fn shelves(blocks: &[[u32; 2]], edge: u32) -> (Vec<Place>, u32, u32) {
+    let mut order: Vec<usize> = (0..blocks.len()).collect();
+    order.sort_by_key(|i| (std::cmp::Reverse(blocks[*i][1]), *i));
+    let mut places = vec![Place { corner: [0; 2], layer: 0 }; blocks.len()];
+    let (mut x, mut y, mut shelf, mut layer) = (0, 0, 0, 0);
+    for i in order {
+        let [width, height] = blocks[i];
+        if x + width > edge {
+            (x, y, shelf) = (0, y + shelf, 0);
+        }
+        if y + height > edge {
+            (x, y, shelf, layer) = (0, 0, 0, layer + 1);
+        }
+        places[i] = Place { corner: [x, y], layer };
+        x += width;
+        shelf = shelf.max(height);
     }
-    let scale = f64::from(from) / f64::from(to);
-    let radius = scale.max(1.0);
-    (0..to)
-        .map(|i| {
-            let center = (f64::from(i) + 0.5) * scale - 0.5;
-            let (first, last) = ((center - radius).ceil() as i64, (center + radius).floor() as i64);
-            let weights: Vec<(usize, f64)> = (first..=last)
-                .map(|s| {
-                    let weight = 1.0 - (s as f64 - center).abs() / radius;
-                    (s.clamp(0, i64::from(from) - 1) as usize, weight.max(0.0))
-                })
-                .collect();
-            let sum: f64 = weights.iter().map(|(_, w)| w).sum();
-            weights.into_iter().map(|(s, w)| (s, (w / sum) as f32)).collect()
-        })
-        .collect()
-}
-
-/// The next mip: means of two by two texels (of two where one axis is already 1 wide). Edges are powers of two.
-fn halved(picture: &Picture) -> Picture {
-    let (width, height) = ((picture.width / 2).max(1), (picture.height / 2).max(1));
-    let at = |x: u32, y: u32| {
-        let (x, y) = (x.min(picture.width - 1), y.min(picture.height - 1));
-        picture.texels[(y * picture.width + x) as usize]
-    };
-    let texels = (0..height)
-        .flat_map(|y| (0..width).map(move |x| (2 * x, 2 * y)))
-        .map(|(x, y)| (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1)) * 0.25)
-        .collect();
-    Picture { width, height, texels }
-}
-
-/// Source of the curve: IEC 61966-2-1 (sRGB).
-fn linear(texel: [u8; 4]) -> Vec4 {
-    let [r, g, b, a] = texel.map(|x| f32::from(x) / 255.0);
-    let curve = |x: f32| if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
-    Vec4::new(curve(r), curve(g), curve(b), a)
-}
-
-fn encoded(texel: Vec4) -> [u8; 4] {
-    let curve = |x: f32| if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-    let [r, g, b, a] = texel.to_array();
-    [curve(r), curve(g), curve(b), a].map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8)
+    (places, layer + 1, y + shelf)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn plain(width: u32, height: u32, texels: &[[u8; 4]]) -> Picture {
-        Picture { width, height, texels: texels.iter().map(|t| linear(*t)).collect() }
+    fn plain(width: u32, height: u32, texel: [u8; 4]) -> Levels {
+        let texels = vec![texel; (width * height) as usize];
+        mips::levels(Picture { width, height, texels }, Coding::Color, MAX_EDGE)
     }
 
     #[test]
-    fn an_image_of_the_array_s_size_keeps_its_bytes() {
-        let texels: Vec<[u8; 4]> = (0..=255).map(|i| [i, 255 - i, i / 2, i]).collect();
-        let array = array(&[plain(16, 16, &texels)]).unwrap();
-        assert_eq!((array.width, array.height, array.layers), (16, 16, 1));
-        assert_eq!(array.mips[0], texels.concat());
-        assert_eq!(array.mips.iter().map(Vec::len).collect::<Vec<_>>(), [1024, 256, 64, 16, 4]);
+    fn images_of_any_size_keep_their_texels_on_a_page() {
+        let red = plain(1, 1, [200, 0, 0, 255]);
+        let green = plain(3, 5, [0, 100, 0, 255]);
+        let (array, places) = pages(&[red, green]).unwrap();
+        assert_eq!((array.layers, array.mips.len()), (1, 1));
+        let texel = |x: u32, y: u32| &array.mips[0][4 * (y * array.width + x) as usize..][..4];
+        let [[a, b], [c, d]] = [places[0].corner, places[1].corner];
+        assert_eq!(texel(a, b), [200, 0, 0, 255]);
+        // The image, and right of it its mips: 1 × 2, then 1 × 1.
+        for (x, y) in (0..15).map(|i| (i % 3, i / 3)).chain([(3, 0), (3, 1), (3, 2)]) {
+            assert_eq!(texel(c + x, d + y), [0, 100, 0, 255], "{x}, {y}");
+        }
     }
 
     #[test]
-    fn mips_are_means_of_light_not_of_codes() {
-        let (black, white) = ([0, 0, 0, 255], [255; 4]);
-        let array = array(&[plain(2, 1, &[black, white])]).unwrap();
-        // Half the light of white is code 188 in sRGB; the mean of the codes would be 128.
-        assert_eq!(array.mips[1], [188, 188, 188, 255]);
-    }
-
-    #[test]
-    fn images_share_the_largest_size_as_a_power_of_two() {
-        let red = plain(1, 1, &[[200, 0, 0, 255]]);
-        let green = plain(3, 5, &[[0, 100, 0, 255]; 15]);
-        let array = array(&[red, green]).unwrap();
-        assert_eq!((array.width, array.height, array.layers, array.mips.len()), (4, 8, 2, 4));
-        let (first, second) = array.mips[0].split_at(4 * 8 * 4);
-        assert!(first.chunks_exact(4).all(|t| t == [200, 0, 0, 255]), "{first:?}");
-        assert!(second.chunks_exact(4).all(|t| t == [0, 100, 0, 255]), "{second:?}");
-    }
-
-    #[test]
-    fn images_past_the_limit_shrink() {
-        let wide = Picture { width: 3000, height: 1, texels: vec![Vec4::new(0.5, 0.5, 0.5, 1.0); 3000] };
-        let array = array(&[wide]).unwrap();
-        assert_eq!((array.width, array.height, array.mips.len()), (1024, 1, 11));
-        assert!(array.mips[0].chunks_exact(4).all(|t| t == [188, 188, 188, 255]));
-    }
-
-    #[test]
-    fn png_and_jpeg_are_told_apart_by_their_bytes() {
-        let image = image::RgbImage::from_pixel(8, 4, image::Rgb([200, 100, 50]));
-        for format in [image::ImageFormat::Png, image::ImageFormat::Jpeg] {
-            let mut bytes = Cursor::new(vec![]);
-            image.write_to(&mut bytes, format).unwrap();
-            let bytes = bytes.into_inner();
-            let picture = decode(&bytes).unwrap();
-            assert_eq!((picture.width, picture.height), (8, 4));
-            let [r, g, b, a] = encoded(picture.texels[17]);
-            assert!(r.abs_diff(200) < 4 && g.abs_diff(100) < 4 && b.abs_diff(50) < 4 && a == 255, "{format:?}");
-            for length in 0..bytes.len() {
-                // A JPEG may decode in part; none may panic.
-                let _ = decode(&bytes[..length]);
+    fn more_images_than_a_page_holds_take_more_pages() {
+        let blocks = [[6144, 4096]; 5];
+        let (places, layers, used) = shelves(&blocks, MAX_PAGE);
+        assert_eq!((layers, used), (3, 4096));
+        assert_eq!(places[4], Place { corner: [0, 0], layer: 2 });
+        for (i, a) in places.iter().enumerate() {
+            for b in &places[..i] {
+                assert!(a.layer != b.layer || a.corner[1].abs_diff(b.corner[1]) >= 4096, "{a:?} {b:?}");
             }
         }
     }
 
     #[test]
-    fn weights_of_a_resize_sum_to_one() {
-        for (from, to) in [(3, 8), (1000, 1024), (3000, 1024), (1, 4)] {
-            for taps in taps(from, to) {
-                let sum: f32 = taps.iter().map(|(_, w)| w).sum();
-                assert!((sum - 1.0).abs() < 1e-5, "{from} to {to}: {sum}");
+    fn what_does_not_fit_is_shrunk_alike() {
+        assert_eq!(largest_edge(&[[8192, 16]]), 4096);
+        assert_eq!(largest_edge(&[[2048, 2048]; 256]), 4096);
+        assert_eq!(largest_edge(&[[4096, 4096]; 256]), 2048);
+    }
+
+    #[test]
+    fn png_jpeg_and_webp_are_told_apart_by_their_bytes() {
+        let image = image::RgbImage::from_pixel(8, 4, image::Rgb([200, 100, 50]));
+        for format in [image::ImageFormat::Png, image::ImageFormat::Jpeg, image::ImageFormat::WebP] {
+            let mut bytes = Cursor::new(vec![]);
+            image.write_to(&mut bytes, format).unwrap();
+            let bytes = bytes.into_inner();
+            let picture = decode(&bytes).unwrap();
+            assert_eq!((picture.width, picture.height), (8, 4));
+            let [r, g, b, a] = picture.texels[17];
+            assert!(r.abs_diff(200) < 4 && g.abs_diff(100) < 4 && b.abs_diff(50) < 4 && a == 255, "{format:?}");
+            for length in 0..bytes.len() {
+                // A JPEG may decode in part; none may panic.
+                let _ = decode(&bytes[..length]);
             }
         }
     }

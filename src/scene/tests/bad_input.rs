@@ -89,8 +89,12 @@ fn accessors_are_checked_before_they_are_read() {
     check(accessor(0, "componentType", json!(1)), &["unknown component type"]);
     check(accessor(0, "type", json!("VEC9")), &["unknown type"]);
     check(accessor(1, "componentType", json!(5126)), &["indices: "]);
-    let sparse = json!({"count": 1, "indices": {"bufferView": 0, "componentType": 5123}, "values": {"bufferView": 0}});
-    check(accessor(0, "sparse", sparse), &["accessor 0 is sparse"]);
+    let sparse = |offset: u32, count: u32| {
+        let indices = json!({"bufferView": 0, "byteOffset": offset, "componentType": 5125});
+        accessor(0, "sparse", json!({"count": count, "indices": indices, "values": {"bufferView": 0}}))
+    };
+    check(sparse(12, 1), &["accessors[0]: sparse index 1065353216 is out of range"]);
+    check(sparse(0, 99), &["accessors[0]: its sparse indices reach past their buffer view of 48 bytes"]);
     check(|f| f.json["bufferViews"][0]["byteStride"] = json!(0), &["elements of 12 bytes, 0 bytes apart"]);
     check(|f| f.json["bufferViews"][0]["byteLength"] = json!(1_u64 << 40), &["buffer view 0 reaches past its buffer"]);
     check(|f| f.json["bufferViews"][0]["byteOffset"] = json!(u64::MAX), &["buffer view 0 reaches past its buffer"]);
@@ -275,12 +279,22 @@ fn textures_must_be_there_and_readable() {
             f.json["materials"][0]["pbrMetallicRoughness"] = json!({"baseColorTexture": {"index": 0}});
         }
     };
+    // What can't be had is shown to be missing.
+    let missing = |image: serde_json::Value, words: &[&str]| {
+        let mut f = Fixture::quad();
+        textured(image)(&mut f);
+        let (scene, notices) = f.read().unwrap();
+        let text = crate::diag::render(&notices);
+        expect(&text, words);
+        expect(&text, &["warning: test.glb: images[0]: ", "a magenta checker stands for it"]);
+        assert_eq!(scene.textures.unwrap().mips[0][..8], [255, 0, 255, 255, 0, 0, 0, 255]);
+    };
+    missing(json!({"uri": "gone/wood.png"}), &["can't read gone/wood.png"]);
+    missing(json!({"uri": "data:image/png;base64,AAAA"}), &["no readable PNG, JPEG or WebP"]);
+    missing(json!({"bufferView": 0}), &["no readable PNG, JPEG or WebP"]);
+    missing(json!({"bufferView": 9}), &["there is no buffer view 9"]);
+    missing(json!({}), &["neither a URI nor a buffer view"]);
     let place = "materials[0] \"white\": base-colour texture: ";
-    check(textured(json!({"uri": "gone/wood.png"})), &[place, "can't read gone/wood.png"]);
-    check(textured(json!({"uri": "data:image/png;base64,AAAA"})), &[place, "no readable PNG or JPEG"]);
-    check(textured(json!({"bufferView": 0})), &[place, "its buffer view is no readable PNG or JPEG"]);
-    check(textured(json!({"bufferView": 9})), &[place, "there is no buffer view 9"]);
-    check(textured(json!({})), &[place, "neither a URI nor a buffer view"]);
     let index = |index: usize, source: usize| {
         move |f: &mut Fixture| {
             f.json["textures"] = json!([{"source": source}]);

@@ -168,8 +168,10 @@ fn textures_are_read_with_the_set_their_material_names() {
     f.material(second);
     let scene = f.scene();
     let textures = scene.textures.as_ref().unwrap();
-    assert_eq!((textures.width, textures.height, textures.layers), (2, 2, 1));
-    assert_eq!(textures.mips[1], [200, 100, 50, 255]);
+    // Two by two texels, and the mip right of them.
+    assert_eq!((textures.width, textures.height, textures.layers), (4, 2, 1));
+    assert_eq!(textures.mips[0][..12], [[200, 100, 50, 255]; 3].concat());
+    assert_eq!((scene.maps.len(), scene.maps[0].size, scene.maps[0].levels), (1, [2, 2], 2));
     assert_eq!(scene.materials[0].base_color_texture, Some(0));
     assert_eq!(scene.materials[1].base_color_texture, Some(0));
     let found: Vec<Vec2> = scene.geometry.vertices.iter().map(|v| v.uv.into()).collect();
@@ -183,7 +185,7 @@ fn a_texture_without_coordinates_is_a_notice() {
     f.json["textures"] = json!([{"source": 0}]);
     f.json["materials"][0]["pbrMetallicRoughness"] = json!({"baseColorTexture": {"index": 0}});
     let (scene, notices) = f.read().unwrap();
-    assert_eq!(scene.textures.unwrap().mips, [[255, 0, 0, 255]]);
+    assert_eq!(scene.textures.unwrap().mips[0][..4], [255, 0, 0, 255]);
     assert!(render(&notices).contains("it has no TEXCOORD_0"), "{}", render(&notices));
 }
 

@@ -1,0 +1,206 @@
+//! What extensions say of materials and textures.
+
+use super::{
+    document::Document,
+    import::usable,
+    materials::{Slot, Use},
+    model::Material,
+};
+use crate::diag::Diagnostic;
+use glam::Vec4;
+use gltf::json::material::Material as RawMaterial;
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+/// What extensions add to a material.
+pub(super) fn extend(
+    document: &Document<'_>,
+    raw: &RawMaterial,
+    index: usize,
+    at: &str,
+    m: &mut Material,
+    uses: &mut Vec<Use>,
+    faults: &mut Vec<Diagnostic>,
+) {
+    let Some(others) = raw.extensions.as_ref().map(|e| &e.others) else { return };
+    let stated = match Extensions::deserialize(Value::Object(others.clone())) {
+        Ok(stated) => stated,
+        Err(e) => {
+            faults.push(document.error(format!("materials[{index}].extensions"), e));
+            return;
+        }
+    };
+    let mut add = |slot, info: Option<RawInfo>| {
+        uses.extend(info.map(|info| Use {
+            slot,
+            texture: info.index,
+            set: info.tex_coord,
+            transform: transform(Some(&info.extensions)),
+        }));
+    };
+    m.unlit = stated.unlit.is_some();
+    if let Some(Ior { ior }) = stated.ior {
+        m.face.ior = ior;
+        // 0 is the specification's word for a face that reflects all.
+        if !(ior >= 1.0 || ior == 0.0) || !ior.is_finite() {
+            faults.push(document.error(at, format!("ior {ior} must be 0, or at least 1")));
+        }
+    }
+    if let Some(s) = stated.specular {
+        (m.face.strength, m.face.tint) = (s.specular_factor, s.specular_color_factor.into());
+        if !(0.0..=1.0).contains(&m.face.strength) || !usable(&s.specular_color_factor) {
+            let why =
+                format!("specularFactor {} must lie within 0 to 1, specularColorFactor not below 0", m.face.strength);
+            faults.push(document.error(at, why));
+        }
+        add(Slot::FaceStrength, s.specular_texture);
+        add(Slot::FaceTint, s.specular_color_texture);
+    }
+    if let Some(t) = stated.transmission {
+        m.transmission = t.transmission_factor;
+        if !(0.0..=1.0).contains(&m.transmission) {
+            faults.push(document.error(at, format!("transmissionFactor {} must lie within 0 to 1", m.transmission)));
+        }
+        if m.transmission > 0.0 {
+            add(Slot::Transmission, t.transmission_texture);
+        }
+    }
+    if let Some(c) = stated.clearcoat {
+        m.coat.strength = c.clearcoat_factor;
+        m.coat.roughness = c.clearcoat_roughness_factor;
+        if !(0.0..=1.0).contains(&m.coat.strength) || !(0.0..=1.0).contains(&m.coat.roughness) {
+            let why = format!("clearcoatFactor {} and clearcoatRoughnessFactor {}", m.coat.strength, m.coat.roughness);
+            faults.push(document.error(at, format!("{why} must lie within 0 to 1")));
+        }
+        if m.coat.strength > 0.0 {
+            add(Slot::CoatStrength, c.clearcoat_texture);
+            add(Slot::CoatRoughness, c.clearcoat_roughness_texture);
+            if c.clearcoat_normal_texture.is_some() {
+                faults.push(document.warning(at, "the normal map of its clearcoat is ignored; the coat is smooth"));
+            }
+        }
+    }
+    for name in others.keys().filter(|name| !EXTENSIONS.contains(&name.as_str())) {
+        faults.push(document.warning(at, format!("its extension `{name}` is ignored")));
+    }
+}
+
+/// The extensions of materials that are read.
+const EXTENSIONS: [&str; 6] = [
+    "KHR_materials_unlit",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_clearcoat",
+    "KHR_materials_emissive_strength",
+];
+
+pub(super) fn transform(extensions: Option<&Map<String, Value>>) -> Transform {
+    let stated = extensions.and_then(|e| e.get("KHR_texture_transform"));
+    stated.and_then(|t| Transform::deserialize(t).ok()).unwrap_or_default()
+}
+
+/// `KHR_texture_transform`.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Transform {
+    pub offset: [f32; 2],
+    pub rotation: f32,
+    pub scale: [f32; 2],
+    pub tex_coord: Option<u32>,
+}
+
+impl Default for Transform {
+    fn default() -> Transform {
+        Transform { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2], tex_coord: None }
+    }
+}
+
+impl Transform {
+    /// Columns of the matrix. A rotation turns the image clockwise, whose y points down.
+    pub fn turn(self) -> Vec4 {
+        let (sine, cosine) = self.rotation.sin_cos();
+        let [x, y] = self.scale;
+        Vec4::new(cosine * x, -sine * x, sine * y, cosine * y)
+    }
+}
+
+/// A texture in an extension's object.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct RawInfo {
+    index: usize,
+    #[serde(default)]
+    tex_coord: u32,
+    #[serde(default)]
+    extensions: Map<String, Value>,
+}
+
+/// What a material's extensions say.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Extensions {
+    #[serde(rename = "KHR_materials_unlit")]
+    unlit: Option<Empty>,
+    #[serde(rename = "KHR_materials_ior")]
+    ior: Option<Ior>,
+    #[serde(rename = "KHR_materials_specular")]
+    specular: Option<Specular>,
+    #[serde(rename = "KHR_materials_transmission")]
+    transmission: Option<Transmission>,
+    #[serde(rename = "KHR_materials_clearcoat")]
+    clearcoat: Option<Clearcoat>,
+}
+
+#[derive(Deserialize)]
+struct Empty {}
+
+#[derive(Deserialize)]
+#[serde(default)]
+struct Ior {
+    ior: f32,
+}
+
+impl Default for Ior {
+    fn default() -> Ior {
+        Ior { ior: 1.5 }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Specular {
+    specular_factor: f32,
+    specular_texture: Option<RawInfo>,
+    specular_color_factor: [f32; 3],
+    specular_color_texture: Option<RawInfo>,
+}
+
+impl Default for Specular {
+    fn default() -> Specular {
+        let (strength, tint) = (1.0, [1.0; 3]);
+        Specular {
+            specular_factor: strength,
+            specular_texture: None,
+            specular_color_factor: tint,
+            specular_color_texture: None,
+        }
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Transmission {
+    transmission_factor: f32,
+    transmission_texture: Option<RawInfo>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Clearcoat {
+    clearcoat_factor: f32,
+    clearcoat_texture: Option<RawInfo>,
+    clearcoat_roughness_factor: f32,
+    clearcoat_roughness_texture: Option<RawInfo>,
+    clearcoat_normal_texture: Option<RawInfo>,
+}
