@@ -137,8 +137,7 @@ impl Corners {
 
     fn tangent(&self, row: usize, corner: usize) -> Vec4 {
         let place = self.place(row, corner);
-        let (.., tangent) = self.geometry.more.at(place);
-        let tangent = Vec4::from(tangent);
+        let tangent = Vec4::from(self.geometry.more.tangent(place));
         let node = Mat3::from_mat4(self.nodes[self.geometry.vertices[place].node as usize]);
         let turned = (node * tangent.truncate()).try_normalize().unwrap_or(Vec3::X);
         // What mirrors turns the third axis round.
@@ -165,8 +164,8 @@ impl Corners {
             Held::Position => Value::Vec3(self.position(vertex)),
             Held::Normal => Value::Vec3(self.normal(vertex)),
             Held::Uv => Value::Vec2(Vec2::from(vertex.uv)),
-            Held::SecondUv => Value::Vec2(Vec2::from(self.geometry.more.at(self.place(row, corner)).0)),
-            Held::Color => Value::Vec4(Vec4::from(self.geometry.more.at(self.place(row, corner)).1)),
+            Held::SecondUv => Value::Vec2(Vec2::from(self.geometry.more.uv(self.place(row, corner)))),
+            Held::Color => Value::Vec4(Vec4::from(self.geometry.more.color(self.place(row, corner)))),
             Held::Tangent => Value::Vec4(self.tangent(row, corner)),
             Held::Material => Value::Uint(vertex.material),
             Held::Emitter => Value::Uint(self.emitter(row)),

@@ -73,26 +73,28 @@ impl Scene {
     }
 
     pub(super) fn vertex_table(&self) -> Table {
-        let rows = self.geometry.vertices.len();
-        let more = |i: usize| self.geometry.more.at(i);
-        // Where no vertex has any, one piece stands for all.
-        let vec2 = |some: bool, of: fn(([f32; 2], [f32; 4], [f32; 4])) -> Vec2| match some {
-            true => (0..rows).map(|i| of(more(i))).collect(),
-            false => Pieces::repeat(of(more(0)), rows),
+        let (rows, more) = (self.geometry.vertices.len(), &self.geometry.more);
+        // Where no vertex has any, all have the same.
+        let color = match more.colors.is_empty() {
+            true => Pieces::repeat(Vec4::from(more.color(0)), rows),
+            false => more.colors.iter().map(|c| Vec4::from(*c)).collect(),
         };
-        let vec4 = |some: bool, of: fn(([f32; 2], [f32; 4], [f32; 4])) -> Vec4| match some {
-            true => (0..rows).map(|i| of(more(i))).collect(),
-            false => Pieces::repeat(of(more(0)), rows),
+        let tangent = match more.tangents.is_empty() {
+            true => Pieces::repeat(Vec4::from(more.tangent(0)), rows),
+            false => more.tangents.iter().map(|t| Vec4::from(*t)).collect(),
         };
-        let has = &self.geometry.more;
+        let uv = match more.uvs.is_empty() {
+            true => Pieces::repeat(Vec2::ZERO, rows),
+            false => more.uvs.iter().map(|uv| Vec2::from(*uv)).collect(),
+        };
         Table {
             name: "vertices",
             rows,
             since: None,
             columns: Arc::new([
-                ("second_uv", Column::Vec2(vec2(!has.uvs.is_empty(), |(uv, ..)| uv.into()))),
-                ("color", Column::Vec4(vec4(!has.colors.is_empty(), |(_, color, _)| color.into()))),
-                ("tangent", Column::Vec4(vec4(!has.tangents.is_empty(), |(.., tangent)| tangent.into()))),
+                ("second_uv", Column::Vec2(uv)),
+                ("color", Column::Vec4(color)),
+                ("tangent", Column::Vec4(tangent)),
             ]),
         }
     }
@@ -142,7 +144,7 @@ impl Scene {
         let material = self.materials.get(geometry.vertices[vertices[0]].material as usize);
         let texture = material.and_then(|m| m.emission_texture);
         let second = texture.and_then(|t| self.maps.get(t as usize)).is_some_and(|t| t.set == 1);
-        let uvs = vertices.map(|v| Vec2::from(if second { geometry.more.at(v).0 } else { geometry.vertices[v].uv }));
+        let uvs = vertices.map(|v| Vec2::from(if second { geometry.more.uv(v) } else { geometry.vertices[v].uv }));
         let emission = material.map_or(Vec3::ZERO, |m| m.emission);
         Emitter { corners, radiance, uvs, texture: texture.unwrap_or(NONE), emission }
     }

@@ -64,13 +64,19 @@ pub struct More {
 }
 
 impl More {
-    /// The values of a vertex, those of a vertex without any where there are none.
-    pub fn at(&self, vertex: usize) -> ([f32; 2], [f32; 4], [f32; 4]) {
-        (
-            self.uvs.get(vertex).copied().unwrap_or([0.0; 2]),
-            self.colors.get(vertex).copied().unwrap_or([1.0; 4]),
-            self.tangents.get(vertex).copied().unwrap_or([1.0, 0.0, 0.0, 1.0]),
-        )
+    /// A vertex's second texture coordinates; zeros without.
+    pub fn uv(&self, vertex: usize) -> [f32; 2] {
+        self.uvs.get(vertex).copied().unwrap_or([0.0; 2])
+    }
+
+    /// A vertex's colour; white without.
+    pub fn color(&self, vertex: usize) -> [f32; 4] {
+        self.colors.get(vertex).copied().unwrap_or([1.0; 4])
+    }
+
+    /// A vertex's tangent; an axis without.
+    pub fn tangent(&self, vertex: usize) -> [f32; 4] {
+        self.tangents.get(vertex).copied().unwrap_or([1.0, 0.0, 0.0, 1.0])
     }
 }
 

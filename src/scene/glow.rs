@@ -23,7 +23,7 @@ impl Scene {
             let texture = self.material(&corners).and_then(|m| m.emission_texture);
             let Some(texture) = texture.and_then(|t| self.maps.get(t as usize)) else { return Vec3::ONE };
             let uv = |v: u32| match texture.set {
-                1 => self.geometry.more.at(v as usize).0,
+                1 => self.geometry.more.uv(v as usize),
                 _ => self.geometry.vertices[v as usize].uv,
             };
             mean(pages, texture, corners.map(|v| Vec2::from(uv(v))))
