@@ -18,11 +18,12 @@ fn estimate(s: Surface, start: vec3f, d: Drawn, scattered: f32) -> vec3f {
         return vec3f(0.0);
     }
     return free_share(start, d.direction, FAR) * light / (d.density + scattered);
-#endif
+#else
     if d.density <= 0.0 || all(light <= vec3f(0.0)) || !is_free(start, d.direction, FAR) {
         return vec3f(0.0);
     }
     return light / (d.density + scattered);
+#endif
 }
 
 /// The light that a scattered direction of this density brings, over the radiance: the other half of `estimate`.

@@ -6,9 +6,21 @@ use super::{
 };
 use crate::{
     diag::{Checked, Diagnostic},
-    value::{Value, Values},
+    value::{Type, Value, Values},
 };
 use glam::{Mat4, Vec3};
+
+/// What a frame adds to the values: the camera and the clock.
+/// Matrices are column-major, clip space z in 0..1 (wgpu's), y up.
+pub const FRAME_VALUES: &[(&str, Type)] = &[
+    ("camera_position", Type::Vec3),
+    ("camera_view", Type::Mat4),
+    ("camera_projection", Type::Mat4),
+    ("camera_view_projection", Type::Mat4),
+    ("camera_inverse_view_projection", Type::Mat4),
+    ("frame", Type::Uint),
+    ("time", Type::Float),
+];
 
 /// Whole vertical angle of the camera made up for a scene without one, in radians (60°).
 const DEFAULT_YFOV: f32 = std::f32::consts::FRAC_PI_3;

@@ -78,6 +78,7 @@ mod textures;
 pub use added::{AddedCamera, AddedEnvironment, AddedLight, Additions};
 pub use assets::{AssetHashes, Assets};
 pub use bvh::reach;
+pub use camera::FRAME_VALUES;
 pub use clusters::{CLUSTER, Cluster};
 pub use corners::{Corners, Held};
 pub use environment::Environment;
@@ -494,16 +495,4 @@ pub const FACTS: &[(&str, Type)] = &[
     ("bounds_max", Type::Vec3),
     ("grid_min", Type::Vec3),
     ("grid_max", Type::Vec3),
-];
-
-/// What a frame adds to the values: the camera and the clock.
-/// Matrices are column-major, clip space z in 0..1 (wgpu's), y up.
-pub const FRAME_VALUES: &[(&str, Type)] = &[
-    ("camera_position", Type::Vec3),
-    ("camera_view", Type::Mat4),
-    ("camera_projection", Type::Mat4),
-    ("camera_view_projection", Type::Mat4),
-    ("camera_inverse_view_projection", Type::Mat4),
-    ("frame", Type::Uint),
-    ("time", Type::Float),
 ];
