@@ -37,10 +37,10 @@ class Mesh:
 
 @dataclass
 class Light:
-    kind: str  # "point" or "spot"
+    kind: str  # "point", "spot" or "directional"
     position: np.ndarray
     direction: np.ndarray  # of travel
-    intensity: list  # radiant intensity, RGB
+    intensity: list  # radiant intensity, of a directional light irradiance, RGB
     cos_inner: float = -1.0
     cos_outer: float = -1.0
 
@@ -183,8 +183,8 @@ def metal(surface):
 
 
 def light(l, m):
-    if l["type"] not in ("point", "spot") or "range" in l:
-        raise Unsupported("directional lights and lights with a range are not translated")
+    if "range" in l:
+        raise Unsupported("lights with a range are not translated")
     intensity = [l.get("intensity", 1.0) * c for c in l.get("color", [1, 1, 1])]
     found = Light(l["type"], m[:3, 3], -m[:3, 2] / np.linalg.norm(m[:3, 2]), intensity)
     if l["type"] == "spot":

@@ -31,17 +31,21 @@ ERROR_SAMPLES = 256
 SHARE_OF_BOUNCE_IMAGES = 4
 BOUNCES = (1, 2, 3)
 
-# Scene, camera, samples a pixel of `indirect`.
+# Scene, camera, samples a pixel of `indirect`, and which numbers of bounces have images of their own.
 REFERENCES = [
-    ("hall", "nave", 8192),
-    ("art_gallery", "main", 4096),
-    ("cornell", "front", 4096),
-    ("corridor", "along", 1024),
-    ("empty_room", "inside", 4096),
-    ("two_rooms", "lit", 4096),
-    ("two_rooms", "dark", 64),
-    ("lambert_plane", "above", 64),
-    ("metal_balls", "front", 1024),
+    ("hall", "nave", 8192, BOUNCES),
+    ("art_gallery", "main", 4096, BOUNCES),
+    ("cornell", "front", 4096, BOUNCES),
+    ("corridor", "along", 16384, BOUNCES),
+    ("empty_room", "inside", 4096, BOUNCES),
+    ("two_rooms", "lit", 4096, BOUNCES),
+    ("two_rooms", "dark", 64, BOUNCES),
+    ("lambert_plane", "above", 64, BOUNCES),
+    ("metal_balls", "front", 1024, BOUNCES),
+    ("apartment", "living", 32768, ()),
+    ("atrium", "court", 8192, ()),
+    ("street", "along", 16384, ()),
+    ("workshop", "corner", 8192, ()),
 ]
 # Closed boxes whose walls all emit radiance 1 and have this albedo: no image is needed.
 FURNACES = [("furnace", 0.5), ("furnace_80", 0.8), ("furnace_95", 0.95)]
@@ -63,9 +67,9 @@ def main():
                 enter(args.out, e | {"errors": block_errors(e, args.out)})
         return
     args.out.mkdir(parents=True, exist_ok=True)
-    for scene, camera, samples in REFERENCES:
+    for scene, camera, samples, bounces in REFERENCES:
         if asked(args.names, scene, camera):
-            enter(args.out, make(scene, camera, samples, args.out))
+            enter(args.out, make(scene, camera, samples, bounces, args.out))
     for scene, albedo in FURNACES:
         if asked(args.names, scene, "inside"):
             enter(args.out, furnace(scene, albedo))
@@ -87,7 +91,7 @@ def enter(folder, entry):
     (folder / "references.json").write_text(json.dumps(sorted(entries, key=key), indent=2) + "\n")
 
 
-def make(scene, camera, samples, folder):
+def make(scene, camera, samples, bounces, folder):
     start = time.time()
     loaded = gltf.load(ROOT / "scenes" / scene)
     tracer = light.Tracer(loaded, camera, SIZE, SIZE)
@@ -97,7 +101,7 @@ def make(scene, camera, samples, folder):
     images = {"direct": direct, "indirect": mean, "full": direct + mean}
     counts = {"direct": 1 if tracer.direct_is_exact else samples, "indirect": samples, "full": samples}
     errors = {"direct": 0.0, "indirect": percent(error, mean), "full": percent(error, direct + mean)}
-    for n in BOUNCES:
+    for n in bounces:
         mean, error, _ = light.mean_and_error(tracer, n + 2, fewer, SEED + n)
         name = f"b{n}_indirect"
         images[name], counts[name], errors[name] = mean, fewer, percent(error, mean)
@@ -132,6 +136,8 @@ def block_errors(entry, folder):
     tracer = light.Tracer(gltf.load(ROOT / "scenes" / entry["scene"]), entry["camera"], width, height)
     files = {}
     for name, depth in [("indirect", light.ALL)] + [(f"b{n}_indirect", n + 2) for n in BOUNCES]:
+        if name not in entry["files"]:
+            continue
         samples = min(entry["samples"][name], ERROR_SAMPLES)
         parts, _ = light.passes(tracer, depth, samples, SEED + 55_555 + depth)
         if not np.any(parts):

@@ -56,6 +56,8 @@ def build(scene):
         rgb = {"type": "rgb", "value": list(l.intensity)}
         if l.kind == "point":
             d[f"light{i}"] = {"type": "point", "position": l.position.tolist(), "intensity": rgb}
+        elif l.kind == "directional":
+            d[f"light{i}"] = {"type": "directional", "direction": l.direction.tolist(), "irradiance": rgb}
         else:
             d[f"light{i}"] = {
                 "type": "gltf_spot",

@@ -14,6 +14,8 @@ ENVIRONMENT = {"PATH": f"{HOME}/bin:/usr/bin:/bin", "RAYPATH": f".:{HOME}/lib"}
 
 # Radiance has no lights without size: a lamp is a ball of this radius (m), far smaller than any distance lit from it.
 LAMP_RADIUS = 1e-3
+# Nor directional ones: the sun is a disc of this many degrees.
+SUN_ANGLE = 0.01
 
 # Brightness of a spot in the direction D of the ray that looks at it: KHR_lights_punctual's cone.
 # A1 to A3: direction of the light; A4: cos outer; A5: cos inner − cos outer.
@@ -59,6 +61,12 @@ def picture(m, index, folder):
 
 
 def lamp(l, index):
+    if l.kind == "directional":
+        radiance = [i / (np.pi * np.sin(np.radians(SUN_ANGLE / 2)) ** 2) for i in l.intensity]
+        return (
+            f"void light lamp{index} 0 0 3 {numbers(radiance)}\n"
+            f"lamp{index} source sun{index} 0 0 4 {numbers(-l.direction)} {SUN_ANGLE}"
+        )
     radiance = [i / (np.pi * LAMP_RADIUS**2) for i in l.intensity]
     pattern, text = "void", ""
     if l.kind == "spot":

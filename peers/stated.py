@@ -11,6 +11,8 @@ import peer
 
 def render(command, name, scene, args, settings):
     """Runs `command JOB.json FOLDER` and yields the lines of JSON that it prints. Ends this one where it fails."""
+    if any(light.kind == "directional" for light in scene.lights):
+        peer.absent(f"{name}: directional lights are not translated")
     folder = (args.out / name).resolve()
     folder.mkdir(parents=True, exist_ok=True)
     job = folder / "job.json"

@@ -59,6 +59,15 @@ impl Document {
         self.material(name, albedo, json!({ "emissiveFactor": radiance }), None)
     }
 
+    /// A black surface that gives off `radiance`, of any strength, from its front.
+    pub fn glowing(&mut self, name: &str, radiance: [f64; 3]) -> Material {
+        // glTF's factors are at most 1.
+        let most = radiance.into_iter().fold(0.0, f64::max);
+        let strength = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": round(most) } });
+        let factor = radiance.map(|r| round(r / most));
+        self.material(name, [0.0; 3], json!({ "emissiveFactor": factor, "extensions": strength }), None)
+    }
+
     /// A Lambert surface whose albedo is a PNG image (sRGB).
     pub fn textured(&mut self, name: &str, png: &[u8]) -> Material {
         let view = self.view(png, None);
@@ -178,6 +187,14 @@ impl Document {
         self.light(light, position, facing(target - position));
     }
 
+    /// The sun: parallel light that travels from above `from` the origin; `irradiance` on what faces it, a channel.
+    pub fn sun(&mut self, name: &str, from: DVec3, irradiance: [f64; 3]) {
+        let most = irradiance.into_iter().fold(0.0, f64::max);
+        let color = irradiance.map(|c| round(c / most));
+        let light = json!({ "name": name, "type": "directional", "color": color, "intensity": round(most) });
+        self.light(light, from, facing(-from));
+    }
+
     /// A point light for many places; `candela` times `color` is radiant intensity.
     pub fn lamp(&mut self, name: &str, color: [f64; 3], candela: f64) -> Light {
         // glTF's colours are at most 1.
@@ -224,9 +241,16 @@ impl Document {
             let textures = (0..self.images.len()).map(|image| json!({ "source": image, "sampler": 0 }));
             root["textures"] = textures.collect();
         }
+        let mut used = vec![];
+        if self.materials.iter().any(|m| m["extensions"].is_object()) {
+            used.push("KHR_materials_emissive_strength");
+        }
         if !self.lights.is_empty() {
-            root["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+            used.push("KHR_lights_punctual");
             root["extensions"] = json!({ "KHR_lights_punctual": { "lights": self.lights } });
+        }
+        if !used.is_empty() {
+            root["extensionsUsed"] = json!(used);
         }
         // glTF forbids empty lists.
         for (name, list) in [

@@ -3,6 +3,8 @@
 //! The same bytes on every run: there is no randomness, and coordinates are rounded where systems' mathematics differ.
 //! It shares no code with lightgraph's scene reader, so that one can check the other.
 
+mod apartment;
+mod atrium;
 mod corridor;
 mod figure;
 mod gallery;
@@ -14,6 +16,8 @@ mod open_air;
 mod paintings;
 mod rooms;
 mod shapes;
+mod street;
+mod workshop;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -33,6 +37,10 @@ fn outputs() -> Vec<Output> {
         ("hall", hall::hall()),
         ("art_gallery", gallery::gallery()),
         ("corridor", corridor::corridor()),
+        ("apartment", apartment::apartment()),
+        ("atrium", atrium::atrium()),
+        ("street", street::street()),
+        ("workshop", workshop::workshop()),
         ("furnace", rooms::furnace(0.5)),
         ("furnace_80", rooms::furnace(0.8)),
         ("furnace_95", rooms::furnace(0.95)),
@@ -61,6 +69,10 @@ fn outputs() -> Vec<Output> {
         ("hall_glossy.ron", hall::GLOSSY),
         ("hall_moving.ron", hall::MOVING),
         ("art_gallery.ron", gallery::SCENE),
+        ("apartment.ron", apartment::SCENE),
+        ("atrium.ron", atrium::SCENE),
+        ("street.ron", street::SCENE),
+        ("workshop.ron", workshop::SCENE),
         ("lambert_plane.ron", rooms::PLANE_SCENE),
         ("metal_balls.ron", rooms::BALLS_SCENE),
         ("phong_balls.ron", rooms::PHONG_BALLS),

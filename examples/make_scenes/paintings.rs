@@ -1,4 +1,4 @@
-//! Two small paintings for the gallery's textures, as PNG files.
+//! Small pictures for textures, as PNG files.
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
@@ -49,6 +49,46 @@ pub fn composition() -> Vec<u8> {
     })
 }
 
+/// Four boards of a wooden floor.
+pub fn boards() -> Vec<u8> {
+    encode(|x, y| {
+        let board = y / 16;
+        let tone = f64::from(hash(board, 7) % 100) / 100.0;
+        let vein = (f64::from(x) * 0.1 + 5.0 * tone).sin() * 6.0 + (f64::from(y % 16) * 0.8).sin() * 5.0;
+        let base = mix([172, 128, 84], [208, 162, 112], tone);
+        let seam = if y % 16 == 0 { 40 } else { 0 };
+        base.map(|c| (i32::from(c) + vein.round() as i32 - seam).clamp(0, 255) as u8)
+    })
+}
+
+/// A rug: a border, and diamonds inside.
+pub fn rug() -> Vec<u8> {
+    encode(|x, y| {
+        let (across, along) = (x.abs_diff(31).max(1), y.abs_diff(31).max(1));
+        if across > 27 || along > 27 {
+            return [120, 28, 30];
+        }
+        match (across + along) / 8 % 3 {
+            0 => [196, 168, 120],
+            1 => [150, 44, 40],
+            _ => [46, 62, 96],
+        }
+    })
+}
+
+/// Courses of brick.
+pub fn bricks() -> Vec<u8> {
+    encode(|x, y| {
+        let course = y / 8;
+        let shifted = (x + 8 * (course % 2)) % 64;
+        if y % 8 == 0 || shifted % 16 == 0 {
+            return [176, 168, 156];
+        }
+        let tone = f64::from(hash(shifted / 16, course) % 100) / 100.0;
+        mix([142, 70, 52], [178, 98, 70], tone)
+    })
+}
+
 /// 1 at `center`, falling smoothly to 0 at `width` from it.
 fn bump(x: f64, center: f64, width: f64) -> f64 {
     let t = 1.0 - ((x - center) / width).abs().min(1.0);
@@ -61,7 +101,7 @@ fn mix(a: [u8; 3], b: [u8; 3], t: f64) -> [u8; 3] {
 }
 
 /// A fixed scramble of two integers (the mixing steps of PCG, O'Neill 2014).
-fn hash(x: u32, y: u32) -> u32 {
+pub fn hash(x: u32, y: u32) -> u32 {
     let state =
         (x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663)).wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);

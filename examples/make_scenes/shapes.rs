@@ -211,3 +211,40 @@ pub fn panel(width: f64, height: f64) -> Mesh {
     mesh.quad([DVec3::new(-x, -y, 0.0), DVec3::new(x, -y, 0.0), DVec3::new(x, y, 0.0), DVec3::new(-x, y, 0.0)]);
     mesh
 }
+
+/// An opening of a wall: from and to along the wall, from and to above its foot. Metres.
+pub type Opening = [f64; 4];
+
+/// A wall along +X from the origin, its thickness about the middle of Z, with openings that do not overlap along it.
+pub fn pierced_wall(length: f64, height: f64, thickness: f64, openings: &[Opening]) -> Mesh {
+    let depth = thickness / 2.0;
+    let mut mesh = Mesh::new();
+    let mut part = |from: f64, to: f64, low: f64, high: f64| {
+        if to > from && high > low {
+            mesh.add(block(DVec3::new(from, low, -depth), DVec3::new(to, high, depth)));
+        }
+    };
+    let mut reached = 0.0;
+    for &[from, to, low, high] in openings {
+        part(reached, from, 0.0, height);
+        part(from, to, 0.0, low);
+        part(from, to, high, height);
+        reached = to;
+    }
+    part(reached, length, 0.0, height);
+    mesh
+}
+
+/// A horizontal rectangle that faces up, in `columns` × `rows` squares that each carry the whole of a texture.
+pub fn tiles(min: DVec3, size: DVec2, columns: usize, rows: usize) -> Mesh {
+    let step = size / DVec2::new(columns as f64, rows as f64);
+    let mut mesh = Mesh::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let low = min + DVec3::new(step.x * column as f64, 0.0, step.y * row as f64);
+            let p = |x: f64, z: f64| low + DVec3::new(x * step.x, 0.0, z * step.y);
+            mesh.quad([p(0.0, 1.0), p(1.0, 1.0), p(1.0, 0.0), p(0.0, 0.0)]);
+        }
+    }
+    mesh
+}
