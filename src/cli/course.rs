@@ -29,9 +29,12 @@ pub(super) struct Named {
 }
 
 impl Named {
-    /// What a sweep sets of it.
+    /// Its own defaults, then what a sweep sets of it.
     pub fn settings(&self, sweep: &Sweep) -> Vec<Vec<(String, String)>> {
-        sweep.settings(|name| self.project.graph.params.iter().any(|(n, _)| n.value == name))
+        let mut all = vec![vec![]];
+        let swept = sweep.settings(|name| self.project.graph.params.iter().any(|(n, _)| n.value == name));
+        all.extend(swept.into_iter().filter(|setting| !setting.is_empty()));
+        all
     }
 }
 
@@ -145,7 +148,8 @@ impl<'a> Course<'a> {
                     self.leave_out(&target, slow)?;
                 } else {
                     let (seconds, subject) = self.one(&target, &place)?;
-                    if args.patience.is_some_and(|most| seconds > most) {
+                    // A graph's own defaults stand for themselves: nothing of a sweep is more than they are.
+                    if args.patience.is_some_and(|most| seconds > most) && !setting.is_empty() {
                         slow = Some(Slow { setting, seconds });
                     }
                     let entry = self.results.entries.len() - 1;
