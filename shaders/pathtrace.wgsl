@@ -178,8 +178,13 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var sum: Light;
-    let ray = pixel_ray(id.xy);
     let paths = progress.next - progress.paths;
+    if paths == 0u {
+        textureStore(direct, id.xy, vec4f(0.0, 0.0, 0.0, 1.0));
+        textureStore(indirect, id.xy, vec4f(0.0, 0.0, 0.0, 1.0));
+        return;
+    }
+    let ray = pixel_ray(id.xy);
 #ifndef CLEAR
     let seen = look(ray.origin, ray.direction);
     if seen.lit {

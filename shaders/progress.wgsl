@@ -1,4 +1,5 @@
-//! How many paths show the same as the next batch and came before it: 0 after the camera, the scene or a parameter changed.
+//! How many paths show the same as the next batch and came before it: 0 after the camera, the scene or a parameter changed. With
+//! WAITS there is no batch in a frame in which something changed.
 #import lightgraph::digest::{add, add_matrix}
 #import lightgraph::random::scramble
 #import lightgraph::geometry::{node_count, nodes}
@@ -52,8 +53,12 @@ fn main() {
     hash = scramble(view.samples + scramble(view.bounces + scramble(view.seed + hash)));
     // 0 is what memory holds before the first frame.
     hash = max(hash, 1u);
-    progress.paths = select(0u, progress.next, progress.content == hash);
+    let same = progress.content == hash;
+    progress.paths = select(0u, progress.next, same);
     // The batches of a frame are alike to one path.
     progress.next = progress.paths + (view.samples + view.batch) / view.batches;
+#ifdef WAITS
+    progress.next = select(0u, progress.next, same);
+#endif
     progress.content = hash;
 }

@@ -3,7 +3,7 @@
 #import lightgraph::surface::Surface
 #import lightgraph::lobe::reflectance
 #import lightgraph::gloss::{lobes, matte, tints}
-#import lightgraph::random::even_pair
+#import lightgraph::random::{even_pair, scramble, unit}
 #import lightgraph::sampling
 #import lightgraph::trace::is_free
 #ifdef CLEAR
@@ -193,6 +193,70 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
 #endif
     }
     return sum;
+}
+
+/// The same with about `samples` points in all, most on the triangles that would give most without shadows; those that would give
+/// less than a point's share are left to chance. Where the `first` points on a triangle see all of it, or none, no others are asked.
+fn chosen_emitters(s: Surface, start: vec3f, samples: u32, first: u32, shift: u32) -> vec3f {
+    let count = arrayLength(&emitters);
+    var total = 0.0;
+    for (var i = 0u; i < count; i++) {
+        total += unshadowed(emitters[i], s, start);
+    }
+    if total <= 0.0 {
+        return vec3f(0.0);
+    }
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < count; i++) {
+        let e = emitters[i];
+        let expected = unshadowed(e, s, start) * f32(samples) / total;
+        if expected <= 0.0 || expected < unit(scramble(shift + i)) {
+            continue;
+        }
+        let points = u32(ceil(expected));
+        var all = 0.0;
+        var arrived = 0.0;
+        var shine = vec3f(0.0);
+        var asked = 0u;
+        while asked < points {
+            if asked == first && (arrived == 0.0 || arrived == all) {
+                break;
+            }
+            let p = towards(e, start, even_pair(asked, shift + i));
+            asked++;
+            let cosine = dot(s.normal, p.direction);
+            if cosine <= 0.0 || p.density <= 0.0 {
+                continue;
+            }
+            let angle = e.density * e.area / p.density;
+            all += cosine * angle;
+            if is_free(start, p.direction, REACH * p.distance) {
+                arrived += cosine * angle;
+#ifdef SPECULAR
+                shine += lobes(s, p.direction) * angle;
+#endif
+            }
+        }
+        if all > 0.0 {
+            let whole = form(e, start, s.normal) / min(expected, 1.0);
+            sum += e.radiance * (matte(s) / 3.14159265359 * whole * (arrived / all) + tints(s) * shine / f32(asked));
+        }
+    }
+    return sum;
+}
+
+/// About what an emitter would give a surface without shadows, the sum of the channels: more than nothing wherever it gives some.
+fn unshadowed(e: Emitter, s: Surface, start: vec3f) -> f32 {
+    let offset = (e.a + e.b + e.c) / 3.0 - start;
+    let across = cross(e.b - e.a, e.c - e.a);
+    let reach = max(max(dot(e.a - start, s.normal), dot(e.b - start, s.normal)), dot(e.c - start, s.normal));
+    if dot(across, start - e.a) <= 0.0 || reach <= 0.0 {
+        return 0.0;
+    }
+    let square = dot(offset, offset);
+    let way = offset * inverseSqrt(max(square, 1e-20));
+    let cosines = max(dot(s.normal, way), 0.05) * max(-dot(normalize(across), way), 0.05);
+    return cosines * e.area / (square + e.area) * dot(e.radiance, vec3f(1.0));
 }
 
 /// An estimate of the same from one point chosen by power, weighed against a direction drawn by `lobe::scatter` with

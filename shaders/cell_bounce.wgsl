@@ -1,0 +1,37 @@
+//! A bounce between the cells: what each sends on of the light that it had, along all links at once.
+#import lightgraph::cells::{NO_CELL, PLACES}
+#import lightgraph::rays::unpack
+
+const LINKS: u32 = #{LINKS}u;
+var<storage, read> keys: array<u32>;
+var<storage, read> link_rays: array<vec4u>;
+/// Irradiance over pi of one bounce and more: before this bounce, after it.
+var<storage, read> before: array<vec4f>;
+var<storage, read_write> after: array<vec4f>;
+
+@compute @workgroup_size(64)
+fn cell_bounce(@builtin(global_invocation_id) id: vec3u) {
+    let cell = id.x;
+    if cell >= PLACES || keys[cell] == 0u {
+        return;
+    }
+    var lit = vec3f(0.0);
+    // Sent on by cells found; albedo met in cells that are not kept, and what the others have on the mean.
+    var sent = vec3f(0.0);
+    var lost = vec3f(0.0);
+    var mean = vec4f(0.0);
+    for (var i = 0u; i < LINKS; i++) {
+        let at = 2u * (cell * LINKS + i);
+        let met = unpack(link_rays[at], link_rays[at + 1u]);
+        lit += met.lit;
+        if met.cell != NO_CELL {
+            let light = before[met.cell].rgb;
+            sent += met.albedo * light;
+            mean += vec4f(light, 1.0);
+        } else {
+            lost += met.albedo;
+        }
+    }
+    let light = lit + sent + lost * mean.rgb / max(mean.a, 1.0);
+    after[cell] = vec4f(light / f32(LINKS), 1.0);
+}

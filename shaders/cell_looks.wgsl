@@ -1,0 +1,48 @@
+//! From where their rays leave, the cells look at emitters: as many points on each as its power says.
+#import lightgraph::cells::PLACES
+#import lightgraph::emitters::draw
+#import lightgraph::packed_light
+#import lightgraph::random::{next, next_pair, scramble}
+#import lightgraph::rays::unpack
+#import lightgraph::trace::{is_free, leave}
+
+const LINKS: u32 = #{LINKS}u;
+const KEPT: u32 = #{KEPT}u;
+var<uniform> cell_samples: u32;
+var<storage, read> keys: array<u32>;
+var<storage, read> met_by: array<vec4u>;
+var<storage, read> kept: array<u32>;
+/// What the place that a ray leaves has of emitters, as a white surface would send it on.
+var<storage, read_write> link_emission: array<vec2u>;
+
+/// Rays end this share before an emitter, which would be in its own way.
+const REACH: f32 = 0.9999;
+
+@compute @workgroup_size(64)
+fn cell_looks(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let at_once = 64u * groups.x / LINKS;
+    if id.x >= at_once * LINKS {
+        return;
+    }
+    let link = id.x % LINKS;
+    for (var place = id.x / LINKS; place < PLACES; place += at_once) {
+        let key = keys[place];
+        if key == 0u {
+            continue;
+        }
+        let row = kept[place * KEPT + link % KEPT] & 0x3fffffu;
+        let here = unpack(met_by[2u * row], met_by[2u * row + 1u]);
+        let start = leave(here.position, here.normal);
+        var state = scramble(key + scramble(link));
+        var straight = vec3f(0.0);
+        for (var i = 0u; i < cell_samples; i++) {
+            let choice = (f32(link * cell_samples + i) + next(&state)) / f32(LINKS * cell_samples);
+            let p = draw(start, choice, next_pair(&state));
+            let cosine = dot(here.normal, p.direction);
+            if p.density > 0.0 && cosine > 0.0 && is_free(start, p.direction, REACH * p.distance) {
+                straight += p.radiance * cosine / (3.14159265359 * p.density * f32(cell_samples));
+            }
+        }
+        link_emission[place * LINKS + link] = packed_light::pack(straight);
+    }
+}

@@ -1,0 +1,30 @@
+//! What the bounces to come would add, all together: changes shrink by the same share from bounce to bounce in the end.
+#import lightgraph::cells::PLACES
+
+var<storage, read> before: array<vec4f>;
+var<storage, read> after: array<vec4f>;
+var<storage, read_write> change: array<f32>;
+
+const LANES: u32 = 128u;
+var<workgroup> sums: array<f32, LANES>;
+
+/// Element 0: the share; 1: the change of the last bounce. The sum over the cells of what the bounce before changed is kept.
+@compute @workgroup_size(LANES)
+fn cell_tail(@builtin(local_invocation_id) id: vec3u) {
+    var sum = 0.0;
+    for (var i = id.x; i < PLACES; i += LANES) {
+        sum += dot(after[i].rgb - before[i].rgb, vec3f(1.0));
+    }
+    sums[id.x] = sum;
+    for (var step = LANES / 2u; step > 0u; step /= 2u) {
+        workgroupBarrier();
+        if id.x < step {
+            sums[id.x] += sums[id.x + step];
+        }
+    }
+    if id.x == 0u {
+        let last = change[1];
+        change[0] = clamp(select(0.0, sums[0] / last, last > 0.0), 0.0, 0.98);
+        change[1] = sums[0];
+    }
+}

@@ -1,0 +1,37 @@
+//! The cells that rays met: a ray's key becomes its cell's place, and each cell keeps some of the rays that met it, chosen by
+//! chance: the smallest of their scrambled numbers, whoever comes first.
+#import lightgraph::cells::NO_CELL
+#import lightgraph::find_cell::find
+#import lightgraph::random::scramble
+
+const COUNT: u32 = #{COUNT}u;
+const SCOUTS: u32 = #{SCOUTS}u;
+var<storage, read_write> gathered: array<vec4u>;
+#ifdef KEEPS
+/// Numbers of rays, KEPT a cell: chance in the upper 10 bits.
+var<storage, read_write> kept: array<atomic<u32>>;
+const KEPT: u32 = #{KEPT}u;
+#endif
+
+@compute @workgroup_size(64)
+fn find_cells(@builtin(global_invocation_id) id: vec3u) {
+    let index = id.x;
+    if index >= COUNT {
+        return;
+    }
+    let key = gathered[2u * index + 1u].w;
+    if key == 0u {
+        gathered[2u * index + 1u].w = NO_CELL;
+        return;
+    }
+    let place = find(key);
+    gathered[2u * index + 1u].w = place;
+#ifdef KEEPS
+    if place != NO_CELL {
+        for (var i = 0u; i < KEPT; i++) {
+            let first = select(0x80000000u, 0u, index >= SCOUTS || i % 2u == 0u);
+            atomicMin(&kept[place * KEPT + i], first | (scramble(index + (i << 24u)) & 0x7fc00000u) | index);
+        }
+    }
+#endif
+}

@@ -1,0 +1,56 @@
+//! Rays of the first bounce from points that the camera sees: one pixel of each tile.
+#import lightgraph::camera::pixel_ray
+#import lightgraph::cell_keys::insert
+#import lightgraph::cells::key_of
+#import lightgraph::gloss::matte
+#import lightgraph::hit::look
+#import lightgraph::random::{even_pair, seed}
+#import lightgraph::rays::{Ray, pack}
+#import lightgraph::sampling::cosine_direction
+#import lightgraph::seen::seen_at
+#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::tiles::{point_pixel, points_across}
+#import lightgraph::trace::leave
+#ifdef LIGHTS
+#import lightgraph::irradiance::irradiance
+#endif
+
+var<uniform> rays: u32;
+var<storage, read_write> gathered: array<vec4u>;
+
+/// Points of each 4x4 share one even sequence, each with a stretch of it.
+@compute @workgroup_size(8, 8)
+fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
+    let across = points_across();
+    if any(id.xy >= across) {
+        return;
+    }
+    let index = (id.y * across.x + id.x) * rays + id.z;
+    var found = Ray();
+    let pixel = point_pixel(id.xy);
+    let seen = seen_at(pixel);
+    if is_lit(seen.albedo) {
+        let ray = pixel_ray(pixel);
+        let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+        let place = id.x % 4u + 4u * (id.y % 4u);
+        let u = even_pair(place * rays + id.z, seed(id.xy / 4u, 0u));
+        let direction = cosine_direction(s.normal, u);
+        let met = look(leave(s.position, s.normal + s.view), direction);
+        // Where nothing is met the way it went, as if from far away.
+        found.position = s.position + min(met.distance, 1e4) * direction;
+        found.normal = -direction;
+        if met.lit {
+            found.position = met.surface.position;
+            found.normal = met.surface.normal;
+            found.albedo = matte(met.surface);
+            found.cell = key_of(met.surface.position, met.surface.normal);
+            insert(found.cell);
+#ifdef LIGHTS
+            found.lit = irradiance(met.surface.position, met.surface.normal, met.start);
+#endif
+        }
+    }
+    let packed = pack(found);
+    gathered[2u * index] = packed[0];
+    gathered[2u * index + 1u] = packed[1];
+}

@@ -1,0 +1,46 @@
+//! What rays met, kept: a point on a surface in two times four words.
+#define_import_path lightgraph::rays
+#import lightgraph::octahedron::{fold, unfold}
+#import lightgraph::packed_light
+
+struct Ray {
+    position: vec3f,
+    /// Unit, on the side met.
+    normal: vec3f,
+    albedo: vec3f,
+    /// Irradiance from the scene's lights over pi; once connected, the radiance that it brings straight from lights and emitters.
+    lit: vec3f,
+    /// Of its cell: the key, then the place; 0 or NO_CELL for none.
+    cell: u32,
+}
+
+/// Steps of the root of what an albedo lacks to 1; see `packed_surface`.
+const STEPS: vec3f = vec3f(2047.0, 2047.0, 1023.0);
+
+fn pack_normal(normal: vec3f) -> u32 {
+    return pack2x16snorm(fold(normal));
+}
+
+fn unpack_normal(word: u32) -> vec3f {
+    return unfold(unpack2x16snorm(word));
+}
+
+fn pack(r: Ray) -> array<vec4u, 2> {
+    let lack = vec3u(sqrt(clamp(vec3f(1.0) - r.albedo, vec3f(0.0), vec3f(1.0))) * STEPS + 0.5);
+    let colors = lack.r | lack.g << 11u | lack.b << 22u;
+    return array<vec4u, 2>(
+        vec4u(bitcast<vec3u>(r.position), pack_normal(r.normal)),
+        vec4u(packed_light::pack(r.lit), colors, r.cell),
+    );
+}
+
+fn unpack(a: vec4u, b: vec4u) -> Ray {
+    let lack = vec3f(vec3u(b.z & 2047u, b.z >> 11u & 2047u, b.z >> 22u)) / STEPS;
+    return Ray(
+        bitcast<vec3f>(a.xyz),
+        unpack_normal(a.w),
+        vec3f(1.0) - lack * lack,
+        packed_light::unpack(b.xy),
+        b.w,
+    );
+}

@@ -1,0 +1,30 @@
+//! Points from which rays are gathered: one lit pixel of each square tile of the image, if it has any.
+#define_import_path lightgraph::tiles
+#import lightgraph::camera::camera
+#import lightgraph::random::seed
+#import lightgraph::seen::seen_at
+#import lightgraph::surface::is_lit
+
+/// Pixels along a tile.
+const TILE: u32 = #{TILE}u;
+
+/// No normal packs to it.
+const NO_POINT: u32 = 0x80008000u;
+
+fn points_across() -> vec2u {
+    return (camera.screen + TILE - 1u) / TILE;
+}
+
+/// The pixel of a tile: any, but in a tile with lit pixels a lit one.
+fn point_pixel(tile: vec2u) -> vec2u {
+    let first = seed(tile, 77u) % (TILE * TILE);
+    var pixel = vec2u(0u);
+    for (var i = 0u; i < TILE * TILE; i++) {
+        let k = (first + i) % (TILE * TILE);
+        pixel = min(tile * TILE + vec2u(k % TILE, k / TILE), camera.screen - 1u);
+        if is_lit(seen_at(pixel).albedo) {
+            break;
+        }
+    }
+    return pixel;
+}

@@ -1,0 +1,43 @@
+//! Some of the gathered rays go on from where they ended, twice: what they meet is lit by what the image shows, and lights it in turn,
+//! so that it has cells, too; and cells keep places that others see, not those alone that the image's points see.
+#import lightgraph::cell_keys::insert
+#import lightgraph::cells::key_of
+#import lightgraph::hit::look
+#import lightgraph::random::{next_pair, scramble}
+#import lightgraph::rays::{Ray, pack, unpack}
+#import lightgraph::sampling::cosine_direction
+#import lightgraph::trace::leave
+
+/// Rays gathered, and every how many goes on.
+const COUNT: u32 = #{COUNT}u;
+const EACH: u32 = #{EACH}u;
+/// Segments of one that goes on.
+const SEGMENTS: u32 = 2u;
+var<storage, read_write> gathered: array<vec4u>;
+
+@compute @workgroup_size(64)
+fn scout_rays(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= COUNT / EACH {
+        return;
+    }
+    let index = id.x * EACH + id.x % EACH;
+    var here = unpack(gathered[2u * index], gathered[2u * index + 1u]);
+    var state = scramble(index);
+    for (var i = 0u; i < SEGMENTS; i++) {
+        var found = Ray();
+        if here.cell != 0u {
+            let met = look(leave(here.position, here.normal), cosine_direction(here.normal, next_pair(&state)));
+            if met.lit {
+                found.position = met.surface.position;
+                found.normal = met.surface.normal;
+                found.cell = key_of(found.position, found.normal);
+                insert(found.cell);
+            }
+        }
+        let row = COUNT + id.x * SEGMENTS + i;
+        let packed = pack(found);
+        gathered[2u * row] = packed[0];
+        gathered[2u * row + 1u] = packed[1];
+        here = found;
+    }
+}

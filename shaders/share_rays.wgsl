@@ -1,0 +1,156 @@
+//! Indirect light in the image from the rays of the points round each pixel. A ray's end sends light to the pixel as it does to
+//! the point it was traced from, as far as both see it; it counts by how likely the pixel would have met it. Ends near by are
+//! shared with few pixels, far ones with many: what hides one from a pixel but not from its neighbour mostly lies at the distance of what
+//! it hides, or nearer.
+#import lightgraph::camera::{camera, pixel_ray}
+#import lightgraph::gloss::matte
+#import lightgraph::packed_light
+#import lightgraph::photons::{from_source, unpack_source}
+#import lightgraph::rays::unpack_normal
+#import lightgraph::seen::seen_at
+#import lightgraph::surface::{Surface, is_lit, read_record}
+#import lightgraph::tiles::{NO_POINT, TILE, points_across}
+
+struct Params {
+    rays: u32,
+    /// Points to each side.
+    reach: u32,
+}
+var<uniform> params: Params;
+/// See points.wgsl.
+var<storage, read> points: array<vec4u>;
+/// Where rays ended, and which way the surfaces there face, in every other one.
+var<storage, read> gathered: array<vec4u>;
+var<storage, read> light: array<vec2u>;
+var<storage, read> sources: array<vec4u>;
+/// See connect_points.wgsl.
+var<storage, read> shown: array<u32>;
+var indirect: texture_storage_2d<rgba32float, write>;
+
+const NONE: u32 = 0xffffffffu;
+/// Neighbours count whose normals differ by less than acos of this, and whose planes lie closer than this share of
+/// their distance.
+const SAME_NORMAL: f32 = 0.5;
+const SAME_PLANE: f32 = 0.3;
+/// Farther than this many times the way between pixel and point lies what they share.
+const FAR_ENOUGH: f32 = 2.0;
+/// How much more likely than its point a pixel may count to meet an end.
+const MOST: f32 = 4.0;
+/// Steps of distance, each twice the one before.
+const STEPS: u32 = 8u;
+
+/// A point of the image, as a pixel sees it.
+struct Neighbour {
+    /// 0 for one that lies elsewhere.
+    weight: f32,
+    index: u32,
+    position: vec3f,
+    normal: vec3f,
+    /// Steps of distance from which on it shares what it met.
+    step: u32,
+}
+
+/// Metres of a pixel at its distance.
+var<private> footprint: f32;
+
+fn step_of(distance: f32) -> u32 {
+    return u32(clamp(ceil(log2(max(distance / footprint, 1e-6))), 0.0, f32(STEPS - 1u)));
+}
+
+fn neighbour(s: Surface, tile: vec2i, step: vec2i) -> Neighbour {
+    var n = Neighbour();
+    let across = points_across();
+    let at = tile + step;
+    if any(at < vec2i(0)) || any(at >= vec2i(across)) {
+        return n;
+    }
+    n.index = u32(at.y) * across.x + u32(at.x);
+    let point = points[n.index];
+    n.normal = unpack_normal(point.w);
+    if point.w == NO_POINT || dot(n.normal, s.normal) < SAME_NORMAL {
+        return n;
+    }
+    n.position = bitcast<vec3f>(point.xyz);
+    let offset = n.position - s.position;
+    let way = length(offset);
+    if abs(dot(offset, s.normal)) > SAME_PLANE * way {
+        return n;
+    }
+    let edge = vec2i(i32(params.reach));
+    n.weight = select(1.0, 0.5, abs(step.x) == edge.x) * select(1.0, 0.5, abs(step.y) == edge.y);
+    n.step = step_of(FAR_ENOUGH * way);
+    return n;
+}
+
+@compute @workgroup_size(8, 8)
+fn share_rays(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= camera.screen) {
+        return;
+    }
+    let seen = seen_at(id.xy);
+    if !is_lit(seen.albedo) {
+        textureStore(indirect, id.xy, vec4f(0.0, 0.0, 0.0, 1.0));
+        return;
+    }
+    let ray = pixel_ray(id.xy);
+    let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+    let beside = pixel_ray(id.xy + vec2u(1u, 0u));
+    footprint = length(beside.origin + seen.normal.w * beside.direction - s.position);
+    let tile = vec2i(id.xy / TILE);
+    let edge = i32(params.reach);
+    // How many share what lies as far as a step says.
+    var sharing = array<f32, STEPS>();
+    for (var y = -edge; y <= edge; y++) {
+        for (var x = -edge; x <= edge; x++) {
+            let n = neighbour(s, tile, vec2i(x, y));
+            for (var i = 0u; i < STEPS; i++) {
+                sharing[i] += select(0.0, n.weight, i >= n.step);
+            }
+        }
+    }
+    // Where no point lies near enough, those that do lie nearest.
+    for (var i = STEPS - 1u; i > 0u; i--) {
+        sharing[i - 1u] = select(sharing[i - 1u], sharing[i], sharing[i - 1u] == 0.0);
+    }
+    var sum = vec4f(0.0);
+    var straight = vec3f(0.0);
+    for (var y = -edge; y <= edge; y++) {
+        for (var x = -edge; x <= edge; x++) {
+            let n = neighbour(s, tile, vec2i(x, y));
+            if n.weight == 0.0 {
+                continue;
+            }
+            for (var k = 0u; k < params.rays; k++) {
+                let i = shown[n.index * params.rays + k];
+                if i == NONE {
+                    continue;
+                }
+                let source = unpack_source(sources[2u * i], sources[2u * i + 1u]);
+                let step = step_of(distance(source.position, n.position));
+                if step >= n.step {
+                    straight += n.weight / sharing[step] * from_source(source, s.position, s.normal, 1.0);
+                }
+            }
+            for (var k = 0u; k < params.rays; k++) {
+                let end = gathered[2u * (n.index * params.rays + k)];
+                let to_here = bitcast<vec3f>(end.xyz) - s.position;
+                let to_there = bitcast<vec3f>(end.xyz) - n.position;
+                let here2 = max(dot(to_here, to_here), 1e-12);
+                let there2 = max(dot(to_there, to_there), 1e-12);
+                let step = step_of(sqrt(there2));
+                if step < n.step {
+                    continue;
+                }
+                let normal = unpack_normal(end.w);
+                let way_here = to_here * inverseSqrt(here2);
+                let way_there = to_there * inverseSqrt(there2);
+                let meets_here = max(dot(s.normal, way_here), 0.0) * max(-dot(normal, way_here), 0.0) / here2;
+                let meets_there = max(dot(n.normal, way_there), 1e-3) * max(-dot(normal, way_there), 1e-3) / there2;
+                let share = n.weight / sharing[step] * min(meets_here / meets_there, MOST);
+                sum += share * vec4f(packed_light::unpack(light[n.index * params.rays + k]), 1.0);
+            }
+        }
+    }
+    let result = matte(s) * (sum.rgb / max(sum.a, 1e-6) + straight / f32(params.rays));
+    textureStore(indirect, id.xy, vec4f(result, 1.0));
+}

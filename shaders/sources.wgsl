@@ -1,0 +1,55 @@
+//! The photons that light something, in their order.
+#import lightgraph::cells::NO_CELL
+#import lightgraph::photons::{PHOTONS, density_of, sum_of}
+#import lightgraph::packed_light
+
+const LANES: u32 = 128u;
+const EACH: u32 = (PHOTONS + LANES - 1u) / LANES;
+var<storage, read> photon_ends: array<vec4u>;
+var<storage, read> emitted: array<vec4f>;
+/// Two times four words each, as `lightgraph::photons` reads them.
+var<storage, read_write> sources: array<vec4u>;
+struct Count {
+    count: u32,
+    /// `density_of` wants it.
+    scale: f32,
+}
+var<storage, read_write> source_count: Count;
+var<workgroup> counts: array<u32, LANES>;
+
+fn is_source(i: u32) -> bool {
+    return i < PHOTONS && photon_ends[3u * i + 1u].w != NO_CELL;
+}
+
+@compute @workgroup_size(LANES)
+fn gather_sources(@builtin(local_invocation_id) id: vec3u) {
+    var own = 0u;
+    for (var i = 0u; i < EACH; i++) {
+        own += u32(is_source(id.x * EACH + i));
+    }
+    counts[id.x] = own;
+    workgroupBarrier();
+    var at = 0u;
+    var all = 0u;
+    for (var i = 0u; i < LANES; i++) {
+        at += select(0u, counts[i], i < id.x);
+        all += counts[i];
+    }
+    let power = bitcast<f32>(photon_ends[2].x);
+    let scale = 3.14159265359 * f32(PHOTONS) / (max(f32(all), 1.0) * max(power, 1e-30));
+    for (var i = 0u; i < EACH; i++) {
+        let k = id.x * EACH + i;
+        if is_source(k) {
+            let b = photon_ends[3u * k + 1u];
+            let arrived = bitcast<f32>(b.z) + sum_of(emitted[b.w].rgb);
+            // As if it stood for all.
+            let sent = packed_light::pack(packed_light::unpack(b.xy) * f32(all));
+            sources[2u * at] = photon_ends[3u * k];
+            sources[2u * at + 1u] = vec4u(sent, bitcast<u32>(density_of(arrived, scale)), 0u);
+            at++;
+        }
+    }
+    if id.x == 0u {
+        source_count = Count(all, scale);
+    }
+}

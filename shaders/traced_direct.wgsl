@@ -1,0 +1,39 @@
+//! Direct light in the image, with traced shadows: emission, and the first bounce from lights and emitters.
+#import lightgraph::camera::pixel_ray
+#import lightgraph::seen::seen_at
+#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::trace::leave
+#ifdef LIGHTS
+#import lightgraph::traced_lights::traced_light
+#endif
+#ifdef EMITTERS
+#import lightgraph::emitters::chosen_emitters
+#import lightgraph::random::seed
+var<uniform> emitter_samples: u32;
+/// Points on a triangle that tell whether a surface sees all or none of it.
+const FIRST_POINTS: u32 = 4u;
+#endif
+
+var direct: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(direct)) {
+        return;
+    }
+    var light = vec3f(0.0);
+    let seen = seen_at(id.xy);
+    if is_lit(seen.albedo) {
+        let ray = pixel_ray(id.xy);
+        let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+        let start = leave(s.position, s.normal + s.view);
+        light = s.emission;
+#ifdef LIGHTS
+        light += traced_light(s, start);
+#endif
+#ifdef EMITTERS
+        light += chosen_emitters(s, start, emitter_samples, FIRST_POINTS, seed(id.xy, 0u));
+#endif
+    }
+    textureStore(direct, id.xy, vec4f(light, 1.0));
+}
