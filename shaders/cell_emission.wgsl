@@ -1,4 +1,5 @@
-//! Light that comes to the cells straight from emitters: irradiance over pi, the mean over the places that their rays leave.
+//! Light that comes to the cells straight from emitters: irradiance over pi, the mean over the places that their
+//! rays leave.
 #import lightgraph::cells::PLACES
 #import lightgraph::packed_light
 

@@ -1,9 +1,10 @@
-//! From where their rays leave, the cells look at emitters: as many points on each as its power says.
+//! From where their rays leave, the cells look at emitters: as many points on each as its power says. Rays that met
+//! emitters count, too.
 #import lightgraph::cells::PLACES
-#import lightgraph::emitters::draw
+#import lightgraph::emitters::{draw, draw_density}
 #import lightgraph::packed_light
 #import lightgraph::random::{next, next_pair, scramble}
-#import lightgraph::rays::unpack
+#import lightgraph::rays::{unpack, unpack_normal}
 #import lightgraph::trace::{is_free, leave}
 
 const LINKS: u32 = #{LINKS}u;
@@ -12,7 +13,9 @@ var<uniform> cell_samples: u32;
 var<storage, read> keys: array<u32>;
 var<storage, read> met_by: array<vec4u>;
 var<storage, read> kept: array<u32>;
-/// What the place that a ray leaves has of emitters, as a white surface would send it on.
+var<storage, read> link_rays: array<vec4u>;
+/// Before: the emission that a ray met. After: what the place that it leaves has of emitters, as a white surface
+/// would send it on.
 var<storage, read_write> link_emission: array<vec2u>;
 
 /// Rays end this share before an emitter, which would be in its own way.
@@ -39,10 +42,22 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
             let choice = (f32(link * cell_samples + i) + next(&state)) / f32(LINKS * cell_samples);
             let p = draw(start, choice, next_pair(&state));
             let cosine = dot(here.normal, p.direction);
+            // Both by how likely each finds a point (the balance heuristic): some of the points, and one ray.
             if p.density > 0.0 && cosine > 0.0 && is_free(start, p.direction, REACH * p.distance) {
-                straight += p.radiance * cosine / (3.14159265359 * p.density * f32(cell_samples));
+                straight += p.radiance * cosine / (3.14159265359 * f32(cell_samples) * p.density + cosine);
             }
         }
-        link_emission[place * LINKS + link] = packed_light::pack(straight);
+        // What the ray met that leaves there.
+        let index = place * LINKS + link;
+        let emission = packed_light::unpack(link_emission[index]);
+        if any(emission > vec3f(0.0)) {
+            let offset = bitcast<vec3f>(link_rays[2u * index].xyz) - here.position;
+            let way = normalize(offset);
+            let density = max(dot(here.normal, way), 0.0) / 3.14159265359;
+            let faced = -dot(unpack_normal(link_rays[2u * index].w), way);
+            let drawn = f32(cell_samples) * draw_density(emission, length(offset), faced);
+            straight += emission * (density / max(density + drawn, 1e-20));
+        }
+        link_emission[index] = packed_light::pack(straight);
     }
 }

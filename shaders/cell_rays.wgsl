@@ -1,4 +1,5 @@
-//! Rays from the cells: LINKS from each, of the surface where rays met it. What they meet are cells again, the light of which
+//! Rays from the cells: LINKS from each, of the surface where rays met it. What they meet are cells again, the
+//! light of which
 //! they bring, bounce by bounce.
 #import lightgraph::cells::{PLACES, NO_CELL, key_of, key_beside}
 #import lightgraph::find_cell::{find, keys}
@@ -10,6 +11,12 @@
 #import lightgraph::trace::leave
 #ifdef LIGHTS
 #import lightgraph::irradiance::irradiance
+#endif
+
+#ifdef EMITTERS
+#import lightgraph::packed_light
+/// The emission that rays met.
+var<storage, read_write> link_emission: array<vec2u>;
 #endif
 
 const LINKS: u32 = #{LINKS}u;
@@ -60,6 +67,9 @@ fn cell_rays(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) 
             found.lit = irradiance(met.surface.position, met.surface.normal, met.start);
 #endif
         }
+#ifdef EMITTERS
+        link_emission[place * LINKS + link] = packed_light::pack(met.surface.emission);
+#endif
         let packed = pack(found);
         link_rays[2u * (place * LINKS + link)] = packed[0];
         link_rays[2u * (place * LINKS + link) + 1u] = packed[1];

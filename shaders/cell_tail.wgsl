@@ -1,4 +1,5 @@
-//! What the bounces to come would add, all together: changes shrink by the same share from bounce to bounce in the end.
+//! What the bounces to come would add, all together: changes shrink by the same share from bounce to bounce in the
+//! end.
 #import lightgraph::cells::PLACES
 
 var<storage, read> before: array<vec4f>;
@@ -8,7 +9,8 @@ var<storage, read_write> change: array<f32>;
 const LANES: u32 = 128u;
 var<workgroup> sums: array<f32, LANES>;
 
-/// Element 0: the share; 1: the change of the last bounce. The sum over the cells of what the bounce before changed is kept.
+/// Element 0: the share; 1: the change of the last bounce. The sum over the cells of what the bounce before changed
+/// is kept.
 @compute @workgroup_size(LANES)
 fn cell_tail(@builtin(local_invocation_id) id: vec3u) {
     var sum = 0.0;

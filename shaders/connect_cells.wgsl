@@ -1,4 +1,5 @@
-//! The first light of the cells: their rays met some of what lights and emitters light, and each looks at a source, too. What both
+//! The first light of the cells: their rays met some of what lights and emitters light, and each looks at a source,
+//! too. What both
 //! bring takes the place of what the ray met.
 #import lightgraph::cells::{NO_CELL, PLACES}
 #import lightgraph::photons::{density_of, form, from_source, share_of_ray, sum_of, unpack_source}
@@ -44,7 +45,8 @@ fn connect_cells(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgrou
         if met.cell != NO_CELL {
             let arrived = met.lit + emitted[met.cell].rgb;
             let density = density_of(sum_of(arrived), source_count.scale);
-            first = met.albedo * arrived * share_of_ray(form(met.position - here.position, here.normal, met.normal), density, 1.0);
+            let found = form(met.position - here.position, here.normal, met.normal);
+            first = met.albedo * arrived * share_of_ray(found, density, 1.0);
         } else {
             first = met.albedo * met.lit;
         }

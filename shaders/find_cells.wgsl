@@ -1,4 +1,5 @@
-//! The cells that rays met: a ray's key becomes its cell's place, and each cell keeps some of the rays that met it, chosen by
+//! The cells that rays met: a ray's key becomes its cell's place, and each cell keeps some of the rays that met it,
+//! chosen by
 //! chance: the smallest of their scrambled numbers, whoever comes first.
 #import lightgraph::cells::NO_CELL
 #import lightgraph::find_cell::find

@@ -1,4 +1,5 @@
-//! Light that leaves the scene's lights and emitters in equal parts: each goes one way, and what it meets first is a place from
+//! Light that leaves the scene's lights and emitters in equal parts: each goes one way, and what it meets first is
+//! a place from
 //! which light comes again. Those that no cell holds light nothing that is asked for.
 #import lightgraph::cells::{NO_CELL, key_of}
 #import lightgraph::find_cell::find
@@ -18,7 +19,8 @@
 #import lightgraph::emitters::emitters
 #endif
 
-/// Three times four words a photon: where it ended and the normal there; the flux that goes on, over pi, what arrives there of all
+/// Three times four words a photon: where it ended and the normal there; the flux that goes on, over pi, what
+/// arrives there of all
 /// lights, and the cell.
 var<storage, read_write> photon_ends: array<vec4u>;
 
@@ -98,7 +100,8 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
             let cosine = mix(lowest, 1.0, u.x);
             let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
             let axis = select(vec3f(0.0, 1.0, 0.0), light.direction, light.kind == 1u);
-            direction = sampling::in_frame(axis, vec3f(sine * cos(6.28318530718 * u.y), sine * sin(6.28318530718 * u.y), cosine));
+            let turn = 6.28318530718 * u.y;
+            direction = sampling::in_frame(axis, vec3f(sine * cos(turn), sine * sin(turn), cosine));
             origin = light.position;
         }
     }
@@ -147,7 +150,8 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
 #endif
     }
     let sent = packed_light::pack(flux * matte(met.surface) / 3.14159265359);
-    photon_ends[3u * id.x] = vec4u(bitcast<vec3u>(position), pack_normal(select(vec3f(0.0, 1.0, 0.0), met.surface.normal, met.lit)));
+    let normal = select(vec3f(0.0, 1.0, 0.0), met.surface.normal, met.lit);
+    photon_ends[3u * id.x] = vec4u(bitcast<vec3u>(position), pack_normal(normal));
     photon_ends[3u * id.x + 1u] = vec4u(sent, bitcast<u32>(arrived), cell);
     photon_ends[3u * id.x + 2u] = vec4u(bitcast<u32>(all.lights + all.emitters), 0u, 0u, 0u);
 }

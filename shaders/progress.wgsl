@@ -1,4 +1,5 @@
-//! How many paths show the same as the next batch and came before it: 0 after the camera, the scene or a parameter changed. With
+//! How many paths show the same as the next batch and came before it: 0 after the camera, the scene or a parameter
+//! changed. With
 //! WAITS there is no batch in a frame in which something changed.
 #import lightgraph::digest::{add, add_matrix}
 #import lightgraph::random::scramble

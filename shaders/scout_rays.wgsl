@@ -1,4 +1,5 @@
-//! Some of the gathered rays go on from where they ended, twice: what they meet is lit by what the image shows, and lights it in turn,
+//! Some of the gathered rays go on from where they ended, twice: what they meet is lit by what the image shows, and
+//! lights it in turn,
 //! so that it has cells, too; and cells keep places that others see, not those alone that the image's points see.
 #import lightgraph::cell_keys::insert
 #import lightgraph::cells::key_of

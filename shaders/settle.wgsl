@@ -1,4 +1,5 @@
-//! The image of a scene that stays as it is: what the frame gathered counts as so many paths, and paths take its place as they come.
+//! The image of a scene that stays as it is: what the frame gathered counts as so many paths, and paths take its
+//! place as they come.
 struct Progress {
     paths: u32,
     next: u32,

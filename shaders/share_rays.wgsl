@@ -1,6 +1,9 @@
-//! Indirect light in the image from the rays of the points round each pixel. A ray's end sends light to the pixel as it does to
-//! the point it was traced from, as far as both see it; it counts by how likely the pixel would have met it. Ends near by are
-//! shared with few pixels, far ones with many: what hides one from a pixel but not from its neighbour mostly lies at the distance of what
+//! Indirect light in the image from the rays of the points round each pixel. A ray's end sends light to the pixel
+//! as it does to
+//! the point it was traced from, as far as both see it; it counts by how likely the pixel would have met it. Ends
+//! near by are
+//! shared with few pixels, far ones with many: what hides one from a pixel but not from its neighbour mostly lies
+//! at the distance of what
 //! it hides, or nearer.
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::gloss::matte

@@ -102,7 +102,8 @@ fn draw_density(radiance: vec3f, distance: f32, cosine: f32) -> f32 {
 }
 
 /// Irradiance over radiance of an unshadowed triangle of constant radiance, by Lambert's sum over the edges (Baum,
-/// Rushmeier, Winget, "Improving Radiosity Solutions Through the Use of Analytically Determined Form Factors", 1989). What lies
+/// Rushmeier, Winget, "Improving Radiosity Solutions Through the Use of Analytically Determined Form Factors",
+/// 1989). What lies
 /// behind the surface is cut off.
 fn form(e: Emitter, point: vec3f, normal: vec3f) -> f32 {
     let corners = array<vec3f, 3>(e.a - point, e.b - point, e.c - point);
@@ -195,8 +196,10 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
     return sum;
 }
 
-/// The same with about `samples` points in all, most on the triangles that would give most without shadows; those that would give
-/// less than a point's share are left to chance. Where the `first` points on a triangle see all of it, or none, no others are asked.
+/// The same with about `samples` points in all, most on the triangles that would give most without shadows; those
+/// that would give
+/// less than a point's share are left to chance. Where the `first` points on a triangle see all of it, or none, no
+/// others are asked.
 fn chosen_emitters(s: Surface, start: vec3f, samples: u32, first: u32, shift: u32) -> vec3f {
     let count = arrayLength(&emitters);
     var total = 0.0;
@@ -245,7 +248,11 @@ fn chosen_emitters(s: Surface, start: vec3f, samples: u32, first: u32, shift: u3
     return sum;
 }
 
-/// About what an emitter would give a surface without shadows, the sum of the channels: more than nothing wherever it gives some.
+/// Times the area that the square of an emitter's distance is, from which on it is small.
+const LARGE: f32 = 8.0;
+
+/// About what an emitter would give a surface without shadows, the sum of the channels: more than nothing wherever
+/// it gives some.
 fn unshadowed(e: Emitter, s: Surface, start: vec3f) -> f32 {
     let offset = (e.a + e.b + e.c) / 3.0 - start;
     let across = cross(e.b - e.a, e.c - e.a);
@@ -254,6 +261,10 @@ fn unshadowed(e: Emitter, s: Surface, start: vec3f) -> f32 {
         return 0.0;
     }
     let square = dot(offset, offset);
+    // Of one that is large from here the middle says little.
+    if LARGE * e.area > square {
+        return form(e, start, s.normal) * dot(e.radiance, vec3f(1.0));
+    }
     let way = offset * inverseSqrt(max(square, 1e-20));
     let cosines = max(dot(s.normal, way), 0.05) * max(-dot(normalize(across), way), 0.05);
     return cosines * e.area / (square + e.area) * dot(e.radiance, vec3f(1.0));

@@ -1,5 +1,7 @@
-//! Places where light of the scene's lights and emitters arrives, each with an equal part of it, from which surfaces are lit
-//! as from points (Keller, "Instant Radiosity", 1997). Rays that a surface sends out meet the same light. Both count by how likely
+//! Places where light of the scene's lights and emitters arrives, each with an equal part of it, from which
+//! surfaces are lit
+//! as from points (Keller, "Instant Radiosity", 1997). Rays that a surface sends out meet the same light. Both
+//! count by how likely
 //! each comes upon a place (the balance heuristic of Veach, 1997), so that near ones bring no peaks.
 #define_import_path lightgraph::photons
 #import lightgraph::packed_light
@@ -25,7 +27,8 @@ fn unpack_source(a: vec4u, b: vec4u) -> Source {
     return Source(bitcast<vec3f>(a.xyz), unpack_normal(a.w), packed_light::unpack(b.xy), bitcast<f32>(b.z));
 }
 
-/// Density with which a photon comes upon a place where the lights and emitters give so much: `arrived` is the sum of the channels of
+/// Density with which a photon comes upon a place where the lights and emitters give so much: `arrived` is the sum
+/// of the channels of
 /// irradiance over pi, `scale` what sources.wgsl keeps.
 fn density_of(arrived: f32, scale: f32) -> f32 {
     return arrived * scale;
@@ -38,7 +41,8 @@ fn form(offset: vec3f, normal: vec3f, other: vec3f) -> f32 {
     return max(dot(normal, way), 0.0) * max(-dot(other, way), 0.0) / (3.14159265359 * square);
 }
 
-/// Radiance that a white surface sends on of a source that it sees, as rays leave it for the source: `rays` of them for each source asked.
+/// Radiance that a white surface sends on of a source that it sees, as rays leave it for the source: `rays` of them
+/// for each source asked.
 fn from_source(s: Source, position: vec3f, normal: vec3f, rays: f32) -> vec3f {
     let f = form(s.position - position, normal, s.normal);
     return s.intensity * (f * s.density / max(rays * f + s.density, 1e-30));

@@ -8,7 +8,8 @@ struct Ray {
     /// Unit, on the side met.
     normal: vec3f,
     albedo: vec3f,
-    /// Irradiance from the scene's lights over pi; once connected, the radiance that it brings straight from lights and emitters.
+    /// Irradiance from the scene's lights over pi; once connected, the radiance that it brings straight from lights
+    /// and emitters.
     lit: vec3f,
     /// Of its cell: the key, then the place; 0 or NO_CELL for none.
     cell: u32,

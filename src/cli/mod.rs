@@ -33,6 +33,9 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::OnceLock;
 
+/// The graph of a command that is given none.
+const DEFAULT_GRAPH: &str = "lightgraph:graphs/final_gather.ron";
+
 /// A data-driven render-graph framework: graphs in RON, shaders in WGSL.
 #[derive(Debug, clap::Parser)]
 #[command(name = "lightgraph", version, about)]

@@ -19,7 +19,7 @@ use std::time::Instant;
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
     /// The graph file
-    #[arg(value_name = "GRAPH")]
+    #[arg(value_name = "GRAPH", default_value = super::DEFAULT_GRAPH)]
     pub graph: PathBuf,
     /// The scene: a glTF, GLB or scene RON; its ending may be left out, and all of it for a graph that uses none
     #[arg(long, value_name = "SCENE")]

@@ -7,7 +7,8 @@ use std::path::PathBuf;
 /// Opens a window on a graph.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// The graph file; without it, the first of `graphs`
+    /// The graph file, or a glTF or GLB for its scene; without a graph, final_gather for a scene that is given, or else the
+    /// first of `graphs`
     #[arg(value_name = "GRAPH")]
     pub graph: Option<PathBuf>,
     /// The scene: a glTF, GLB or scene RON; without it, the first of `scenes`
@@ -58,17 +59,15 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     use crate::session::Project;
     use crate::view::{Against, Choice, Ended, Script, Start};
 
+    let (graph, scene) = given(args);
     let mut choice = match &args.restore {
         Some(path) => Choice::load(path)?,
-        None => Choice::new(
-            first(args.graph.as_ref(), "graphs", "GRAPH")?,
-            first(args.scene.as_ref(), "scenes", "--scene")?,
-        ),
+        None => Choice::new(first(graph.as_ref(), "graphs", "GRAPH")?, first(scene, "scenes", "--scene")?),
     };
-    if let Some(graph) = &args.graph {
-        choice.graph.clone_from(graph);
+    if let Some(graph) = graph {
+        choice.graph = graph;
     }
-    if let Some(scene) = &args.scene {
+    if let Some(scene) = scene {
         choice.set_scene(scene.clone());
     }
     if let Some(camera) = &args.camera {
@@ -118,6 +117,17 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 pub fn run(_: &Args) -> Result<u8, Failure> {
     let d = crate::diag::Diagnostic::error("this lightgraph was built without its window");
     Err(Failure::Usage(d.help("build it with `--features window`, or use `lightgraph watch`").into()))
+}
+
+/// The graph and the scene that the arguments name: a glTF in the graph's place is a scene, and a scene alone is shown by the graph
+/// that is right anywhere.
+#[cfg(feature = "window")]
+fn given(args: &Args) -> (Option<PathBuf>, Option<&PathBuf>) {
+    let is_scene = |path: &&PathBuf| path.extension().is_some_and(|e| e == "glb" || e == "gltf");
+    let scene = args.scene.as_ref().or(args.graph.as_ref().filter(is_scene));
+    let graph = args.graph.as_ref().filter(|path| !is_scene(path)).cloned();
+    let usual = || Some(PathBuf::from(super::DEFAULT_GRAPH)).filter(|_| scene.is_some() && args.restore.is_none());
+    (graph.or_else(usual), scene)
 }
 
 /// The path given, or the first of a folder.
