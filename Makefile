@@ -33,7 +33,7 @@ bench: driver
 	target/release/lightgraph bench --resume --graphs $(ROWS) --scenes hall,art_gallery --sweep "grid=4;face=16;bounces=2" --images 6 --out out/bench
 
 SWEEP := grid=2,3,4;face=8,16;bounces=1,4;samples=1,4,16,64;rays=1,2,4,16
-BENCHED := cornell_point,room_spot,room_area,empty_room,hall,corridor,two_rooms:lit,furnace_80,atrium,street,workshop
+BENCHED := cornell_point,room_spot,room_area,empty_room,hall,corridor,two_rooms:lit,furnace_80,apartment,atrium,street,workshop
 FINE := graphs/fast_grid.ron,graphs/facing_probes.ron,graphs/inset_grid.ron,graphs/nonuniform_grid.ron,graphs/fast_grid_visible.ron
 SLOW := graphs/indirect_shadow.ron,graphs/moment_visibility.ron
 ROWS := graphs/uniform_grid.ron,graphs/fast_grid.ron,graphs/infinite_bounce.ron
