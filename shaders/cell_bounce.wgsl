@@ -5,6 +5,10 @@
 const LINKS: u32 = #{LINKS}u;
 var<storage, read> keys: array<u32>;
 var<storage, read> link_rays: array<vec4u>;
+#ifdef ENVIRONMENT
+/// Irradiance over pi of the environment.
+var<storage, read> of_environment: array<vec4f>;
+#endif
 /// Irradiance over pi of one bounce and more: before this bounce, after it.
 var<storage, read> before: array<vec4f>;
 var<storage, read_write> after: array<vec4f>;
@@ -33,5 +37,10 @@ fn cell_bounce(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     let light = lit + sent + lost * mean.rgb / max(mean.a, 1.0);
-    after[cell] = vec4f(light / f32(LINKS), 1.0);
+    var sum = light / f32(LINKS);
+#ifdef ENVIRONMENT
+    // No source stands for the environment: cells begin with its light, and have it in every bounce.
+    sum += of_environment[cell].rgb;
+#endif
+    after[cell] = vec4f(sum, 1.0);
 }

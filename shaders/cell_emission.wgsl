@@ -1,11 +1,11 @@
-//! Light that comes to the cells straight from emitters: irradiance over pi, the mean over the places that their
+//! Light that comes to the cells straight from emitters, or from the environment: irradiance over pi, the mean over the places that their
 //! rays leave.
 #import lightgraph::cells::PLACES
 #import lightgraph::packed_light
 
 const LINKS: u32 = #{LINKS}u;
 var<storage, read> keys: array<u32>;
-/// See cell_looks.wgsl.
+/// See cell_looks.wgsl and cell_sky.wgsl.
 var<storage, read> link_emission: array<vec2u>;
 var<storage, read_write> emitted: array<vec4f>;
 

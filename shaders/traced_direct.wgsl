@@ -1,14 +1,19 @@
-//! Direct light in the image, with traced shadows: emission, and the first bounce from lights and emitters.
+//! Direct light in the image, with traced shadows: emission, and the first bounce from lights, emitters and the environment.
 #import lightgraph::camera::pixel_ray
+#import lightgraph::random::seed
 #import lightgraph::seen::seen_at
-#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::surface::{is_lit, is_nothing, read_record}
 #import lightgraph::trace::leave
 #ifdef LIGHTS
 #import lightgraph::traced_lights::traced_light
 #endif
+#ifdef ENVIRONMENT
+#import lightgraph::environment
+#import lightgraph::environment_light::reflected_environment
+var<uniform> environment_samples: u32;
+#endif
 #ifdef EMITTERS
 #import lightgraph::emitters::chosen_emitters
-#import lightgraph::random::seed
 var<uniform> emitter_samples: u32;
 /// Points on a triangle that tell whether a surface sees all or none of it.
 const FIRST_POINTS: u32 = 4u;
@@ -34,6 +39,14 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
 #ifdef EMITTERS
         light += chosen_emitters(s, start, emitter_samples, FIRST_POINTS, seed(id.xy, 0u));
 #endif
+#ifdef ENVIRONMENT
+        light += reflected_environment(s, start, environment_samples, seed(id.xy, 1u));
+#endif
     }
+#ifdef ENVIRONMENT
+    if is_nothing(seen.albedo, seen.normal) {
+        light = environment::radiance(pixel_ray(id.xy).direction);
+    }
+#endif
     textureStore(direct, id.xy, vec4f(light, 1.0));
 }
