@@ -11,6 +11,9 @@ use std::sync::Arc;
 /// More passes, or members of a set, than this are a slip.
 const MOST: usize = 4096;
 
+/// Members of all sets that are named by number: each becomes a resource of its own.
+const MOST_MEMBERS: usize = 4 * MOST;
+
 /// A value by name.
 pub type Value<'v> = &'v dyn Fn(&str) -> Option<Val>;
 
@@ -121,6 +124,15 @@ impl Unroll<'_> {
         index.map(|(_, i)| Val::Int((*i).into())).or_else(|| (self.value)(name))
     }
 
+    /// Counts a pass that a repetition makes.
+    fn made(&mut self, name: &Name) {
+        self.passes += 1;
+        if self.passes == MOST + 1 {
+            let d = Diagnostic::error(format!("repetitions make more than {MOST} passes"));
+            self.faults.push(d.at(&name.span, ""));
+        }
+    }
+
     fn count(&mut self, e: &Expr, indices: Indices, what: &str) -> u32 {
         let fault = match e.eval(&|n| self.lookup(indices, n)) {
             Ok(Val::Int(n)) if (0..=MOST as i64).contains(&n) => return n as u32,
@@ -140,6 +152,12 @@ impl Unroll<'_> {
     fn set(&mut self, name: &Name, r: &Resource) -> Vec<(Name, Resource)> {
         let Some(members) = &r.members else { return vec![(name.clone(), r.clone())] };
         let n = self.count(members, &[], "a number of members");
+        let apart: usize = self.members.values().map(|n| *n as usize).sum();
+        if apart + n as usize > MOST_MEMBERS {
+            let d = Diagnostic::error(format!("sets that are named by number have more than {MOST_MEMBERS} members"));
+            self.faults.push(d.at(&name.span, "with this one"));
+            return vec![];
+        }
         self.members.insert(name.value.clone(), n);
         let member = |i: u32| {
             let mut one = Resource { members: None, ..r.clone() };
@@ -183,11 +201,7 @@ impl Unroll<'_> {
         let mut out = vec![];
         for pass in passes {
             let PassKind::For { count, passes } = &pass.kind else {
-                self.passes += 1;
-                if self.passes == MOST + 1 {
-                    let d = Diagnostic::error(format!("repetitions make more than {MOST} passes"));
-                    self.faults.push(d.at(&pass.name.span, ""));
-                }
+                self.made(&pass.name);
                 if self.passes <= MOST {
                     out.push(self.pass(pass, indices));
                 }
@@ -210,7 +224,12 @@ impl Unroll<'_> {
                 }
                 let mut inner = indices.to_vec();
                 inner.push((pass.name.value.clone(), i));
-                out.extend(self.passes(passes.clone(), &inner));
+                let made = self.passes(passes.clone(), &inner);
+                if made.is_empty() {
+                    // Those that make nothing take time too.
+                    self.made(&pass.name);
+                }
+                out.extend(made);
             }
         }
         out

@@ -55,6 +55,41 @@ fn arithmetic_binds_as_usual() {
     assert_eq!(eval("pow(2.0, 0 - 1)"), Ok(Val::Float(0.5)));
     assert_eq!(eval("abs(0 - 3) + abs(n)"), Ok(Val::Int(8)));
     assert_eq!(eval("n ? on ? 1 : 2 : 3"), Ok(Val::Int(1)));
+    // Those that bind alike go from the left.
+    assert_eq!(eval("7 * 4 % 3"), Ok(Val::Int(1)));
+    assert_eq!(eval("7 % 4 * 3"), Ok(Val::Int(9)));
+    assert_eq!(eval("8 / 4 * 2"), Ok(Val::Int(4)));
+    assert_eq!(eval("8 * 3 / 4 % 4"), Ok(Val::Int(2)));
+    assert_eq!(eval("1 - 2 + 3"), Ok(Val::Int(2)));
+}
+
+#[test]
+fn truths_and_vectors_are_equal_or_not() {
+    for (text, truth) in [
+        ("on == true", true),
+        ("on == false", false),
+        ("on != true", false),
+        ("on != false", true),
+        ("grid == vec3(2, 3, 4)", true),
+        ("grid == vec3(2, 3, 5)", false),
+        ("grid != vec3(2, 3, 4)", false),
+        ("grid != vec3(2, 3, 5)", true),
+        ("n == 5", true),
+        ("n != 5", false),
+        ("n == 5.0", true),
+        ("eps <= 0.5", true),
+        ("eps >= 0.5", true),
+        ("n <= 4", false),
+        ("n >= 6", false),
+        // Comparisons bind alike too: the first gives a truth.
+        ("1 < 2 == true", true),
+    ] {
+        assert_eq!(eval(text), Ok(Val::Bool(truth)), "{text}");
+    }
+    says("grid == vec2(2, 3)", "don't go together");
+    says("at == at", "don't go together");
+    says("grid == n", "don't go together");
+    says("on < on", "don't go together");
 }
 
 #[test]
@@ -126,8 +161,13 @@ fn a_fault_stands_at_its_part_of_the_expression() {
     assert_eq!(d.labels[0].0.text(), "foo");
     let text = "1 + mim(2, 3)";
     assert_eq!(eval(text).unwrap_err().labels[0].0.text(), "mim");
-    let text = "1 + $";
-    assert_eq!(eval(text).unwrap_err().labels[0].0.start, 4);
+    let place = |text| {
+        let span = &eval(text).unwrap_err().labels[0].0;
+        span.start..span.end
+    };
+    assert_eq!(place("1 + $ + 2"), 4..5);
+    assert_eq!(place("1 +"), 3..3);
+    assert_eq!(place("(1"), 2..2);
 }
 
 #[test]
