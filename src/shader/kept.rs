@@ -1,7 +1,7 @@
 //! Shaders as naga_oil joined them, in a folder: who starts again need not join them again. A file that is missing or
 //! broken is made anew. Another build of the program has files of its own: only the one that wrote a module knows its form.
 
-use super::{oil::capabilities, write::Written};
+use super::{limits::on_deep_stack, oil::capabilities, write::Written};
 use crate::caches;
 use crate::caught::caught;
 use crate::content::hash;
@@ -95,7 +95,8 @@ pub fn kept_module(bytes: &[u8]) -> Option<Module> {
         Validator::new(ValidationFlags::all(), capabilities()).validate(&module).ok()?;
         rest.is_empty().then_some(module)
     };
-    caught(checked).flatten()
+    // Reading descends as deep as blocks nest: a shader's limits don't hold here.
+    on_deep_stack(|| caught(checked).flatten()).ok().flatten()
 }
 
 /// Removes the oldest files, a quarter of all, when there are too many.
