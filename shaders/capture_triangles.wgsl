@@ -1,11 +1,9 @@
 //! What a probe sees through a face of its cube, as capture.wgsl has it, of few triangles: each lane looks at all of them, for
-//! eight texels. With BY_FACE a face is a member, and leaves its depths.
+//! eight texels. A face is an instance.
 #import lightgraph::cube
 #import lightgraph::hit
+#import lightgraph::instances
 #import lightgraph::packed_surface::pack
-#ifdef BY_FACE
-#import lightgraph::probe_views::depth_of
-#endif
 #import lightgraph::probe_views::depths
 #import lightgraph::probes
 #import lightgraph::raster::edge
@@ -14,24 +12,10 @@
 struct Params {
     cube_surface_tile: u32,
     cube_surface_columns: u32,
-    cube_surface_count: u32,
     triangles: u32,
 }
 var<uniform> params: Params;
 var cube_surface: texture_storage_2d<rgba32uint, write>;
-#ifdef BY_FACE
-var cube_far: texture_storage_2d<r32float, write>;
-var<storage, read> members: array<u32>;
-
-fn tile_of(id: vec3u) -> u32 {
-    return members[id.z];
-}
-#else
-fn tile_of(id: vec3u) -> u32 {
-    return id.y + 32768u * id.z;
-}
-#endif
-
 /// A place on an edge belongs to what lies to its right, or below: texels, less than the lattice that edges lie on.
 const HAIR = vec2f(1.0 / 16384.0, 1.0 / 65536.0);
 
@@ -126,18 +110,16 @@ fn keep(view: View, texel: vec2u, triangle: u32, inverse: f32) {
     let spread = sqrt(cube::solid_angle(texel, view.edge));
     let at = cube::unplace(view.tile, texel, view.edge, params.cube_surface_columns);
     textureStore(cube_surface, at, pack(hit::record(hit::describe(hit, view.probe, ray, spread))));
-#ifdef BY_FACE
-    textureStore(cube_far, at, vec4f(depth_of(hit.distance * slant)));
-#endif
 }
 
 @compute @workgroup_size(#{LANES})
-fn capture(@builtin(global_invocation_id) id: vec3u) {
+fn capture(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let size = params.cube_surface_tile;
     let across = (size + 3u) / 4u;
-    let first = vec2u(id.x % across * 4u, id.x / across * 2u);
-    let tile = tile_of(id);
-    if first.y >= size || tile >= params.cube_surface_count {
+    let block = instances::within(group).x * #{LANES}u + lane;
+    let first = vec2u(block % across * 4u, block / across * 2u);
+    let tile = instances::number(group);
+    if first.y >= size {
         return;
     }
     let probe = probes::position(probes::coordinates(tile / 6u));

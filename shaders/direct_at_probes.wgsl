@@ -1,12 +1,13 @@
 //! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first bounce.
 //! With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission elsewhere. With
-//! PACKED_SURFACE what the probes see is packed in one texel, and so is the light. A face of a probe is a member. Texels that show nothing send
+//! PACKED_SURFACE what the probes see is packed in one texel, and so is the light. A face of a probe is an instance. Texels that show nothing send
 //! the light of the environment, where the scene has one.
 #import lightgraph::cube
 #ifdef ENVIRONMENT
 #import lightgraph::environment
 #import lightgraph::surface::is_nothing
 #endif
+#import lightgraph::instances
 #import lightgraph::probes
 #import lightgraph::surface::{Record, is_lit, read_record}
 #ifdef PACKED_SURFACE
@@ -50,19 +51,18 @@ var cube_direct: texture_storage_2d<rg32uint, write>;
 #else
 var cube_direct: texture_storage_2d<rgba32float, write>;
 #endif
-var<storage, read> members: array<u32>;
-
 @compute @workgroup_size(8, 8)
-fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
+fn direct_at_probes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     let edge = params.cube_direct_tile;
-    if any(id.xy >= vec2u(edge)) {
+    let texel = 8u * instances::within(group) + local.xy;
+    if any(texel >= vec2u(edge)) {
         return;
     }
-    let face = members[id.z];
-    let at = cube::unplace(face, id.xy, edge, params.cube_direct_columns);
+    let face = instances::number(group);
+    let at = cube::unplace(face, texel, edge, params.cube_direct_columns);
     var light = vec3f(0.0);
     let r = surface_at(at);
-    let ray = cube::direction_beside(face % 6u, id.xy, edge);
+    let ray = cube::direction_beside(face % 6u, texel, edge);
     if is_lit(r.albedo) {
         let probe = probes::position(probes::coordinates(face / 6u));
         let s = read_record(r.albedo, r.normal, probe, ray);
@@ -81,7 +81,7 @@ fn direct_at_probes(@builtin(global_invocation_id) id: vec3u) {
     }
 #ifdef ENVIRONMENT
     if is_nothing(r.albedo, r.normal) {
-        light = environment::mean_radiance(ray, cube::solid_angle(id.xy, edge));
+        light = environment::mean_radiance(ray, cube::solid_angle(texel, edge));
     }
 #endif
 #ifdef PACKED_SURFACE

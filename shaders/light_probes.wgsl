@@ -1,8 +1,9 @@
 //! A bounce in one dispatch, a workgroup a probe: the surfaces that the probe sees are lit, and what they send it is
 //! projected and summed up. With FIRST_BOUNCE by emission and the lights, or with LIT_BEFORE as another pass has lit them; else by
-//! the probes round them, as of the bounce before, and what the first bounce found is added. With BY_PROBE a probe is a member.
+//! the probes round them, as of the bounce before, and what the first bounce found is added. A probe is an instance.
 #import lightgraph::cube
 #import lightgraph::cube_sums
+#import lightgraph::instances
 #import lightgraph::packed_probes::{STEPS, TEXELS, packed_place}
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
@@ -35,9 +36,6 @@ struct Params {
 #endif
 }
 var<uniform> params: Params;
-#ifdef BY_PROBE
-var<storage, read> members: array<u32>;
-#endif
 #ifdef FIRST_BOUNCE
 #ifdef LIT_BEFORE
 var cube_direct: texture_2d<u32>;
@@ -85,11 +83,7 @@ fn light_probes(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-#ifdef BY_PROBE
-    let probe = probes::coordinates(members[group.z]);
-#else
-    let probe = group;
-#endif
+    let probe = probes::coordinates(instances::number(group));
     let edge = params.cube_surface_tile;
     let columns = params.cube_surface_columns;
     let first = cube::corner(probes::number(probe) * 6u, edge, columns);

@@ -1,8 +1,8 @@
 //! Which probes the surfaces that a probe sees take light from: a row of REACH_WORDS words a probe, of whose bits each stands for as many
-//! probes in a row as it takes. With BY_FACE a workgroup a probe finds them; that may be more than there are: of a block of 4x4 texels all
-//! from the lowest to the highest. Else it is all of them.
-#ifdef BY_FACE
+//! probes in a row as it takes. A workgroup a probe finds them; that may be more than there are: of a block of 4x4 texels all
+//! from the lowest to the highest.
 #import lightgraph::cube
+#import lightgraph::instances
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
 #import lightgraph::surface::is_lit
@@ -22,27 +22,24 @@ struct Params {
     cube_surface_columns: u32,
 }
 var<uniform> params: Params;
-var<storage, read> members: array<u32>;
-#endif
 var<storage, read_write> reach: array<u32>;
 
-#ifdef BY_FACE
 var<workgroup> row: array<atomic<u32>, WORDS>;
 
 @compute @workgroup_size(LANES)
 fn probe_reach(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let member = members[group.z];
+    let probe = instances::number(group);
     if lane < WORDS {
         atomicStore(&row[lane], 0u);
     }
     workgroupBarrier();
     let edge = params.cube_surface_tile;
     let along = (edge + BLOCK - 1u) / BLOCK;
-    let eye = probes::position(probes::coordinates(member));
+    let eye = probes::position(probes::coordinates(probe));
     for (var block = lane; block < 6u * along * along; block += LANES) {
         let face = block / (along * along);
         let first = BLOCK * vec2u(block % along, block / along % along);
-        let corner = cube::corner(member * 6u + face, edge, params.cube_surface_columns);
+        let corner = cube::corner(probe * 6u + face, edge, params.cube_surface_columns);
         var low = vec3f(1e30);
         var high = vec3f(-1e30);
         for (var i = 0u; i < BLOCK * BLOCK; i++) {
@@ -59,7 +56,7 @@ fn probe_reach(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     }
     workgroupBarrier();
     if lane < WORDS {
-        reach[member * WORDS + lane] = atomicLoad(&row[lane]);
+        reach[probe * WORDS + lane] = atomicLoad(&row[lane]);
     }
 }
 
@@ -91,13 +88,3 @@ fn mark(low: vec3f, high: vec3f) {
         y = select(y + 1u, lower.y, y == upper.y);
     }
 }
-#else
-
-@compute @workgroup_size(64)
-fn probe_reach(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let word = id.y * groups.x * 64u + id.x;
-    if word < arrayLength(&reach) {
-        reach[word] = 0xffffffffu;
-    }
-}
-#endif

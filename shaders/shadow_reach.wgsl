@@ -1,6 +1,7 @@
 //! Which squares of the lights' shadow maps the surfaces that a probe sees are looked up in, a workgroup a probe: a row of bits, each for as
 //! many squares in a row as it takes. There are 32 by 32 of them in a map, row by row, map after map. What no light reaches is not looked up.
 #import lightgraph::cube
+#import lightgraph::instances
 #import lightgraph::lights
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
@@ -20,14 +21,13 @@ struct Params {
     cube_surface_columns: u32,
 }
 var<uniform> params: Params;
-var<storage, read> members: array<u32>;
 var<storage, read_write> shadow_reach: array<u32>;
 
 var<workgroup> row: array<atomic<u32>, WORDS>;
 
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let member = members[group.z];
+    let probe = instances::number(group);
     let grid = params.grid;
     let words = arrayLength(&shadow_reach) / (grid.x * grid.y * grid.z);
     for (var word = lane; word < words; word += LANES) {
@@ -35,7 +35,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     }
     workgroupBarrier();
     let edge = params.cube_surface_tile;
-    let eye = probes::position(probes::coordinates(member));
+    let eye = probes::position(probes::coordinates(probe));
     for (var i = 0u; i < lights::light_count(); i++) {
         let light = lights::lights[i];
         // Neighbours mostly fall into the same square.
@@ -43,7 +43,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         for (var texel = lane; texel < 6u * edge * edge; texel += LANES) {
             let face = texel / (edge * edge);
             let at = vec2u(texel % edge, texel / edge % edge);
-            let r = surface_at(cube::corner(member * 6u + face, edge, params.cube_surface_columns) + at);
+            let r = surface_at(cube::corner(probe * 6u + face, edge, params.cube_surface_columns) + at);
             if !is_lit(r.albedo) {
                 continue;
             }
@@ -56,7 +56,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     }
     workgroupBarrier();
     for (var word = lane; word < words; word += LANES) {
-        shadow_reach[member * words + word] = atomicLoad(&row[word]);
+        shadow_reach[probe * words + word] = atomicLoad(&row[word]);
     }
 }
 

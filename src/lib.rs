@@ -14,10 +14,10 @@
 //! - [`graph`]: the graph file: tree, expressions, variants, sub-graphs, repetitions, names
 //! - [`shader`]: composition, bindings, reflection, byte layouts
 //! - [`scene`]: glTF, scene RON, poses, tables, a hierarchy of boxes over triangles, simplified triangles
-//! - [`plan`]: wiring, liveness, sets and reductions, what each member of a set sees or reads, order, shared memory, where loops end,
-//!   what each result is made of, what changed, which part of it is drawn again, what came out alike, how much work it is
-//! - [`gpu`]: device, memory, pipelines, execution, timing, readback, digests of tiles
-//! - [`session`]: from files to frames, and what a frame finds out ahead; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
+//! - [`plan`]: wiring, liveness, sets and reductions, dirty bits, order, lifetimes and shared memory, where loops end, the inputs
+//!   of each step and the fingerprints made from them, what changed, how much work it is
+//! - [`gpu`]: device, memory, pipelines, execution, timing, readback, lists of dirty instances
+//! - [`session`]: from files to frames; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
 //! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - [`builtin`]: the graphs and shaders that the binary carries

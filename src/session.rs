@@ -1,7 +1,5 @@
 //! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
 
-mod ahead;
-
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::gpu::{self, Frame, FrameReport, Gpu, Memory, Prepared, Timing};
@@ -10,19 +8,16 @@ use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::change::{self, Held, Selection, Why};
 use crate::plan::fastest::Choices;
-use crate::plan::ingredient::Kind;
-use crate::plan::keys::{Keys, Version};
-use crate::plan::outside::Outside;
-use crate::plan::region::Seen;
+use crate::plan::inputs::Kind;
+use crate::plan::keys::Keys;
 use crate::plan::request::{Request, tolerances};
-use crate::plan::{Action, Plan, ResourceId, StepId, cull, lint, masked, region, request};
+use crate::plan::scene_inputs::SceneInputs;
+use crate::plan::{Action, Plan, ResourceId, StepId, cull, lint, request};
 use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};
 use crate::shader::Library;
 use crate::shader::report::{self, Failed};
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
-use ahead::{Ahead, Contents};
-use glam::Mat4;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -189,25 +184,11 @@ pub struct Session {
     /// The texts that the plan's shaders were made from.
     texts: Library,
     prepared: Prepared,
-    /// The steps that run member by member.
-    apart: region::Apart,
     keys: Keys,
     held: Held,
     /// What the uploaded tables and the rest of the scene are, hashed.
-    outside: Outside,
+    inputs: SceneInputs,
     tables: Tables,
-    /// Frusta that the device made, by the version of the buffer that holds them.
-    frusta: BTreeMap<Version, Arc<Vec<Mat4>>>,
-    /// Depths that the device made and the host has read, by their version.
-    depths: BTreeMap<Version, Arc<Image>>,
-    /// What the device made and the host has read.
-    masks: masked::Masks,
-    /// What the members of draws see, by their frusta alone.
-    seen: BTreeMap<usize, Seen>,
-    /// What the results of steps are compared by.
-    contents: Contents,
-    /// The versions of the frusta by which the draws' members were last looked at; `None` when things have moved since.
-    looked: Option<Vec<Version>>,
     /// The tables are on the device.
     uploaded: bool,
     /// Number, time and shift of the last frame.
@@ -245,7 +226,7 @@ impl Session {
         };
         let scene = same_scene(scene.into(), previous);
         let hashes = match previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)) {
-            Some(previous) => previous.outside.assets,
+            Some(previous) => previous.inputs.assets,
             None => scene.assets().hashes,
         };
         let start = Instant::now();
@@ -259,19 +240,12 @@ impl Session {
         let earlier = previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)).map(|p| &p.tables);
         let tables = tables(&scene, &plan, pose, levels, earlier);
         let began = previous.map_or(0, |p| p.held.frames());
-        let mut outside = Outside::new(&plan, hashes, began, &tables.list)?;
-        outside.alike = previous.map(|p| p.outside.alike.clone()).unwrap_or_default();
-        outside.settled = previous.map(|p| p.outside.settled.clone()).unwrap_or_default();
+        let inputs = SceneInputs::new(&plan, hashes, began, &tables.list)?;
         let keys = Keys::of(&plan, settings.without);
-        let apart = region::steps_apart(&plan);
-        let frusta = previous.map(|p| p.frusta.clone()).unwrap_or_default();
-        let made = change::end(&plan, &keys, &Held::default(), &outside, &values);
-        let known = |id: ResourceId| frusta.get(&made[id.0]).cloned();
-        outside.members = region::seen(&plan, &apart, &tables.list, known, &BTreeMap::new());
         // The memory that verifies begins as the other does, or not at all.
         let earlier = previous.filter(|p| !settings.verify || p.scratch.is_some());
         let kept = match earlier {
-            Some(earlier) => change::carry(&plan, &keys, &earlier.held, &outside, &values),
+            Some(earlier) => change::carry(&plan, &keys, &earlier.held, &inputs, &values),
             None => vec![None; plan.slots.len()],
         };
         let held = Held::new(&plan, &keys, &kept, earlier.map(|e| &e.held));
@@ -298,17 +272,10 @@ impl Session {
             shift,
             texts,
             prepared,
-            apart,
             keys,
             held,
-            outside,
+            inputs,
             tables,
-            frusta,
-            depths: BTreeMap::new(),
-            masks: masked::Masks::new(),
-            seen: BTreeMap::new(),
-            contents: Contents::default(),
-            looked: None,
             uploaded: true,
             last,
             why: vec![],
@@ -323,28 +290,21 @@ impl Session {
     pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
         let pose = self.scene.pose_shifted(time, &self.shift);
         let (values, _) = frame_values(&self.scene, &self.settings, &pose, index)?;
-        let mut ahead = Ahead::of(self.pose(pose)?);
-        self.look(gpu, &values, &mut ahead)?;
-        self.settle(gpu, &values)?;
-        let selection = match self.settings.skip {
-            true => self.compare(gpu, &values, &mut ahead)?,
-            false => change::full(&self.plan, &self.keys, &self.held, &self.outside, &values),
-        };
-        let (timing, tables) = (self.settings.timing, ahead.tables.as_deref());
-        let (run, partly) = (Some(selection.run.as_slice()), Some(&selection.partly));
-        let frame = Frame { values, tables, run, partly, timing };
+        let tables = self.pose(pose)?;
+        self.inputs.frame = self.held.frames();
+        let choose = if self.settings.skip { change::select } else { change::full };
+        let selection = choose(&self.plan, &self.keys, &self.held, &self.inputs, &values);
+        let timing = self.settings.timing;
+        let frame = Frame { values, tables: tables.as_deref(), chosen: Some(&selection), timing };
         self.why.clear();
-        let mut report = self.run(gpu, &frame, &selection)?;
-        let mut why = selection.why.clone();
+        let report = self.run(gpu, &frame, &selection)?;
         self.held.finish(selection.clone());
         if let Some(scratch) = &mut self.scratch {
             let (plan, keys) = (&self.plan, &self.keys);
-            let frame = Frame { tables: ahead.uploaded.as_deref().or(frame.tables), ..frame };
-            scratch.verify(gpu, (plan, keys), (&self.prepared, &self.held), &self.outside, &frame)?;
+            scratch.verify(gpu, (plan, keys), (&self.prepared, &self.held), &self.inputs, &frame)?;
         }
-        ahead.join(&mut report, &mut why, &selection);
         self.last = (index, time, self.shift.clone());
-        self.why = why;
+        self.why = selection.why;
         Ok(report)
     }
 
@@ -375,20 +335,24 @@ impl Session {
         let (values, _) = frame_values(&self.scene, &self.settings, &pose, *index)?;
         // What other steps would have left isn't there.
         self.forget();
-        gpu::execute(gpu, &self.plan, &mut self.prepared, &Frame { values, run: Some(run), ..Frame::default() })
+        gpu::execute(
+            gpu,
+            &self.plan,
+            &mut self.prepared,
+            &Frame { values, chosen: Some(&Selection::of(run)), ..Frame::default() },
+        )
     }
 
     /// Puts nodes and lights where a pose has them; the tables that the device does not hold as they are now.
     fn pose(&mut self, pose: Pose) -> Checked<Option<Vec<Table>>> {
         let mut changed = vec![];
-        if !pose.same_tables(&self.tables.pose) {
+        if !pose.same_tables(&self.tables.pose) || self.tables.settles() {
             let levels = self.tables.levels.clone();
             let tables = tables(&self.scene, &self.plan, pose, levels, Some(&self.tables));
-            self.outside.follow(&self.plan, &self.tables.list, &tables.list)?;
+            self.inputs.follow(&self.plan, &self.tables.list, &tables.list)?;
             let kept = |t: &Table| self.tables.list.iter().any(|before| before.is_clone(t));
             changed.extend(tables.list.iter().filter(|t| !kept(t)).cloned());
             self.tables = tables;
-            self.looked = None;
         }
         if !self.uploaded {
             changed.clone_from(&self.tables.list);
@@ -421,7 +385,7 @@ impl Session {
     pub fn causes(&self) -> Vec<&str> {
         let mut causes: Vec<&str> = vec![];
         for why in &self.why {
-            let Why::Changed(names) = why else { continue };
+            let (Why::Changed(names) | Why::ChangedInPart(names)) = why else { continue };
             for name in names {
                 let result = self.plan.resources.iter().any(|r| r.name == *name);
                 if !result && !causes.contains(&name.as_str()) {
@@ -505,10 +469,7 @@ fn frame_values(scene: &Scene, settings: &Settings, pose: &Pose, index: u32) -> 
 
 /// The tables that the plan's shaders read; of earlier ones of the same scene what is the same.
 fn tables(scene: &Scene, plan: &Plan, pose: Pose, levels: Vec<Arc<Level>>, earlier: Option<&Tables>) -> Tables {
-    // What members see is asked of these.
-    let sights = plan.steps.iter().any(|s| s.sight.is_some());
-    let asked = |name: &str| sights && ["nodes", "clusters"].contains(&name);
-    let wanted = |name: &str| asked(name) || plan.tables.iter().any(|t| t.table == name);
+    let wanted = |name: &str| plan.tables.iter().any(|t| t.table == name);
     scene.tables_after(pose, wanted, levels, earlier)
 }
 

@@ -4,7 +4,7 @@ use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::{self, Frame, Gpu, Memory, Prepared};
 use crate::plan::change::{Held, carry_history, everything};
 use crate::plan::keys::{Keys, UNDEFINED};
-use crate::plan::outside::Outside;
+use crate::plan::scene_inputs::SceneInputs;
 use crate::plan::{Desc, Plan, ResourceId};
 use crate::scene::{Assets, Table};
 
@@ -48,12 +48,12 @@ impl Scratch {
         gpu: &Gpu,
         (plan, keys): (&Plan, &Keys),
         (prepared, held): (&Prepared, &Held),
-        outside: &Outside,
+        scene: &SceneInputs,
         frame: &Frame,
     ) -> Checked<()> {
-        let all = everything(plan, keys, &self.held, outside, &frame.values);
+        let all = everything(plan, keys, &self.held, scene, &frame.values);
         self.held.start(&all);
-        let whole = Frame { run: None, partly: None, ..frame.clone() };
+        let whole = Frame { chosen: Some(&all), ..frame.clone() };
         gpu::execute(gpu, plan, &mut self.prepared, &whole)?;
         self.held.finish(all);
         let mut faults = vec![];
@@ -69,6 +69,9 @@ impl Scratch {
                 continue;
             }
             let Some(id) = plan.resources.iter().position(|r| r.slot == slot).map(ResourceId) else { continue };
+            if keys.from_bits[id.0] {
+                continue;
+            }
             if let Some(place) = self.difference(gpu, plan, prepared, id)? {
                 let tenants = || plan.resources.iter().enumerate().filter(|(_, r)| r.slot == slot);
                 let names: Vec<String> = tenants().map(|(_, r)| format!("`{}`", r.name)).collect();

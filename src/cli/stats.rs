@@ -59,6 +59,9 @@ pub struct StepStats {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why: Option<String>,
     pub runs: u32,
+    /// Of a step that ran in part: for how many of its instances.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instances: Option<u32>,
     pub gpu_ms: Option<f64>,
     pub cpu_ms: f64,
     /// Of a draw that leaves out what its members don't see.
@@ -120,6 +123,7 @@ impl FrameStats {
                 state: "ran",
                 why: why.get(t.step).map(Why::to_string),
                 runs: t.runs,
+                instances: t.instances,
                 gpu_ms: t.gpu_ms,
                 cpu_ms: t.cpu_ms,
                 triangles: triangles.get(&t.step).map(|(drawn, whole)| Triangles { drawn: *drawn, whole: *whole }),
@@ -132,6 +136,7 @@ impl FrameStats {
             state: "skipped",
             why: why.get(i).map(Why::to_string),
             runs: 0,
+            instances: None,
             gpu_ms: None,
             cpu_ms: 0.0,
             triangles: None,
@@ -142,6 +147,7 @@ impl FrameStats {
             state: "skipped",
             why: Some(why.clone()),
             runs: 0,
+            instances: None,
             gpu_ms: None,
             cpu_ms: 0.0,
             triangles: None,

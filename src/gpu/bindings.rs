@@ -3,7 +3,7 @@
 
 use super::{
     device::Gpu,
-    members::Members,
+    dirty::Instances,
     pool::{Memory, Pool, view, view_dimension},
     reports::Reports,
     scene_data::SceneData,
@@ -58,7 +58,7 @@ pub(super) struct Bindable<'a> {
     pub scene: &'a SceneData,
     pub uniforms: &'a Uniforms,
     pub reports: &'a Reports,
-    pub members: &'a Members,
+    pub instances: &'a Instances,
 }
 
 /// Views and samplers that many bind groups share. Only looked up, never walked.
@@ -68,7 +68,7 @@ pub(super) struct Shared {
     samplers: HashMap<SamplerDesc, wgpu::Sampler>,
 }
 
-/// The bind group of a step. Errors of the device are for the caller's scope to catch.
+/// The bind group of a step; `partial`: for its dirty instances. Errors of the device are for the caller's scope to catch.
 ///
 /// # Errors
 /// A variable is bound to a thing of another kind.
@@ -78,7 +78,7 @@ pub(super) fn bind_group(
     (index, step): (usize, &Step),
     shader: &Shader,
     layout: (&wgpu::BindGroupLayout, &[wgpu::BindGroupLayoutEntry]),
-    things: &Bindable<'_>,
+    (things, partial): (&Bindable<'_>, bool),
     shared: &mut Shared,
 ) -> Checked<wgpu::BindGroup> {
     let mut faults = vec![];
@@ -110,9 +110,8 @@ pub(super) fn bind_group(
             Binding::Table(table) => things.scene.tables.get(*table).map(|buffer| extent(buffer, &variable.kind)),
             Binding::SceneTextures => Some(wgpu::BindingResource::TextureView(&things.scene.textures)),
             Binding::Report => things.reports.buffer(index).map(wgpu::Buffer::as_entire_binding),
-            Binding::Moved(_) => things.members.boxes(index).map(wgpu::Buffer::as_entire_binding),
-            Binding::Windows { draws, .. } => things.members.windows(*draws).map(wgpu::Buffer::as_entire_binding),
-            Binding::Members => things.members.buffer(index).map(wgpu::Buffer::as_entire_binding),
+            Binding::Instances if partial => things.instances.some(index).map(wgpu::Buffer::as_entire_binding),
+            Binding::Instances => things.instances.whole(index).map(wgpu::Buffer::as_entire_binding),
             Binding::Sampler(desc) => shared.samplers.get(desc).map(wgpu::BindingResource::Sampler),
         };
         match resource {
@@ -157,9 +156,7 @@ impl Shared {
             | Binding::Table(_)
             | Binding::SceneTextures
             | Binding::Report
-            | Binding::Members
-            | Binding::Moved(_)
-            | Binding::Windows { .. } => {}
+            | Binding::Instances => {}
         }
         Ok(())
     }

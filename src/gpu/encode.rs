@@ -2,6 +2,7 @@
 
 use super::{
     device::Gpu,
+    dirty::{Arguments, Instances, workgroups},
     gate::Gate,
     pipelines::{Built, view_mask},
     pool::{Memory, Pool, floats, target_view},
@@ -12,9 +13,8 @@ use super::{
     timing::Pair,
     uniforms::Uniforms,
 };
-use crate::diag::{Checked, Diagnostic, Faults};
+use crate::diag::{Checked, Diagnostic};
 use crate::plan::cull::DRAW_BYTES;
-use crate::plan::window::{Window, Windows};
 use crate::plan::{Action, Draw, Geometry, Member, Place, Plan, ResourceId, StepId};
 
 /// What encoding reads.
@@ -25,6 +25,7 @@ pub(super) struct Source<'a> {
     pub scene: &'a SceneData,
     pub uniforms: &'a Uniforms,
     pub steps: &'a [Ready],
+    pub instances: &'a Instances,
 }
 
 /// Targets that a render pass has at most; wgpu allows no more.
@@ -38,10 +39,8 @@ pub(super) struct Run<'a> {
     pub pair: Option<&'a Pair>,
     /// Lets the device say whether it does anything.
     pub gate: Option<&'a Gate>,
-    /// By member: whether the step does it; `None`: all.
-    pub only: Option<&'a [bool]>,
-    /// The parts of their places that members of draws go over.
-    pub windows: Option<&'a Windows>,
+    /// The step runs for its dirty instances.
+    pub partial: bool,
 }
 
 impl Source<'_> {
@@ -65,17 +64,25 @@ impl Source<'_> {
             offsets.clear();
             offsets.extend(shaded.uniforms.iter().map(|u| self.uniforms.offset(*u, run.iterations)));
         }
-        if let (Action::Compute { groups: [x, y, all], .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
-            // A layer each, of those that the step's list begins with.
-            let some = run.only.map(|only| only.iter().filter(|does| **does).count() as u32);
-            self.compute(record, &step.name, [*x, *y, some.unwrap_or(*all)], shaded, (run, sizes), offsets);
+        let dirty = self.instances.arguments(id).filter(|_| run.partial);
+        if dirty.is_some() {
+            self.instances.choose(record, id);
+        }
+        if let (Action::Compute { groups, instances, .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
+            let size = match (sizes, dirty) {
+                (Some(sizes), _) => Size::Indirect(sizes),
+                (None, Some(Arguments::Dispatch { groups, .. })) => Size::Indirect(Sizes { buffer: groups, at: 0 }),
+                _ => Size::Direct(workgroups(self.gpu, *groups, *instances)),
+            };
+            let group = shaded.partial.as_ref().filter(|_| run.partial).unwrap_or(&shaded.group);
+            self.compute(record, &step.name, size, (shaded, group), run, offsets);
             return Ok(());
         }
         let encoder = record.encoder();
         encoder.push_debug_group(&step.name);
         let done = match (&step.action, ready) {
             (Action::Draw(draw), Ready::Shaded(shaded)) => {
-                self.draw(encoder, (&step.name, draw), shaded, (run, sizes), offsets)
+                self.draw(encoder, (&step.name, draw), shaded, (run, sizes, dirty), offsets)
             }
             (Action::Copy { from, to }, _) => self.timed(encoder, run.pair, |e| self.copy(e, *from, *to)),
             (Action::Clear { target, value }, _) => self.timed(encoder, run.pair, |e| self.clear(e, *target, *value)),
@@ -108,18 +115,18 @@ impl Source<'_> {
         &self,
         record: &mut Record<'_>,
         name: &str,
-        [x, y, z]: [u32; 3],
-        shaded: &Shaded,
-        (run, sizes): (&Run<'_>, Option<Sizes<'_>>),
+        size: Size<'_>,
+        (shaded, group): (&Shaded, &wgpu::BindGroup),
+        run: &Run<'_>,
         offsets: &[u32],
     ) {
         let Built::Compute(pipeline) = &shaded.pipelines.built else { return };
         let dispatch = |pass: &mut wgpu::ComputePass<'_>| {
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &shaded.group, offsets);
-            match sizes {
-                Some(sizes) => pass.dispatch_workgroups_indirect(sizes.buffer, sizes.at),
-                None => pass.dispatch_workgroups(x, y, z),
+            pass.set_bind_group(0, group, offsets);
+            match size {
+                Size::Indirect(sizes) => pass.dispatch_workgroups_indirect(sizes.buffer, sizes.at),
+                Size::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
             }
         };
         let inside = self.gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
@@ -149,54 +156,49 @@ impl Source<'_> {
         encoder: &mut wgpu::CommandEncoder,
         (name, draw): (&str, &Draw),
         shaded: &Shaded,
-        (run, sizes): (&Run<'_>, Option<Sizes<'_>>),
+        (run, sizes, dirty): (&Run<'_>, Option<Sizes<'_>>, Option<&Arguments>),
         offsets: &[u32],
     ) -> Checked<()> {
-        let Run { iterations, pair, only, .. } = *run;
-        let windows = draw.indirect.and_then(|i| run.windows?.get(&i.buffer)).map(|all| all.as_slice());
-        let window = |m: &Member| windows.and_then(|all| all.get(row(draw, m) as usize).copied().flatten());
-        let drawn = |m: &&Member| only.is_none_or(|o| o.get(row(draw, m) as usize).copied().unwrap_or(true));
-        let chosen = || shaded.passes.iter().filter(|pass| only.is_none() || pass.members.iter().any(|m| drawn(&m)));
-        let last = chosen().count().saturating_sub(1);
-        for (i, pass) in chosen().enumerate() {
-            let members = || pass.members.iter().filter(drawn);
+        let Run { iterations, pair, .. } = *run;
+        let last = shaded.passes.len().saturating_sub(1);
+        // The arguments of draws that clear the places of instances, a row each.
+        let wipes = match dirty {
+            Some(Arguments::Draws { clears, .. }) => Some(Sizes { buffer: clears, at: 0 }),
+            _ => sizes,
+        };
+        for (i, pass) in shaded.passes.iter().enumerate() {
             let times = pair.filter(|_| i == 0 || i == last).map(|p| wgpu::RenderPassTimestampWrites {
                 query_set: &p.set,
                 beginning_of_pass_write_index: (i == 0).then_some(p.begin),
                 end_of_pass_write_index: (i == last).then_some(p.end),
             });
             let turn = if pass.targets.len() > 1 { iterations.last().copied().unwrap_or(0) as usize } else { 0 };
-            let whole = members().count() == pass.members.len() && members().all(|m| window(m).is_none());
-            let clears = pass.clears && sizes.is_none() && whole;
+            let clears = pass.clears && wipes.is_none();
             let Some(mut render) = begin(encoder, name, draw, pass, turn, clears, times) else { continue };
-            if let Some(wipe) = shaded.wipe.as_ref().filter(|_| pass.clears && !clears) {
+            if let (Some(wipe), Some(wipes), true) = (shaded.wipe.as_ref(), wipes, pass.clears) {
                 render.set_pipeline(wipe);
-                match (sizes, members().next()) {
-                    (Some(sizes), Some(first)) => {
-                        render.draw_indirect(sizes.buffer, sizes.at + row(draw, first) * PLAIN_DRAW_BYTES);
+                // A loop's gate opens or shuts for all members at once.
+                let some = if dirty.is_some() { pass.members.len() } else { 1 };
+                for member in pass.members.iter().take(some) {
+                    if dirty.is_some() {
+                        place(&mut render, member);
                     }
-                    _ => {
-                        for member in members() {
-                            place(&mut render, member, window(member));
-                            render.draw(0..3, 0..1);
-                        }
-                    }
+                    render.draw_indirect(wipes.buffer, wipes.at + row(draw, member) * PLAIN_DRAW_BYTES);
                 }
             }
             render.set_bind_group(0, &shaded.group, offsets);
-            let members = || members().map(|m| (m, window(m)));
-            self.members(&mut render, draw, &shaded.pipelines.built, members, sizes)?;
+            self.members(&mut render, draw, &shaded.pipelines.built, &pass.members, (sizes, dirty))?;
         }
         Ok(())
     }
 
-    fn members<'m, M: Iterator<Item = (&'m Member, Option<Window>)>>(
+    fn members(
         &self,
         render: &mut wgpu::RenderPass<'_>,
         draw: &Draw,
         built: &Built,
-        members: impl Fn() -> M,
-        sizes: Option<Sizes<'_>>,
+        members: &[Member],
+        (sizes, dirty): (Option<Sizes<'_>>, Option<&Arguments>),
     ) -> Checked<()> {
         let Built::Render { first, rest, attributes } = built else { return Ok(()) };
         let mesh = match draw.geometry {
@@ -212,7 +214,11 @@ impl Source<'_> {
                 render.set_vertex_buffer(0, mesh.vertices.slice(..));
             }
         }
-        let seen = draw.indirect.map(|i| Ok::<_, Faults>((self.pool.buffer(self.plan, i.buffer)?, i))).transpose()?;
+        let seen = match (draw.indirect, dirty) {
+            (Some(i), Some(Arguments::Draws { draws, .. })) => Some((draws, i)),
+            (Some(i), _) => Some((self.pool.buffer(self.plan, i.buffer)?, i)),
+            (None, _) => None,
+        };
         let draws = seen.map_or([0..0, 0..0], |(_, i)| [0..i.first, i.first..i.first + i.second]);
         let [begin, split, end] = mesh.map_or([0; 3], |m| {
             let part = m.part(draw.level);
@@ -228,8 +234,8 @@ impl Source<'_> {
                 continue;
             }
             render.set_pipeline(pipeline);
-            for (member, window) in members() {
-                place(render, member, window);
+            for member in members {
+                place(render, member);
                 // The largest index has no end that fits; nothing asks for four billion members.
                 let instance = member.index..member.index.saturating_add(1);
                 let row = row(draw, member);
@@ -298,16 +304,17 @@ struct Sizes<'a> {
     at: u64,
 }
 
-/// Restricts what is drawn to a member's tile, and to a part of its place.
-fn place(render: &mut wgpu::RenderPass<'_>, member: &Member, window: Option<Window>) {
-    let mut corner = [0, 0];
+/// How many workgroups a dispatch has.
+enum Size<'a> {
+    Direct([u32; 3]),
+    Indirect(Sizes<'a>),
+}
+
+/// Restricts what is drawn to a member's tile.
+fn place(render: &mut wgpu::RenderPass<'_>, member: &Member) {
     if let Place::Rect([x, y, width, height]) = member.place {
         render.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
         render.set_scissor_rect(x, y, width, height);
-        corner = [x, y];
-    }
-    if let Some(Window { texels: [x, y, width, height], .. }) = window {
-        render.set_scissor_rect(corner[0] + x, corner[1] + y, width, height);
     }
 }
 

@@ -13,7 +13,7 @@ use super::{
     timing::{Timer, Timing},
 };
 use crate::diag::{Checked, Diagnostic};
-use crate::plan::change::Partly;
+use crate::plan::change::Selection;
 use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
 use crate::scene::Table;
 use crate::shader::report::Failed;
@@ -35,11 +35,9 @@ pub struct Frame<'a> {
     pub values: Values,
     /// Tables that changed since the last frame (or since [`super::prepare`]).
     pub tables: Option<&'a [Table]>,
-    /// By step: whether it runs; `None`: all run. A loop runs when any step of its body does.
-    pub run: Option<&'a [bool]>,
+    /// The steps that run; `None`: all, in full. A loop runs when any step of its body does.
+    pub chosen: Option<&'a Selection>,
     pub timing: Timing,
-    /// What steps do in part; what the rest of them made must be there still. `None`: they do all.
-    pub partly: Option<&'a Partly>,
 }
 
 /// What a frame took.
@@ -67,6 +65,8 @@ pub struct StepTime {
     /// Index into [`Plan::steps`].
     pub step: usize,
     pub runs: u32,
+    /// Of a step that ran in part: for how many instances.
+    pub instances: Option<u32>,
     /// On the device; `None` where it can't say.
     pub gpu_ms: Option<f64>,
     /// To encode.
@@ -98,19 +98,16 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    let all = Partly::default();
-    let partly = frame.partly.unwrap_or(&all);
-    prepared.members.choose(gpu, partly);
-    let Prepared { pool, scene, uniforms, reports, steps, timer, probe, gates, watch, .. } = prepared;
+    let Prepared { pool, scene, uniforms, reports, instances, steps, timer, probe, gates, watch } = prepared;
     timer.start();
     let mut walk = Walk {
-        source: Source { gpu, plan, pool, scene, uniforms, steps },
+        source: Source { gpu, plan, pool, scene, uniforms, steps, instances },
         timer,
         reports,
         probe: probe.as_ref(),
         gates,
         timing: frame.timing,
-        partly,
+        chosen: frame.chosen,
         gate: None,
         gated: vec![],
         watch: watch.as_mut(),
@@ -127,7 +124,13 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     if frame.timing == Timing::Frame {
         walk.timer.mark(gpu, &mut walk.record);
     }
-    walk.top(&plan.order, frame.run)?;
+    if let Some(chosen) = frame.chosen {
+        instances.begin(plan, pool, &mut walk.record, chosen)?;
+    }
+    walk.top(&plan.order)?;
+    if let Some(chosen) = frame.chosen {
+        instances.collect(&mut walk.record, chosen);
+    }
     if frame.timing == Timing::Frame {
         walk.timer.mark(gpu, &mut walk.record);
     }
@@ -153,6 +156,11 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     for (run, state) in gated.iter().zip(states) {
         run.settle(&state, &mut times, &mut loops, &mut warnings);
     }
+    if let Some(chosen) = frame.chosen {
+        for (id, ran) in instances.counts(gpu, chosen)? {
+            times[id.0].iter_mut().for_each(|time| time.instances = Some(ran));
+        }
+    }
     let failed = reports.read(gpu)?;
     let steps = first_runs.into_iter().filter_map(|s: StepId| times.get(s.0).copied().flatten()).collect();
     let (device_ms, wall_ms) = (taken.whole, ms_since(start));
@@ -167,7 +175,7 @@ struct Walk<'a> {
     probe: Option<&'a wgpu::Buffer>,
     gates: &'a Gates,
     timing: Timing,
-    partly: &'a Partly,
+    chosen: Option<&'a Selection>,
     /// Of the loop around, after its first iteration, when it ends on the device.
     gate: Option<&'a Gate>,
     gated: Vec<Gated>,
@@ -238,9 +246,9 @@ impl Walk<'_> {
     }
 
     /// The nodes that are to run.
-    fn top(&mut self, nodes: &[Node], run: Option<&[bool]>) -> Checked<()> {
-        let Some(run) = run else { return self.nodes(nodes) };
-        for node in nodes.iter().filter(|n| selected(n, run)) {
+    fn top(&mut self, nodes: &[Node]) -> Checked<()> {
+        let Some(chosen) = self.chosen else { return self.nodes(nodes) };
+        for node in nodes.iter().filter(|n| selected(n, &chosen.run)) {
             self.nodes(std::slice::from_ref(node))?;
         }
         Ok(())
@@ -248,10 +256,6 @@ impl Walk<'_> {
 
     fn step(&mut self, id: StepId) -> Checked<()> {
         let gpu = self.source.gpu;
-        let only = self.partly.members.get(&id.0).map(Vec::as_slice);
-        if only.is_some_and(|o| !o.contains(&true)) {
-            return Ok(());
-        }
         if self.pending.len() >= RUNS_A_SUBMISSION {
             self.submit()?;
         }
@@ -277,8 +281,8 @@ impl Walk<'_> {
             Timing::Steps => self.timer.pair(gpu, id, in_pass, follows),
             Timing::Frame => None,
         };
-        let windows = only.map(|_| &self.partly.windows);
-        let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, only, windows };
+        let partial = self.chosen.is_some_and(|chosen| chosen.partial.contains(&id));
+        let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, partial };
         self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
         if let Some(watch) = &mut self.watch {
             watch.encode(gpu, self.source.plan, self.source.pool, self.record.encoder(), id, &self.iterations)?;
@@ -289,7 +293,7 @@ impl Walk<'_> {
             if time.is_none() {
                 self.first_runs.push(id);
             }
-            let time = time.get_or_insert(StepTime { step: id.0, runs: 0, gpu_ms: None, cpu_ms: 0.0 });
+            let time = time.get_or_insert(StepTime { step: id.0, runs: 0, instances: None, gpu_ms: None, cpu_ms: 0.0 });
             time.runs += 1;
             time.cpu_ms += ms_since(start);
         }
@@ -396,7 +400,7 @@ impl Walk<'_> {
             let scope = Scope::begin(gpu);
             let mut record = Record::new(gpu);
             let iterations = self.pending_iterations.get(*begin..end).unwrap_or_default();
-            let run = Run { iterations, pair: None, gate: None, only: None, windows: None };
+            let run = Run { iterations, pair: None, gate: None, partial: false };
             let encoded = self.source.encode(&mut record, *id, &run, &mut vec![]);
             if let Some((_, inner)) = record.finish()
                 && let Err(faults) = inner.end(&format!("run `{name}`"))

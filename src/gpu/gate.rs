@@ -1,7 +1,7 @@
 //! Loops that end on the device: after each iteration a kernel tests the loop's number, and once it passes sets the
 //! sizes of all draws and dispatches that follow to zero. The host hands iterations over without waiting for the answer.
 
-use super::{device::Gpu, pool::Pool, readback::staging, scene_data::SceneData, scope::scoped};
+use super::{device::Gpu, dirty::workgroups, pool::Pool, readback::staging, scene_data::SceneData, scope::scoped};
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Comparison, Cull, Draw, Ending, Geometry, Loop, Node, Plan, StepId};
 
@@ -161,7 +161,7 @@ impl Gate {
             let Some(step) = plan.steps.get(id.0) else { continue };
             places[id.0] = 4 * words.len() as u64;
             match &step.action {
-                Action::Compute { groups, .. } => words.extend(groups),
+                Action::Compute { groups, instances, .. } => words.extend(workgroups(gpu, *groups, *instances)),
                 Action::Draw(draw) => words.extend(draw_sizes(draw, scene)),
                 Action::Copy { .. } | Action::Clear { .. } => {}
             }

@@ -1,7 +1,7 @@
 //! What a device has built, for whoever asks for the same again: pipelines, samplers, uploads of scenes. All that is
 //! kept is immutable, so any number of plans may use it at once.
 
-use super::{digest, numerics, pipelines::Pipeline, scene_data::Mesh, wipe::Fill};
+use super::{dirty, numerics, pipelines::Pipeline, scene_data::Mesh, wipe::Fill};
 use crate::diag::Checked;
 use crate::plan::SamplerDesc;
 use crate::recent::{InUse, Recent};
@@ -16,9 +16,6 @@ const MOST_FILLS: usize = 32;
 /// Pipelines that check numbers: one for each way to read a resource.
 const MOST_CHECKS: usize = 4;
 
-/// Pipelines that digest tiles: one for each kind of texels.
-const MOST_DIGESTS: usize = 3;
-
 const MOST_SAMPLERS: usize = 32;
 
 /// Scenes whose triangles and textures are kept at most: they are large.
@@ -31,7 +28,7 @@ pub(super) struct Kept {
     /// The kernel that ends loops: there is one.
     pub ends: Store<((), wgpu::ComputePipeline)>,
     pub checks: Store<(numerics::Source, wgpu::ComputePipeline)>,
-    pub digests: Store<(digest::Texels, wgpu::ComputePipeline)>,
+    pub dirty: Store<(dirty::Kernel, wgpu::ComputePipeline)>,
     pub samplers: Store<(SamplerDesc, wgpu::Sampler)>,
     /// By the hash of their content.
     pub meshes: Store<(u128, Option<Mesh>)>,
@@ -45,7 +42,7 @@ impl Default for Kept {
             fills: Store::new(MOST_FILLS),
             ends: Store::new(1),
             checks: Store::new(MOST_CHECKS),
-            digests: Store::new(MOST_DIGESTS),
+            dirty: Store::new(2),
             samplers: Store::new(MOST_SAMPLERS),
             meshes: Store::new(MOST_SCENES),
             textures: Store::new(MOST_SCENES),
@@ -59,7 +56,7 @@ impl Kept {
         self.fills.clear();
         self.ends.clear();
         self.checks.clear();
-        self.digests.clear();
+        self.dirty.clear();
         self.samplers.clear();
         self.meshes.clear();
         self.textures.clear();

@@ -6,12 +6,11 @@
 
 mod bindings;
 mod device;
-mod digest;
+mod dirty;
 mod encode;
 mod execute;
 mod gate;
 mod kept;
-mod members;
 mod numerics;
 mod pipelines;
 mod pool;
@@ -31,7 +30,6 @@ mod uniforms;
 mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, wanted_adapter};
-pub use digest::{DIGEST, digests};
 pub use execute::{Frame, FrameReport, LoopReport, StepTime, execute};
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};

@@ -1,6 +1,6 @@
 //! Pipelines of a plan's steps: each different one is built once on a device, all new ones at the same time.
 
-use super::{bindings::layout_entries, device::Gpu, scope::scoped};
+use super::{bindings::layout_entries, device::Gpu, dirty::workgroups, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::parallel;
 use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, Geometry, Plan, Step};
@@ -149,8 +149,8 @@ impl<'a> Job<'a> {
     fn of(gpu: &Gpu, plan: &'a Plan, step: &'a Step) -> Checked<Option<Job<'a>>> {
         let (index, kind) = match &step.action {
             Action::Copy { .. } | Action::Clear { .. } => return Ok(None),
-            Action::Compute { shader, entry, groups } => {
-                check_groups(gpu, step, *groups)?;
+            Action::Compute { shader, entry, groups, instances } => {
+                check_groups(gpu, step, workgroups(gpu, *groups, *instances))?;
                 (*shader, Kind::Compute { entry: entry.clone() })
             }
             Action::Draw(draw) => (draw.shader, Kind::Render(Box::new(render(plan, step, draw)?))),

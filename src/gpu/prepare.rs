@@ -3,8 +3,8 @@
 use super::{
     bindings::{Bindable, Shared, bind_group},
     device::Gpu,
+    dirty::{Instances, able},
     gate::{Gates, on_device},
-    members::Members,
     numerics::Watch,
     pipelines::{self, StepPipelines, by_location},
     pool::{Memory, Pool, target_view},
@@ -17,7 +17,6 @@ use super::{
     wipe,
 };
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::region::splits;
 use crate::plan::{Action, Desc, Draw, Member, Node, Place, Plan, ResourceId, StepId};
 use crate::scene::{Assets, Table};
 
@@ -29,7 +28,7 @@ pub struct Prepared {
     pub(super) scene: SceneData,
     pub(super) uniforms: Uniforms,
     pub(super) reports: Reports,
-    pub(super) members: Members,
+    pub(super) instances: Instances,
     pub(super) steps: Vec<Ready>,
     pub(super) timer: Timer,
     /// Where loops that the host ends read their number; `None` without such loops.
@@ -51,6 +50,8 @@ pub(super) enum Ready {
 pub(super) struct Shaded {
     pub pipelines: StepPipelines,
     pub group: wgpu::BindGroup,
+    /// The same for the dirty instances of a dispatch.
+    pub partial: Option<wgpu::BindGroup>,
     /// Indices of the uniform uses that want an offset, in the order of their bindings.
     pub uniforms: Vec<usize>,
     /// The render passes of a draw; none for a compute step.
@@ -102,12 +103,12 @@ pub fn prepare_after(
     let scene = SceneData::upload(gpu, plan, assets, tables)?;
     let uniforms = Uniforms::allocate(gpu, plan)?;
     let reports = Reports::allocate(gpu, plan)?;
-    let members = Members::allocate(gpu, plan)?;
+    let instances = Instances::prepare(gpu, plan, &pool)?;
     let loops = enclosing_loops(plan);
     let pipelines = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step))?;
     let gates = Gates::prepare(gpu, plan, &pool, &scene)?;
     let mut shared = Shared::default();
-    let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms, reports: &reports, members: &members };
+    let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms, reports: &reports, instances: &instances };
     let mut steps = vec![];
     let mut faults = vec![];
     for (index, built) in pipelines.into_iter().enumerate() {
@@ -124,7 +125,8 @@ pub fn prepare_after(
     }
     Faults::check(faults, ())?;
     gpu.check()?;
-    Ok(Prepared { pool, scene, uniforms, reports, members, steps, timer: Timer::new(gpu), probe, gates, watch: None })
+    let timer = Timer::new(gpu);
+    Ok(Prepared { pool, scene, uniforms, reports, instances, steps, timer, probe, gates, watch: None })
 }
 
 impl Prepared {
@@ -146,12 +148,15 @@ impl Prepared {
         if !self.scene.update(gpu, plan, changed)? {
             return Ok(());
         }
-        let Prepared { pool, scene, uniforms, reports, members, steps, .. } = self;
-        let things = Bindable { pool, scene, uniforms, reports, members };
+        let Prepared { pool, scene, uniforms, reports, instances, steps, .. } = self;
+        let things = Bindable { pool, scene, uniforms, reports, instances };
         let mut shared = Shared::default();
         for (index, ready) in steps.iter_mut().enumerate() {
             if let Ready::Shaded(shaded) = ready {
-                shaded.group = bound(gpu, plan, index, &shaded.pipelines, &things, &mut shared)?;
+                shaded.group = bound(gpu, plan, index, &shaded.pipelines, (&things, false), &mut shared)?;
+                if shaded.partial.is_some() {
+                    shaded.partial = Some(bound(gpu, plan, index, &shaded.pipelines, (&things, true), &mut shared)?);
+                }
             }
         }
         Ok(())
@@ -167,20 +172,24 @@ fn shaded(
     things: &Bindable<'_>,
     shared: &mut Shared,
 ) -> Checked<Shaded> {
-    let group = bound(gpu, plan, index, &pipelines, things, shared)?;
+    let group = bound(gpu, plan, index, &pipelines, (things, false), shared)?;
+    let partial = match things.instances.some(index) {
+        Some(_) => Some(bound(gpu, plan, index, &pipelines, (things, true), shared)?),
+        None => None,
+    };
     let uniforms = things.uniforms.of_step(index, |v| pipelines.entries.iter().any(|e| e.binding as usize == v));
     let (passes, wipe) = match plan.steps.get(index).map(|s| (&s.action, s)) {
         Some((Action::Draw(draw), step)) => {
             let scope = Scope::begin(gpu);
             let passes = passes(plan, &step.name, draw, innermost, things.pool);
             scope.end(&format!("make the targets of `{}`", step.name))?;
-            let some = (draw.indirect.is_some() || step.own.is_some()) && splits(plan, draw);
+            let some = step.only.is_some() && able(step);
             let wipe = if gated || some { Some(wipe::pipeline(gpu, &step.name, draw)?) } else { None };
             (passes?, wipe)
         }
         _ => (vec![], None),
     };
-    Ok(Shaded { pipelines, group, uniforms, passes, wipe })
+    Ok(Shaded { pipelines, group, partial, uniforms, passes, wipe })
 }
 
 fn bound(
@@ -188,7 +197,7 @@ fn bound(
     plan: &Plan,
     index: usize,
     pipelines: &StepPipelines,
-    things: &Bindable<'_>,
+    things: (&Bindable<'_>, bool),
     shared: &mut Shared,
 ) -> Checked<wgpu::BindGroup> {
     let step = plan.steps.get(index);

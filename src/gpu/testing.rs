@@ -53,6 +53,7 @@ impl Sketch {
             slot,
             alive: (0, usize::MAX),
             history: false,
+            bits: false,
             initial: None,
             min: None,
             max: None,
@@ -105,7 +106,7 @@ impl Sketch {
                     compare: comparison.then_some(wgpu::CompareFunction::LessEqual),
                 }),
                 BindingKind::Storage { element, stride, .. } | BindingKind::UniformArray { element, stride, .. }
-                    if scene::TABLES.iter().any(|(t, _)| *t == v.name) =>
+                    if scene::table(&v.name).is_some() =>
                 {
                     let rows = match &v.kind {
                         BindingKind::UniformArray { size, .. } => Some(size / stride),
@@ -137,8 +138,7 @@ impl Sketch {
             bindings,
             reads: vec![],
             writes: vec![],
-            own: None,
-            sight: None,
+            only: None,
             after: vec![],
         });
         Node::Step(StepId(self.plan.steps.len() - 1))
@@ -147,7 +147,7 @@ impl Sketch {
     pub fn compute(&mut self, name: &str, wgsl: &str, groups: [u32; 3]) -> Node {
         let (shader, bindings) = self.shader(name, wgsl);
         let entry = self.plan.shaders[shader].interface.entry(Stage::Compute).unwrap().name.clone();
-        self.step(name, Action::Compute { shader, entry, groups }, bindings)
+        self.step(name, Action::Compute { shader, entry, groups, instances: None }, bindings)
     }
 
     /// A draw to these colour targets (cleared to 0) and this depth buffer (cleared to 1).

@@ -92,12 +92,8 @@ pub struct Pass {
     /// A heading under which reports sum passes up. After [`inherit_groups`]: also that of the pass around.
     pub group: Option<Name>,
     pub each: Option<Expr>,
-    /// Resources of which a member reads nothing but its own part.
-    pub own: Vec<Name>,
-    /// Resource, buffer of bits: of the former a member reads only parts whose bits are set in its row of the latter.
-    pub masked: Vec<(Name, Name)>,
-    /// Table of the scene, rows: a member reads so many of its own and no others.
-    pub rows: Vec<(Name, Expr)>,
+    /// The instances that run again when nothing but certain inputs changed.
+    pub only: Option<Dirty>,
     pub defines: Vec<(Name, Expr)>,
     /// Shader variable, resource.
     pub bind: Vec<(Name, Name)>,
@@ -137,13 +133,6 @@ impl Pass {
             None => (self.scope.as_ref().map_or_else(|| variable.to_string(), |s| s.resolve(variable)), None),
         }
     }
-
-    /// The field that says which parts members read, and the first thing it names.
-    pub fn apart(&self) -> Option<(&'static str, &Name)> {
-        let masked = || self.masked.first().map(|(name, _)| ("masked", name));
-        let rows = || self.rows.first().map(|(name, _)| ("rows", name));
-        self.own.first().map(|name| ("own", name)).or_else(masked).or_else(rows)
-    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -153,7 +142,6 @@ pub enum PassKind {
     Compute {
         shader: Name,
         over: Size,
-        sight: Option<Sight>,
     },
     Reduce {
         shader: Name,
@@ -188,15 +176,13 @@ pub enum PassKind {
     },
 }
 
-/// What each member of a dispatch sees.
+/// `Dirty(bits: "b", of: ["r"])`: a pass whose other inputs are unchanged runs only the instances whose bit is set.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sight {
-    /// A buffer of matrices.
-    pub frusta: Name,
-    /// Resources of which a member reads nothing but what it sees.
-    pub seen: Vec<Name>,
-    /// Where the pass leaves the depths of what its members see.
-    pub depth: Option<Name>,
+pub struct Dirty {
+    /// A buffer of one bit an instance, which an earlier pass writes.
+    pub bits: Name,
+    /// Resources and scene tables whose changes the bits account for.
+    pub of: Vec<Name>,
 }
 
 /// What draw and screen passes share.

@@ -1,6 +1,6 @@
 //! Names: every one resolves, none stands twice, none collides with what scenes and frames provide.
 
-use super::ast::{Graph, Name, Pass, PassKind, Raster, ResourceKind, Sight, groups, set_of, walk};
+use super::ast::{Dirty, Graph, Name, Pass, PassKind, Raster, ResourceKind, groups, set_of, walk};
 use super::expr::{Binary, Expr, ExprKind};
 use super::is_inside;
 use super::unroll::index_of;
@@ -11,14 +11,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
-/// Values that are neither parameters nor facts: the image's size, a member's index, the members of a dispatch, the scene's
+/// Values that are neither parameters nor facts: the image's size, a member's index, the instances of a dispatch, the scene's
 /// textures.
-pub const BUILT_IN: [&str; 4] = ["screen", "member", "members", "scene_textures"];
+pub const BUILT_IN: [&str; 4] = ["screen", "member", "instances", "scene_textures"];
 
 /// The names that no graph may declare.
 static PROVIDED: LazyLock<FxHashSet<&str>> = LazyLock::new(|| {
     let values = FACTS.iter().chain(FRAME_VALUES).map(|f| f.0);
-    values.chain(TABLES.iter().map(|t| t.0)).chain(BUILT_IN).collect()
+    values.chain(TABLES.iter().map(|t| t.name)).chain(BUILT_IN).collect()
 });
 
 /// Whether the scene or the frame provides a name.
@@ -199,7 +199,7 @@ impl<'g> Check<'g> {
 
     fn passes(&mut self, passes: &'g [Pass], loops: &mut Vec<String>) {
         for p in passes {
-            for e in p.when.iter().chain(&p.each).chain(p.rows.iter().chain(&p.defines).chain(&p.set).map(|d| &d.1)) {
+            for e in p.when.iter().chain(&p.each).chain(p.defines.iter().chain(&p.set).map(|d| &d.1)) {
                 self.names(e, Scope::Values);
             }
             for (_, to) in &p.bind {
@@ -210,21 +210,8 @@ impl<'g> Check<'g> {
                     self.resource_name(to, "a binding");
                 }
             }
-            p.own.iter().for_each(|name| self.resource_name(name, "read in parts"));
-            for (name, mask) in &p.masked {
-                self.resource_name(name, "read in parts");
-                self.buffer_name(mask, "a mask");
-            }
-            for (table, _) in p.rows.iter().filter(|(name, _)| !TABLES.iter().any(|t| t.0 == name.value)) {
-                let d = Diagnostic::error(format!("`{}` is no table of the scene", table.value)).at(&table.span, "");
-                self.faults.push(d.nearest(&table.value, TABLES.iter().map(|t| t.0)));
-            }
-            if let (Some((word, first)), None) = (p.apart(), &p.each) {
-                let d = Diagnostic::error(format!(
-                    "`{word}` says what a member of `{}` reads, which has none",
-                    p.name.value
-                ));
-                self.faults.push(d.at(&first.span, "").help(format!("give it `each`, or leave `{word}` out")));
+            if let Some(dirty) = &p.only {
+                self.dirty(p, dirty, loops);
             }
             if let Some(shader) = p.kind.shader()
                 && !is_inside(&shader.value)
@@ -239,12 +226,7 @@ impl<'g> Check<'g> {
     fn kind(&mut self, p: &'g Pass, loops: &mut Vec<String>) {
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => self.raster(r, loops),
-            PassKind::Compute { over, sight, .. } => {
-                over.exprs().iter().for_each(|e| self.names(e, Scope::Sizes));
-                if let Some(sight) = sight {
-                    self.sight(p, sight);
-                }
-            }
+            PassKind::Compute { over, .. } => over.exprs().iter().for_each(|e| self.names(e, Scope::Sizes)),
             PassKind::Reduce { from, to, factor, until, .. } => {
                 factor.iter().chain([until]).for_each(|e| self.names(e, Scope::Values));
                 self.texture_name(from, "reduced");
@@ -381,25 +363,29 @@ impl<'g> Check<'g> {
         }
     }
 
-    fn sight(&mut self, p: &'g Pass, sight: &'g Sight) {
-        self.resource_name(&sight.frusta, "a buffer of frusta");
-        sight.seen.iter().for_each(|name| self.resource_name(name, "seen in parts"));
-        if let Some(depth) = &sight.depth
-            && let Some(format) = self.texture_name(depth, "a texture of depths")
-            && format != wgpu::TextureFormat::R32Float
-        {
-            let d = Diagnostic::error(format!("`{}` has another format than depths of a dispatch", depth.value));
-            self.faults.push(d.at(&depth.span, format!("{format:?}")).help("use R32Float"));
+    fn dirty(&mut self, p: &'g Pass, dirty: &'g Dirty, loops: &[String]) {
+        self.buffer_name(&dirty.bits, "dirty bits");
+        for name in dirty.of.iter().filter(|name| !TABLES.iter().any(|t| t.name == name.value)) {
+            if self.resources.contains_key(name.value.as_str()) {
+                self.resource_name(name, "an input that changes in part");
+                continue;
+            }
+            let d = Diagnostic::error(format!("unknown resource or table `{}`", name.value)).at(&name.span, "");
+            let tables = TABLES.iter().map(|t| t.name);
+            self.faults.push(d.nearest(&name.value, self.resources.keys().copied().chain(tables)));
         }
         if p.each.is_none() {
             let d =
-                Diagnostic::error(format!("`frusta` say what the members of `{}` see, which has none", p.name.value));
-            self.faults.push(d.at(&sight.frusta.span, "").help("give it `each`, or leave `frusta` out"));
+                Diagnostic::error(format!("`only` chooses among the instances of `{}`, which has one", p.name.value));
+            self.faults.push(d.at(&dirty.bits.span, "").help("give it `each`, or leave `only` out"));
         }
-        if let Some((word, own)) = p.apart() {
-            let d = Diagnostic::error(format!("the members of `{}` see, and read of their own", p.name.value));
-            let d = d.at(&own.span, "").at(&sight.frusta.span, "");
-            self.faults.push(d.help(format!("give one of `{word}` and `frusta`")));
+        if let Some(around) = loops.last() {
+            let d = Diagnostic::error(format!("`only` in the loop `{around}`, whose iterations overwrite each other"));
+            self.faults.push(d.at(&dirty.bits.span, "").help("move the pass out of the loop, or leave `only` out"));
+        }
+        if let PassKind::Draw(Raster { frusta: None, .. }) = &p.kind {
+            let d = Diagnostic::error(format!("nothing says what the instances of `{}` draw", p.name.value));
+            self.faults.push(d.at(&dirty.bits.span, "").help("give the pass `frusta`, or leave `only` out"));
         }
     }
 

@@ -183,11 +183,10 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
         PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {
             pass.kind.bodies().iter().flatten().any(|p| ast_mentions(p, resource))
         }
-        PassKind::Compute { sight, .. } => {
-            sight.iter().any(|s| std::iter::once(&s.frusta).chain(&s.seen).chain(&s.depth).any(|n| n.value == resource))
-        }
+        PassKind::Compute { .. } => false,
     };
-    named || pass.bind.iter().chain(&pass.masked).any(|(_, to)| to.value == resource)
+    let bits = pass.only.iter().any(|dirty| dirty.bits.value == resource);
+    named || bits || pass.bind.iter().any(|(_, to)| to.value == resource)
 }
 
 #[cfg(test)]

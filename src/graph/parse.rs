@@ -1,6 +1,6 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
-use super::ast::{Graph, Name, Param, Pass, PassKind, Raster, Resource, ResourceKind, Sight, Size};
+use super::ast::{Dirty, Graph, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size};
 use super::expr::Expr;
 use super::param::parse_vector;
 use super::read::{Fields, Reader};
@@ -235,15 +235,13 @@ impl Reader {
         let name = self.need(&mut f, "name").and_then(|n| self.own_name(n));
         let when = f.get("when").and_then(|n| self.expr(n));
         let group = f.get("group").and_then(|n| self.text(n));
-        let (mut each, mut own, mut masked, mut rows) = (None, vec![], vec![], vec![]);
+        let (mut each, mut only) = (None, None);
         let (mut defines, mut bind, mut set) = (vec![], vec![], vec![]);
         if !matches!(word, "Loop" | "For" | "Fastest") {
             each = f.get("each").and_then(|n| self.expr(n));
         }
-        if matches!(word, "Screen" | "Compute") {
-            own = self.list(f.get("own")).iter().filter_map(|n| self.name(n)).collect();
-            masked = self.names(f.get("masked"));
-            rows = self.exprs(f.get("rows"));
+        if matches!(word, "Draw" | "Compute") {
+            only = f.get("only").and_then(|n| self.dirty(n));
         }
         if matches!(word, "Draw" | "Screen" | "Compute" | "Reduce") {
             defines = self.exprs(f.get("defines"));
@@ -262,9 +260,7 @@ impl Reader {
             when,
             group,
             each,
-            own,
-            masked,
-            rows,
+            only,
             defines,
             bind,
             set,
@@ -274,6 +270,16 @@ impl Reader {
         })
     }
 
+    /// `Dirty(bits: "b", of: ["r"])`.
+    fn dirty(&mut self, node: &Node) -> Option<Dirty> {
+        let (_, mut f) = self.named(node, &["Dirty"])?;
+        let bits = self.need(&mut f, "bits").and_then(|n| self.name(n));
+        let of = self.need(&mut f, "of");
+        let of = self.list(of).iter().filter_map(|n| self.name(n)).collect();
+        self.finish(&f);
+        Some(Dirty { bits: bits?, of })
+    }
+
     fn pass_kind(&mut self, word: &str, f: &mut Fields) -> Option<PassKind> {
         match word {
             "Draw" => self.raster(f, true).map(PassKind::Draw),
@@ -281,15 +287,7 @@ impl Reader {
             "Compute" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));
                 let over = self.need(f, "over").and_then(|n| self.size(n));
-                let frusta = f.get("frusta").and_then(|n| self.name(n));
-                let seen: Vec<Name> = self.list(f.get("seen")).iter().filter_map(|n| self.name(n)).collect();
-                let depth = f.get("depth").and_then(|n| self.name(n));
-                if let (None, Some(of)) = (&frusta, depth.iter().chain(&seen).next()) {
-                    let d = Diagnostic::error("nothing says what the members see").at(&of.span, "");
-                    self.fault(d.help("give the pass `frusta`"));
-                }
-                let sight = frusta.map(|frusta| Sight { frusta, seen, depth });
-                Some(PassKind::Compute { shader: shader?, over: over?, sight })
+                Some(PassKind::Compute { shader: shader?, over: over? })
             }
             "Reduce" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));

@@ -1,6 +1,6 @@
 //! Other names for what a graph mentions.
 
-use super::ast::{Name, Pass, PassKind, Resource, ResourceKind, Size};
+use super::ast::{Dirty, Name, Pass, PassKind, Resource, ResourceKind, Size};
 use super::expr::Expr;
 
 /// A name to another.
@@ -66,26 +66,19 @@ pub fn pass(p: &mut Pass, to: Rename) {
 
 /// The resources that a pass names.
 pub fn references(p: &mut Pass) -> Vec<&mut Name> {
-    let mut all: Vec<&mut Name> = p.own.iter_mut().collect();
-    for (name, mask) in &mut p.masked {
-        all.extend([name, mask]);
+    let mut all: Vec<&mut Name> = p.bind.iter_mut().map(|(_, n)| n).collect();
+    if let Some(Dirty { bits, of }) = &mut p.only {
+        all.push(bits);
+        all.extend(of);
     }
-    all.extend(p.bind.iter_mut().map(|(_, n)| n));
     match &mut p.kind {
         PassKind::Draw(r) | PassKind::Screen(r) => {
             all.extend(r.color.iter_mut().chain(&mut r.depth).chain(&mut r.frusta).chain(&mut r.load));
             all.extend(r.clear.iter_mut().map(|(n, _)| n));
         }
-        PassKind::Compute { sight: Some(sight), .. } => {
-            all.push(&mut sight.frusta);
-            all.extend(sight.seen.iter_mut().chain(&mut sight.depth));
-        }
         PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => all.extend([from, to]),
         PassKind::Clear { target, .. } => all.push(target),
-        PassKind::Compute { sight: None, .. }
-        | PassKind::Loop { .. }
-        | PassKind::For { .. }
-        | PassKind::Fastest { .. } => {}
+        PassKind::Compute { .. } | PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {}
     }
     all
 }
@@ -93,7 +86,7 @@ pub fn references(p: &mut Pass) -> Vec<&mut Name> {
 /// The expressions of a pass.
 pub fn exprs(p: &mut Pass) -> Vec<&mut Expr> {
     let mut all: Vec<&mut Expr> = p.when.iter_mut().chain(&mut p.each).collect();
-    all.extend(p.rows.iter_mut().chain(&mut p.defines).chain(&mut p.set).map(|(_, e)| e));
+    all.extend(p.defines.iter_mut().chain(&mut p.set).map(|(_, e)| e));
     match &mut p.kind {
         PassKind::Draw(r) | PassKind::Screen(r) => {
             all.extend(r.layer.iter_mut().chain(&mut r.views).chain(&mut r.tolerance));

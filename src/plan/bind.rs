@@ -4,16 +4,14 @@ use super::wire::{How, Mode, Use, Wire, Wired, Wirer};
 use super::{Binding, Desc, TableUse, TextureKind};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Pass, PassKind, ResourceKind};
-use crate::scene::{FRAME_VALUES, TABLES};
+use crate::scene::{FRAME_VALUES, TABLES, TableKind, table};
 use crate::shader::{Access, BindingKind, Layout, Shader, Stage, TextureDim, TextureSample, Variable, report};
 use crate::value::{Type, Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// The variable that holds the numbers of the members that a dispatch does.
-const MEMBERS: &str = "members";
-const MOVED: &str = "moved";
-const MOVED_BOX: [(&str, Type, u32); 2] = [("lower", Type::Vec3, 0), ("upper", Type::Vec3, 16)];
+/// The variable that holds the numbers of the instances that a dispatch works for.
+const INSTANCES: &str = "instances";
 
 impl<'g> Wirer<'g, '_> {
     /// A wire for each variable of a shader, in the order of its interface.
@@ -90,18 +88,16 @@ impl<'g> Wirer<'g, '_> {
         if v.name == report::VARIABLE && matches!(v.kind, BindingKind::Storage { .. }) {
             return Some(Wire::Fixed(Binding::Report));
         }
-        if v.name == MEMBERS && matches!(wired.pass.kind, PassKind::Compute { .. }) {
-            return self.members(wired, v, &place);
+        if v.name == INSTANCES && matches!(wired.pass.kind, PassKind::Compute { .. }) {
+            return self.instances(wired, v, &place);
         }
-        if v.name == MOVED && matches!(wired.pass.kind, PassKind::Compute { .. }) {
-            return self.moved(wired, v, &place);
-        }
-        if let Some((table, columns)) = TABLES.iter().find(|t| t.0 == target) {
+        if let Some(TableKind { name: table, columns, .. }) = table(&target) {
             return self.table(shader, wired.pass, v, table, columns, &place);
         }
         let Some(declared) = self.sizes.declared(&target) else {
             let d = Diagnostic::error(format!("nothing is called `{target}`: the shader's variable can't be bound"));
-            let names = self.graph().resources.iter().map(|(n, _)| n.value.as_str()).chain(TABLES.iter().map(|t| t.0));
+            let names =
+                self.graph().resources.iter().map(|(n, _)| n.value.as_str()).chain(TABLES.iter().map(|t| t.name));
             let d = d.at(&place, "").nearest(&target, names);
             self.faults.push(d.help(format!(
                 "declare a resource `{target}`, or add `bind: {{\"{}\": \"…\"}}` to `{}`",
@@ -131,6 +127,8 @@ impl<'g> Wirer<'g, '_> {
         let how = self.fits(v, &target, &sized.desc, &place, &declared.span)?;
         let access = access.unwrap_or_default();
         let mode = match (access.read, access.write) {
+            // They are cleared before.
+            (_, true) if self.bits.contains(target.as_str()) => Mode::Write,
             (true, true) => Mode::ReadWrite,
             (true, false) => Mode::Read,
             (false, true) => Mode::Partial,
@@ -140,47 +138,24 @@ impl<'g> Wirer<'g, '_> {
         Some(Wire::Resource(target))
     }
 
-    /// The members of a dispatch, where the pass has any.
-    fn members(&mut self, wired: &Wired<'g>, v: &Variable, place: &Span) -> Option<Wire> {
+    /// The instances of a dispatch, where the pass has any.
+    fn instances(&mut self, wired: &Wired<'g>, v: &Variable, place: &Span) -> Option<Wire> {
         let numbers = |element: &Layout| matches!(&element.members[..], [only] if only.ty == Type::Uint);
         let BindingKind::Storage { element, fixed_size: None, writable: false, .. } = &v.kind else {
-            self.mismatch(MEMBERS, "a list of numbers", v, place, &wired.pass.name.span);
+            self.mismatch(INSTANCES, "a list of numbers", v, place, &wired.pass.name.span);
             return None;
         };
         if !numbers(element) {
-            let d = Diagnostic::error("the members of a dispatch are numbers").at(place, "");
-            self.faults.push(d.help("declare them `var<storage, read> members: array<u32>`"));
+            let d = Diagnostic::error("the instances of a dispatch are numbers").at(place, "");
+            self.faults.push(d.help("declare them `var<storage, read> instances: array<u32>`"));
             return None;
         }
         if wired.each.is_none() {
-            let d = Diagnostic::error(format!("`{}` has no members", wired.pass.name.value)).at(place, "read here");
+            let d = Diagnostic::error(format!("`{}` has no instances", wired.pass.name.value)).at(place, "read here");
             self.faults.push(d.at(&wired.pass.name.span, "").help("give it `each`: how many it has"));
             return None;
         }
-        Some(Wire::Fixed(Binding::Members))
-    }
-
-    /// The boxes that a dispatch whose members see something is told.
-    fn moved(&mut self, wired: &Wired<'g>, v: &Variable, place: &Span) -> Option<Wire> {
-        let boxes = |element: &Layout| element.members.iter().map(|m| (m.name.as_str(), m.ty, m.offset)).eq(MOVED_BOX);
-        let count = match &v.kind {
-            BindingKind::UniformArray { element, stride: 32, size } if boxes(element) => size / 32,
-            _ => {
-                let d = Diagnostic::error(format!("`{MOVED}` is an array of boxes in a uniform"))
-                    .at(place, describe(&v.kind));
-                let help =
-                    "declare it `var<uniform> moved: array<Box, 4>`, of `struct Box { lower: vec3f, upper: vec3f }`";
-                self.faults.push(d.help(help));
-                return None;
-            }
-        };
-        if !matches!(wired.pass.kind, PassKind::Compute { sight: Some(_), .. }) {
-            let d = Diagnostic::error(format!("the members of `{}` see nothing", wired.pass.name.value));
-            let d = d.at(place, "read here").at(&wired.pass.name.span, "");
-            self.faults.push(d.help("give it `frusta`: what each sees"));
-            return None;
-        }
-        Some(Wire::Fixed(Binding::Moved(count)))
+        Some(Wire::Fixed(Binding::Instances))
     }
 
     fn reduce_variable(&mut self, wired: &Wired<'g>, v: &Variable, place: &Span, source: bool) -> Option<Wire> {

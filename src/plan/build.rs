@@ -6,7 +6,7 @@ use super::order::{Block, Entry, order};
 use super::request::{Request, values};
 use super::sizes::Sizes;
 use super::wire::{Item, any_use, wire};
-use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, ending, fastest, lint, memory};
+use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, dirty, ending, fastest, lint, memory};
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::graph::Graph;
 use crate::graph::expr::Val;
@@ -140,6 +140,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     history_usage(&mut plan);
     memory::allocate(&mut plan, options.share);
     ending::decide(&mut plan, request.features);
+    Faults::check(dirty::lasting(&plan, graph), ())?;
     let notices = unused.into_iter().chain(lint::notices(&plan)).collect();
     Ok(Planned { plan, notices })
 }
@@ -244,6 +245,7 @@ fn initial_clears(
                 alive: (0, 0),
                 history: false,
                 initial: declared.initial,
+                bits: false,
                 min: declared.min,
                 max: declared.max,
             });
@@ -270,8 +272,7 @@ fn initial_clears(
                 bindings: vec![],
                 reads: vec![],
                 writes: vec![id],
-                own: None,
-                sight: None,
+                only: None,
                 after: vec![],
             });
         }

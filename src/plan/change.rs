@@ -3,21 +3,17 @@
 //! The version that a content should have is known before anything runs: see [`super::keys`]. A step runs only when a
 //! version that someone needs is not already in memory; a loop is one unit. Nobody marks anything as changed by hand.
 //!
+//! A step with [`Only`](super::Only) has three ways to go: it is skipped, as any; it runs for the instances whose dirty
+//! bits are set, when since the last frame nothing changed but inputs that its bits account for, and memory still holds
+//! what it made then; else it runs in full.
+//!
 //! What memory holds is known by version alone, so it outlives the plan: another plan takes over the memory that holds
 //! what it wants, and runs only what differs.
 
-use super::alike::Parts;
-use super::ingredient::{Ingredient, Ingredients, Kind};
+use super::inputs::Contents;
 use super::keys::{Keys, UNDEFINED, Unit, Version, Versions, initial};
-use super::masked::{Read, Reads};
-use super::member::Members;
-use super::outside::Outside;
-use super::region::{self, Seen};
-use super::window::{Windows, share};
-use super::{Desc, Plan, ResourceId, Step, TextureDesc};
-use crate::diag::Checked;
-use crate::image::Image;
-use crate::scene::Bounds;
+use super::scene_inputs::SceneInputs;
+use super::{Desc, Plan, ResourceId, StepId, TextureDesc};
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -31,6 +27,9 @@ pub struct Held {
     ran: BTreeMap<String, Arc<Ran>>,
     /// Frames so far, those of earlier plans among them.
     frames: u32,
+    /// By unit: its fingerprint in the last frame of this plan, and what it is without inputs that change in part. Empty
+    /// before the first.
+    previous: Vec<(Version, Version)>,
 }
 
 /// A piece of memory.
@@ -61,17 +60,9 @@ impl Content {
 
 /// The last run of a unit.
 #[derive(Debug)]
-pub(super) struct Ran {
+struct Ran {
     key: Version,
-    /// Of its key what all members have in common.
-    common: Version,
-    ingredients: Ingredients,
-    /// What each of its members alone depended on.
-    pub(super) members: Members,
-    /// What its members read by masks.
-    pub(super) read: Option<Read>,
-    /// What the members of a draw saw.
-    seen: Option<Seen>,
+    contents: Contents,
     frame: u32,
 }
 
@@ -85,6 +76,10 @@ pub enum Why {
     First,
     /// Runs: these things differ from those of its last run.
     Changed(Vec<String>),
+    /// Runs for the instances whose dirty bits are set: these things differ from those of the last frame.
+    ChangedInPart(Vec<String>),
+    /// Runs: it writes dirty bits that another step goes by.
+    Marks,
     /// Runs: what it made has been overwritten since, in memory it shares.
     Overwritten,
     /// Runs: so does every step.
@@ -99,7 +94,7 @@ impl Why {
     /// Whether the unit runs.
     pub fn runs(&self) -> bool {
         match self {
-            Why::First | Why::Changed(_) | Why::Overwritten | Why::Asked => true,
+            Why::First | Why::Changed(_) | Why::ChangedInPart(_) | Why::Marks | Why::Overwritten | Why::Asked => true,
             Why::Unchanged { .. } | Why::NotNeeded => false,
         }
     }
@@ -110,6 +105,8 @@ impl std::fmt::Display for Why {
         match self {
             Why::First => f.write_str("first run"),
             Why::Changed(names) => write!(f, "changed: {}", names.join(", ")),
+            Why::ChangedInPart(names) => write!(f, "changed in part: {}", names.join(", ")),
+            Why::Marks => f.write_str("it writes dirty bits that are asked for"),
             Why::Overwritten => f.write_str("its result was overwritten in shared memory"),
             Why::Asked => f.write_str("every step runs"),
             Why::Unchanged { since } => write!(f, "unchanged since frame {since}"),
@@ -118,15 +115,15 @@ impl std::fmt::Display for Why {
     }
 }
 
-/// What steps do in part.
-#[derive(Debug, Clone, Default)]
-pub struct Partly {
-    /// By index of a step that runs for some of its members only: whether each does.
-    pub members: BTreeMap<usize, Vec<bool>>,
-    /// By index of such a step, if that is known of all of them: boxes outside of which they show what they showed.
-    pub moved: BTreeMap<usize, Vec<Bounds>>,
-    /// The parts of their places that members of draws go over, among those that run.
-    pub windows: Windows,
+/// Where the dirty bits of a frame come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bits {
+    /// None is set: the inputs of the steps that go by them are unchanged.
+    Clear,
+    /// All are set: something else changed than what they account for.
+    Set,
+    /// A pass writes them, over cleared ones.
+    Written,
 }
 
 /// The choice for one frame.
@@ -136,13 +133,31 @@ pub struct Selection {
     pub run: Vec<bool>,
     /// By step.
     pub why: Vec<Why>,
-    pub partly: Partly,
+    /// Steps that run for the instances whose dirty bits are set.
+    pub partial: BTreeSet<StepId>,
+    /// Dirty bits that someone reads in the frame, and where they come from.
+    pub bits: BTreeMap<ResourceId, Bits>,
     /// What the units that run write, in their order: slot, content.
     writes: Vec<(usize, Version)>,
     ran: Vec<(String, Arc<Ran>)>,
+    /// Of the whole frame, by unit.
+    keys: Vec<(Version, Version)>,
 }
 
 impl Selection {
+    /// These steps in full, whatever memory holds.
+    pub(crate) fn of(run: &[bool]) -> Selection {
+        Selection {
+            run: run.to_vec(),
+            why: vec![],
+            partial: BTreeSet::new(),
+            bits: BTreeMap::new(),
+            writes: vec![],
+            ran: vec![],
+            keys: vec![],
+        }
+    }
+
     /// How many steps run.
     pub fn count(&self) -> usize {
         self.run.iter().filter(|r| **r).count()
@@ -171,7 +186,7 @@ impl Held {
         // Other plans' units are remembered for a while: one may come back.
         let units: BTreeSet<&str> = keys.units.iter().map(|u| u.name.as_str()).collect();
         ran.retain(|name, ran| units.contains(name.as_str()) || frames - ran.frame < REMEMBERED);
-        Held { cells: (0..plan.slots.len()).map(cell).collect(), ran, frames }
+        Held { cells: (0..plan.slots.len()).map(cell).collect(), ran, frames, previous: vec![] }
     }
 
     /// How many frames ran, those of earlier plans among them.
@@ -182,6 +197,11 @@ impl Held {
     /// What a slot holds; [`UNDEFINED`] when nothing is known of it.
     pub fn version(&self, slot: usize) -> Version {
         self.cells.get(slot).map_or(UNDEFINED, |c| c.content.get())
+    }
+
+    /// What each slot holds.
+    fn slots(&self) -> Vec<Version> {
+        self.cells.iter().map(|c| c.content.get()).collect()
     }
 
     /// Before the selected steps run: nothing is known of what they are about to write.
@@ -197,38 +217,15 @@ impl Held {
             self.cells[slot].content.set(version);
         }
         self.ran.extend(selection.ran);
+        self.previous = selection.keys;
         self.frames += 1;
-    }
-
-    /// Whether any memory holds this content.
-    pub fn holds(&self, version: Version) -> bool {
-        self.cells.iter().any(|c| c.content.get() == version)
-    }
-
-    /// A slot holds what another version stands for, too.
-    pub fn stands(&self, slot: usize, version: Version) {
-        if let Some(cell) = self.cells.get(slot) {
-            cell.content.set(version);
-        }
-    }
-
-    /// As [`Held::finish`], for a part of a frame.
-    pub fn finish_part(&mut self, selection: Selection) {
-        self.finish(selection);
-        self.frames -= 1;
     }
 
     /// After a fault nothing is known of any memory.
     pub fn forget(&mut self) {
         self.cells.iter().for_each(|c| c.content.set(UNDEFINED));
         self.ran.clear();
-    }
-
-    /// The parts of a resource, as the last run of a unit left them; `None`: memory holds something else, or it has no parts.
-    pub fn parts(&self, plan: &Plan, unit: &Unit, id: ResourceId, outside: &Outside) -> Option<Parts> {
-        let ran = self.ran.get(&unit.name).filter(|ran| !ran.members.is_empty())?;
-        let there = self.version(plan.resources[id.0].slot) == outside.alike.of(unit.content(ran.key, id));
-        there.then(|| (unit.content(ran.common, id), ran.members.clone()))
+        self.previous.clear();
     }
 
     /// The contents of history.
@@ -239,7 +236,7 @@ impl Held {
 
 /// By slot of a plan the slot of earlier memory to take over: history by name, and whatever holds a content that the
 /// plan wants, if the next frame is given these values. Each piece of memory is taken once.
-pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values: &Values) -> Vec<Option<usize>> {
+pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, scene: &SceneInputs, values: &Values) -> Vec<Option<usize>> {
     let mut kept = carry_history(plan, keys, earlier);
     let mut free: BTreeMap<Version, Vec<usize>> = BTreeMap::new();
     for (j, cell) in earlier.cells.iter().enumerate().filter(|(j, _)| !kept.contains(&Some(*j))) {
@@ -247,7 +244,7 @@ pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, outside: &Outside, values
     }
     free.remove(&UNDEFINED);
     let soon = Held::new(plan, keys, &kept, Some(earlier));
-    let versions = keys.versions(plan, soon.history(plan), outside, values);
+    let versions = keys.versions(plan, soon.history(plan), scene, values);
     // Of those that share memory the last to write is there at the end.
     for (unit, after) in keys.units.iter().zip(&versions.after).rev() {
         // History is what the frame begins with, not what it makes.
@@ -316,31 +313,20 @@ fn fits(wanted: &Desc, there: &Desc) -> bool {
 }
 
 /// Chooses the steps of a frame.
-pub fn select(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
-    select_for(plan, keys, held, outside, values, &lasting(plan))
-}
-
-/// Chooses of the steps of a frame those that some resources take.
-pub fn select_for(
-    plan: &Plan,
-    keys: &Keys,
-    held: &Held,
-    outside: &Outside,
-    values: &Values,
-    wanted: &BTreeSet<ResourceId>,
-) -> Selection {
-    let versions = keys.versions(plan, held.history(plan), outside, values);
-    let run = required(plan, keys, held, &versions, wanted);
+pub fn select(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values: &Values) -> Selection {
+    let versions = keys.versions(plan, held.history(plan), scene, values);
+    let bits = bits(plan, keys, held, &versions);
+    let run = required(plan, keys, held, &versions, &bits);
     let why = |i: usize| {
         let unit = &keys.units[i];
         let before = held.ran.get(&unit.name);
         let same = before.filter(|ran| ran.key == versions.keys[i]);
         match (run.contains(&i), before) {
+            (true, _) if unit.writes.is_empty() => Why::Marks,
             (true, None) => Why::First,
             (true, Some(_)) if same.is_some() => Why::Overwritten,
             (true, Some(ran)) => {
-                let now = unit.ingredients(plan, (&versions, i), outside, values);
-                Why::Changed(differences(&ran.ingredients, &now))
+                Why::Changed(differences(&ran.contents, &unit.contents(plan, &versions.before[i], scene, values)))
             }
             (false, _) => {
                 // Under another name it may have run too.
@@ -350,21 +336,11 @@ pub fn select_for(
         }
     };
     let why = (0..keys.units.len()).map(why).collect();
-    let chosen = selection(plan, keys, held, (outside, values), &versions, why);
-    // What lay round a part has been lost since: all of it is drawn.
-    let lost = |(i, step): (usize, &Step)| {
-        let draws = step.action.draws().filter(|draws| outside.windows.contains_key(draws));
-        draws.is_some() && chosen.run[i] && !chosen.partly.members.contains_key(&i)
-    };
-    if plan.steps.iter().enumerate().any(lost) {
-        return select_for(plan, keys, held, &outside.without_windows(), values, wanted);
-    }
-    chosen
+    selection(plan, keys, held, (scene, values), versions, why, bits)
 }
 
 /// Chooses all steps that the outputs take.
-pub fn full(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
-    let outside = &*outside.without_windows();
+pub fn full(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values: &Values) -> Selection {
     let mut open: Vec<usize> = lasting(plan).iter().filter_map(|r| keys.last[r.0]).collect();
     let mut why = vec![Why::NotNeeded; keys.units.len()];
     while let Some(i) = open.pop() {
@@ -373,158 +349,104 @@ pub fn full(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &V
             open.extend(keys.units[i].makers.iter().flatten());
         }
     }
-    selection(plan, keys, held, (outside, values), &keys.versions(plan, held.history(plan), outside, values), why)
+    selection(
+        plan,
+        keys,
+        held,
+        (scene, values),
+        keys.versions(plan, held.history(plan), scene, values),
+        why,
+        AllBits::new(),
+    )
 }
 
-/// Chooses all steps.
-pub fn everything(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Selection {
-    let outside = &*outside.without_windows();
-    let versions = keys.versions(plan, held.history(plan), outside, values);
-    let why = vec![Why::Asked; keys.units.len()];
-    selection(plan, keys, held, (outside, values), &versions, why)
+/// Chooses all steps but those that write dirty bits: nothing goes by them.
+pub fn everything(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values: &Values) -> Selection {
+    let versions = keys.versions(plan, held.history(plan), scene, values);
+    let why = |unit: &Unit| if unit.writes.is_empty() { Why::NotNeeded } else { Why::Asked };
+    let why = keys.units.iter().map(why).collect();
+    selection(plan, keys, held, (scene, values), versions, why, AllBits::new())
 }
 
-/// The selection that runs the units whose reason says so.
+/// The dirty bits of a plan.
+type AllBits = BTreeMap<ResourceId, Bits>;
+
+/// The selection that runs the units whose reason says so; in part where there are bits to go by.
 fn selection(
     plan: &Plan,
     keys: &Keys,
     held: &Held,
-    (outside, values): (&Outside, &Values),
-    versions: &Versions,
+    (scene, values): (&SceneInputs, &Values),
+    versions: Versions,
     why: Vec<Why>,
+    bits: AllBits,
 ) -> Selection {
     let steps = plan.steps.len();
     let mut all = Selection {
         run: vec![false; steps],
         why: vec![Why::NotNeeded; steps],
-        partly: Partly { windows: outside.windows.clone(), ..Partly::default() },
+        partial: BTreeSet::new(),
+        bits: BTreeMap::new(),
         writes: vec![],
         ran: vec![],
+        keys: versions.keys.iter().copied().zip(versions.rest.iter().copied()).collect(),
     };
+    let mut slots = held.slots();
     for (i, (unit, mut why)) in keys.units.iter().zip(why).enumerate() {
-        let step = if let [step] = unit.steps[..] { Some(step.0) } else { None };
-        let members = &versions.members[i];
-        let ingredients = || unit.ingredients(plan, (versions, i), outside, values);
-        if let (Why::Changed(names), Some(step)) = (&mut why, step)
-            && let Some(some) = outdated(plan, unit, held, (&all, outside), &ingredients(), members)
+        if let (Why::Changed(names), [step], false) = (&mut why, &unit.steps[..], bits.is_empty())
+            && partly(plan, held, &versions, (i, unit), &slots)
         {
-            let (count, verb) = (some.iter().filter(|m| **m).count(), unit.verb());
-            let windows = plan.steps[step].action.draws().and_then(|draws| outside.windows.get(&draws));
-            *names = vec![format!("what {count} of {} members {verb}", some.len())];
-            names.extend(windows.map(|w| format!("within {:.1} % of their texels", 100.0 * share(w, &some))));
-            let saw = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref());
-            let boxes =
-                outside.members.get(&step).zip(saw).and_then(|(seen, saw)| seen.moved(saw, &some, keys.without));
-            all.partly.moved.extend(boxes.map(|boxes| (step, boxes)));
-            all.partly.members.insert(step, some);
+            all.partial.insert(*step);
+            why = Why::ChangedInPart(std::mem::take(names));
         }
         for s in &unit.steps {
             all.run[s.0] = why.runs();
             all.why[s.0] = why.clone();
         }
         if why.runs() {
-            let slots = unit.writes.iter().map(|r| plan.resources[r.0].slot);
-            all.writes.extend(slots.zip(versions.after[i].iter().copied()));
-            let seen = step.and_then(|s| outside.members.get(&s)).cloned();
-            let (key, common, members) = (versions.keys[i], versions.common[i], members.clone());
-            let read = versions.reads[i].as_ref().map(Reads::read);
-            let ran = Ran { key, common, ingredients: ingredients(), members, read, seen, frame: held.frames };
+            for (r, version) in unit.writes.iter().zip(&versions.after[i]) {
+                let slot = plan.resources[r.0].slot;
+                slots[slot] = *version;
+                all.writes.push((slot, *version));
+            }
+            let contents = unit.contents(plan, &versions.before[i], scene, values);
+            let ran = Ran { key: versions.keys[i], contents, frame: held.frames };
             all.ran.push((unit.name.clone(), Arc::new(ran)));
         }
+    }
+    let runs = |i: usize| keys.units[i].steps.iter().any(|s| all.run[s.0]);
+    let partial = all.partial.iter().filter_map(|s| Some(plan.steps[s.0].only.as_ref()?.bits));
+    let read = (0..keys.units.len()).filter(|i| runs(*i)).flat_map(|i| keys.units[i].bits.iter().copied());
+    let wanted: BTreeSet<ResourceId> = partial.chain(read).collect();
+    all.bits = bits.into_iter().filter(|(id, _)| wanted.contains(id)).collect();
+    all
+}
+
+/// Where all dirty bits come from in a frame, whoever runs: what changed since the last one decides.
+fn bits(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions) -> AllBits {
+    let mut all = AllBits::new();
+    for (i, unit) in keys.units.iter().enumerate() {
+        let Some(only) = plan.only(unit) else { continue };
+        let now = match held.previous.get(i) {
+            Some((key, _)) if *key == versions.keys[i] => Bits::Clear,
+            Some((_, rest)) if *rest == versions.rest[i] => Bits::Written,
+            _ => Bits::Set,
+        };
+        let there = all.entry(only.bits).or_insert(now);
+        *there = match (*there, now) {
+            (Bits::Set, _) | (_, Bits::Set) => Bits::Set,
+            (Bits::Written, _) | (_, Bits::Written) => Bits::Written,
+            (Bits::Clear, Bits::Clear) => Bits::Clear,
+        };
     }
     all
 }
 
-/// Which members of a unit must run, when the others' part of its last run is in memory still and nothing but what tells them
-/// apart is new since. `before` is what the frame has chosen so far.
-fn outdated(
-    plan: &Plan,
-    unit: &Unit,
-    held: &Held,
-    (before, outside): (&Selection, &Outside),
-    now: &Ingredients,
-    members: &Members,
-) -> Option<Vec<bool>> {
-    let ran = standing(plan, unit, held, outside, now)?;
-    let untouched = |r: &ResourceId| before.writes.iter().all(|(slot, _)| *slot != plan.resources[r.0].slot);
-    let fits = !members.is_empty() && ran.members.len() == members.len() && unit.writes.iter().all(untouched);
-    fits.then(|| members.each().iter().zip(ran.members.each()).map(|(now, then)| now != then).collect())
-}
-
-/// The last run of unit number `index`, when it stands with these versions.
-pub(super) fn still_standing<'h>(
-    plan: &Plan,
-    keys: &Keys,
-    held: &'h Held,
-    (outside, values): (&Outside, &Values),
-    (versions, index): (&Versions, usize),
-) -> Option<&'h Arc<Ran>> {
-    let unit = &keys.units[index];
-    standing(plan, unit, held, outside, &unit.ingredients(plan, (versions, index), outside, values))
-}
-
-/// The last run of a unit, when what it made is in memory still and nothing but what tells its members apart is new since.
-fn standing<'h>(
-    plan: &Plan,
-    unit: &Unit,
-    held: &'h Held,
-    outside: &Outside,
-    now: &Ingredients,
-) -> Option<&'h Arc<Ran>> {
-    let ran = held.ran.get(&unit.name)?;
-    let whole = |i: &&Ingredient| i.kind != Kind::Member;
-    let same = ran.ingredients.keys().filter(whole).eq(now.keys().filter(whole))
-        && now.iter().filter(|(i, _)| whole(i)).all(|(i, content)| ran.ingredients.get(i) == Some(content));
-    let made = |r: &ResourceId| outside.alike.of(unit.content(ran.key, *r));
-    let there = unit.writes.iter().all(|r| held.version(plan.resources[r.0].slot) == made(r));
-    (same && there).then_some(ran)
-}
-
-/// Takes back what is no change to what members see: what moved shows neither where it was nor where it is. Of draws that it is one
-/// to, finds the parts to go over, and the squares that stay as they are. `depths` gives the depths that a resource holds in the version
-/// that memory has of it.
-///
-/// A version of before stands for another place of what moved, but for the same content: only while nothing else differs
-/// either, so this is asked anew in every frame.
-///
-/// # Errors
-/// The depths can't be had.
-pub fn settle(
-    plan: &Plan,
-    keys: &Keys,
-    held: &Held,
-    outside: &mut Outside,
-    values: &Values,
-    mut depths: impl FnMut(ResourceId, Version) -> Checked<Arc<Image>>,
-) -> Checked<()> {
-    outside.windows.clear();
-    for (i, unit) in keys.units.iter().enumerate() {
-        let [id] = unit.steps[..] else { continue };
-        let Some(mut seen) = outside.members.get(&id.0).cloned() else { continue };
-        let Some(saw) = held.ran.get(&unit.name).and_then(|ran| ran.seen.as_ref()) else { continue };
-        let moved = seen.unsettled(saw) && {
-            let versions = keys.versions(plan, held.history(plan), outside, values);
-            still_standing(plan, keys, held, (outside, values), (&versions, i)).is_some()
-        };
-        let (mut windows, step) = (vec![], &plan.steps[id.0]);
-        if moved {
-            let target = region::depths(plan, step);
-            let image = target.map(|id| depths(id, held.version(plan.resources[id.0].slot))).transpose()?;
-            seen.settle(saw, plan, step, image.as_deref());
-        }
-        if let Some(draws) = step.action.draws().filter(|_| moved) {
-            windows = seen.windows(saw, plan, step, keys.without);
-            outside.windows.extend(windows.iter().any(Option::is_some).then(|| (draws, Arc::new(windows.clone()))));
-        }
-        seen.keep_squares(saw, plan, step, &windows);
-        outside.members.insert(id.0, seen);
-    }
-    Ok(())
-}
-
-/// The version that each resource has at the end of a frame.
-pub fn end(plan: &Plan, keys: &Keys, held: &Held, outside: &Outside, values: &Values) -> Vec<Version> {
-    keys.versions(plan, held.history(plan), outside, values).end
+/// Whether a unit can run for some of its instances, with these contents of memory before it.
+fn partly(plan: &Plan, held: &Held, versions: &Versions, (i, unit): (usize, &Unit), slots: &[Version]) -> bool {
+    let Some((key, rest)) = held.previous.get(i).filter(|_| plan.only(unit).is_some()) else { return false };
+    let there = |r: &ResourceId| slots[plan.resources[r.0].slot] == unit.content(*key, *r);
+    *rest == versions.rest[i] && unit.writes.iter().all(there)
 }
 
 /// What the outputs, and what the next frame begins with, are.
@@ -534,9 +456,11 @@ fn lasting(plan: &Plan) -> BTreeSet<ResourceId> {
 }
 
 /// The units that must run so that these resources are in memory at the end.
-fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, end: &BTreeSet<ResourceId>) -> BTreeSet<usize> {
+fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, bits: &AllBits) -> BTreeSet<usize> {
+    let end = lasting(plan);
+    let marker = |id: &ResourceId| keys.markers.get(id).filter(|_| bits.get(id) == Some(&Bits::Written));
     let slot = |r: &ResourceId| plan.resources[r.0].slot;
-    let there: Vec<Version> = (0..held.cells.len()).map(|s| held.version(s)).collect();
+    let there = held.slots();
     let mut run: BTreeSet<usize> = BTreeSet::new();
     loop {
         // With all that is known to run, what is missing when it is wanted? Memory is shared: what was there may be gone.
@@ -549,11 +473,15 @@ fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, end: &BT
                     more.extend(maker);
                 }
             }
+            more.extend(unit.bits.iter().filter_map(marker));
+            if partly(plan, held, versions, (*i, unit), &slots) {
+                more.extend(plan.only(unit).and_then(|only| marker(&only.bits)));
+            }
             for (r, v) in unit.writes.iter().zip(&versions.after[*i]) {
                 slots[slot(r)] = *v;
             }
         }
-        for r in end {
+        for r in &end {
             let wanted = versions.end[r.0];
             if wanted != UNDEFINED && slots[slot(r)] != wanted {
                 more.extend(keys.last[r.0]);
@@ -576,7 +504,7 @@ fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, end: &BT
 }
 
 /// What is new or different, and what is gone.
-fn differences(before: &Ingredients, now: &Ingredients) -> Vec<String> {
+fn differences(before: &Contents, now: &Contents) -> Vec<String> {
     let changed = now.iter().filter(|(k, v)| before.get(k) != Some(v)).map(|(k, _)| k.to_string());
     let gone = before.keys().filter(|k| !now.contains_key(k)).map(|k| format!("no {k} any more"));
     changed.chain(gone).collect()

@@ -5,9 +5,9 @@ use super::wire::{How, Mode, Use, Wire, Wired, Wirer};
 use super::{Action, Binding, Cull, Desc, Frusta, Indirect, Member, Resource, ResourceId, Step};
 use crate::diag::{Checked, Diagnostic, Source, Span};
 use crate::graph::ast::{Name, Raster};
-use crate::scene::TABLES;
+use crate::scene::{TABLES, TableKind};
 use crate::shader::{BindingKind, Defs, Library, Shader, Stage, compose};
-use crate::value::{Type, Value, Values};
+use crate::value::{Value, Values};
 use std::sync::{Arc, LazyLock};
 
 /// The shader that fills a buffer of draws; its path can't be that of a file of the graph.
@@ -37,8 +37,6 @@ pub struct Culling {
     bindings: Vec<Wire>,
     /// Which of the bindings are the frusta.
     frusta: usize,
-    /// Which are the windows.
-    windows: usize,
 }
 
 /// The built-in shader. It is the same for all plans, and made once.
@@ -61,8 +59,8 @@ pub fn triangles(draws: &[u8]) -> u64 {
 
 /// Tables whose rows hold a frustum.
 pub fn frustum_tables() -> impl Iterator<Item = &'static str> {
-    let holds = |columns: &[(&str, Type)]| columns.iter().any(|(name, _)| *name == FRUSTUM);
-    TABLES.iter().filter(move |(_, columns)| holds(columns)).map(|(name, _)| *name)
+    let holds = |t: &&TableKind| t.columns.iter().any(|(name, _)| *name == FRUSTUM);
+    TABLES.iter().filter(holds).map(|t| t.name)
 }
 
 /// Whether a resource is a buffer of frusta for so many members.
@@ -97,18 +95,18 @@ impl<'g> Wirer<'g, '_> {
                 (BindingKind::Uniform(layout), _) => {
                     Wire::Fixed(Binding::Uniform { layout: layout.clone(), extra: Values::new() })
                 }
-                (_, "draws" | "windows") => Wire::Result,
+                (_, "draws") => Wire::Result,
                 (_, "frusta") if !frustum_tables().any(|t| t == frusta.value) => self.frusta(wired, frusta)?,
                 (_, name) => {
                     let name = if name == "frusta" { frusta.value.as_str() } else { name };
-                    let (table, columns) = TABLES.iter().find(|t| t.0 == name)?;
+                    let TableKind { name: table, columns, .. } = crate::scene::table(name)?;
                     self.table(&shader, wired.pass, v, table, columns, &frusta.span)?
                 }
             });
         }
         let place = |name: &str| shader.interface.variables.iter().position(|v| v.name == name);
-        let (frusta, windows) = (place("frusta")?, place("windows")?);
-        Some(Culling { shader: index, bindings, frusta, windows })
+        let frusta = place("frusta")?;
+        Some(Culling { shader: index, bindings, frusta })
     }
 
     fn frusta(&mut self, wired: &mut Wired<'g>, name: &Name) -> Option<Wire> {
@@ -166,13 +164,10 @@ impl Expander<'_, '_> {
         let extra: Values = values.into_iter().map(|(name, n)| (name.to_owned(), Value::Uint(n))).collect();
         let mut bindings = vec![];
         let mut reads = vec![];
-        for (at, wire) in culling.bindings.iter().enumerate() {
+        for wire in &culling.bindings {
             bindings.push(match wire {
-                Wire::Result if at == culling.windows => Binding::Windows { draws: buffer, members: rows },
                 Wire::Resource(frusta) => {
                     let id = self.id(frusta, 0, &w.pass.span)?;
-                    // The host wants to know them too.
-                    self.usage(id, How::CopySource);
                     reads.push(id);
                     Binding::Resource(id)
                 }
@@ -190,9 +185,7 @@ impl Expander<'_, '_> {
             | Binding::SceneTextures
             | Binding::Sampler(_)
             | Binding::Report
-            | Binding::Members
-            | Binding::Moved(_)
-            | Binding::Windows { .. } => return None,
+            | Binding::Instances => return None,
         };
         let groups = (rows.checked_mul(draws)?).div_ceil(DRAWS_A_WORKGROUP);
         let across = groups.clamp(1, self.limits.max_compute_workgroups_per_dimension);
@@ -201,12 +194,16 @@ impl Expander<'_, '_> {
             name: format!("{name}.cull"),
             pass: w.pass.name.value.clone(),
             group: w.pass.group.as_ref().map(|g| g.value.clone()),
-            action: Action::Compute { shader: culling.shader, entry, groups: [across, groups.div_ceil(across), 1] },
+            action: Action::Compute {
+                shader: culling.shader,
+                entry,
+                groups: [across, groups.div_ceil(across), 1],
+                instances: None,
+            },
             bindings,
             reads,
             writes: vec![buffer],
-            own: None,
-            sight: None,
+            only: None,
             after: vec![],
         });
         let [first, second] = [draws - parts[1].1, parts[1].1];
@@ -229,6 +226,7 @@ impl Expander<'_, '_> {
             alive: (0, 0),
             history: false,
             initial: None,
+            bits: false,
             min: None,
             max: None,
         });

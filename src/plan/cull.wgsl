@@ -17,10 +17,6 @@ struct Frustum {
 }
 var<storage, read> frusta: array<Frustum>;
 
-/// By row of a member, the part of its view that is drawn: the lower x and y, the upper x and y, in clip space by w. All of it:
-/// -1, -1, 1, 1.
-var<storage, read> windows: array<vec4f>;
-
 /// As WebGPU reads the arguments of an indexed indirect draw.
 struct Draw {
     index_count: u32,
@@ -55,15 +51,14 @@ fn outside(plane: vec4f, middle: vec3f, half: vec3f) -> bool {
     return dot(plane.xyz, middle) + plane.w + reach < -1e-5 * (size + reach);
 }
 
-/// Whether a box meets the volume that `rows`, those of a view-projection matrix, keep within a window (0..w in depth).
-/// What is not a number keeps everything.
-fn meets(rows: mat4x4f, window: vec4f, lower: vec3f, upper: vec3f) -> bool {
+/// Whether a box meets the volume that `rows`, those of a view-projection matrix, keep (-w..w, 0..w in depth). What is not a number keeps everything.
+fn meets(rows: mat4x4f, lower: vec3f, upper: vec3f) -> bool {
     let middle = 0.5 * (lower + upper);
     let half = 0.5 * (upper - lower);
-    return !(outside(rows[0] - window.x * rows[3], middle, half)
-        || outside(window.z * rows[3] - rows[0], middle, half)
-        || outside(rows[1] - window.y * rows[3], middle, half)
-        || outside(window.w * rows[3] - rows[1], middle, half)
+    return !(outside(rows[0] + rows[3], middle, half)
+        || outside(rows[3] - rows[0], middle, half)
+        || outside(rows[1] + rows[3], middle, half)
+        || outside(rows[3] - rows[1], middle, half)
         || outside(rows[2], middle, half)
         || outside(rows[3] - rows[2], middle, half));
 }
@@ -125,7 +120,6 @@ fn cull(
     let known = member < arrayLength(&frusta);
     let rows = transpose(frusta[min(member, arrayLength(&frusta) - 1u)].view_projection);
     let eye = eye_of(rows);
-    let window = windows[min(row, arrayLength(&windows) - 1u)];
     var first = 0xffffffffu;
     var last = 0u;
     for (var i = begin + lane % LANES; there && i < end; i += LANES) {
@@ -133,7 +127,7 @@ fn cull(
         if culling.occluders != 0u && known && hides_nothing(c, eye) {
             continue;
         }
-        if !known || meets(rows, window, c.lower, c.upper) {
+        if !known || meets(rows, c.lower, c.upper) {
             first = min(first, c.first);
             last = c.first + c.count;
         }

@@ -1,15 +1,35 @@
 //! What draw and screen passes draw to: targets, layers, tiles.
 
 use super::expand::Expander;
-use super::region::worth_reading;
-use super::wire::{How, Wired};
+use super::wire::Wired;
 use super::{
-    ColorTarget, DepthTarget, Desc, Draw, Geometry, Member, Place, ResourceId, TextureDesc, TextureKind, request,
+    ColorTarget, DepthTarget, Desc, Draw, Geometry, Member, Place, Resource, ResourceId, TextureDesc, TextureKind,
+    request,
 };
 use crate::diag::Diagnostic;
 use crate::graph::ast::{PassKind, Raster};
 use crate::graph::expr::{Expr, Val};
 use crate::shader::Stage;
+use std::collections::BTreeSet;
+
+/// Whether some members of a draw can be drawn again while what the others drew stays: each has a tile or a layer of its own in
+/// every target, all of which begin at their clear values.
+pub(super) fn splits(resources: &[Resource], draw: &Draw) -> bool {
+    let clears = |t: &ColorTarget| t.clear.is_some();
+    let fresh = |t: &DepthTarget| t.clear.is_some() && t.write;
+    let targets = || draw.color.iter().map(|t| t.resource).chain(draw.depth.iter().map(|t| t.resource));
+    let room = |id: ResourceId, place: &Place| match (&resources[id.0].desc, place) {
+        (Desc::Texture(TextureDesc { tiles, .. }), Place::Rect(_)) => tiles.is_some(),
+        (Desc::Texture(TextureDesc { layers, .. }), Place::Layer(layer)) => layer < layers,
+        _ => false,
+    };
+    let places: BTreeSet<Place> = draw.members.iter().map(|m| m.place).collect();
+    draw.views == 1
+        && draw.color.iter().all(clears)
+        && draw.depth.iter().all(fresh)
+        && places.len() == draw.members.len()
+        && targets().all(|id| places.iter().all(|p| room(id, p)))
+}
 
 impl Expander<'_, '_> {
     /// The render pass of a draw or screen pass: targets and the place of each member.
@@ -57,14 +77,6 @@ impl Expander<'_, '_> {
             Some(_) => Some(self.culled(w, r, name, (&members, level))?),
             None => None,
         };
-        // The host asks it what the members don't show.
-        let told = depth.as_ref().filter(|_| indirect.is_some()).map(|d| d.resource);
-        let texture = told.map(|id| (id, &self.out.resources[id.0].desc));
-        if let Some((id, Desc::Texture(t))) = texture
-            && worth_reading(t)
-        {
-            self.usage(id, How::CopySource);
-        }
         Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, indirect, views, level })
     }
 

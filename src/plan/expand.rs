@@ -2,21 +2,17 @@
 //!
 //! [`super::draw`] places what draw and screen passes draw, [`super::reduce`] makes the stages of reductions.
 
-use super::alike::comparable;
 use super::order::{Block, Entry};
-use super::region::worth_reading;
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
-use super::{
-    Action, Binding, Desc, Ending, LevelUse, Masked, Own, Resource, ResourceId, Sight, Step, StepId, TextureKind, Until,
-};
+use super::{Action, Binding, Desc, Ending, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Name, PassKind, Size};
+use crate::graph::ast::{PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
 use rustc_hash::FxHashMap;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// The steps of a plan, in the order of the file.
@@ -38,7 +34,9 @@ pub fn expand(
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
     let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: FxHashMap::default() };
-    let mut e = Expander { sizes, values, shaders, limits, features, levels, faults, out, counts: vec![] };
+    let mut bits = BTreeSet::new();
+    each_pass(items, &mut |w| bits.extend(w.pass.only.iter().map(|dirty| dirty.bits.value.clone())));
+    let mut e = Expander { sizes, values, shaders, limits, features, levels, bits, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
     e.out
@@ -52,6 +50,8 @@ pub(super) struct Expander<'a, 'f> {
     pub(super) limits: &'a wgpu::Limits,
     pub(super) features: wgpu::Features,
     pub(super) levels: &'a [LevelUse],
+    /// Names of buffers of dirty bits.
+    bits: BTreeSet<String>,
     pub(super) faults: &'f mut Vec<Diagnostic>,
     pub(super) out: Expanded,
     /// Iterations of the loops around, outermost first.
@@ -108,6 +108,7 @@ impl Expander<'_, '_> {
         let sized = self.sizes.of(name)?;
         let sized = self.keep(sized)?;
         let first = ResourceId(self.out.resources.len());
+        let bits = self.bits.contains(name);
         self.out.ids.insert(name.to_string(), first);
         for m in 0..sized.members.unwrap_or(1) {
             let name = if sized.members.is_some() { format!("{name}[{m}]") } else { name.to_string() };
@@ -119,6 +120,7 @@ impl Expander<'_, '_> {
                 alive: (0, 0),
                 history: declared.history,
                 initial,
+                bits,
                 min: declared.min,
                 max: declared.max,
             });
@@ -148,11 +150,11 @@ impl Expander<'_, '_> {
     /// The steps of a pass with the member each belongs to.
     fn pass(&mut self, w: &Wired) -> Vec<(u32, StepId)> {
         let sets = w.uses.iter().any(|u| self.sizes.declared(&u.resource).is_some_and(|r| r.members.is_some()));
-        let listed = w.bindings.iter().any(|b| matches!(b, Wire::Fixed(Binding::Members)));
+        let listed = w.bindings.iter().any(|b| matches!(b, Wire::Fixed(Binding::Instances)));
         if listed && sets {
-            let d = Diagnostic::error(format!("the members of `{}` have resources of their own", w.pass.name.value));
+            let d = Diagnostic::error(format!("the instances of `{}` have resources of their own", w.pass.name.value));
             let help =
-                "a dispatch for all `members` binds the same for each; without them each has a dispatch of its own";
+                "a dispatch for all `instances` binds the same for each; without them each has a dispatch of its own";
             self.faults.push(d.at(&w.pass.name.span, "").help(help));
             return vec![];
         }
@@ -206,12 +208,13 @@ impl Expander<'_, '_> {
             }
             PassKind::Compute { shader, over, .. } => {
                 let index = w.shader?;
-                let groups = match (batched, w.each) {
-                    (true, Some(members)) => self.groups_of_members(index, over, members, &shader.span)?,
-                    _ => self.groups(index, over, &shader.span)?,
+                let instances = w.each.filter(|_| batched);
+                let groups = match instances {
+                    Some(instances) => self.groups_of_instances(index, over, instances, &shader.span)?,
+                    None => self.groups(index, over, &shader.span)?,
                 };
                 let entry = self.shaders[index].interface.entry(Stage::Compute)?.name.clone();
-                Action::Compute { shader: index, entry, groups }
+                Action::Compute { shader: index, entry, groups, instances }
             }
             PassKind::Copy { from, to } => {
                 let (a, b) = (self.id(&from.value, member, &from.span)?, self.id(&to.value, member, &to.span)?);
@@ -231,8 +234,7 @@ impl Expander<'_, '_> {
             }
         };
         let bindings = self.bindings(w, member, &name, &BTreeMap::new())?;
-        let own = self.own(w, batched)?;
-        let sight = self.sight(w, batched)?;
+        let only = self.only(w, batched, &action)?;
         let step = Step {
             name,
             pass: pass.name.value.clone(),
@@ -241,106 +243,39 @@ impl Expander<'_, '_> {
             bindings,
             reads,
             writes,
-            own,
-            sight,
+            only,
             after: vec![],
         };
-        for id in &step.writes {
-            if comparable(&step, &self.out.resources[id.0].desc) {
-                self.usage(*id, How::CopySource);
-            }
-        }
         self.out.steps.push(step);
         Some(())
     }
 
-    /// What the pass says of the parts that its members read. `None` after a fault.
-    fn own(&mut self, w: &Wired, batched: bool) -> Option<Option<Own>> {
-        let (Some(members), Some((word, first))) = (w.each, w.pass.apart()) else { return Some(None) };
+    /// Which instances run when little changed. `None` after a fault.
+    fn only(&mut self, w: &Wired, batched: bool, action: &Action) -> Option<Option<Only>> {
+        let (Some(dirty), Some(instances)) = (&w.pass.only, w.each) else { return Some(None) };
         if !batched {
-            let d = Diagnostic::error(format!("the members of `{}` are steps of their own already", w.pass.name.value));
-            let help = format!("let the shader do the work of all `members` in one dispatch, or leave `{word}` out");
-            self.faults.push(d.at(&first.span, "").help(help));
+            let d = Diagnostic::error(format!("the instances of `{}` are steps of their own", w.pass.name.value));
+            let help = "let the shader do the work of all `instances` in one dispatch, or leave `only` out";
+            self.faults.push(d.at(&dirty.bits.span, "").help(help));
             return None;
         }
-        let (mut reads, mut masked) = (vec![], vec![]);
-        for name in &w.pass.own {
-            let id = self.read_in_parts(w, name)?;
-            if !reads.contains(&id) {
-                reads.push(id);
-            }
+        let bits = self.id(&dirty.bits.value, 0, &dirty.bits.span)?;
+        let mut resources = vec![];
+        for name in &w.dirty {
+            resources.push(self.id(&name.value, 0, &name.span)?);
         }
-        for (name, mask) in &w.masked {
-            let (parts, id) = (self.read_in_parts(w, name)?, self.id(&mask.value, 0, &mask.span)?);
-            let size = self.out.resources[id.0].desc.bytes();
-            let row = u64::from(members) * 4;
-            if size == 0 || !size.is_multiple_of(row) {
-                let d = Diagnostic::error(format!("`{}` has {size} bytes for {members} rows of bits", mask.value));
-                let help = "declare it as `Buffer(stride: 4, count: …)` with as many words for each member";
-                self.faults.push(d.at(&mask.span, "").help(help));
+        if let Action::Draw(draw) = action {
+            if !super::draw::splits(&self.out.resources, draw) {
+                let what = format!("the instances of `{}` draw over each other", w.pass.name.value);
+                let help = "give each a tile or a layer of its own that is cleared first, or leave `only` out";
+                self.faults.push(Diagnostic::error(what).at(&dirty.bits.span, "").help(help));
                 return None;
             }
-            masked.push(Masked { parts, mask: id });
+            // What is culled follows from where things are.
+            let places = dirty.of.iter().any(|name| super::dirty::CULLED_BY.contains(&name.value.as_str()));
+            resources.extend(draw.indirect.filter(|_| places).map(|indirect| indirect.buffer));
         }
-        Some(Some(Own { members, reads, masked, rows: w.rows.clone() }))
-    }
-
-    /// A resource that the pass reads, so that it can say of which parts.
-    fn read_in_parts(&mut self, w: &Wired, name: &Name) -> Option<ResourceId> {
-        // A mask is read by the host.
-        let read = || w.uses.iter().filter(|u| u.mode == Mode::Read && u.how != How::CopySource);
-        if !read().any(|u| u.resource == name.value) {
-            let d = Diagnostic::error(format!("`{}` reads nothing of `{}`", w.pass.name.value, name.value));
-            let read: Vec<&str> = read().map(|u| u.resource.as_str()).collect();
-            self.faults.push(d.at(&name.span, "").help(format!("what it reads: {}", read.join(", "))));
-            return None;
-        }
-        self.id(&name.value, 0, &name.span)
-    }
-
-    /// What the pass says that its members see. `None` after a fault.
-    fn sight(&mut self, w: &Wired, batched: bool) -> Option<Option<Sight>> {
-        let PassKind::Compute { sight: Some(said), .. } = &w.pass.kind else { return Some(None) };
-        let members = w.each?;
-        if !batched {
-            let d = Diagnostic::error(format!("the members of `{}` are steps of their own", w.pass.name.value));
-            let help = "let the shader do the work of all `members` in one dispatch, or leave `frusta` out";
-            self.faults.push(d.at(&said.frusta.span, "").help(help));
-            return None;
-        }
-        let uses = |name: &Name, mode: fn(Mode) -> bool| {
-            w.uses.iter().any(|u| u.resource == name.value && u.mode != Mode::Size && mode(u.mode))
-        };
-        let frusta = self.id(&said.frusta.value, 0, &said.frusta.span)?;
-        if let Err(d) = super::cull::holds_frusta(&said.frusta, &self.out.resources[frusta.0].desc, members) {
-            self.faults.push(d);
-            return None;
-        }
-        let mut reads = vec![];
-        for name in &said.seen {
-            if !uses(name, Mode::reads) {
-                let d = Diagnostic::error(format!("`{}` reads nothing of `{}`", w.pass.name.value, name.value));
-                self.faults.push(d.at(&name.span, "").help("leave it out of `seen`"));
-                return None;
-            }
-            reads.push(self.id(&name.value, 0, &name.span)?);
-        }
-        let mut depth = None;
-        if let Some(name) = &said.depth {
-            if !uses(name, Mode::writes) {
-                let d = Diagnostic::error(format!("`{}` writes nothing to `{}`", w.pass.name.value, name.value));
-                self.faults.push(d.at(&name.span, "").help("write depths there, or leave `depth` out"));
-                return None;
-            }
-            let id = self.id(&name.value, 0, &name.span)?;
-            if let Desc::Texture(t) = &self.out.resources[id.0].desc
-                && worth_reading(t)
-            {
-                self.usage(id, How::CopySource);
-                depth = Some(id);
-            }
-        }
-        Some(Some(Sight { members, frusta, reads, depth }))
+        Some(Some(Only { instances, bits, resources, tables: w.dirty_tables.clone() }))
     }
 
     pub(super) fn bindings(
@@ -419,22 +354,23 @@ impl Expander<'_, '_> {
         self.in_groups(shader, threads, span)
     }
 
-    /// Workgroups of a dispatch that does many members, a layer of workgroups each.
-    fn groups_of_members(&mut self, shader: usize, over: &Size, members: u32, span: &Span) -> Option<[u32; 3]> {
+    /// Workgroups of each instance of a dispatch.
+    fn groups_of_instances(&mut self, shader: usize, over: &Size, instances: u32, span: &Span) -> Option<[u32; 3]> {
         let [x, y, layers] = self.groups(shader, over, span)?;
         let [.., deep] = self.shaders[shader].interface.entry(Stage::Compute)?.workgroup_size;
         let most = self.limits.max_compute_workgroups_per_dimension;
         if layers > 1 || deep > 1 {
-            let d = Diagnostic::error("a member of a dispatch has one layer of workgroups").at(span, "");
+            let d = Diagnostic::error("an instance of a dispatch has one layer of workgroups").at(span, "");
             self.faults.push(d.help("give `over` and the workgroup two axes"));
             return None;
         }
-        if members > most {
-            let what = format!("{members} members exceed the adapter's limit of {most} layers of workgroups");
-            self.faults.push(Diagnostic::error(what).at(span, "").help("let each member do more"));
+        // Instances beyond the limit of one axis go on along another.
+        if u64::from(instances.div_ceil(most)) * u64::from(x) > u64::from(most) {
+            let what = format!("{instances} instances of {x} workgroups exceed the adapter's limit of {most} an axis");
+            self.faults.push(Diagnostic::error(what).at(span, "").help("let each instance do more"));
             return None;
         }
-        Some([x, y, members])
+        Some([x, y, 1])
     }
 
     fn threads(&mut self, over: &Size, axes: usize) -> Option<[u32; 3]> {
@@ -466,6 +402,16 @@ impl Expander<'_, '_> {
             return None;
         }
         Some(groups)
+    }
+}
+
+/// Every pass, those in loops among them.
+fn each_pass(items: &[Item], tell: &mut impl FnMut(&Wired)) {
+    for item in items {
+        match item {
+            Item::Pass(w) => tell(w),
+            Item::Loop { body, .. } => each_pass(body, tell),
+        }
     }
 }
 

@@ -20,11 +20,7 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
         sizes.into_iter().chain(counts).for_each(&mut note);
     }
     walk(&graph.passes, &mut |p| {
-        p.when
-            .iter()
-            .chain(&p.each)
-            .chain(p.rows.iter().chain(&p.defines).chain(&p.set).map(|d| &d.1))
-            .for_each(&mut note);
+        p.when.iter().chain(&p.each).chain(p.defines.iter().chain(&p.set).map(|d| &d.1)).for_each(&mut note);
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
@@ -93,7 +89,8 @@ fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str
     let mut used = mentioned(graph);
     let mut shaders: BTreeSet<&str> = BTreeSet::new();
     walk(&graph.passes, &mut |p| {
-        used.extend(p.bind.iter().chain(&p.masked).map(|(_, name)| name.value.as_str()));
+        used.extend(p.bind.iter().map(|(_, name)| name.value.as_str()));
+        used.extend(p.only.iter().map(|dirty| dirty.bits.value.as_str()));
         // What another name of a shader stands for.
         let renamed = p.scope.iter().flat_map(|s| &s.names).filter(|(own, whole)| !whole.ends_with(own.as_str()));
         used.extend(renamed.map(|(_, whole)| whole.as_str()));
@@ -102,12 +99,11 @@ fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 used.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.as_str()));
             }
-            PassKind::Compute { sight, .. } => used.extend(sight.iter().map(|s| s.frusta.value.as_str())),
             PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => {
                 used.extend([from.value.as_str(), to.value.as_str()]);
             }
             PassKind::Clear { target, .. } => used.extend([target.value.as_str()]),
-            PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {}
+            PassKind::Compute { .. } | PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {}
         }
     });
     used.extend(graph.outputs.iter().map(|o| o.1.value.as_str()));

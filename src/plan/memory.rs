@@ -1,8 +1,9 @@
 //! Lifetimes, and which resources share memory.
 
-use super::causes::{Causes, Moving, causes};
+use super::inputs::{self, Access, Input};
+use super::volatility::{Causes, Moving, causes};
 use super::{Action, Binding, Desc, Node, Place, Plan, ResourceId, Slot, Step};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One use of a resource at a place of the order.
 #[derive(Clone, Copy)]
@@ -52,9 +53,10 @@ pub fn allocate(plan: &mut Plan, share: bool) {
     }
     let mut order: Vec<usize> = (0..plan.resources.len()).collect();
     order.sort_by_key(|i| (plan.resources[*i].alive.0, *i));
-    // Members that need not run again leave what they made where it is.
-    let apart = plan.steps.iter().filter(|s| s.own.is_some() || s.sight.is_some());
-    let in_parts: BTreeSet<usize> = apart.flat_map(|s| s.writes.iter().map(|r| r.0)).collect();
+    // Instances that need not run again leave what they made where it is.
+    let in_parts = plan.steps.iter().filter_map(|s| Some((s, s.only.as_ref()?)));
+    let in_parts: BTreeSet<usize> =
+        in_parts.flat_map(|(s, only)| s.writes.iter().chain([&only.bits]).map(|r| r.0)).collect();
     let causes = causes(plan);
     // For each slot the place after which it is free; `None` when it never is.
     let mut free: Vec<Option<usize>> = vec![];
@@ -124,18 +126,26 @@ fn walk<'p>(
             Node::Step(s) => {
                 let step = &plan.steps[s.0];
                 let gathers = gathers(step, around);
-                let mut note = |id: ResourceId, keeps| touches[id.0].push(Touch { at: *at, keeps });
-                step.reads.iter().for_each(|r| note(*r, true));
-                step.writes.iter().for_each(|r| note(*r, gathers));
-                // Bound for its size only: it must exist while the step runs.
-                for b in &step.bindings {
-                    if let Binding::Resource(id) = b
-                        && !step.reads.contains(id)
-                        && !step.writes.contains(id)
-                    {
-                        note(*id, false);
-                    }
+                let mut uses: BTreeMap<ResourceId, bool> = BTreeMap::new();
+                for input in inputs::of(plan, step, around) {
+                    let (id, keeps) = match input {
+                        Input::Resource { id, access } => match access {
+                            // It must exist while the step runs.
+                            Access::Bound => (id, false),
+                            Access::Read => (id, true),
+                            Access::Part | Access::Whole => (id, gathers),
+                        },
+                        Input::Bits(id) => (id, true),
+                        Input::Fixed { .. }
+                        | Input::Value { .. }
+                        | Input::Table(_)
+                        | Input::Geometry
+                        | Input::Textures
+                        | Input::Began => continue,
+                    };
+                    *uses.entry(id).or_default() |= keeps;
                 }
+                uses.into_iter().for_each(|(id, keeps)| touches[id.0].push(Touch { at: *at, keeps }));
                 *at += 1;
             }
             Node::Loop(l) => {

@@ -3,39 +3,33 @@
 //! Everything is decided here: sizes, order, what is left out and why, which resources share memory, what each
 //! variable is bound to. The executor only walks it.
 
-pub mod alike;
 mod bind;
 pub mod build;
-mod causes;
 pub mod change;
 pub mod cull;
+mod dirty;
 mod draw;
 mod ending;
 pub mod expand;
 pub mod fastest;
-pub mod ingredient;
+pub mod inputs;
 pub mod keys;
 pub mod lint;
 pub mod live;
-pub mod masked;
-pub mod member;
 pub mod memory;
 pub mod order;
-pub mod outside;
 mod reduce;
-pub mod region;
 pub mod request;
+pub mod scene_inputs;
 pub mod show;
-pub mod sight;
 pub mod sizes;
 pub mod tables;
 mod targets;
 #[cfg(test)]
 mod tests;
-pub mod window;
+mod volatility;
 pub mod wire;
 mod work;
-mod world;
 
 use crate::shader::{Layout, Shader};
 use crate::value::{Value, Values};
@@ -147,6 +141,8 @@ pub struct Resource {
     pub history: bool,
     /// Content before anything is written; `Some` also clears it on allocation.
     pub initial: Option<[f64; 4]>,
+    /// Holds dirty bits: what they say is for one frame.
+    pub bits: bool,
     /// What the graph says that its numbers lie between.
     pub min: Option<f64>,
     pub max: Option<f64>,
@@ -232,63 +228,30 @@ pub struct Step {
     pub bindings: Vec<Binding>,
     pub reads: Vec<ResourceId>,
     pub writes: Vec<ResourceId>,
-    /// `None`: what a member reads of its own tells nothing.
-    pub own: Option<Own>,
-    /// Of a dispatch; `None`: it doesn't say what its members see.
-    pub sight: Option<Sight>,
+    /// `None`: the step runs in full whenever it runs.
+    pub only: Option<Only>,
     /// Steps that must come before, for reasons of data.
     pub after: Vec<StepId>,
 }
 
-/// The members that a step does, any of which it can do alone: each has a part of all that the step writes.
+/// A step over instances that can run for some of them: where nothing changed but these inputs, for those whose bit is set.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Own {
-    pub members: u32,
-    /// Resources of which a member reads nothing but its own part: the members in their order share the parts in theirs.
-    pub reads: Vec<ResourceId>,
-    /// Resources of which a member reads some parts.
-    pub masked: Vec<Masked>,
-    /// As `reads`, of tables of the scene.
-    pub rows: Vec<Rows>,
-}
-
-/// A resource that others make part by part, and which of the parts each member reads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Masked {
-    pub parts: ResourceId,
-    /// A buffer of a row of bits a member, which follows from what the member reads of its own.
-    pub mask: ResourceId,
-}
-
-/// Rows of a table that are a member's own: the first member has the first so many, and so on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Rows {
-    /// Index into [`Plan::tables`].
-    pub table: usize,
-    pub members: u32,
-    /// Of one member; 1 or more.
-    pub each: u32,
-}
-
-/// The members of a dispatch, any of which it can do alone: each depends on what its frustum shows of the scene, and has a part
-/// of all that the step writes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sight {
-    pub members: u32,
-    /// A buffer of a matrix for each.
-    pub frusta: ResourceId,
-    /// Resources of which a member reads nothing but what it sees.
-    pub reads: Vec<ResourceId>,
-    /// Where the depths of what members see are left, when the host can ask for them.
-    pub depth: Option<ResourceId>,
+pub struct Only {
+    pub instances: u32,
+    /// A buffer of one bit an instance.
+    pub bits: ResourceId,
+    /// Inputs whose changes the bits account for.
+    pub resources: Vec<ResourceId>,
+    /// The same of tables, by index of [`Plan::tables`].
+    pub tables: Vec<usize>,
 }
 
 #[derive(Debug, Clone)]
 pub enum Action {
     /// Scene geometry (or one full-screen triangle) into targets.
     Draw(Draw),
-    /// `shader` indexes [`Plan::shaders`].
-    Compute { shader: usize, entry: String, groups: [u32; 3] },
+    /// `shader` indexes [`Plan::shaders`]. With `instances`, `groups` are those of one instance.
+    Compute { shader: usize, entry: String, groups: [u32; 3], instances: Option<u32> },
     /// All of one resource to another of the same shape.
     Copy { from: ResourceId, to: ResourceId },
     /// Every texel (or, for buffers, every `f32`) to a value.
@@ -447,15 +410,8 @@ pub enum Binding {
     SceneTextures,
     /// What the step's shader reports of itself: memory of the step's own.
     Report,
-    /// The numbers of the members that a dispatch does, a layer of workgroups each.
-    Members,
-    /// So many boxes, outside of which those members show what they showed: [`change::Selection::moved`].
-    Moved(u32),
-    /// The parts of their places that so many members of a draw go over, by the buffer of its draws: edges in clip space.
-    Windows {
-        draws: ResourceId,
-        members: u32,
-    },
+    /// The numbers of the instances that a dispatch works for, after a few words on how they are laid out.
+    Instances,
     Sampler(SamplerDesc),
 }
 
@@ -470,6 +426,12 @@ impl Plan {
     /// The value of a name known before a frame.
     pub fn value(&self, name: &str) -> Option<Value> {
         self.values.get(name).copied()
+    }
+
+    /// The inputs of a unit that its dirty bits account for.
+    fn only(&self, unit: &keys::Unit) -> Option<&Only> {
+        let [step] = unit.steps[..] else { return None };
+        self.steps[step.0].only.as_ref()
     }
 
     /// Bytes of all resources: as allocated, and if each had memory of its own.

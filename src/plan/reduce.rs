@@ -78,12 +78,11 @@ impl Expander<'_, '_> {
                 name: if stages.len() > 1 { format!("{name}.{i}") } else { name.to_string() },
                 pass: w.pass.name.value.clone(),
                 group: w.pass.group.as_ref().map(|g| g.value.clone()),
-                action: Action::Compute { shader: index, entry, groups },
+                action: Action::Compute { shader: index, entry, groups, instances: None },
                 bindings,
                 reads,
                 writes,
-                own: None,
-                sight: None,
+                only: None,
                 after: vec![],
             });
             from_id = to_id;
@@ -154,6 +153,7 @@ impl Expander<'_, '_> {
             alive: (0, 0),
             history: false,
             initial: None,
+            bits: false,
             min,
             max,
         });

@@ -7,9 +7,9 @@ use super::cull::Culling;
 use super::fastest::{self, Group};
 use super::request::{self, Request};
 use super::sizes::Sizes;
-use super::{Binding, Comparison, Desc, Rows, TableUse};
+use super::{Binding, Comparison, Desc, TableUse};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Graph, Name, Pass, PassKind};
+use crate::graph::ast::{Graph, Name, Pass, PassKind, walk};
 use crate::graph::expr::{Binary, ExprKind, Val};
 use crate::parallel;
 use crate::shader::{Def, Defs, Index, Shader, Stage};
@@ -39,8 +39,6 @@ pub struct Wired<'g> {
     /// Index into the plan's shaders.
     pub shader: Option<usize>,
     pub each: Option<u32>,
-    /// What its members read of tables, each of its own.
-    pub rows: Vec<Rows>,
     pub uses: Vec<Use>,
     /// Colour targets: location, resource.
     pub color: Vec<(u32, String)>,
@@ -50,8 +48,10 @@ pub struct Wired<'g> {
     pub loops: Vec<String>,
     /// Of a draw that leaves out what its members don't see.
     pub culling: Option<Culling>,
-    /// What its members read parts of, and the masks that choose which.
-    pub masked: Vec<&'g (Name, Name)>,
+    /// Tables whose changes its dirty bits account for, by index of the plan's.
+    pub dirty_tables: Vec<usize>,
+    /// The same of resources.
+    pub dirty: Vec<&'g Name>,
 }
 
 /// What a shader's variable is bound to, before resources have ids.
@@ -131,7 +131,9 @@ pub fn wire<'g>(
         out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![], groups: vec![] },
         index: request.texts.index(),
         mentioned: BTreeMap::new(),
+        bits: BTreeSet::new(),
     };
+    walk(&request.graph.passes, &mut |p| w.bits.extend(p.only.iter().map(|dirty| dirty.bits.value.as_str())));
     w.compose_ahead();
     let mut items = w.passes(&request.graph.passes, &[]);
     let given = request.graph.resources.iter().filter(|(_, r)| r.initial.is_some() || r.history);
@@ -142,7 +144,10 @@ pub fn wire<'g>(
         }
         false
     });
-    masks(&mut items, &made);
+    w.dirty_inputs(&mut items, &made);
+    if w.faults.is_empty() {
+        w.marks(&items);
+    }
     w.out.items = items;
     if w.faults.is_empty() {
         w.faults.extend(fastest::agree(&w.out, request.graph));
@@ -160,6 +165,8 @@ pub(super) struct Wirer<'g, 'f> {
     index: Arc<Index>,
     /// By shader: the definitions that it asks for.
     mentioned: BTreeMap<&'g str, Arc<BTreeSet<String>>>,
+    /// Buffers of dirty bits.
+    pub(super) bits: BTreeSet<&'g str>,
 }
 
 impl<'g> Wirer<'g, '_> {
@@ -279,13 +286,13 @@ impl<'g> Wirer<'g, '_> {
             pass,
             shader: None,
             each,
-            rows: vec![],
             uses: vec![],
             color: vec![],
             bindings: vec![],
             loops: loops.to_vec(),
             culling: None,
-            masked: pass.masked.iter().collect(),
+            dirty_tables: vec![],
+            dirty: vec![],
         };
         match &pass.kind {
             PassKind::Copy { from, to } => {
@@ -320,7 +327,6 @@ impl<'g> Wirer<'g, '_> {
             return None;
         }
         self.variables(&mut wired, &shader, stages);
-        wired.rows = self.rows(&wired);
         match &pass.kind {
             PassKind::Draw(r) => {
                 self.vertex_inputs(pass, &shader);
@@ -328,9 +334,6 @@ impl<'g> Wirer<'g, '_> {
                 wired.culling = r.frusta.as_ref().and_then(|name| self.culling(&mut wired, name));
             }
             PassKind::Screen(r) => self.targets(&mut wired, r, &shader),
-            PassKind::Compute { sight: Some(sight), .. } => {
-                wired.uses.push(by_name(&sight.frusta, Mode::Read, How::CopySource));
-            }
             PassKind::Reduce { from, to, .. } => {
                 wired.uses.push(by_name(from, Mode::Read, How::Sampled));
                 wired.uses.push(by_name(to, Mode::Write, How::Storage));
@@ -338,32 +341,10 @@ impl<'g> Wirer<'g, '_> {
             _ => {}
         }
         self.feedback(&wired);
-        Some(wired)
-    }
-
-    /// What the members of a pass say that they read of tables.
-    fn rows(&mut self, wired: &Wired<'g>) -> Vec<Rows> {
-        let mut all = vec![];
-        for (name, rows) in &wired.pass.rows {
-            let count = request::count(rows, self.values, "a number of rows");
-            let (Some(each), Some(members)) = (self.keep(count), wired.each) else { continue };
-            if each == 0 {
-                let d = Diagnostic::error(format!("a member of `{}` has no rows", wired.pass.name.value));
-                self.faults.push(d.at(&rows.span, "is 0").help("give it 1 or more"));
-                continue;
-            }
-            let bound = |wire: &Wire| match wire {
-                Wire::Fixed(Binding::Table(i)) if self.out.tables[*i].table == name.value => Some(*i),
-                _ => None,
-            };
-            let tables: BTreeSet<usize> = wired.bindings.iter().filter_map(bound).collect();
-            if tables.is_empty() {
-                let d = Diagnostic::error(format!("`{}` reads no table `{}`", wired.pass.name.value, name.value));
-                self.faults.push(d.at(&name.span, "").help("leave it out of `rows`"));
-            }
-            all.extend(tables.into_iter().map(|table| Rows { table, members, each }));
+        if let Some(dirty) = &pass.only {
+            wired.uses.push(by_name(&dirty.bits, Mode::Read, How::Storage));
         }
-        all
+        Some(wired)
     }
 
     /// Composes the shaders of all passes that may run, on all cores: the library keeps them for [`Wirer::shader`], which
@@ -484,20 +465,6 @@ pub const LONGEST_LOOP: u32 = 65_536;
 
 pub(super) fn by_name(name: &Name, mode: Mode, how: How) -> Use {
     Use { resource: name.value.clone(), mode, how, span: name.span.clone() }
-}
-
-/// Of what masks choose from, leaves what is `made`, by masks that are: a mask says nothing of light that this scene lacks, say. The host
-/// reads the masks.
-fn masks(items: &mut [Item], made: &BTreeSet<String>) {
-    for item in items {
-        match item {
-            Item::Pass(w) => {
-                w.masked.retain(|(parts, mask)| made.contains(&parts.value) && made.contains(&mask.value));
-                w.uses.extend(w.masked.iter().map(|(_, mask)| by_name(mask, Mode::Read, How::CopySource)));
-            }
-            Item::Loop { body, .. } => masks(body, made),
-        }
-    }
 }
 
 /// Whether any use in the items passes a test.

@@ -24,10 +24,10 @@ impl Plan {
         let content = |id: &ResourceId| self.resources.get(id.0).map_or(0, |r| r.desc.bytes() / TEXEL);
         let written = step.writes.iter().map(content).fold(0, u64::saturating_add);
         let run = match &step.action {
-            Action::Compute { shader, entry, groups } => {
+            Action::Compute { shader, entry, groups, instances } => {
                 let entries = self.shaders.get(*shader).map_or(&[][..], |s| s.interface.entries.as_slice());
                 let size = entries.iter().find(|e| e.name == *entry).map_or([1; 3], |e| e.workgroup_size);
-                groups.iter().chain(&size).fold(1, |all: u64, n| all.saturating_mul((*n).into()))
+                groups.iter().chain(&size).chain(instances).fold(1, |all: u64, n| all.saturating_mul((*n).into()))
             }
             Action::Draw(draw) => {
                 let target = draw.color.first().map(|c| c.resource).or(draw.depth.as_ref().map(|d| d.resource));

@@ -4,7 +4,6 @@
 use super::{Vertex, geometry::Geometry, model::Scene, motion::Pose};
 use crate::value::Value;
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
-use std::hash::Hasher;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -99,20 +98,6 @@ impl Corners {
         };
         let other = starts.zip(runs).filter(move |(_, (node, _))| differs(*node));
         other.map(|(start, (_, end))| start..*end)
-    }
-
-    /// Where the triangles of some rows stand.
-    pub(super) fn hash_places(&self, rows: Range<usize>, h: &mut impl Hasher) {
-        let runs = &self.order.runs;
-        let first = runs.partition_point(|(_, end)| *end <= rows.start);
-        let mut start = rows.start;
-        for (node, end) in &runs[first..] {
-            if start >= rows.end {
-                break;
-            }
-            h.write(bytemuck::bytes_of(&self.nodes[*node as usize]));
-            start = *end;
-        }
     }
 
     pub(super) fn order(&self) -> &Arc<Order> {

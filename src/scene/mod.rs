@@ -95,7 +95,6 @@ pub use textures::{Between, Texture, TextureArray, Wrap};
 use crate::content::hash;
 use crate::value::{Type, Value};
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use std::hash::{DefaultHasher, Hasher};
 use std::ops::Range;
 use std::sync::{Arc, Weak};
 
@@ -172,31 +171,6 @@ impl Table {
     fn corners(&self) -> Option<&Corners> {
         let mut columns = self.columns.iter();
         columns.find_map(|(_, c)| if let Column::Corner { of, .. } = c { Some(&**of) } else { None })
-    }
-
-    /// A version of what some rows hold in the columns of these names, in this scene; rows past the end hold nothing.
-    pub fn version_of(&self, columns: &[&str], rows: Range<usize>) -> u64 {
-        fn write<T: bytemuck::NoUninit>(column: &Pieces<T>, rows: Range<usize>, h: &mut DefaultHasher) {
-            column.slices(rows).for_each(|some| h.write(bytemuck::cast_slice(some)));
-        }
-        let mut h = DefaultHasher::new();
-        let mut corners = None;
-        for (_, column) in self.columns.iter().filter(|(name, _)| columns.contains(name)) {
-            let rows = rows.clone();
-            match column {
-                Column::Uint(v) => write(v, rows, &mut h),
-                Column::Float(v) => write(v, rows, &mut h),
-                Column::Vec2(v) => write(v, rows, &mut h),
-                Column::Vec3(v) => write(v, rows, &mut h),
-                Column::Vec4(v) => write(v, rows, &mut h),
-                Column::Mat4(v) => write(v, rows, &mut h),
-                Column::Corner { of, .. } => corners = Some(of),
-            }
-        }
-        if let Some(of) = corners {
-            of.hash_places(rows, &mut h);
-        }
-        h.finish()
     }
 
     /// Ranges of rows, in their order, outside of which it is the same as an earlier one; `None`: it has other rows, or other
@@ -322,14 +296,24 @@ impl Column {
 /// - `environment`: light from all around by direction: squares of 1, 4, 16, … texels, one after the other, the last of
 ///   `environment`² texels (a fact); `radiance`, `weight` (what directions are drawn by). Which direction a texel stands for:
 ///   `shaders/lib/environment.wgsl`
+/// - `moved`: boxes round all that moved since the last frame, where it was and where it is: `lower`, `upper`, corners in
+///   the world. Always 8 rows; in those that hold nothing `lower.x` is above `upper.x`. A step with `only` doesn't run
+///   because this table changed
 ///
 /// A table without rows binds as one zeroed row, so that a shader always has something to point at; the counts
 /// are facts.
-pub const TABLES: &[(&str, &[(&str, Type)])] = &[
-    ("nodes", &[("transform", Type::Mat4), ("inverse_transpose", Type::Mat4)]),
-    (
-        "materials",
-        &[
+pub const TABLES: &[TableKind] = &[
+    TableKind {
+        name: "nodes",
+        follows: Follows::NODES,
+        large: true,
+        columns: &[("transform", Type::Mat4), ("inverse_transpose", Type::Mat4)],
+    },
+    TableKind {
+        name: "materials",
+        follows: Follows::NOTHING,
+        large: false,
+        columns: &[
             ("base_color", Type::Vec4),
             ("base_color_texture", Type::Uint),
             ("emission", Type::Vec3),
@@ -355,10 +339,12 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("coat_roughness", Type::Float),
             ("coat_roughness_texture", Type::Uint),
         ],
-    ),
-    (
-        "lights",
-        &[
+    },
+    TableKind {
+        name: "lights",
+        follows: Follows::LIGHTS,
+        large: false,
+        columns: &[
             ("kind", Type::Uint),
             ("position", Type::Vec3),
             ("direction", Type::Vec3),
@@ -369,10 +355,12 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("first_view", Type::Uint),
             ("views", Type::Uint),
         ],
-    ),
-    (
-        "light_views",
-        &[
+    },
+    TableKind {
+        name: "light_views",
+        follows: Follows::LIGHTS.and(Follows::NODES),
+        large: false,
+        columns: &[
             ("light", Type::Uint),
             ("view_projection", Type::Mat4),
             ("near", Type::Float),
@@ -380,10 +368,12 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("lower", Type::Vec3),
             ("upper", Type::Vec3),
         ],
-    ),
-    (
-        "triangles",
-        &[
+    },
+    TableKind {
+        name: "triangles",
+        follows: Follows::NODES.and(Follows::TRIANGLES),
+        large: true,
+        columns: &[
             ("a", Type::Vec3),
             ("b", Type::Vec3),
             ("c", Type::Vec3),
@@ -405,11 +395,18 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("material", Type::Uint),
             ("emitter", Type::Uint),
         ],
-    ),
-    ("bvh", &[("lower", Type::Vec3), ("upper", Type::Vec3), ("first", Type::Uint), ("count", Type::Uint)]),
-    (
-        "clusters",
-        &[
+    },
+    TableKind {
+        name: "bvh",
+        follows: Follows::NODES.and(Follows::TRIANGLES),
+        large: true,
+        columns: &[("lower", Type::Vec3), ("upper", Type::Vec3), ("first", Type::Uint), ("count", Type::Uint)],
+    },
+    TableKind {
+        name: "clusters",
+        follows: Follows::NODES.and(Follows::LEVELS).and(Follows::TRIANGLES),
+        large: true,
+        columns: &[
             ("lower", Type::Vec3),
             ("upper", Type::Vec3),
             ("first", Type::Uint),
@@ -417,10 +414,12 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("node", Type::Uint),
             ("sides", Type::Uint),
         ],
-    ),
-    (
-        "emitters",
-        &[
+    },
+    TableKind {
+        name: "emitters",
+        follows: Follows::NODES,
+        large: false,
+        columns: &[
             ("a", Type::Vec3),
             ("b", Type::Vec3),
             ("c", Type::Vec3),
@@ -434,11 +433,18 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("texture", Type::Uint),
             ("emission", Type::Vec3),
         ],
-    ),
-    ("environment", &[("radiance", Type::Vec3), ("weight", Type::Float)]),
-    (
-        "textures",
-        &[
+    },
+    TableKind {
+        name: "environment",
+        follows: Follows::NOTHING,
+        large: false,
+        columns: &[("radiance", Type::Vec3), ("weight", Type::Float)],
+    },
+    TableKind {
+        name: "textures",
+        follows: Follows::NOTHING,
+        large: false,
+        columns: &[
             ("turn", Type::Vec4),
             ("offset", Type::Vec2),
             ("x", Type::Uint),
@@ -450,9 +456,68 @@ pub const TABLES: &[(&str, &[(&str, Type)])] = &[
             ("flags", Type::Uint),
             ("uv_set", Type::Uint),
         ],
-    ),
-    ("vertices", &[("second_uv", Type::Vec2), ("color", Type::Vec4), ("tangent", Type::Vec4)]),
+    },
+    TableKind {
+        name: "vertices",
+        follows: Follows::NOTHING,
+        large: false,
+        columns: &[("second_uv", Type::Vec2), ("color", Type::Vec4), ("tangent", Type::Vec4)],
+    },
+    TableKind {
+        name: MOVED,
+        follows: Follows::MOTION,
+        large: false,
+        columns: &[("lower", Type::Vec3), ("upper", Type::Vec3)],
+    },
 ];
+
+/// A table of [`TABLES`].
+#[derive(Debug, Clone, Copy)]
+pub struct TableKind {
+    pub name: &'static str,
+    pub follows: Follows,
+    /// It is large, so what it follows from tells it apart in place of its rows.
+    pub large: bool,
+    pub columns: &'static [(&'static str, Type)],
+}
+
+/// The table of what moved since the last frame.
+pub const MOVED: &str = "moved";
+
+/// The table of this name.
+pub fn table(name: &str) -> Option<&'static TableKind> {
+    TABLES.iter().find(|t| t.name == name)
+}
+
+/// What a table's rows follow from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Follows(u8);
+
+impl Follows {
+    pub const NOTHING: Follows = Follows(0);
+    /// Where nodes are.
+    pub const NODES: Follows = Follows(1);
+    /// Where lights are.
+    pub const LIGHTS: Follows = Follows(2);
+    /// Which simplified triangles the plan draws.
+    pub const LEVELS: Follows = Follows(4);
+    /// What moved since the last frame.
+    pub const MOTION: Follows = Follows(8);
+    /// The triangles of its files.
+    pub const TRIANGLES: Follows = Follows(16);
+
+    pub const fn and(self, other: Follows) -> Follows {
+        Follows(self.0 | other.0)
+    }
+
+    pub const fn contains(self, other: Follows) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    pub const fn meets(self, other: Follows) -> bool {
+        self.0 & other.0 != 0
+    }
+}
 
 /// The facts every scene states, for conditions, sizes and uniforms.
 /// `environment` is the edge of the finest square of the table of that name, 0 for a scene in the dark.

@@ -1,7 +1,7 @@
 //! The tables shaders read, in world space at a pose.
 
 use super::{
-    Column, Level, Since, TABLES, Table,
+    Column, Follows, Level, MOVED, Since, TABLES, Table,
     bvh::{Bvh, Tree, reach},
     clusters,
     corners::{Corners, Held, Order, normal_matrix},
@@ -11,6 +11,7 @@ use super::{
     model::{Bounds, Scene},
     motion::Pose,
     pieces::Pieces,
+    table,
 };
 use bytemuck::bytes_of;
 use glam::{Mat4, Vec3};
@@ -18,10 +19,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The tables that boxes round clusters are needed for.
-const BOXED: [&str; 4] = ["light_views", "triangles", "bvh", "clusters"];
+const BOXED: [&str; 5] = ["light_views", "triangles", "bvh", "clusters", MOVED];
 
 /// Boxes round what moved that each row of a hierarchy is held against, at most.
 const MOST_PLACES: usize = 8;
+
+/// Rows of the table `moved`.
+const MOVED_ROWS: usize = 8;
+
+/// Metres; farther than anything in a scene.
+const FAR_AWAY: f32 = 1e30;
 
 /// Tables of a scene at a pose.
 #[derive(Debug)]
@@ -46,6 +53,14 @@ struct Boxes {
     other: Option<Vec<usize>>,
 }
 
+impl Tables {
+    /// Whether a step later without motion the tables would be others.
+    pub fn settles(&self) -> bool {
+        let moved = self.list.iter().find(|t| t.name == MOVED).and_then(|t| t.column("lower"));
+        matches!(moved, Some(Column::Vec3(lower)) if lower.iter().any(|l| l.x < FAR_AWAY))
+    }
+}
+
 impl Scene {
     /// The tables of [`TABLES`], in their order, at a pose of this scene.
     pub fn tables(&self, pose: &Pose) -> Vec<Table> {
@@ -68,17 +83,16 @@ impl Scene {
     ) -> Tables {
         let kept = |name: &str| {
             let Tables { pose: before, levels: beside, list, boxes: _ } = earlier?;
-            let (nodes, lights) = (before.nodes == pose.nodes, before.lights == pose.lights);
-            let same = match name {
-                "materials" | "textures" | "vertices" | "environment" => true,
-                "lights" => lights,
-                "light_views" => nodes && lights,
-                "clusters" => nodes && same_levels(beside, &levels),
-                _ => nodes,
-            };
-            list.iter().find(|t| same && t.name == name).cloned()
+            let changed = [
+                (Follows::NODES, before.nodes != pose.nodes),
+                (Follows::LIGHTS, before.lights != pose.lights),
+                (Follows::LEVELS, !same_levels(beside, &levels)),
+                (Follows::MOTION, true),
+            ];
+            let changed = changed.iter().filter(|(_, other)| *other).fold(Follows::NOTHING, |all, (f, _)| all.and(*f));
+            list.iter().find(|t| t.name == name && !table(name).is_none_or(|t| t.follows.meets(changed))).cloned()
         };
-        let names = || TABLES.iter().map(|(name, _)| *name).filter(|name| wanted(name));
+        let names = || TABLES.iter().map(|t| t.name).filter(|name| wanted(name));
         let world = World { scene: self, pose: &pose };
         let boxes = match names().any(|name| BOXED.contains(&name)) {
             true => world.boxes(&levels, earlier),
@@ -104,6 +118,7 @@ impl Scene {
             "clusters" => Some(self.cluster_table(&boxes, &levels, earlier)),
             "emitters" => Some(self.emitter_table(corners)),
             "environment" => Some(self.environment.as_ref().map_or_else(Environment::nothing, Environment::table)),
+            MOVED => Some(self.moved_table(&boxes, &levels, earlier)),
             _ => None,
         };
         let list = names().filter_map(|name| kept(name).or_else(|| made(name))).collect();
@@ -197,6 +212,43 @@ impl Scene {
                 ("count", count),
                 ("node", node),
                 ("sides", Column::Uint(sides)),
+            ]),
+        }
+    }
+
+    /// Boxes round what moved since earlier tables; everything, where none are given or the box round everything changed.
+    fn moved_table(&self, boxes: &Boxes, levels: &[Arc<Level>], earlier: Option<&Tables>) -> Table {
+        let everywhere = Bounds { min: Vec3::splat(-FAR_AWAY), max: Vec3::splat(FAR_AWAY) };
+        let nowhere = Bounds { min: Vec3::splat(FAR_AWAY), max: Vec3::splat(-FAR_AWAY) };
+        let before = earlier.map(|e| &e.boxes).filter(|e| e.own == boxes.own && e.all == boxes.all);
+        let mut rows = match (before, &boxes.other) {
+            (Some(before), Some(other)) => {
+                let mut nodes: BTreeMap<u32, [Bounds; 2]> = BTreeMap::new();
+                let clusters = self.geometry.clusters.iter().chain(levels.iter().flat_map(|level| &level.clusters));
+                let nodes_of: Vec<u32> = match other.is_empty() {
+                    true => vec![],
+                    false => clusters.map(|c| c.node).collect(),
+                };
+                for i in other {
+                    let of = nodes.entry(nodes_of[*i]).or_insert([Bounds::EMPTY; 2]);
+                    *of = [of[0].union(before.each[*i]), of[1].union(boxes.each[*i])];
+                }
+                // As leaves are wider than their triangles, and as much again for the rounding of whoever asks.
+                let margin = Vec3::splat(reach(boxes.own) * 64.0 * f32::EPSILON);
+                let all: Vec<Bounds> = nodes.into_values().flatten().filter(|b| b.min.cmple(b.max).all()).collect();
+                let wider = |b: Bounds| Bounds { min: b.min - margin, max: b.max + margin };
+                Bounds::gathered(&all, MOVED_ROWS).into_iter().map(wider).collect()
+            }
+            _ => vec![everywhere],
+        };
+        rows.resize(MOVED_ROWS, nowhere);
+        Table {
+            name: MOVED,
+            rows: rows.len(),
+            since: None,
+            columns: Arc::new([
+                ("lower", Column::Vec3(rows.iter().map(|b| b.min).collect())),
+                ("upper", Column::Vec3(rows.iter().map(|b| b.max).collect())),
             ]),
         }
     }

@@ -7,7 +7,7 @@ use lightgraph::diag::{Checked, Source};
 use lightgraph::gpu::Gpu;
 use lightgraph::graph;
 use lightgraph::plan::change::Why;
-use lightgraph::plan::ingredient::{KINDS, Kind};
+use lightgraph::plan::inputs::{KINDS, Kind};
 use lightgraph::scene::{self, Scene, Shift, TextureArray};
 use lightgraph::session::{Project, Session, Settings};
 use lightgraph::shader::Library;
@@ -337,8 +337,7 @@ fn telling(kind: Kind) -> Edit {
         Kind::Table => Material,
         Kind::Geometry => Vertex,
         Kind::Textures => Texture,
-        Kind::Member | Kind::Result | Kind::Moved => Object,
-        Kind::Input => Material,
+        Kind::Resource => Material,
         Kind::Size => Wide,
         Kind::Target => Clear,
         Kind::Extent => Reach,

@@ -302,20 +302,3 @@ fn what_probes_see_is_the_same_drawn_and_computed() {
         assert!(off <= 0.1, "{name}: {off} % of the mean");
     }
 }
-
-/// As where there are more faces than a dispatch may have members.
-#[test]
-fn what_probes_see_is_the_same_by_face_and_as_a_whole() {
-    let variant = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole_captures.ron");
-    let text = r#"Variant(base: "lightgraph:graphs/fast_grid.ron", about: "Faces are no members", 
-        lets: {"by_face": "false"}, passes: {"capture_triangles": None, "capture_rays": None})"#;
-    fs::write(&variant, text).unwrap_or_else(|e| panic!("{e}"));
-    let set = ["grid=5,3,2", "face=6", "bounces=1", "shadow_size=64"].map(String::from);
-    let scene = loaded("cornell_point.gltf");
-    let [by_face, whole] =
-        [(fast_grid(), "capture_triangles"), (variant, "capture_triangles_whole")].map(|(graph, pass)| {
-            outputs_of(&graph, ("captures", 1, pass), &scene, &set, &["indirect"], &[Shift::default()]).remove(0)
-        });
-    assert!(whole.data.iter().any(|v| *v > 0.0), "nothing is lit");
-    assert_eq!(by_face.data, whole.data);
-}

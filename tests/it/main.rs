@@ -26,7 +26,7 @@
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `references`: images and probes against another renderer
 //! - `renderers`: graphs beside other programs, as `bench --speed` sets them
-//! - `regions`: what moves is drawn again only where it is seen
+//! - `dirty`: what moves is drawn again only where it is seen
 //! - `seams`: soft visibility leaves no steps on flat walls
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `shader_checks`: what shaders find wrong by themselves
@@ -51,6 +51,7 @@ mod closed_forms;
 mod command;
 mod culling;
 mod device;
+mod dirty;
 mod edits;
 mod endings;
 mod fastest;
@@ -71,7 +72,6 @@ mod planes;
 mod projection;
 mod reference;
 mod references;
-mod regions;
 mod reloads;
 mod renderers;
 mod report_page;

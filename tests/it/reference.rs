@@ -94,7 +94,7 @@ fn what_scenes_and_frames_provide_is_listed() {
     hold("Frame values", &plain(FRAME_VALUES.iter().map(|f| f.0)));
     hold("Vertex attributes", &plain(VERTEX_ATTRIBUTES.iter().map(|a| a.0)));
     let columns = |columns: &[(&str, _)]| columns.iter().map(|c| c.0.to_string()).collect();
-    hold("Tables", &TABLES.iter().map(|(name, c)| (name.to_string(), columns(c))).collect());
+    hold("Tables", &TABLES.iter().map(|t| (t.name.to_string(), columns(t.columns))).collect());
 }
 
 #[test]

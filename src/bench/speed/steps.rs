@@ -5,6 +5,7 @@ use super::pairs::number;
 use super::{Bench, Row, Wanted};
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::{self, Frame, Prepared, Timing};
+use crate::plan::change::Selection;
 use crate::plan::{Loop, Node, Plan};
 use crate::scene;
 use crate::session::plan_for;
@@ -82,8 +83,8 @@ impl Bench<'_> {
             let begin = Instant::now();
             let (mut runs, enough) = (0, if self.by_device() { RAMP } else { Duration::ZERO });
             while runs < self.repeat.max(2) || begin.elapsed() < enough {
-                let frame =
-                    Frame { values: values.clone(), run: Some(which), timing: Timing::Frame, ..Frame::default() };
+                let (values, chosen) = (values.clone(), Selection::of(which));
+                let frame = Frame { values, chosen: Some(&chosen), timing: Timing::Frame, ..Frame::default() };
                 let start = Instant::now();
                 let report = gpu::execute(self.gpu, &plan, prepared, &frame)?;
                 let wall = start.elapsed().as_secs_f64() * 1e3;

@@ -2,7 +2,7 @@ use crate::gpu::testing::{Sketch, gpu, run, run_scene, try_run};
 use crate::gpu::{Frame, Timing, execute, prepare, prepare_after, read_buffer};
 use crate::plan::change::{Held, carry};
 use crate::plan::keys::Keys;
-use crate::plan::outside::Outside;
+use crate::plan::scene_inputs::SceneInputs;
 use crate::plan::{Action, TextureKind};
 use crate::scene::{Assets, Column, Geometry, Table};
 use crate::value::{Value, Values};
@@ -236,7 +236,7 @@ fn history_outlives_a_new_plan_of_the_same_shape() {
     let after = |plan: crate::plan::Plan| {
         let (keys, none) = (Keys::of(&plan, None), vec![None; first.plan.slots.len()]);
         let earlier = Held::new(&first.plan, &Keys::of(&first.plan, None), &none, None);
-        let kept = carry(&plan, &keys, &earlier, &Outside::default(), &Values::new());
+        let kept = carry(&plan, &keys, &earlier, &SceneInputs::default(), &Values::new());
         let (assets, kept) = (Assets::new(&empty, None), first.prepared.pool.taken(&kept));
         let mut prepared = prepare_after(gpu(), &plan, &assets, &[], &kept).unwrap();
         execute(gpu(), &plan, &mut prepared, &Frame::default()).unwrap();

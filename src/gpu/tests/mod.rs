@@ -1,7 +1,7 @@
 //! Small plans by hand, run on the machine's adapter.
 
 mod compute;
-mod digest;
+mod dirty;
 mod draw;
 mod faults;
 mod loops;

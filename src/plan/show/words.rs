@@ -2,7 +2,7 @@
 
 use crate::plan::expand::shape;
 use crate::plan::{
-    Action, Binding, Comparison, Cull, Desc, Draw, Ending, Geometry, Loop, Member, Place, Plan, ResourceId, StepId,
+    Action, Comparison, Cull, Desc, Draw, Ending, Geometry, Loop, Member, Place, Plan, ResourceId, StepId,
 };
 use crate::shader::{Def, Shader};
 
@@ -28,9 +28,11 @@ impl Row {
                 let kind = if d.geometry == Geometry::Screen { "screen" } else { "draw" };
                 (kind, shader_name(plan, d.shader), drawing(plan, d))
             }
-            Action::Compute { shader, groups: [x, y, z], .. } => {
-                let listed = s.bindings.iter().any(|b| matches!(b, Binding::Members));
-                let groups = if listed { format!("{z} members of {x}×{y}") } else { format!("{x}×{y}×{z}") };
+            Action::Compute { shader, groups: [x, y, z], instances, .. } => {
+                let groups = match instances {
+                    Some(instances) => format!("{instances} instances of {x}×{y}"),
+                    None => format!("{x}×{y}×{z}"),
+                };
                 ("compute", shader_name(plan, *shader), format!("{groups} groups"))
             }
             Action::Copy { .. } => ("copy", String::new(), String::new()),

@@ -3,13 +3,13 @@
 use super::super::build::Options;
 use super::super::change::{Held, Selection, carry, carry_history, everything, select};
 use super::super::keys::{Keys, UNDEFINED, Version};
-use super::super::outside::Outside;
+use super::super::scene_inputs::SceneInputs;
 use super::*;
 
 /// The version of an output, in memory that begins empty.
 fn output(plan: &Plan, name: &str) -> Version {
     let keys = Keys::of(plan, None);
-    let versions = keys.versions(plan, |_| UNDEFINED, &Outside::default(), &Values::new());
+    let versions = keys.versions(plan, |_| UNDEFINED, &SceneInputs::default(), &Values::new());
     let id = plan.outputs.iter().find(|o| o.0 == name).map(|o| o.1).unwrap_or_else(|| panic!("no output {name}"));
     versions.end[id.0]
 }
@@ -48,26 +48,13 @@ fn another_size_wiring_or_number_of_turns_makes_another_version() {
     assert_ne!(turns(2), turns(3));
 }
 
-#[test]
-fn what_reads_an_equal_content_has_the_version_of_before() {
-    let end = |plan: &Plan, outside: &Outside, name: &str| {
-        let versions = Keys::of(plan, None).versions(plan, |_| UNDEFINED, outside, &Values::new());
-        versions.end[plan.resources.iter().position(|r| r.name == name).unwrap_or_else(|| panic!("no {name}"))]
-    };
-    let before = sample(&images(&["x", "y"]), &(make("a", "x") + &turn("b", "x", "y")), "\"y\": \"y\"").plan();
-    let passes = make("a", "z") + &turn("c", "z", "x") + &turn("b", "x", "y");
-    let now = sample(&images(&["x", "y", "z"]), &passes, "\"y\": \"y\"").plan();
-    let mut outside = Outside::default();
-    let [was, is] = [&before, &now].map(|plan| end(plan, &outside, "x"));
-    assert_ne!(end(&now, &outside, "y"), end(&before, &outside, "y"));
-    outside.alike.add(is, was, |_| true);
-    assert_eq!(end(&now, &outside, "x"), was);
-    assert_eq!(end(&now, &outside, "y"), end(&before, &outside, "y"));
-}
-
 /// Chooses and counts as run.
-fn run(plan: &Plan, held: &mut Held, choose: fn(&Plan, &Keys, &Held, &Outside, &Values) -> Selection) -> Vec<String> {
-    let selection = choose(plan, &Keys::of(plan, None), held, &Outside::default(), &Values::new());
+fn run(
+    plan: &Plan,
+    held: &mut Held,
+    choose: fn(&Plan, &Keys, &Held, &SceneInputs, &Values) -> Selection,
+) -> Vec<String> {
+    let selection = choose(plan, &Keys::of(plan, None), held, &SceneInputs::default(), &Values::new());
     let ran = plan.steps.iter().zip(&selection.run).filter(|(_, run)| **run).map(|(s, _)| s.name.clone()).collect();
     held.start(&selection);
     held.finish(selection);
@@ -84,7 +71,7 @@ fn memory_moves_to_another_place_in_another_plan() {
     let passes = make("c", "x") + &turn("d", "x", "w") + &turn("e", "w", "y");
     let second = sample(&images(&["x", "w", "y"]), &passes, "\"y\": \"y\"").plan();
     let keys = Keys::of(&second, None);
-    let kept = carry(&second, &keys, &held, &Outside::default(), &Values::new());
+    let kept = carry(&second, &keys, &held, &SceneInputs::default(), &Values::new());
     assert!(kept.iter().flatten().count() >= 1, "{kept:?}");
     let mut after = Held::new(&second, &keys, &kept, Some(&held));
     let ran = run(&second, &mut after, select);
@@ -118,7 +105,7 @@ fn histories_that_depend_on_one_another_come_over_together() {
         let keys = Keys::of(&next, None);
         assert_eq!(comes(&next, &carry_history(&next, &keys, &held)), expected);
         // Nor is what the first frame made of `count` taken for what the next begins with.
-        let kept = carry(&next, &keys, &held, &Outside::default(), &Values::new());
+        let kept = carry(&next, &keys, &held, &SceneInputs::default(), &Values::new());
         assert_eq!(comes(&next, &kept), expected);
     }
 }

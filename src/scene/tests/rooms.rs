@@ -3,7 +3,7 @@
 
 use super::fixture::Fixture;
 use crate::{
-    scene::{FACTS, Scene, TABLES, Table},
+    scene::{FACTS, Scene, TABLES, Table, TableKind},
     value::{Value, Values},
 };
 use glam::{Vec3, Vec4};
@@ -84,7 +84,7 @@ fn expect(facts: &Values, expected: &[(&str, u32)]) {
 fn tables_of(scene: &Scene) -> Vec<Table> {
     let tables = scene.tables(&scene.pose(0.0));
     assert_eq!(tables.len(), TABLES.len());
-    for (table, (name, columns)) in tables.iter().zip(TABLES) {
+    for (table, TableKind { name, columns, .. }) in tables.iter().zip(TABLES) {
         assert_eq!(table.name, *name);
         let named: Vec<&str> = table.columns.iter().map(|c| c.0).collect();
         let stated: Vec<&str> = columns.iter().map(|c| c.0).collect();

@@ -1,0 +1,262 @@
+//! What a step reads, as one list. Fingerprints, the reasons shown for a run, volatility and lifetimes of memory are
+//! all made from it. No device.
+
+use super::{
+    Action, Binding, ColorTarget, DepthTarget, Draw, Frusta, Geometry, Indirect, Only, Plan, ResourceId, Step,
+};
+use crate::content::hash;
+use crate::shader::Layout;
+use crate::value::{Value, Values};
+use std::collections::BTreeMap;
+use std::hash::Hash;
+
+/// The kinds of inputs, for messages and for tests that leave one out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    /// The code that runs.
+    Shader,
+    /// Bytes of uniforms: parameters, facts, values of the frame, a member's index.
+    Value,
+    /// Rows of a scene's table.
+    Table,
+    /// The scene's triangles.
+    Geometry,
+    /// The scene's textures.
+    Textures,
+    /// The version of a resource that is read, or written in part only.
+    Resource,
+    /// Format, extent, layers and mips of a resource.
+    Size,
+    /// How drawing changes its targets: clear values, blending, depth test, culling.
+    Target,
+    /// Workgroups, draws and where they go, the value of a clear, and which variable stands for which resource.
+    Extent,
+    /// How often a loop goes round, and what ends it.
+    Loop,
+    Sampler,
+}
+
+/// Every kind that is in fingerprints.
+pub const KINDS: [Kind; 11] = [
+    Kind::Shader,
+    Kind::Value,
+    Kind::Table,
+    Kind::Geometry,
+    Kind::Textures,
+    Kind::Resource,
+    Kind::Size,
+    Kind::Target,
+    Kind::Extent,
+    Kind::Loop,
+    Kind::Sampler,
+];
+
+/// One input, by the name to show.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Named {
+    pub kind: Kind,
+    pub name: String,
+}
+
+impl std::fmt::Display for Named {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = &self.name;
+        match self.kind {
+            Kind::Shader => write!(f, "shader {name}"),
+            Kind::Value | Kind::Resource => f.write_str(name),
+            Kind::Table => write!(f, "table {name}"),
+            Kind::Geometry => f.write_str("the scene's triangles"),
+            Kind::Textures => f.write_str("the scene's textures"),
+            Kind::Size => write!(f, "size of {name}"),
+            Kind::Target => f.write_str("how it draws"),
+            Kind::Extent => f.write_str("how much it does"),
+            Kind::Loop => write!(f, "loop {name}"),
+            Kind::Sampler => write!(f, "sampler {name}"),
+        }
+    }
+}
+
+/// Named inputs with hashes of their contents.
+pub type Contents = BTreeMap<Named, u128>;
+
+/// Adds an input. Two of one name, as two rows of one table, both count.
+pub(super) fn add(all: &mut Contents, input: Named, content: u128) {
+    let there = all.entry(input).or_insert(0);
+    *there = hash(&(*there, content));
+}
+
+/// One input of a step.
+#[derive(Debug)]
+pub enum Input<'p> {
+    /// Known with the plan, by a hash.
+    Fixed {
+        kind: Kind,
+        name: &'p str,
+        content: u128,
+    },
+    /// A value that a frame may bring; else the plan's.
+    Value {
+        name: &'p str,
+        known: Option<Value>,
+    },
+    /// A resource, by how the step uses it.
+    Resource {
+        id: ResourceId,
+        access: Access,
+    },
+    /// Index into [`Plan::tables`].
+    Table(usize),
+    /// Positions, indices and materials of the scene's triangles.
+    Geometry,
+    Textures,
+    /// The plan itself: when it began.
+    Began,
+    /// Dirty bits: what they say holds for one frame.
+    Bits(ResourceId),
+}
+
+/// How a step uses a resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// The step binds it, for its size at least.
+    Bound,
+    Read,
+    /// All of it is overwritten.
+    Whole,
+    /// Some of it may be left as it was.
+    Part,
+}
+
+/// The inputs of a step within loops of these names, outermost first.
+///
+/// Every struct is taken apart with all its fields named, so that a new field of a plan can't be forgotten here.
+pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>> {
+    let mut list = List { plan, all: vec![] };
+    let Step { name: _, pass: _, group: _, action, bindings, reads, writes, only, after: _ } = step;
+    let mut variables = [].as_slice();
+    let mut frusta = None;
+    match action {
+        Action::Draw(draw) => {
+            frusta = list.draw(draw);
+            variables = &plan.shaders[draw.shader].interface.variables;
+        }
+        Action::Compute { shader, entry, groups, instances } => {
+            list.shader(*shader, entry);
+            list.fix(Kind::Extent, "", &(groups, instances));
+            variables = &plan.shaders[*shader].interface.variables;
+        }
+        Action::Copy { from, to } => {
+            list.uses(*from, Access::Bound);
+            list.uses(*to, Access::Bound);
+        }
+        Action::Clear { target, value } => {
+            list.uses(*target, Access::Bound);
+            list.fix(Kind::Extent, "", &value.map(f64::to_bits));
+        }
+    }
+    for (at, binding) in bindings.iter().enumerate() {
+        match binding {
+            Binding::Resource(id) => list.uses(*id, Access::Bound),
+            Binding::Uniform { layout, extra } => list.uniform(layout, extra, around),
+            // Where things moved decides which instances run, never what they make.
+            Binding::Table(i) if only.is_some() && plan.tables[*i].table == crate::scene::MOVED => {}
+            Binding::Table(i) => list.all.push(Input::Table(*i)),
+            // The instances that run make no difference to what all of them leave.
+            Binding::Instances => {}
+            Binding::SceneTextures => list.all.push(Input::Textures),
+            // A plan knows of no checks but those of its own runs.
+            Binding::Report => list.all.push(Input::Began),
+            Binding::Sampler(desc) => {
+                let name = variables.get(at).map_or("", |v| v.name.as_str());
+                list.fix(Kind::Sampler, name, desc);
+            }
+        }
+    }
+    let bits = |id: &ResourceId| plan.resources[id.0].bits;
+    let hint = |id: &&ResourceId| only.as_ref().is_none_or(|only: &Only| only.bits != **id);
+    for id in reads.iter().chain(&frusta).filter(hint) {
+        match bits(id) {
+            true => list.all.push(Input::Bits(*id)),
+            false => list.uses(*id, Access::Read),
+        }
+    }
+    let whole = matches!(action, Action::Copy { .. } | Action::Clear { .. });
+    for id in writes {
+        // The instances of a pass cover all that it writes, where nothing else writes there.
+        let alone = || plan.steps.iter().filter(|s| s.writes.contains(id)).count() == 1;
+        let access = if whole || bits(id) || only.is_some() && alone() { Access::Whole } else { Access::Part };
+        list.uses(*id, access);
+    }
+    list.all
+}
+
+struct List<'p> {
+    plan: &'p Plan,
+    all: Vec<Input<'p>>,
+}
+
+impl<'p> List<'p> {
+    fn fix(&mut self, kind: Kind, name: &'p str, content: &impl Hash) {
+        self.all.push(Input::Fixed { kind, name, content: hash(content) });
+    }
+
+    fn uses(&mut self, id: ResourceId, access: Access) {
+        self.all.push(Input::Resource { id, access });
+    }
+
+    fn shader(&mut self, index: usize, entries: &impl Hash) {
+        let shader = &self.plan.shaders[index];
+        self.fix(Kind::Shader, &shader.path, &(shader.content, entries));
+    }
+
+    /// Returns the buffer that holds the frusta of the instances, if any does.
+    fn draw(&mut self, draw: &'p Draw) -> Option<ResourceId> {
+        let Draw { shader, vertex, fragment, geometry, color, depth, members, indirect, views, level } = draw;
+        self.shader(*shader, &(vertex, fragment));
+        match geometry {
+            Geometry::Scene { cull } => {
+                self.fix(Kind::Target, "", cull);
+                self.all.push(Input::Geometry);
+            }
+            Geometry::Screen => self.fix(Kind::Target, "", &"screen"),
+        }
+        for ColorTarget { resource, location, format, clear, blend } in color {
+            self.uses(*resource, Access::Bound);
+            let clear = clear.map(|c| c.map(f64::to_bits));
+            self.fix(Kind::Target, "", &(location, format, clear, blend));
+        }
+        if let Some(DepthTarget { resource, format, clear, compare, write }) = depth {
+            self.uses(*resource, Access::Bound);
+            self.fix(Kind::Target, "", &(format, clear.map(f32::to_bits), compare, write));
+        }
+        self.fix(Kind::Extent, "", &(members, views));
+        // The rest of a level follows from the scene's triangles.
+        if let Some(level) = level.and_then(|i| self.plan.levels.get(i)) {
+            self.fix(Kind::Extent, "", &level.tolerance.to_bits());
+        }
+        let Indirect { buffer, first, second, frusta, occluders, clusters } = (*indirect)?;
+        self.uses(buffer, Access::Bound);
+        self.fix(Kind::Extent, "", &(first, second, occluders, clusters));
+        match frusta {
+            Frusta::Table(i) => {
+                self.all.push(Input::Table(i));
+                None
+            }
+            Frusta::Buffer(id) => Some(id),
+        }
+    }
+
+    /// The values in a uniform's bytes. Their places in it are the shader's.
+    fn uniform(&mut self, layout: &'p Layout, extra: &Values, around: &[&str]) {
+        for member in layout.members.iter().filter(|m| m.read) {
+            let name = member.name.as_str();
+            if let Some(value) = extra.get(name) {
+                self.fix(Kind::Value, name, &(value.ty(), value.bytes()));
+            } else if let Some(depth) = around.iter().rposition(|l| *l == name) {
+                self.fix(Kind::Loop, name, &("index", depth));
+            } else {
+                self.all.push(Input::Value { name, known: self.plan.values.get(name).copied() });
+            }
+        }
+    }
+}
