@@ -1,6 +1,7 @@
 //! Files that change: one call for the many events that a save makes.
 
 use crate::diag::{Checked, Diagnostic, Faults};
+use crate::session::shader_folders;
 use notify_debouncer_full::notify::event::{EventKind, ModifyKind};
 use notify_debouncer_full::notify::{RecommendedWatcher, RecursiveMode};
 use notify_debouncer_full::{DebounceEventResult, DebouncedEvent, Debouncer, RecommendedCache, new_debouncer};
@@ -155,8 +156,7 @@ pub fn settled(changes: &Receiver<BTreeSet<PathBuf>>, ours: &BTreeSet<PathBuf>) 
 /// The folders that a graph, its shaders and a scene are read from, as far as they are there. `shaders` are the folders that
 /// the user names besides the usual ones.
 pub fn folders(graph: &Path, scene: Option<&Path>, shaders: &[PathBuf]) -> BTreeSet<PathBuf> {
-    let beside = graph.parent().unwrap_or(Path::new(""));
-    let usual = ["shaders", "../shaders", "../../shaders"].map(|f| beside.join(f));
+    let usual = shader_folders(graph);
     let mut folders: BTreeSet<PathBuf> = usual.iter().chain(shaders).filter_map(|f| f.canonicalize().ok()).collect();
     folders.extend([graph].into_iter().chain(scene).filter_map(folder_of));
     folders

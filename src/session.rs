@@ -19,7 +19,7 @@ use crate::shader::report::{self, Failed};
 use crate::value::{Value, Values};
 use crate::verify::Scratch;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -38,8 +38,7 @@ impl Project {
     /// Every fault of the graph file and its bases, and shader files that can't be read.
     pub fn open(path: &Path, shaders: &[PathBuf]) -> Checked<Project> {
         let mut graph = graph::load(path, &Source::read)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let usual = ["shaders", "../shaders", "../../shaders"].map(|f| folder.join(f));
+        let usual = shader_folders(path);
         let mut folders: Vec<PathBuf> = shaders.to_vec();
         folders.extend(usual.into_iter().filter(|f| f.is_dir()));
         let mut texts = Library::load(&folders)?;
@@ -87,6 +86,18 @@ impl Project {
         }
         Faults::check(faults, values)
     }
+}
+
+/// Where the shaders of a graph are looked for: beside it, and one and two folders up.
+pub fn shader_folders(graph: &Path) -> [PathBuf; 3] {
+    let beside = graph.parent().unwrap_or(Path::new(""));
+    let up = |folder: &Path| match folder.components().next_back() {
+        Some(Component::Normal(_)) => folder.parent().unwrap_or(Path::new("")).to_path_buf(),
+        Some(_) => folder.join(".."),
+        None => PathBuf::from(".."),
+    };
+    let (once, twice) = (up(beside), up(&up(beside)));
+    [beside.to_path_buf(), once, twice].map(|folder| folder.join("shaders"))
 }
 
 /// What a session renders.

@@ -132,6 +132,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let software = if stats.adapter.software { " (software)" } else { "" };
     let (adapter, info) = (&stats.adapter.name, &stats.adapter.driver_info);
     print(&format!("{adapter}, {info}{software}\nstart-up: {}\n{text}", start.join(", ")));
+    if stats.adapter.software {
+        print("a software driver says when a step was handed over, not what it took: go by the frame's CPU time\n");
+    }
     for ((output, path), exposed) in last.iter().zip(&exposed) {
         print(&format!("wrote {output} to {}{exposed}\n", path.display()));
     }

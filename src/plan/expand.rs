@@ -427,7 +427,8 @@ pub fn shape(desc: &Desc) -> String {
                 TextureKind::Cube { .. } => format!(" × {} faces", t.layers),
                 TextureKind::D3 => format!("×{}", t.layers),
             };
-            format!("{:?} {}×{}{kind}{tiles}", t.format, t.width, t.height)
+            let mips = if t.mips > 1 { format!(", {} mips", t.mips) } else { String::new() };
+            format!("{:?} {}×{}{kind}{tiles}{mips}", t.format, t.width, t.height)
         }
     }
 }

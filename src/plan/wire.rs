@@ -326,6 +326,15 @@ impl<'g> Wirer<'g, '_> {
             self.faults.push(d.help(format!("a {} needs one", pass.kind.word())));
             return None;
         }
+        for stage in stages {
+            let mut entries = shader.interface.entries.iter().filter(|e| e.stage == *stage).skip(1);
+            if let Some(second) = entries.next() {
+                let word = format!("{stage:?}").to_lowercase();
+                let d = Diagnostic::error(format!("`{}` has more than one @{word} entry point", name.value));
+                let d = d.at(&name.span, "").at(&self.locate(pass, &shader, &second.name), "the second");
+                self.faults.push(d.help("give each a file, or leave one out by `#ifdef` and `defines`"));
+            }
+        }
         self.variables(&mut wired, &shader, stages);
         match &pass.kind {
             PassKind::Draw(r) => {

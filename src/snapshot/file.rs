@@ -30,7 +30,8 @@ pub struct Test {
 #[derive(Debug, Clone)]
 pub struct Setup {
     pub graph: File,
-    pub scene: File,
+    /// `None`: a stand-in, of which the graph may use nothing.
+    pub scene: Option<File>,
     pub camera: Option<Name>,
     /// Width and height in pixels.
     pub size: [u32; 2],
@@ -98,7 +99,7 @@ impl Run {
     pub fn of(&self, setup: &Setup) -> Setup {
         let mut setup = setup.clone();
         setup.graph = self.graph.clone().unwrap_or(setup.graph);
-        setup.scene = self.scene.clone().unwrap_or(setup.scene);
+        setup.scene = self.scene.clone().or(setup.scene);
         setup.camera = self.camera.clone().or(setup.camera);
         setup.light = self.light.unwrap_or(setup.light);
         replace(&mut setup.params, &self.params);
@@ -152,7 +153,7 @@ impl Parser<'_> {
         let (_, mut f) = self.reader.named(node, &["Test"])?;
         let about = self.reader.need(&mut f, "about").and_then(|n| self.reader.text(n));
         let graph = self.reader.need(&mut f, "graph").and_then(|n| self.file(n));
-        let scene = self.reader.need(&mut f, "scene").and_then(|n| self.file(n));
+        let scene = f.get("scene").and_then(|n| self.file(n));
         let camera = f.get("camera").and_then(|n| self.reader.text(n));
         let size = self.reader.need(&mut f, "size").and_then(|n| self.size(n));
         let params = self.params(f.get("params"));
@@ -181,7 +182,7 @@ impl Parser<'_> {
             span: node.span.clone(),
             start: Setup {
                 graph: graph?,
-                scene: scene?,
+                scene,
                 camera,
                 size: size?,
                 params,

@@ -5,7 +5,7 @@
 //! Test(
 //!     about: "One sentence.",
 //!     graph: "../../graphs/uniform_grid.ron",   // paths begin at this file
-//!     scene: "../../scenes/cornell.glb",
+//!     scene: "../../scenes/cornell.glb",        // left out for a graph that uses none
 //!     camera: "front",                          // without it, the scene's own
 //!     size: (48, 48),
 //!     params: {"grid": (3, 3, 3), "bounces": 2},

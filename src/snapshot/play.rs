@@ -103,6 +103,7 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
         limits: &limits,
         features,
     })?;
+    without_scene(&now, &project, &planned.plan)?;
     // The text must not depend on where the test was started.
     planned.plan.graph = now.graph.path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
     Ok(planned.plan)
@@ -148,7 +149,20 @@ fn open(
         ..Settings::default()
     };
     let place = setup.camera.as_ref().map_or(&setup.graph.span, |c| &c.span);
-    Session::after(gpu, &project, scene, settings, previous).map_err(|f| placed(f, place))
+    let session = Session::after(gpu, &project, scene, settings, previous).map_err(|f| placed(f, place))?;
+    without_scene(setup, &project, &session.plan)?;
+    Ok(session)
+}
+
+/// A test without a scene is of a graph that uses none.
+fn without_scene(setup: &Setup, project: &Project, plan: &Plan) -> Checked<()> {
+    match lint::scene_use(&project.graph, plan).filter(|_| setup.scene.is_none()) {
+        Some(how) => {
+            let d = Diagnostic::error(format!("the test needs a scene: {how}")).at(&setup.graph.span, "");
+            Err(d.help("give it one: `scene: \"…\"`").into())
+        }
+        None => Ok(()),
+    }
 }
 
 fn note(played: &mut Played, session: &Session, report: &FrameReport) {
@@ -195,7 +209,8 @@ fn edited(texts: &mut Library, edit: &Edit) -> Checked<()> {
 
 /// The scene, its light multiplied.
 fn scene_of(setup: &Setup) -> Checked<Scene> {
-    let mut scene = scene::load(&setup.scene.path).map_err(|f| placed(f, &setup.scene.span))?.scene;
+    let Some(file) = &setup.scene else { return Ok(scene::stand_in()?.scene) };
+    let mut scene = scene::load(&file.path).map_err(|f| placed(f, &file.span))?.scene;
     scene.lights.iter_mut().for_each(|l| l.intensity *= setup.light);
     scene.materials.iter_mut().for_each(|m| m.emission *= setup.light);
     Ok(scene)
