@@ -22,7 +22,7 @@ seed() {
     local folder=fuzz/corpus/$1
     shift
     mkdir -p "$folder"
-    find "$@" -maxdepth 1 -type f -size -64k -exec cp -t "$folder" {} +
+    find "$@" -maxdepth 1 -type f -size -64k -exec cp --backup=numbered -t "$folder" {} +
 }
 seed graph graphs/*.ron tests/bad/*.ron
 seed plan graphs/*.ron
