@@ -1,12 +1,10 @@
 //! Path tracing: every batch adds some paths through the centre of each pixel to the mean of those before it.
-#import lightgraph::camera::pixel_ray
-#ifdef CLEAR
-#import lightgraph::camera::Ray
-#endif
-#import lightgraph::hit::{Met, look}
+#import lightgraph::camera::{Ray, pixel_ray}
+#import lightgraph::hit::{Met, describe, look}
 #import lightgraph::lobe::{reflectance, scatter, scatter_density}
 #import lightgraph::random::{scramble, seed, next, next_pair, even_pair}
 #import lightgraph::report::{check}
+#import lightgraph::trace::{closest_between, FAR}
 #ifdef LIGHTS
 #import lightgraph::traced_lights::traced_light
 #endif
@@ -16,7 +14,6 @@
 #ifdef ENVIRONMENT
 #import lightgraph::environment
 #import lightgraph::environment_light
-#import lightgraph::trace::FAR
 #endif
 #ifdef CLEAR
 #import lightgraph::passage::look_on
@@ -172,6 +169,25 @@ fn path(seen: Met, index: u32, pixel: vec2u) -> Light {
     return light;
 }
 
+#ifndef CLEAR
+/// Backs of single-sided surfaces that the camera looks through at most.
+const BACKS: u32 = 64u;
+
+/// What the camera sees: it looks through the backs of single-sided surfaces, which light does not pass.
+fn first_seen(ray: Ray) -> Met {
+    var met = look(ray.origin, ray.direction);
+    for (var i = 0u; i < BACKS; i++) {
+        if met.lit || met.distance >= FAR {
+            break;
+        }
+        // Beyond what was met, by more than its rounding.
+        let hit = closest_between(ray.origin, ray.direction, met.distance * 1.00001, FAR);
+        met = describe(hit, ray.origin, ray.direction, 0.0);
+    }
+    return met;
+}
+#endif
+
 @compute @workgroup_size(8, 8)
 fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(direct)) {
@@ -186,7 +202,7 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
     }
     let ray = pixel_ray(id.xy);
 #ifndef CLEAR
-    let seen = look(ray.origin, ray.direction);
+    let seen = first_seen(ray);
     if seen.lit {
 #endif
         // One round more than there are paths: a driver that ends the loops of an invocation after so many rounds, as if they

@@ -282,7 +282,7 @@ impl Scene {
         let turn = (-forward.x).atan2(-forward.z);
         let tilt = forward.y.clamp(-1.0, 1.0).asin();
         let linear = Mat3::from_quat(Quat::from_euler(EulerRot::YXZ, turn, tilt, 0.0));
-        self.nodes.push(Node { name: name.into(), parent: None, translation, linear, motion: vec![] });
+        self.nodes.push(Node { name: name.into(), parent: None, translation, linear, motion: vec![], animation: None });
         self.nodes.len() - 1
     }
 

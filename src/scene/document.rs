@@ -85,10 +85,13 @@ impl<'a> Document<'a> {
                 return None;
             }
         };
-        let root = match Root::from_slice(json) {
-            Ok(root) => root,
-            Err(e) => {
-                faults.push(json_fault(json, shown, &e));
+        let root = match super::json::root(json, shown) {
+            Ok((root, notices)) => {
+                faults.extend(notices);
+                root
+            }
+            Err(fault) => {
+                faults.push(fault);
                 return None;
             }
         };
@@ -140,6 +143,7 @@ impl<'a> Document<'a> {
     /// An accessor of vectors: of `f32`, or of integers of 8 or 16 bits, as KHR_mesh_quantization has them.
     pub fn floats<const N: usize>(&self, accessor: usize) -> Result<Vectors<'_, N>, String> {
         let shape = match N {
+            1 => Type::Scalar,
             2 => Type::Vec2,
             3 => Type::Vec3,
             _ => Type::Vec4,
@@ -432,7 +436,7 @@ fn chunk<'a>(bytes: &'a [u8], kind: &[u8; 4]) -> Option<(&'a [u8], &'a [u8])> {
     bytes.get(8..)?.split_at_checked(length)
 }
 
-fn json_fault(json: &[u8], shown: &str, e: &gltf::json::Error) -> Diagnostic {
+pub(super) fn json_fault(json: &[u8], shown: &str, e: &gltf::json::Error) -> Diagnostic {
     let d = Diagnostic::error(format!("{shown}: not valid glTF JSON: {e}"));
     let Ok(text) = std::str::from_utf8(json) else { return d };
     // Minified files have one line of megabytes: the line and column in the message must do there.

@@ -3,7 +3,7 @@
 //! Units and conventions are glTF's: metres, right-handed, +Y up, lights and cameras look down −Z.
 
 use super::{
-    attached,
+    animation, attached,
     document::{Document, place},
     geometry::{self, Instance, MAX_COORDINATE, Surface},
     materials::{self, Materials},
@@ -30,11 +30,8 @@ pub(super) fn import(
     files: &mut Vec<PathBuf>,
     faults: &mut Vec<Diagnostic>,
 ) -> Scene {
-    if !document.root.animations.is_empty() {
-        let d = document.warning("animations", "glTF animations are ignored");
-        faults.push(d.help("state motion in a scene RON beside the file"));
-    }
-    let placed = hierarchy(document, faults);
+    let mut placed = hierarchy(document, faults);
+    animation::animate(document, &mut placed, faults);
     let mut materials = materials::read(document, files, faults);
     let geometry = geometry_of(document, &placed, &mut materials, faults);
     let lights = attached::lights(document, &placed, faults);
@@ -109,7 +106,7 @@ fn hierarchy(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -> Vec<Place
         }
         let this = placed.len();
         let name = raw.name.clone().unwrap_or_else(|| format!("node {index}"));
-        let node = Node { name, parent, translation, linear, motion: vec![] };
+        let node = Node { name, parent, translation, linear, motion: vec![], animation: None };
         placed.push(Placed { node, index, world });
         pending.extend(raw.children.iter().flatten().rev().map(|c| (c.value(), Some(this))));
     }

@@ -196,6 +196,9 @@ fn come_near(scene: &mut Scene, shown: &str) -> Option<Diagnostic> {
     for node in scene.nodes.iter_mut().filter(|n| n.parent.is_none()) {
         node.translation -= scene.origin;
         node.motion.iter_mut().for_each(|key| key.translation -= scene.origin);
+        if let Some(animation) = &mut node.animation {
+            animation.shift(-scene.origin);
+        }
     }
     scene.bounds = scene.swept_bounds();
     let moved = format!(
@@ -311,6 +314,11 @@ fn unknown<'a>(what: &str, name: &Spanned<String>, names: impl Iterator<Item = &
 fn resolve(path: &Path) -> Checked<PathBuf> {
     if has_extension(path, &["ron", "glb", "gltf"]) {
         return Ok(path.into());
+    }
+    if path.is_file() {
+        let d =
+            Diagnostic::error(format!("{} is no scene: a scene is a .gltf, a .glb or a scene .ron", path.display()));
+        return Err(d.help("export it as glTF 2.0 (.glb), as Blender does with File > Export").into());
     }
     let with = |base: &Path, extension: &str| {
         let mut name = base.as_os_str().to_owned();

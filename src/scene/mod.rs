@@ -5,7 +5,7 @@
 //! [`Scene::camera_values`] at a pose.
 //!
 //! - `load` finds the files; `document` reads bytes, buffers and accessors, `decoded` those that are compressed or sparse; `import` makes
-//!   nodes of them, `materials` and `extensions` materials, `textures` and `mips` the pages of images, `attached` lights and cameras, `complete` adds those of the scene RON and the command (`added`)
+//!   nodes of them, `materials` and `extensions` materials, `textures` and `mips` the pages of images, `attached` lights and cameras, `animation` moves nodes, `complete` adds those of the scene RON and the command (`added`)
 //!   and what is made up (`room` finds whether to stand inside), `environment` light from all around (`sky`, `panorama`), `geometry` the
 //!   vertices, `tangents` what normal maps need, `clusters` their compact groups, `levels` fewer triangles; `glow` says how much light textured
 //!   triangles give; `description` reads the scene RON
@@ -42,6 +42,7 @@
 //! without one of them has the node's own.
 
 mod added;
+mod animation;
 mod assets;
 mod attached;
 mod bvh;
@@ -58,6 +59,7 @@ mod finishes;
 mod geometry;
 mod glow;
 mod import;
+mod json;
 mod levels;
 mod light_views;
 mod load;
@@ -76,6 +78,7 @@ mod tests;
 mod textures;
 
 pub use added::{AddedCamera, AddedEnvironment, AddedLight, Additions};
+pub use animation::Animation;
 pub use assets::{AssetHashes, Assets};
 pub use bvh::reach;
 pub use camera::FRAME_VALUES;

@@ -1,6 +1,6 @@
 //! The scene as plain data, and the facts it states.
 
-use super::{Environment, Geometry, Levels, Texture, TextureArray};
+use super::{Animation, Environment, Geometry, Levels, Texture, TextureArray};
 use crate::value::{Value, Values};
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -46,8 +46,17 @@ pub struct Node {
     pub translation: Vec3,
     /// Rotation and scale.
     pub linear: Mat3,
-    /// In the order of time; empty for a node that does not move by itself.
+    /// In the order of time; empty for a node that the scene file does not move.
     pub motion: Vec<Keyframe>,
+    /// How the glTF moves it, where the scene file does not.
+    pub animation: Option<Animation>,
+}
+
+impl Node {
+    /// Whether it moves by itself.
+    pub(super) fn moves(&self) -> bool {
+        !self.motion.is_empty() || self.animation.is_some()
+    }
 }
 
 /// Where a moving node is at a time.

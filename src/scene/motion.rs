@@ -73,6 +73,9 @@ const SWEEP_MARGIN: f32 = 2e-4;
 /// Samples between two keyframes: two whole turns in steps of [`SWEEP_STEP`]. Faster spins pass the same angles again.
 const MAX_SWEEP_SAMPLES: usize = 360;
 
+/// Points of all transforms of a sweep, looked at one by one.
+const MAX_SWEPT: usize = 1 << 20;
+
 /// Points swept one by one; of larger meshes the corners of their box are.
 const MAX_SWEPT_POINTS: usize = 4096;
 
@@ -133,11 +136,19 @@ impl Scene {
         false
     }
 
+    /// Seconds until everything that moves has moved once; 0 where nothing does.
+    pub fn duration(&self) -> f32 {
+        let keyed = self.nodes.iter().flat_map(|n| &n.motion).map(|k| k.time);
+        let animated = self.nodes.iter().filter_map(|n| Some(n.animation.as_ref()?.period));
+        keyed.chain(animated).fold(0.0, f32::max)
+    }
+
     /// For each node, whether its world transform changes with time.
     pub(super) fn moving(&self) -> Vec<bool> {
         let mut moving: Vec<bool> = vec![];
         for node in &self.nodes {
-            moving.push(node.motion.len() > 1 || node.parent.is_some_and(|p| moving[p]));
+            let moves = node.motion.len() > 1 || node.motion.is_empty() && node.animation.is_some();
+            moving.push(moves || node.parent.is_some_and(|p| moving[p]));
         }
         moving
     }
@@ -171,25 +182,27 @@ impl Scene {
         while let Some(index) = above {
             let node = &self.nodes[index];
             above = node.parent;
-            if node.motion.is_empty() {
+            if !node.moves() {
                 pending = local(node, 0.0) * pending;
                 continue;
             }
-            if points.len() > MAX_SWEPT_POINTS {
+            let transforms = sweep(node);
+            if points.len() > MAX_SWEPT_POINTS || points.len() * transforms.len() > MAX_SWEPT {
                 points = Bounds::of(points.iter().map(|p| pending.transform_point3(*p))).corners().to_vec();
                 pending = Mat4::IDENTITY;
             }
             // The static way up to the next moving ancestor comes first, so that its rotation costs no tightness.
             let mut rise = Mat4::IDENTITY;
-            while let Some(parent) = above.filter(|p| self.nodes[*p].motion.is_empty()) {
+            while let Some(parent) = above.filter(|p| !self.nodes[*p].moves()) {
                 rise = local(&self.nodes[parent], 0.0) * rise;
                 above = self.nodes[parent].parent;
             }
-            let bounds = sweep(node).into_iter().fold(Bounds::EMPTY, |bounds, local| {
+            let bounds = transforms.into_iter().fold(Bounds::EMPTY, |bounds, local| {
                 let way = rise * local * pending;
                 bounds.union(Bounds::of(points.iter().map(|p| way.transform_point3(*p))))
             });
-            let turns = node.motion.iter().any(|k| k.rotation.is_some());
+            let turned = node.animation.as_ref().is_some_and(|a| node.motion.is_empty() && a.turns());
+            let turns = turned || node.motion.iter().any(|k| k.rotation.is_some());
             margin += if turns { bounds.diagonal() * SWEEP_MARGIN } else { 0.0 };
             points = bounds.corners().to_vec();
             pending = Mat4::IDENTITY;
@@ -201,6 +214,9 @@ impl Scene {
 
 /// A node's transform into its parent's space.
 fn local(node: &Node, time: f32) -> Mat4 {
+    if let (true, Some(animation)) = (node.motion.is_empty(), &node.animation) {
+        return animation.at(time);
+    }
     let (translation, rotation) = keyed(&node.motion, time).unwrap_or((node.translation, Quat::IDENTITY));
     transform(node, translation, rotation)
 }
@@ -242,6 +258,9 @@ fn between(a: Option<(Vec3, f32)>, b: Option<(Vec3, f32)>, share: f32) -> Quat {
 
 /// A moving node's transforms over its sweep: at its keyframes, and between turned ones in steps of a few degrees.
 fn sweep(node: &Node) -> Vec<Mat4> {
+    if let (true, Some(animation)) = (node.motion.is_empty(), &node.animation) {
+        return animation.sweep();
+    }
     let mut all: Vec<Mat4> =
         node.motion.iter().take(1).map(|k| transform(node, k.translation, rotation(k.rotation))).collect();
     for pair in node.motion.windows(2) {

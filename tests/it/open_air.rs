@@ -198,6 +198,30 @@ fn only_rooms_are_stood_in() {
     assert!(loaded.scene.cameras.is_empty(), "{}", render(&loaded.notices));
 }
 
+/// The camera looks through the backs of single-sided surfaces in every graph; light does not pass them.
+#[test]
+fn the_camera_looks_through_backs() {
+    // From outside, through the wall behind, to the wall before: both give 1.
+    let camera = AddedCamera { at: [0.0, 0.5, 9.0], look_at: Some([0.0, 0.5, 0.0]), fov: 3.0 };
+    let additions = Additions { cameras: vec![("outside".into(), camera)], ..Additions::default() };
+    for (graph, set) in [("graphs/pathtrace.ron", "bounces=0"), ("graphs/direct.ron", "")] {
+        let image = image_of(load("scenes/furnace.glb", &additions).scene, graph, set, 8);
+        let centre = middle(&image)[0];
+        assert!(centre >= 1.0, "{graph}: {centre}");
+    }
+}
+
+#[test]
+fn files_of_other_kinds_are_told_what_would_do() {
+    let scratch = Scratch::new("other-kind");
+    let path = scratch.path().join("model.obj");
+    std::fs::write(&path, "v 0 0 0\n").unwrap();
+    let text = scene::load(&path).expect_err("no scene").to_string();
+    for word in ["model.obj is no scene", "export it as glTF 2.0"] {
+        assert!(text.contains(word), "no `{word}` in:\n{text}");
+    }
+}
+
 /// Everything that the scene RON says of light and cameras, rendered.
 #[test]
 fn a_scene_file_brings_lights_cameras_and_a_sky() {
@@ -215,7 +239,6 @@ fn a_scene_file_brings_lights_cameras_and_a_sky() {
 /// A scene file's faults have their places and say what would do.
 #[test]
 fn what_a_scene_file_says_wrongly_is_shown_where_it_stands() {
-    let glb = repository("scenes/yard.glb");
     for (entry, words) in [
         (r#"lights: {"a": Sum(azimuth: 0, elevation: 9, lux: 1)}"#, ["unknown kind `Sum`", "did you mean `Sun`?"]),
         (r#"lights: {"a": Sun(azimuth: 0, elevation: 91, lux: 1)}"#, ["elevation 91", "from -90 to 90"]),
@@ -237,8 +260,8 @@ fn what_a_scene_file_says_wrongly_is_shown_where_it_stands() {
     ] {
         let scratch = Scratch::new("scene-file");
         let path = scratch.path().join("test.ron");
-        std::fs::write(&path, format!("Scene(\n    gltf: {:?},\n    {entry},\n)\n", glb.display().to_string()))
-            .unwrap();
+        std::fs::copy(repository("scenes/yard.glb"), scratch.path().join("test.glb")).unwrap();
+        std::fs::write(&path, format!("Scene(\n    gltf: \"test.glb\",\n    {entry},\n)\n")).unwrap();
         let text = scene::load(&path).expect_err(entry).to_string();
         for word in words {
             assert!(text.contains(word), "no `{word}` of {entry} in:\n{text}");

@@ -1,5 +1,6 @@
 //! Tests of whole scenes, from bytes to tables.
 
+mod animation;
 mod bad_input;
 mod files;
 mod fixture;

@@ -1,10 +1,7 @@
 //! Poses over time, and the bounds they stay in.
 
 use super::fixture::Fixture;
-use crate::{
-    diag::render,
-    scene::{Bounds, Column, Level, MOVED, Pose, Scene, Shift, Table, Tables},
-};
+use crate::scene::{Bounds, Column, Level, MOVED, Pose, Scene, Shift, Table, Tables};
 use glam::{Mat4, Quat, Vec3};
 use serde_json::json;
 use std::f32::consts::FRAC_PI_2;
@@ -136,14 +133,6 @@ fn motion_out_of_range_is_a_fault() {
     f.json["nodes"][0]["children"] = json!([1]);
     let text = f.described(r#"Scene(motion: {"far": [(time: 0, translation: (0, 1e8, 0))]})"#).unwrap_err();
     assert!(text.contains("too far to compute with"), "{text}");
-}
-
-#[test]
-fn ignored_animations_are_said_to_be() {
-    let mut f = Fixture::quad();
-    f.json["animations"] = json!([{"channels": [], "samplers": []}]);
-    let (_, notices) = f.read().unwrap();
-    assert!(render(&notices).contains("glTF animations are ignored"));
 }
 
 #[test]

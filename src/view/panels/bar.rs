@@ -63,7 +63,7 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
         state.mark("undo", undo.rect);
         state.mark("redo", redo.rect);
         ui.separator();
-        let moves = seen.feed.told.subject.as_ref().is_some_and(|s| s.scene.nodes.iter().any(|n| n.motion.len() > 1));
+        let moves = seen.feed.told.subject.as_ref().is_some_and(|s| s.scene.duration() > 0.0);
         let label = if state.playing { "Pause" } else { "Play" };
         let play = ui.add_enabled(moves, egui::Button::new(label)).on_hover_text("Space; for scenes that move");
         if play.clicked() {

@@ -26,7 +26,7 @@ pub fn scene(ui: &mut Ui, state: &mut State, seen: &Seen) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let scene = &subject.scene;
     camera(ui, state, scene);
-    let end = scene.nodes.iter().flat_map(|n| &n.motion).map(|k| k.time).fold(0.0, f32::max);
+    let end = scene.duration();
     if end > 0.0 {
         let mut time = seen.time.rem_euclid(end);
         let slider = ui.add(Slider::new(&mut time, 0.0..=end).text("time").suffix(" s"));

@@ -1,0 +1,269 @@
+//! glTF's node animation: translation, rotation and scale over time.
+//!
+//! Source: glTF 2.0 specification, section 3.11 and appendix C ("Animation Sampler Interpolation Modes").
+
+use super::{
+    document::{Document, place},
+    geometry::MAX_COORDINATE,
+    import::Placed,
+};
+use crate::diag::Diagnostic;
+use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
+use gltf::json::{
+    animation::{Animation as RawAnimation, Channel, Interpolation, Property},
+    validation::Checked,
+};
+
+/// How a node moves by its file's animation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Animation {
+    translation: Option<Track>,
+    /// Quaternions: x, y, z, w.
+    rotation: Option<Track>,
+    scale: Option<Track>,
+    /// What holds where there is no track.
+    rest: (Vec3, Quat, Vec3),
+    /// Seconds after which it begins anew; 0 for what stands still.
+    pub period: f32,
+}
+
+/// Values over time; of quaternions all four numbers, of vectors three.
+#[derive(Debug, Clone, PartialEq)]
+struct Track {
+    /// Rising, at least one.
+    times: Vec<f32>,
+    /// As many as times; of splines three a time: the tangent that it comes in with, the value, the tangent that it leaves with.
+    values: Vec<Vec4>,
+    interpolation: Interpolation,
+}
+
+/// Steps from one keyframe to the next in which a sweep is looked at: a quarter turn in steps of 5°, which leaves the hull of two by
+/// 0.1 % of the radius.
+const STEPS: usize = 18;
+
+/// Transforms of a sweep at most.
+const MOST_STEPS: usize = 4096;
+
+impl Animation {
+    /// The node's transform into its parent's space.
+    pub(super) fn at(&self, time: f32) -> Mat4 {
+        // In f64: after hours an f32 remainder would jump by frames.
+        let period = f64::from(self.period);
+        self.within(if period > 0.0 { f64::from(time).rem_euclid(period) as f32 } else { 0.0 })
+    }
+
+    fn within(&self, time: f32) -> Mat4 {
+        let vector =
+            |track: &Option<Track>, rest: Vec3| track.as_ref().map_or(rest, |t| t.at(time, Vec4::lerp).truncate());
+        let slerp = |a: Vec4, b: Vec4, share: f32| Vec4::from(unit(a).slerp(unit(b), share));
+        let (translation, rotation, scale) = self.rest;
+        let rotation = self.rotation.as_ref().map_or(rotation, |t| unit(t.at(time, slerp)));
+        let linear = Mat3::from_quat(rotation) * Mat3::from_diagonal(vector(&self.scale, scale));
+        Mat4::from_mat3_translation(linear, vector(&self.translation, translation))
+    }
+
+    /// Its transforms at keyframes and between them: what a box round all of it is made from.
+    pub(super) fn sweep(&self) -> Vec<Mat4> {
+        let tracks = [&self.translation, &self.rotation, &self.scale];
+        let mut times: Vec<f32> = tracks.into_iter().flatten().flat_map(|t| t.times.iter().copied()).collect();
+        times.sort_by(f32::total_cmp);
+        times.dedup();
+        let steps = (MOST_STEPS / times.len().max(1)).clamp(1, STEPS);
+        let between = |pair: &[f32]| {
+            let (from, to) = (pair[0], pair[1]);
+            (1..=steps).map(move |i| from + (to - from) * i as f32 / steps as f32).collect::<Vec<_>>()
+        };
+        let first = times.first().copied();
+        first.into_iter().chain(times.windows(2).flat_map(between)).map(|time| self.within(time)).collect()
+    }
+
+    pub(super) fn turns(&self) -> bool {
+        self.rotation.is_some()
+    }
+
+    /// Moves all of it, in the parent's space.
+    pub(super) fn shift(&mut self, by: Vec3) {
+        self.rest.0 += by;
+        if let Some(track) = &mut self.translation {
+            let spline = track.interpolation == Interpolation::CubicSpline;
+            // Tangents stay as they are.
+            let (first, step) = if spline { (1, 3) } else { (0, 1) };
+            track.values.iter_mut().skip(first).step_by(step).for_each(|value| *value += by.extend(0.0));
+        }
+    }
+}
+
+impl Track {
+    /// The value at a time; before the first keyframe that of the first, after the last that of the last.
+    fn at(&self, time: f32, lerp: impl Fn(Vec4, Vec4, f32) -> Vec4) -> Vec4 {
+        let spline = self.interpolation == Interpolation::CubicSpline;
+        let value = |key: usize| self.values[if spline { 3 * key + 1 } else { key }];
+        let next = self.times.partition_point(|t| *t <= time);
+        if next == 0 || next == self.times.len() {
+            return value(next.saturating_sub(1));
+        }
+        let (before, after) = (next - 1, next);
+        let span = self.times[after] - self.times[before];
+        let t = (time - self.times[before]) / span;
+        match self.interpolation {
+            Interpolation::Step => value(before),
+            Interpolation::Linear => lerp(value(before), value(after), t),
+            Interpolation::CubicSpline => {
+                let (t2, t3) = (t * t, t * t * t);
+                let (leaving, arriving) = (self.values[3 * before + 2], self.values[3 * after]);
+                (2.0 * t3 - 3.0 * t2 + 1.0) * value(before)
+                    + span * (t3 - 2.0 * t2 + t) * leaving
+                    + (3.0 * t2 - 2.0 * t3) * value(after)
+                    + span * (t3 - t2) * arriving
+            }
+        }
+    }
+}
+
+fn unit(q: Vec4) -> Quat {
+    Quat::from_vec4(q.try_normalize().unwrap_or(Vec4::W))
+}
+
+/// Gives the nodes the first animation of a document, and says what is left out.
+pub(super) fn animate(document: &Document<'_>, placed: &mut [Placed], faults: &mut Vec<Diagnostic>) {
+    let all = &document.root.animations;
+    let Some(first) = all.first().filter(|_| document.complete()) else { return };
+    if all.len() > 1 {
+        let name = first.name.as_deref().unwrap_or("animations[0]");
+        let d = document.warning("animations", format!("the first of {}, \"{name}\", moves the scene", all.len()));
+        faults.push(d.help("the others are left out"));
+    }
+    let mut period = 0.0_f32;
+    let mut moved = vec![];
+    for (i, channel) in first.channels.iter().enumerate() {
+        let at = format!("{}, channels[{i}]", place("animations", 0, first.name.as_deref()));
+        let node = placed.iter().position(|p| p.index == channel.target.node.value());
+        // A node of another scene moves nothing here.
+        let Some(node) = node else { continue };
+        let property = match channel.target.path {
+            Checked::Valid(Property::MorphTargetWeights) => {
+                faults.push(document.warning(at, "morph targets are not moved"));
+                continue;
+            }
+            Checked::Valid(property) => property,
+            Checked::Invalid => {
+                faults.push(document.warning(at, "what it moves is not known; it is left out"));
+                continue;
+            }
+        };
+        match track(document, first, channel, property) {
+            Ok(track) => {
+                period = period.max(track.times.last().copied().unwrap_or(0.0));
+                moved.push((node, property, track));
+            }
+            Err(why) => faults.push(document.error(at, why)),
+        }
+    }
+    for (row, property, track) in moved {
+        let raw = &document.root.nodes[placed[row].index];
+        let node = &mut placed[row].node;
+        let animation = node.animation.get_or_insert_with(|| Animation {
+            translation: None,
+            rotation: None,
+            scale: None,
+            rest: (
+                node.translation,
+                unit(Vec4::from(raw.rotation.unwrap_or_default().0)),
+                Vec3::from(raw.scale.unwrap_or([1.0; 3])),
+            ),
+            period,
+        });
+        match property {
+            Property::Translation => animation.translation = Some(track),
+            Property::Rotation => animation.rotation = Some(track),
+            Property::Scale => animation.scale = Some(track),
+            Property::MorphTargetWeights => {}
+        }
+    }
+}
+
+fn track(
+    document: &Document<'_>,
+    animation: &RawAnimation,
+    channel: &Channel,
+    property: Property,
+) -> Result<Track, String> {
+    let index = channel.sampler.value();
+    let sampler = animation.samplers.get(index).ok_or_else(|| format!("there is no sampler {index}"))?;
+    let Checked::Valid(interpolation) = sampler.interpolation else {
+        return Err("its interpolation is none of LINEAR, STEP and CUBICSPLINE".into());
+    };
+    let times: Vec<f32> = document.floats::<1>(sampler.input.value())?.iter().map(|[t]| t).collect();
+    let output = sampler.output.value();
+    let values: Vec<Vec4> = match property {
+        Property::Rotation => document.floats::<4>(output)?.iter().map(Vec4::from).collect(),
+        _ => document.floats::<3>(output)?.iter().map(|v| Vec3::from(v).extend(0.0)).collect(),
+    };
+    let each = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+    if times.is_empty() || values.len() != each * times.len() {
+        return Err(format!("it has {} times and {} values, {each} for each time", times.len(), values.len()));
+    }
+    let rising = times.windows(2).all(|w| w[0] < w[1]);
+    if !(rising && times.iter().all(|t| (0.0..MAX_COORDINATE).contains(t))) {
+        return Err("its times must not be negative, and must rise".into());
+    }
+    match values.iter().all(|v| v.abs().cmple(Vec4::splat(MAX_COORDINATE)).all()) {
+        true => Ok(Track { times, values, interpolation }),
+        false => Err("it holds a number that is not usable".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turning(interpolation: Interpolation, values: Vec<Vec4>) -> Animation {
+        let rotation = Track { times: vec![0.0, 2.0], values, interpolation };
+        let rest = (Vec3::new(1.0, 2.0, 3.0), Quat::IDENTITY, Vec3::splat(2.0));
+        Animation { translation: None, rotation: Some(rotation), scale: None, rest, period: 2.0 }
+    }
+
+    #[test]
+    fn each_way_between_keyframes_is_as_specified() {
+        let (a, b) = (Vec4::new(0.0, 0.0, 0.0, 0.0), Vec4::new(4.0, 8.0, 0.0, 0.0));
+        let track = |interpolation, values| Track { times: vec![1.0, 3.0], values, interpolation };
+        let step = track(Interpolation::Step, vec![a, b]);
+        let linear = track(Interpolation::Linear, vec![a, b]);
+        // A spline without slope at its ends; one with the slope of the straight line is that line.
+        let slope = (b - a) / 2.0;
+        let eased = track(Interpolation::CubicSpline, vec![Vec4::ZERO, a, Vec4::ZERO, Vec4::ZERO, b, Vec4::ZERO]);
+        let straight = track(Interpolation::CubicSpline, vec![slope, a, slope, slope, b, slope]);
+        for (time, steps, lines, eases) in
+            [(0.0, 0.0, 0.0, 0.0), (1.5, 0.0, 1.0, 0.625), (2.0, 0.0, 2.0, 2.0), (9.0, 4.0, 4.0, 4.0)]
+        {
+            let x = |t: &Track| t.at(time, Vec4::lerp).x;
+            assert_eq!([x(&step), x(&linear), x(&eased)], [steps, lines, eases], "{time}");
+            assert!((x(&straight) - lines).abs() < 1e-5, "{time}");
+        }
+    }
+
+    #[test]
+    fn rotations_go_the_shortest_way_and_begin_anew() {
+        let quarter = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
+        // The same rotation with the other sign: the way must not go round the back.
+        let found = turning(Interpolation::Linear, vec![Vec4::W, -Vec4::from(quarter)]);
+        for (time, angle) in [(0.0_f32, 0.0_f32), (1.0, 45.0), (3.0, 45.0)] {
+            let expected = Mat3::from_rotation_y(angle.to_radians()) * 2.0;
+            let m = found.at(time);
+            assert!(Mat3::from_mat4(m).abs_diff_eq(expected, 1e-5), "{time}: {m}");
+            assert_eq!(m.w_axis.truncate(), Vec3::new(1.0, 2.0, 3.0));
+        }
+    }
+
+    #[test]
+    fn a_sweep_holds_what_turns() {
+        let half = Quat::from_rotation_y(3.0);
+        let found = turning(Interpolation::Linear, vec![Vec4::W, Vec4::from(half)]);
+        let sweep = found.sweep();
+        for i in 0..100 {
+            let at = found.at(i as f32 / 50.0).transform_point3(Vec3::X);
+            let near = sweep.iter().map(|m| m.transform_point3(Vec3::X).distance(at)).fold(f32::INFINITY, f32::min);
+            assert!(near < 0.2, "{i}: {near}");
+        }
+    }
+}
