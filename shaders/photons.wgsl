@@ -13,7 +13,7 @@
 #import lightgraph::trace::{extent, leave}
 #ifdef LIGHTS
 #import lightgraph::irradiance::irradiance
-#import lightgraph::lights::{Light, lights, arrival}
+#import lightgraph::lights::{Light, arrival, light_count, lights}
 #endif
 #ifdef EMITTERS
 #import lightgraph::emitters::emitters
@@ -52,7 +52,7 @@ fn reach(light: Light) -> f32 {
 fn powers() -> Powers {
     var p = Powers();
 #ifdef LIGHTS
-    for (var i = 0u; i < arrayLength(&lights); i++) {
+    for (var i = 0u; i < light_count(); i++) {
         p.lights += sum_of(lights[i].intensity) * reach(lights[i]);
     }
 #endif
@@ -80,7 +80,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
     var share = 0.0;
     if chosen < all.lights {
         var before = 0.0;
-        for (var i = 0u; i < arrayLength(&lights); i++) {
+        for (var i = 0u; i < light_count(); i++) {
             light = lights[i];
             share = sum_of(light.intensity) * reach(light);
             before += share;

@@ -6,7 +6,7 @@
 #import lightgraph::geometry::{node_count, nodes}
 #import lightgraph::surface::materials
 #ifdef LIGHTS
-#import lightgraph::lights::lights
+#import lightgraph::lights::{light_count, lights}
 #endif
 
 struct View {
@@ -38,7 +38,7 @@ fn main() {
         hash = add_matrix(hash, nodes[i].transform);
     }
 #ifdef LIGHTS
-    for (var i = 0u; i < arrayLength(&lights); i++) {
+    for (var i = 0u; i < light_count(); i++) {
         hash = add(add(add(hash, lights[i].position), lights[i].direction), lights[i].intensity);
     }
 #endif

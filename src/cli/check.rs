@@ -5,7 +5,7 @@ use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::plan::build::faults;
 use crate::plan::fastest::FIRST;
 use crate::plan::lint;
-use crate::plan::request::{Request, sample_device, sample_facts};
+use crate::plan::request::{Request, all_sample_facts, sample_device};
 use crate::scene;
 use crate::session::Project;
 use crate::value::Values;
@@ -37,7 +37,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<u8, Failure> {
     let facts = match &args.scene {
         Some(path) => vec![scene::load(path)?.scene.facts()],
-        None => vec![sample_facts(true), sample_facts(false)],
+        None => all_sample_facts(),
     };
     let mut code = 0;
     for path in &args.graphs {

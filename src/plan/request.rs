@@ -153,7 +153,7 @@ pub fn sample_device() -> (wgpu::Limits, wgpu::Features) {
     (limits, F::FLOAT32_FILTERABLE | F::MULTIVIEW | F::INDIRECT_FIRST_INSTANCE)
 }
 
-/// Typical facts for checks without a scene: everything a scene can have, or nothing of it.
+/// Typical facts for checks without a scene: everything a scene can have, or nothing of it. See [`all_sample_facts`].
 pub fn sample_facts(full: bool) -> Values {
     let n = u32::from(full);
     let counts = crate::scene::FACTS.iter().filter_map(|(name, ty)| match ty {
@@ -169,4 +169,12 @@ pub fn sample_facts(full: bool) -> Values {
         facts.insert(name.into(), Value::Vec3(glam::Vec3::ONE));
     }
     facts
+}
+
+/// The facts of scenes that together take every way through a graph: one that has everything, one without holes in its
+/// surfaces, for which some passes have a quicker way, and one that has nothing.
+pub fn all_sample_facts() -> Vec<Values> {
+    let mut whole = sample_facts(true);
+    whole.insert("masked_materials".into(), Value::Uint(0));
+    vec![sample_facts(true), whole, sample_facts(false)]
 }

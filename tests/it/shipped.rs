@@ -4,6 +4,7 @@ use crate::support::{files, plan_of_choices, plan_without_device, repository};
 use lightgraph::diag::{Severity, render};
 use lightgraph::plan::Plan;
 use lightgraph::plan::fastest::{FIRST, each};
+use lightgraph::plan::request::all_sample_facts;
 use lightgraph::scene;
 use lightgraph::session::Project;
 use lightgraph::shader::{BindingKind, Library};
@@ -77,10 +78,11 @@ fn every_shader_is_used_by_a_graph_and_composes() {
     let mut used = BTreeSet::new();
     for (path, project) in graphs() {
         for params in settings(&project) {
-            for (full, choices) in
-                [true, false].iter().flat_map(|f| each(&project.graph, &FIRST).into_iter().map(|c| (*f, c)))
+            let facts = all_sample_facts();
+            for (facts, choices) in
+                facts.iter().flat_map(|f| each(&project.graph, &FIRST).into_iter().map(move |c| (f, c)))
             {
-                let planned = plan_of_choices(&project, &params, &choices, full);
+                let planned = plan_of_choices(&project, &params, &choices, facts);
                 let planned = planned.unwrap_or_else(|f| panic!("{} with {params:?}\n{f}", path.display()));
                 used.extend(planned.plan.shaders.iter().flat_map(|s| s.sources.iter().cloned()));
             }
@@ -116,10 +118,10 @@ fn no_shader_binds_more_than_every_device_has_room_for() {
         ("samplers", |k| matches!(k, BindingKind::Sampler { .. }), limits.max_samplers_per_shader_stage),
     ];
     for (path, project) in graphs() {
-        for (full, choices) in
-            [true, false].iter().flat_map(|f| each(&project.graph, &FIRST).into_iter().map(|c| (*f, c)))
+        let facts = all_sample_facts();
+        for (facts, choices) in facts.iter().flat_map(|f| each(&project.graph, &FIRST).into_iter().map(move |c| (f, c)))
         {
-            let planned = plan_of_choices(&project, &Values::new(), &choices, full);
+            let planned = plan_of_choices(&project, &Values::new(), &choices, facts);
             let planned = planned.unwrap_or_else(|f| panic!("{}\n{f}", path.display()));
             for shader in &planned.plan.shaders {
                 for (what, is, most) in &most {

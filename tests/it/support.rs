@@ -31,18 +31,18 @@ pub fn plan_without_device(
     outputs: Option<&[String]>,
     full: bool,
 ) -> Checked<Planned> {
-    with_request(project, (params, outputs, &FIRST), full, plan)
+    with_request(project, (params, outputs, &FIRST), &sample_facts(full), plan)
 }
 
 /// As [`plan_without_device`], with these alternatives of groups.
-pub fn plan_of_choices(project: &Project, params: &Values, choices: &Choices, full: bool) -> Checked<Planned> {
-    with_request(project, (params, None, choices), full, plan)
+pub fn plan_of_choices(project: &Project, params: &Values, choices: &Choices, facts: &Values) -> Checked<Planned> {
+    with_request(project, (params, None, choices), facts, plan)
 }
 
 fn with_request<T>(
     project: &Project,
     (params, outputs, choices): (&Values, Option<&[String]>, &Choices),
-    full: bool,
+    facts: &Values,
     then: impl FnOnce(&Request) -> T,
 ) -> T {
     let (limits, features) = sample_device();
@@ -50,7 +50,7 @@ fn with_request<T>(
         graph: &project.graph,
         texts: &project.texts,
         params,
-        facts: &sample_facts(full),
+        facts,
         screen: [640, 480],
         outputs,
         choices,
@@ -63,8 +63,8 @@ fn with_request<T>(
 /// The faults of both plans, whichever alternatives run, none of them twice.
 pub fn faults_of_both(project: &Project, params: &Values, outputs: Option<&[String]>) -> Vec<Diagnostic> {
     let mut all: Vec<Diagnostic> = vec![];
-    for full in [true, false] {
-        for d in with_request(project, (params, outputs, &FIRST), full, faults) {
+    for facts in [true, false].map(sample_facts) {
+        for d in with_request(project, (params, outputs, &FIRST), &facts, faults) {
             if !all.contains(&d) {
                 all.push(d);
             }
