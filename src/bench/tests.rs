@@ -338,8 +338,9 @@ fn a_small_bench_from_end_to_end_resumes_and_repeats_its_errors() {
     };
     assert_eq!(bench(&out, &[]), 0);
     let first = Results::read(&out.join("results.json")).unwrap();
-    assert_eq!(first.entries.len(), 2);
-    for e in &first.entries {
+    // The graph's own setting, then those of the sweep.
+    assert_eq!(first.entries.iter().map(|e| e.setting.is_empty()).collect::<Vec<_>>(), [true, false, false]);
+    for e in &first.entries[1..] {
         assert_eq!(e.fault, None);
         assert!(e.times(Phase::Still).is_some_and(|t| t.repeats == 2) && e.times(Phase::Camera).is_some());
         // Three bounces of a furnace of albedo ½ give 1 + ½ + ¼ + ⅛ of 2: the reference for as many has no error left.
@@ -356,12 +357,12 @@ fn a_small_bench_from_end_to_end_resumes_and_repeats_its_errors() {
     // What a run that was cut off wrote is gone on with; a setting that isn't asked for stays.
     let cut = folder.0.join("cut");
     std::fs::create_dir_all(&cut).unwrap();
-    let line = serde_json::to_string(&first.entries[1]).unwrap();
+    let line = serde_json::to_string(&first.entries[2]).unwrap();
     std::fs::write(cut.join("entries.jsonl"), format!("{line}\n{}", &line[..40])).unwrap();
     assert_eq!(bench(&cut, &["--resume", "--phases", "everything"]), 0);
     let resumed = Results::read(&cut.join("results.json")).unwrap();
-    assert_eq!(resumed.entries.len(), 2);
-    assert_eq!(resumed.entries[1], first.entries[1]);
+    assert_eq!(resumed.entries.len(), 3);
+    assert_eq!(resumed.entries[2], first.entries[2]);
     let phases = |e: &Entry| e.phases.iter().map(|t| t.phase).collect::<Vec<_>>();
     assert_eq!(phases(&resumed.entries[0]), [Phase::First, Phase::Everything]);
     assert!(!cut.join("entries.jsonl").exists());
