@@ -2,7 +2,7 @@
 
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
-use crate::gpu::{self, Frame, FrameReport, Gpu, Memory, Prepared, Timing};
+use crate::gpu::{self, ArrivingImage, Frame, FrameReport, Gpu, Memory, Prepared, Recorded, Timing};
 use crate::graph::{self, Graph};
 use crate::image::Image;
 use crate::plan::build::{Options, Planned, plan_with};
@@ -299,35 +299,72 @@ impl Session {
     /// # Errors
     /// What the device reports, with the pass's name.
     pub fn frame(&mut self, gpu: &Gpu, index: u32, time: f32) -> Checked<FrameReport> {
+        let (values, tables, selection) = self.choose(index, time)?;
+        let careful = selection.why.iter().any(Why::is_new);
+        let (chosen, timing) = (Some(&selection), self.settings.timing);
+        let frame = Frame { values, tables: tables.as_deref(), chosen, timing, careful };
+        self.start(&selection);
+        let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame);
+        let report = self.finish(&selection, (index, time), report)?;
+        if let Some(scratch) = &mut self.scratch {
+            let (plan, keys) = (&self.plan, &self.keys);
+            scratch.verify(gpu, (plan, keys), (&self.prepared, &self.held), &self.inputs, &frame)?;
+        }
+        Ok(report)
+    }
+
+    /// As [`Session::frame`], into an encoder that the caller submits before anything else is asked of this session. Waits
+    /// for nothing: what the frame took, and images ([`Session::image_later`]), arrive later.
+    ///
+    /// # Errors
+    /// As [`gpu::record`]; a session that verifies waits, and can't be recorded. What the device finds wrong comes when the
+    /// encoder is finished.
+    pub fn record(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        index: u32,
+        time: f32,
+    ) -> Checked<Recorded> {
+        if self.scratch.is_some() {
+            let d = Diagnostic::error("a session that verifies waits for both of its frames, and can't be recorded");
+            return Err(d.help("run frames with `Session::frame`, or leave out `verify`").into());
+        }
+        let (values, tables, selection) = self.choose(index, time)?;
+        let (chosen, timing) = (Some(&selection), self.settings.timing);
+        let frame = Frame { values, tables: tables.as_deref(), chosen, timing, careful: false };
+        self.start(&selection);
+        let recorded = gpu::record(gpu, &self.plan, &mut self.prepared, &frame, encoder);
+        self.finish(&selection, (index, time), recorded)
+    }
+
+    /// What a frame is made from, and what of it runs.
+    fn choose(&mut self, index: u32, time: f32) -> Checked<(Values, Option<Vec<Table>>, Selection)> {
         let pose = self.scene.pose_shifted(time, &self.shift);
         let (values, _) = frame_values(&self.scene, &self.settings, &pose, index)?;
         let tables = self.pose(pose)?;
         self.inputs.frame = self.held.frames();
         let choose = if self.settings.skip { change::select } else { change::full };
         let selection = choose(&self.plan, &self.keys, &self.held, &self.inputs, &values);
-        let timing = self.settings.timing;
-        let frame = Frame { values, tables: tables.as_deref(), chosen: Some(&selection), timing };
-        self.why.clear();
-        let report = self.run(gpu, &frame, &selection)?;
-        self.held.finish(selection.clone());
-        if let Some(scratch) = &mut self.scratch {
-            let (plan, keys) = (&self.plan, &self.keys);
-            scratch.verify(gpu, (plan, keys), (&self.prepared, &self.held), &self.inputs, &frame)?;
-        }
-        self.last = (index, time, self.shift.clone());
-        self.why = selection.why;
-        Ok(report)
+        Ok((values, tables, selection))
     }
 
-    /// Executes what was selected. After a fault the next frame begins anew.
-    fn run(&mut self, gpu: &Gpu, frame: &Frame<'_>, selection: &Selection) -> Checked<FrameReport> {
+    fn start(&mut self, selection: &Selection) {
+        self.why.clear();
         self.uploaded = false;
         self.held.start(selection);
-        let done = gpu::execute(gpu, &self.plan, &mut self.prepared, frame);
+    }
+
+    /// Takes what was selected for done. After a fault the next frame begins anew.
+    fn finish<T>(&mut self, selection: &Selection, (index, time): (u32, f32), done: Checked<T>) -> Checked<T> {
         self.uploaded = done.is_ok();
         if done.is_err() {
             self.held.forget();
+            return done;
         }
+        self.held.finish(selection.clone());
+        self.last = (index, time, self.shift.clone());
+        self.why.clone_from(&selection.why);
         done
     }
 
@@ -427,6 +464,15 @@ impl Session {
     pub fn words(&self, gpu: &Gpu, output: &str) -> Checked<Vec<u32>> {
         let bytes = gpu::read_buffer(gpu, &self.prepared, &self.plan, self.output(output)?)?;
         Ok(bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
+    }
+
+    /// As [`Session::image`], of what the commands before in an encoder leave. The image arrives once they are submitted
+    /// and done.
+    ///
+    /// # Errors
+    /// As [`Session::image`].
+    pub fn image_later(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, output: &str) -> Checked<ArrivingImage> {
+        gpu::read_image_later(gpu, &self.prepared, &self.plan, self.output(output)?, encoder)
     }
 
     /// By step that leaves out what its members don't see: the triangles of the draws of all its members, and those if each drew

@@ -3,6 +3,7 @@
 use super::{kept::Kept, scope::Mailbox};
 use crate::diag::{Checked, Diagnostic, Faults};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// The environment variable that picks an adapter: a part of its name, in any case.
 pub const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
@@ -36,9 +37,14 @@ pub struct Gpu {
     pub limits: wgpu::Limits,
     /// Nanoseconds a timestamp tick.
     pub timestamp_period: f32,
+    /// How long a wait for the device may take: [`PATIENCE`], unless the caller sets it.
+    pub patience: Duration,
     pub(super) mailbox: Arc<Mailbox>,
     pub(super) kept: Kept,
 }
+
+/// How long a wait for the device may take. No step of a graph should take as long.
+pub const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Why there is no device.
 #[derive(Debug, Clone, PartialEq)]
@@ -154,7 +160,7 @@ impl Gpu {
         let mailbox = Mailbox::install(&device);
         let (features, limits, timestamp_period) = (device.features(), device.limits(), queue.get_timestamp_period());
         let (info, kept) = (adapter.get_info(), Kept::default());
-        Gpu { info, adapter, device, queue, features, limits, timestamp_period, mailbox, kept }
+        Gpu { info, adapter, device, queue, features, limits, timestamp_period, patience: PATIENCE, mailbox, kept }
     }
 
     /// A device without hardware: it checks what is asked of it against `limits`, and computes nothing.
@@ -208,12 +214,34 @@ impl Gpu {
         self.wait_for(None)
     }
 
-    /// As [`Gpu::wait`], for one submission and those before it.
-    pub(super) fn wait_for(&self, submission: Option<wgpu::SubmissionIndex>) -> Checked<()> {
-        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: submission, timeout: None });
+    /// Lets the device tell what it has done, without waiting for any of it.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn poll(&self) -> Checked<()> {
+        let polled = self.device.poll(wgpu::PollType::Poll);
         self.mailbox.lost()?;
         match polled {
             Ok(_) => Ok(()),
+            Err(e) => Err(Diagnostic::error(format!("can't ask the device: {e}")).into()),
+        }
+    }
+
+    /// As [`Gpu::wait`], for one submission and those before it.
+    ///
+    /// # Errors
+    /// As [`Gpu::wait`].
+    pub(super) fn wait_for(&self, submission: Option<wgpu::SubmissionIndex>) -> Checked<()> {
+        let timeout = Some(self.patience);
+        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: submission, timeout });
+        self.mailbox.lost()?;
+        match polled {
+            Ok(_) => Ok(()),
+            Err(wgpu::PollError::Timeout) => {
+                let seconds = self.patience.as_secs_f32();
+                let d = Diagnostic::error(format!("the device does not answer within {seconds} s"));
+                Err(d.help("look for a loop in a shader that does not end, or allow more time").into())
+            }
             Err(e) => Err(Diagnostic::error(format!("can't wait for the device: {e}")).into()),
         }
     }

@@ -1,6 +1,6 @@
 //! Steps over instances: the list of those that run, and how the device makes it from dirty bits.
 
-use super::{device::Gpu, pool::Pool, readback::staging, record::Record, scope::scoped};
+use super::{device::Gpu, pool::Pool, record::Record, scope::scoped};
 use crate::diag::Checked;
 use crate::plan::change::{Bits, Selection};
 use crate::plan::cull::DRAW_BYTES;
@@ -19,8 +19,8 @@ pub(super) struct Instances {
     whole: BTreeMap<usize, wgpu::Buffer>,
     /// By index of the step, of steps that can run in part.
     partial: BTreeMap<usize, Partial>,
-    /// How many instances ran of each step that ran in part, on the device and for the host.
-    counts: Option<(wgpu::Buffer, wgpu::Buffer)>,
+    /// How many instances ran of each step that ran in part.
+    counts: Option<wgpu::Buffer>,
     /// Set bits to copy from.
     ones: Option<wgpu::Buffer>,
 }
@@ -82,7 +82,7 @@ impl Instances {
             let partial = Partial::prepare(gpu, plan, pool, step, only, (&counts, place as u64))?;
             all.partial.insert(*index, partial);
         }
-        all.counts = Some((counts, staging(gpu, "instances that ran", size)?));
+        all.counts = Some(counts);
         Ok(all)
     }
 
@@ -116,7 +116,7 @@ impl Instances {
                 _ => record.encoder().clear_buffer(buffer, 0, None),
             }
         }
-        if let Some((counts, _)) = self.counts.as_ref().filter(|_| !chosen.partial.is_empty()) {
+        if let Some(counts) = self.counts.as_ref().filter(|_| !chosen.partial.is_empty()) {
             record.encoder().clear_buffer(counts, 0, None);
         }
         Ok(())
@@ -132,23 +132,15 @@ impl Instances {
         }
     }
 
-    /// After a frame's steps: keeps the counts for [`Instances::counts`].
-    pub(super) fn collect(&self, record: &mut Record<'_>, chosen: &Selection) {
-        if let Some((counts, host)) = self.counts.as_ref().filter(|_| !chosen.partial.is_empty()) {
-            record.encoder().copy_buffer_to_buffer(counts, 0, host, 0, counts.size());
-        }
+    /// How many instances ran of the steps that ran in part: where that is, and its bytes.
+    pub(super) fn counted(&self, chosen: &Selection) -> Option<(&wgpu::Buffer, u64)> {
+        self.counts.as_ref().filter(|_| !chosen.partial.is_empty()).map(|counts| (counts, counts.size()))
     }
 
-    /// Waits for the device; how many instances ran of each step that ran in part.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub(super) fn counts(&self, gpu: &Gpu, chosen: &Selection) -> Checked<Vec<(StepId, u32)>> {
-        let Some((_, host)) = self.counts.as_ref().filter(|_| !chosen.partial.is_empty()) else { return Ok(vec![]) };
-        let bytes = super::readback::map(gpu, host, host.size())?;
-        let words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
-        let count = |id: &StepId| Some((*id, words.get(self.partial.get(&id.0)?.place as usize).copied()?));
-        Ok(chosen.partial.iter().filter_map(count).collect())
+    /// For each step that runs in part, its place among the counts.
+    pub(super) fn places(&self, chosen: &Selection) -> Vec<(StepId, usize)> {
+        let place = |id: &StepId| Some((*id, self.partial.get(&id.0)?.place as usize));
+        chosen.partial.iter().filter_map(place).collect()
     }
 }
 

@@ -4,17 +4,18 @@ use super::numerics::{Numerics, Watch};
 use super::{
     device::Gpu,
     encode::{Run, Source},
-    gate::{Gate, Gates, State, on_device},
+    gate::{Gate, Gates, State, on_device, states},
+    later::Later,
     prepare::Prepared,
     readback::map,
     record::Record,
-    reports::Reports,
+    reports::{Reports, failed},
     scope::Scope,
-    timing::{Timer, Timing},
+    timing::{Taken, Timer, Timing},
 };
-use crate::diag::{Checked, Diagnostic};
+use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::change::Selection;
-use crate::plan::{Action, Loop, Node, Plan, StepId, Until};
+use crate::plan::{Action, Ending, Loop, Node, Plan, StepId, Until};
 use crate::scene::Table;
 use crate::shader::report::Failed;
 use crate::value::Values;
@@ -38,6 +39,8 @@ pub struct Frame<'a> {
     /// The steps that run; `None`: all, in full. A loop runs when any step of its body does.
     pub chosen: Option<&'a Selection>,
     pub timing: Timing,
+    /// Each step is waited for by itself, so that one that never ends is known by its name.
+    pub careful: bool,
 }
 
 /// What a frame took.
@@ -88,6 +91,39 @@ pub struct LoopReport {
 /// # Errors
 /// Values that shaders ask for and nothing gives; what the device finds wrong, with the step's name; a lost device.
 pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>) -> Checked<FrameReport> {
+    let mut recorded = walk(gpu, plan, prepared, frame, Record::new(gpu))?;
+    let bytes = recorded.later.wait(gpu).map_err(|faults| among(plan, &recorded, faults))?;
+    Ok(recorded.report(&bytes))
+}
+
+/// Records one frame into an encoder, which the caller submits before the next frame is recorded. Waits for nothing.
+///
+/// # Errors
+/// Values that shaders ask for and nothing gives; a loop that the host must end, or checks of numbers, which wait.
+pub fn record(
+    gpu: &Gpu,
+    plan: &Plan,
+    prepared: &mut Prepared,
+    frame: &Frame<'_>,
+    encoder: &mut wgpu::CommandEncoder,
+) -> Checked<Recorded> {
+    if prepared.watch.is_some() {
+        let d = Diagnostic::error("a frame whose numbers are checked waits for them, and can't be recorded");
+        return Err(d.help("run it with `Session::frame`").into());
+    }
+    walk(gpu, plan, prepared, frame, Record::into(gpu, encoder))
+}
+
+/// Adds the steps that ran to the fault of a device that does not answer.
+fn among(plan: &Plan, recorded: &Recorded, mut faults: Faults) -> Faults {
+    let names: Vec<&str> = recorded.first_runs.iter().map(|id| plan.steps[id.0].name.as_str()).collect();
+    if let Some(first) = faults.0.first_mut() {
+        first.help.push(format!("what ran: {}", names.join(", ")));
+    }
+    faults
+}
+
+fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, record: Record<'_>) -> Checked<Recorded> {
     let start = Instant::now();
     let scope = Scope::begin(gpu);
     let uploaded = match frame.tables {
@@ -98,7 +134,7 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    let Prepared { pool, scene, uniforms, reports, instances, steps, timer, probe, gates, watch } = prepared;
+    let Prepared { pool, scene, uniforms, reports, instances, steps, timer, probe, gates, spare, watch } = prepared;
     timer.start();
     let mut walk = Walk {
         source: Source { gpu, plan, pool, scene, uniforms, steps, instances },
@@ -108,10 +144,11 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         gates,
         timing: frame.timing,
         chosen: frame.chosen,
+        careful: frame.careful,
         gate: None,
         gated: vec![],
         watch: watch.as_mut(),
-        record: Record::new(gpu),
+        record,
         pending: vec![],
         pending_iterations: vec![],
         offsets: vec![],
@@ -128,17 +165,21 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         instances.begin(plan, pool, &mut walk.record, chosen)?;
     }
     walk.top(&plan.order)?;
-    if let Some(chosen) = frame.chosen {
-        instances.collect(&mut walk.record, chosen);
-    }
     if frame.timing == Timing::Frame {
         walk.timer.mark(gpu, &mut walk.record);
     }
-    // Times and reports come with the frame's last submission.
-    walk.timer.resolve(gpu, &mut walk.record)?;
-    walk.reports.collect(&mut walk.record);
+    let (taken, stamps) = walk.timer.resolve(gpu, &mut walk.record)?;
+    // What the host reads of a frame comes with its last submission.
+    let counted = frame.chosen.and_then(|chosen| instances.counted(chosen));
+    let of = [
+        stamps.iter().map(|(buffer, bytes)| (buffer, *bytes)).collect(),
+        if walk.record.is_used() { reports.all().collect() } else { vec![] },
+        gates.reported(walk.gated.len()).into_iter().collect(),
+        counted.into_iter().collect(),
+    ];
+    let later = Later::copy(gpu, &mut walk.record, spare, &of)?;
     walk.submit()?;
-    let Walk { mut times, first_runs, mut loops, mut warnings, timer, gated, watch, .. } = walk;
+    let Walk { times, first_runs, loops, warnings, gated, watch, .. } = walk;
     let numerics = match watch {
         Some(watch) => {
             watch.collect(gpu, plan)?;
@@ -146,25 +187,68 @@ pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_
         }
         None => None,
     };
-    let taken = timer.read(gpu, plan.steps.len())?;
-    for ((ms, timed), time) in taken.steps.into_iter().zip(&mut times) {
-        if let Some(time) = time {
-            time.gpu_ms = (timed == time.runs).then_some(ms);
+    let (reporting, period) = (reports.steps(), gpu.timestamp_period);
+    let places = frame.chosen.map_or(vec![], |chosen| instances.places(chosen));
+    Ok(Recorded { times, first_runs, loops, warnings, gated, numerics, taken, period, reporting, places, later, start })
+}
+
+/// A frame that was recorded, whose times and counts arrive later.
+#[derive(Debug)]
+pub struct Recorded {
+    times: Vec<Option<StepTime>>,
+    first_runs: Vec<StepId>,
+    loops: Vec<LoopReport>,
+    warnings: Vec<Diagnostic>,
+    gated: Vec<Gated>,
+    numerics: Option<Numerics>,
+    taken: Taken,
+    /// Nanoseconds of a tick.
+    period: f32,
+    /// The steps whose shaders check themselves.
+    reporting: Vec<StepId>,
+    /// Of steps that ran in part: where their counts are.
+    places: Vec<(StepId, usize)>,
+    later: Later,
+    start: Instant,
+}
+
+impl Recorded {
+    /// What the frame took, once the device has done it; never waits. The frame must have been submitted.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn arrived(&mut self, gpu: &Gpu) -> Checked<Option<FrameReport>> {
+        Ok(self.later.arrived(gpu)?.map(|bytes| self.report(&bytes)))
+    }
+
+    fn report(&mut self, bytes: &[Vec<u8>]) -> FrameReport {
+        let part = |i: usize| bytes.get(i).map_or(&[][..], Vec::as_slice);
+        let taken = self.taken.read(part(0), self.period, self.times.len());
+        for ((ms, timed), time) in taken.steps.into_iter().zip(&mut self.times) {
+            if let Some(time) = time {
+                time.gpu_ms = (timed == time.runs).then_some(ms);
+            }
+        }
+        for (run, state) in self.gated.iter().zip(states(part(2))) {
+            run.settle(&state, &mut self.times, &mut self.loops, &mut self.warnings);
+        }
+        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(part(3));
+        for (id, place) in &self.places {
+            if let Some(Some(time)) = self.times.get_mut(id.0) {
+                time.instances = counts.get(*place).copied();
+            }
+        }
+        let times = &self.times;
+        FrameReport {
+            steps: self.first_runs.iter().filter_map(|s| times.get(s.0).copied().flatten()).collect(),
+            loops: std::mem::take(&mut self.loops),
+            warnings: std::mem::take(&mut self.warnings),
+            numerics: self.numerics.take(),
+            failed: failed(&self.reporting, part(1)),
+            device_ms: taken.whole,
+            wall_ms: ms_since(self.start),
         }
     }
-    let states = gates.reports(gpu, gated.len())?;
-    for (run, state) in gated.iter().zip(states) {
-        run.settle(&state, &mut times, &mut loops, &mut warnings);
-    }
-    if let Some(chosen) = frame.chosen {
-        for (id, ran) in instances.counts(gpu, chosen)? {
-            times[id.0].iter_mut().for_each(|time| time.instances = Some(ran));
-        }
-    }
-    let failed = reports.read(gpu)?;
-    let steps = first_runs.into_iter().filter_map(|s: StepId| times.get(s.0).copied().flatten()).collect();
-    let (device_ms, wall_ms) = (taken.whole, ms_since(start));
-    Ok(FrameReport { steps, loops, warnings, numerics, failed, device_ms, wall_ms })
 }
 
 /// The state of a walk along the order.
@@ -176,6 +260,7 @@ struct Walk<'a> {
     gates: &'a Gates,
     timing: Timing,
     chosen: Option<&'a Selection>,
+    careful: bool,
     /// Of the loop around, after its first iteration, when it ends on the device.
     gate: Option<&'a Gate>,
     gated: Vec<Gated>,
@@ -196,6 +281,7 @@ struct Walk<'a> {
 }
 
 /// A run of a loop that ended on the device, to be settled when the frame is done.
+#[derive(Debug)]
 struct Gated {
     /// Its place among the reports.
     report: usize,
@@ -256,7 +342,7 @@ impl Walk<'_> {
 
     fn step(&mut self, id: StepId) -> Checked<()> {
         let gpu = self.source.gpu;
-        if self.pending.len() >= RUNS_A_SUBMISSION {
+        if self.pending.len() >= RUNS_A_SUBMISSION && !self.record.is_lent() {
             self.submit()?;
         }
         let writes = self.source.plan.steps.get(id.0).map_or(0, |s| s.writes.len());
@@ -297,12 +383,30 @@ impl Walk<'_> {
             time.runs += 1;
             time.cpu_ms += ms_since(start);
         }
+        if self.careful && !self.record.is_lent() {
+            self.submit()?;
+            gpu.wait().map_err(|faults| self.named(id, faults))?;
+        }
         Ok(())
+    }
+
+    /// Names the step that a device runs which does not answer.
+    fn named(&self, id: StepId, mut faults: Faults) -> Faults {
+        let name = self.source.plan.steps.get(id.0).map_or("?", |s| &s.name);
+        if let Some(first) = faults.0.first_mut() {
+            first.message = format!("`{name}`: {}", first.message);
+        }
+        faults
     }
 
     fn repeat(&mut self, l: &Loop) -> Checked<()> {
         if on_device(l) {
             return self.hand_over(l);
+        }
+        if let (Some(Until { ending: Ending::Host { why }, .. }), true) = (&l.until, self.record.is_lent()) {
+            let what = format!("the host must end the loop `{}`, and a recorded frame never waits", l.name);
+            let d = Diagnostic::error(what).help(format!("why the host: {why}"));
+            return Err(d.help("run it with `Session::frame`").into());
         }
         let mut report = LoopReport { name: l.name.clone(), iterations: 0, last: None };
         for i in 0..l.count {
@@ -341,7 +445,7 @@ impl Walk<'_> {
             done?;
             gate.test(self.record.compute());
             handed += 1;
-            if handed % ITERATIONS_A_LOOK == 0 && handed < l.count {
+            if handed % ITERATIONS_A_LOOK == 0 && handed < l.count && !self.record.is_lent() {
                 let turn = (handed / ITERATIONS_A_LOOK) as usize;
                 gate.ask(self.record.encoder(), turn);
                 let asked = self.submit()?;

@@ -1,7 +1,7 @@
 //! Loops that end on the device: after each iteration a kernel tests the loop's number, and once it passes sets the
 //! sizes of all draws and dispatches that follow to zero. The host hands iterations over without waiting for the answer.
 
-use super::{device::Gpu, dirty::workgroups, pool::Pool, readback::staging, scene_data::SceneData, scope::scoped};
+use super::{device::Gpu, dirty::workgroups, pool::Pool, scene_data::SceneData, scope::scoped};
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::{Action, Comparison, Cull, Draw, Ending, Geometry, Loop, Node, Plan, StepId};
 
@@ -99,7 +99,12 @@ impl Gates {
         if runs == 0 {
             return Ok(Gates { gates: vec![], reports: None });
         }
-        let reports = staging(gpu, "the iterations of loops", runs.saturating_mul(STATE_BYTES))?;
+        let size = runs.saturating_mul(STATE_BYTES);
+        let reports = scoped(gpu, "allocate room for the iterations of loops", || {
+            let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+            let desc = wgpu::BufferDescriptor { label: Some("loops"), size, usage, mapped_at_creation: false };
+            gpu.device.create_buffer(&desc)
+        })?;
         let gates = found.iter().map(|(l, _)| Gate::prepare(gpu, plan, l, pool, scene)).collect::<Checked<_>>()?;
         Ok(Gates { gates, reports: Some(reports) })
     }
@@ -116,19 +121,15 @@ impl Gates {
         }
     }
 
-    /// Waits for the device; the reports of the first so many runs.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub(super) fn reports(&self, gpu: &Gpu, runs: usize) -> Checked<Vec<State>> {
-        match &self.reports {
-            Some(reports) if runs > 0 => {
-                let bytes = super::readback::map(gpu, reports, runs as u64 * STATE_BYTES)?;
-                Ok(bytes.chunks_exact(STATE_BYTES as usize).map(state).collect())
-            }
-            _ => Ok(vec![]),
-        }
+    /// The reports of the first so many runs: where they are, and their bytes.
+    pub(super) fn reported(&self, runs: usize) -> Option<(&wgpu::Buffer, u64)> {
+        self.reports.as_ref().filter(|_| runs > 0).map(|reports| (reports, runs as u64 * STATE_BYTES))
     }
+}
+
+/// How loops stood, by the bytes of their reports.
+pub(super) fn states(bytes: &[u8]) -> Vec<State> {
+    bytes.chunks_exact(STATE_BYTES as usize).map(state).collect()
 }
 
 /// Of [`TEST`].

@@ -5,6 +5,7 @@ use super::{
     device::Gpu,
     dirty::{Instances, able},
     gate::{Gates, on_device},
+    later::Spare,
     numerics::Watch,
     pipelines::{self, StepPipelines, by_location},
     pool::{Memory, Pool, target_view},
@@ -34,6 +35,8 @@ pub struct Prepared {
     /// Where loops that the host ends read their number; `None` without such loops.
     pub(super) probe: Option<wgpu::Buffer>,
     pub(super) gates: Gates,
+    /// Where frames leave what the host reads of them.
+    pub(super) spare: Spare,
     /// Checks the numbers that every step leaves; `None`: nobody asked.
     pub(super) watch: Option<Watch>,
 }
@@ -126,7 +129,19 @@ pub fn prepare_after(
     Faults::check(faults, ())?;
     gpu.check()?;
     let timer = Timer::new(gpu);
-    Ok(Prepared { pool, scene, uniforms, reports, instances, steps, timer, probe, gates, watch: None })
+    Ok(Prepared {
+        pool,
+        scene,
+        uniforms,
+        reports,
+        instances,
+        steps,
+        timer,
+        probe,
+        gates,
+        spare: Spare::default(),
+        watch: None,
+    })
 }
 
 impl Prepared {

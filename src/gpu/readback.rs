@@ -1,7 +1,7 @@
 //! What the device computed, back on the CPU.
 
-use super::{device::Gpu, pool::Memory, prepare::Prepared, scope::scoped, texel};
-use crate::diag::{Checked, Diagnostic};
+use super::{device::Gpu, later::Later, pool::Memory, prepare::Prepared, scope::scoped, texel};
+use crate::diag::{Checked, Diagnostic, Faults};
 use crate::image::Image;
 use crate::plan::{Plan, ResourceId};
 use std::ops::Range;
@@ -10,7 +10,7 @@ use std::ops::Range;
 const MOST_BYTES_AT_ONCE: u64 = 64 << 20;
 
 /// How long to wait for word of work that is done. Far longer than it takes, so that only a broken driver runs out of it.
-const ANSWER: std::time::Duration = std::time::Duration::from_secs(10);
+pub(super) const ANSWER: std::time::Duration = std::time::Duration::from_secs(10);
 
 /// All layers (slices of a 3D texture) of a resource at its first mip level, as 32-bit floats in linear light.
 /// Integers become the nearest `f32`.
@@ -35,17 +35,93 @@ pub fn read_plane(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, laye
 /// An image of some layers.
 fn decoded(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, layers: Range<u32>) -> Checked<Image> {
     let format = texture.format();
-    let (Some(channels), Some(texel)) = (texel::channels(format), texel_bytes(format)) else {
-        return Err(Diagnostic::error(format!("`{name}` has the format {format:?}, which can't be read back"))
-            .help("copy it to a texture of a plain format in a pass")
-            .into());
-    };
+    let (channels, texel) = readable(texture, name)?;
     let size = texture.size().mip_level_size(mip, texture.dimension());
     let count = layers.len() as u32;
     let mut data = Vec::with_capacity(size.width as usize * size.height as usize * layers.len() * channels as usize);
     let decode = |texels: &[u8]| texel::decode_row(format, texel as usize, texels, &mut data);
     copied(gpu, texture, (name, texel), mip, layers, decode)?;
     Ok(Image { width: size.width, height: size.height, layers: count, channels, data })
+}
+
+/// An image on its way from the device.
+#[derive(Debug)]
+pub struct ArrivingImage {
+    later: Later,
+    size: wgpu::Extent3d,
+    format: wgpu::TextureFormat,
+    channels: u32,
+    /// Bytes of a texel, of a row, and from row to row.
+    texel: u32,
+    row: u64,
+    padded: u64,
+}
+
+impl ArrivingImage {
+    /// The image, once the device has done the commands that copied it; never waits. They must have been submitted.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn arrived(&mut self, gpu: &Gpu) -> Checked<Option<Image>> {
+        Ok(self.later.arrived(gpu)?.map(|parts| {
+            let mut data = vec![];
+            for line in parts.iter().flat_map(|bytes| bytes.chunks_exact(self.padded as usize)) {
+                texel::decode_row(self.format, self.texel as usize, &line[..self.row as usize], &mut data);
+            }
+            let (width, height, layers) = (self.size.width, self.size.height, self.size.depth_or_array_layers);
+            Image { width, height, layers, channels: self.channels, data }
+        }))
+    }
+}
+
+/// As [`read_image`], of what the commands before in an encoder leave; nothing is waited for.
+///
+/// # Errors
+/// As [`read_image`].
+pub fn read_image_later(
+    gpu: &Gpu,
+    prepared: &Prepared,
+    plan: &Plan,
+    id: ResourceId,
+    encoder: &mut wgpu::CommandEncoder,
+) -> Checked<ArrivingImage> {
+    let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
+    let texture = prepared.pool.texture(plan, id)?;
+    let (channels, texel) = readable(texture, name)?;
+    let size = texture.size();
+    let row = u64::from(size.width) * u64::from(texel);
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into());
+    let too_large = || Diagnostic::error(format!("a row of `{name}` is too long to be read back"));
+    let bytes_per_row = u32::try_from(padded).map_err(|_| too_large())?;
+    let bytes = padded * u64::from(size.height) * u64::from(size.depth_or_array_layers);
+    let (later, buffer) = Later::of(gpu, &prepared.spare, bytes)?;
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(bytes_per_row),
+        rows_per_image: Some(size.height),
+    };
+    let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), to, size);
+    Ok(ArrivingImage { later, size, format: texture.format(), channels, texel, row, padded })
+}
+
+/// Channels and bytes of a texture's texels, where the host can read them.
+fn readable(texture: &wgpu::Texture, name: &str) -> Checked<(u32, u32)> {
+    let format = texture.format();
+    let (Some(channels), Some(texel)) = (texel::channels(format), texel_bytes(format)) else {
+        return Err(Diagnostic::error(format!("`{name}` has the format {format:?}, which can't be read back"))
+            .help("copy it to a texture of a plain format in a pass")
+            .into());
+    };
+    if !texture.usage().contains(wgpu::TextureUsages::COPY_SRC) {
+        return Err(no_output(name));
+    }
+    Ok((channels, texel))
+}
+
+fn no_output(name: &str) -> Faults {
+    let d = Diagnostic::error(format!("`{name}` can't be read back: it is no output of the graph"));
+    d.help(format!("add `\"{name}\": \"{name}\"` to the outputs")).into()
 }
 
 fn texel_bytes(format: wgpu::TextureFormat) -> Option<u32> {
@@ -62,9 +138,7 @@ fn copied(
     mut take: impl FnMut(&[u8]),
 ) -> Checked<()> {
     if !texture.usage().contains(wgpu::TextureUsages::COPY_SRC) {
-        return Err(Diagnostic::error(format!("`{name}` can't be read back: it is no output of the graph"))
-            .help(format!("add `\"{name}\": \"{name}\"` to the outputs"))
-            .into());
+        return Err(no_output(name));
     }
     if mip >= texture.mip_level_count() {
         let levels = texture.mip_level_count();
@@ -146,9 +220,7 @@ pub fn read_buffer(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId) 
 /// Its memory can't be copied from, or the device fails.
 pub fn read_bytes(gpu: &Gpu, buffer: &wgpu::Buffer, name: &str) -> Checked<Vec<u8>> {
     if !buffer.usage().contains(wgpu::BufferUsages::COPY_SRC) {
-        return Err(Diagnostic::error(format!("`{name}` can't be read back: it is no output of the graph"))
-            .help(format!("add `\"{name}\": \"{name}\"` to the outputs"))
-            .into());
+        return Err(no_output(name));
     }
     let staging = staging(gpu, name, buffer.size())?;
     scoped(gpu, &format!("read back `{name}`"), || {

@@ -11,20 +11,43 @@ pub(super) struct Record<'a> {
     // Before the encoder, which nothing may end while a pass is open.
     pass: Option<wgpu::ComputePass<'static>>,
     open: Option<(wgpu::CommandEncoder, Scope<'a>)>,
+    /// The caller's, which takes all commands in place of encoders of its own.
+    lent: Option<&'a mut wgpu::CommandEncoder>,
+    /// Something has been encoded.
+    used: bool,
     /// The last command in the shared pass is a timestamp.
     stamped: bool,
 }
 
 impl<'a> Record<'a> {
     pub(super) fn new(gpu: &'a Gpu) -> Record<'a> {
-        Record { gpu, pass: None, open: None, stamped: false }
+        Record { gpu, pass: None, open: None, lent: None, used: false, stamped: false }
+    }
+
+    /// Into an encoder that the caller submits.
+    pub(super) fn into(gpu: &'a Gpu, encoder: &'a mut wgpu::CommandEncoder) -> Record<'a> {
+        Record { lent: Some(encoder), ..Record::new(gpu) }
+    }
+
+    /// Whether the caller submits: nothing can be waited for.
+    pub(super) fn is_lent(&self) -> bool {
+        self.lent.is_some()
+    }
+
+    /// Whether anything has been encoded since the beginning.
+    pub(super) fn is_used(&self) -> bool {
+        self.used
     }
 
     /// The encoder in use, or a new one; a shared pass ends.
     pub(super) fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
         self.pass = None;
         self.stamped = false;
+        self.used = true;
         let gpu = self.gpu;
+        if let Some(lent) = &mut self.lent {
+            return lent;
+        }
         let (encoder, _) = self.open.get_or_insert_with(|| {
             let scope = Scope::begin(gpu);
             (gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }), scope)

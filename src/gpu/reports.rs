@@ -1,6 +1,6 @@
 //! What shaders report of themselves: memory for each step whose shader checks something, cleared before the step runs.
 
-use super::{device::Gpu, readback::map, readback::staging, record::Record, scope::scoped};
+use super::{device::Gpu, record::Record, scope::scoped};
 use crate::diag::Checked;
 use crate::plan::{Binding, Plan, StepId};
 use crate::shader::report::{BYTES, Failed, read};
@@ -10,8 +10,6 @@ use std::collections::BTreeMap;
 #[derive(Debug, Default)]
 pub(super) struct Reports {
     buffers: BTreeMap<StepId, wgpu::Buffer>,
-    /// Where all of them are read; `None` without any.
-    staging: Option<wgpu::Buffer>,
 }
 
 impl Reports {
@@ -32,8 +30,7 @@ impl Reports {
         let buffers = scoped(gpu, "allocate what shaders report to", || {
             steps.iter().map(|id| (*id, gpu.device.create_buffer(&desc))).collect()
         })?;
-        let staging = staging(gpu, "what shaders report", BYTES * steps.len() as u64)?;
-        Ok(Reports { buffers, staging: Some(staging) })
+        Ok(Reports { buffers })
     }
 
     pub(super) fn buffer(&self, step: usize) -> Option<&wgpu::Buffer> {
@@ -47,22 +44,18 @@ impl Reports {
         }
     }
 
-    /// Hands over what all steps reported, to be read when the frame is done.
-    pub(super) fn collect(&self, record: &mut Record<'_>) {
-        let Some(staging) = &self.staging else { return };
-        for (i, buffer) in self.buffers.values().enumerate() {
-            record.encoder().copy_buffer_to_buffer(buffer, 0, staging, BYTES * i as u64, BYTES);
-        }
+    /// What all steps report to, and how many bytes each.
+    pub(super) fn all(&self) -> impl Iterator<Item = (&wgpu::Buffer, u64)> {
+        self.buffers.values().map(|buffer| (buffer, BYTES))
     }
 
-    /// Waits for what was collected: the checks that do not hold, by step.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub(super) fn read(&self, gpu: &Gpu) -> Checked<Vec<(StepId, Failed)>> {
-        let Some(staging) = &self.staging else { return Ok(vec![]) };
-        let bytes = map(gpu, staging, BYTES * self.buffers.len() as u64)?;
-        let each = self.buffers.keys().zip(bytes.chunks_exact(BYTES as usize));
-        Ok(each.flat_map(|(step, bytes)| read(bytes).into_iter().map(|f| (*step, f))).collect())
+    pub(super) fn steps(&self) -> Vec<StepId> {
+        self.buffers.keys().copied().collect()
     }
+}
+
+/// The checks that do not hold, by step, of the bytes that these steps reported.
+pub(super) fn failed(steps: &[StepId], bytes: &[u8]) -> Vec<(StepId, Failed)> {
+    let each = steps.iter().zip(bytes.chunks_exact(BYTES as usize));
+    each.flat_map(|(step, bytes)| read(bytes).into_iter().map(|f| (*step, f))).collect()
 }

@@ -1,7 +1,7 @@
 //! Timestamps of the device: a pair for each run of a step, in as many query sets as a frame needs. A run that begins where
 //! another ends shares its stamp: on some drivers a stamp costs as much as a small dispatch.
 
-use super::{device::Gpu, readback::map, record::Record, scope::scoped};
+use super::{device::Gpu, record::Record, scope::scoped};
 use crate::diag::Checked;
 use crate::plan::StepId;
 
@@ -29,7 +29,13 @@ pub(super) struct Timer {
     sets: Vec<wgpu::QuerySet>,
     /// Of each set: the queries in use.
     used: Vec<u32>,
-    resolved: Option<(wgpu::Buffer, wgpu::Buffer)>,
+    resolved: Option<wgpu::Buffer>,
+    taken: Taken,
+}
+
+/// The stamps of a frame.
+#[derive(Debug, Default)]
+pub(super) struct Taken {
     /// Each run's step, set, and queries in it, in the order of use.
     runs: Vec<(StepId, usize, [u32; 2])>,
     /// Moments of the frame that are no step's: set, and query in it.
@@ -58,12 +64,11 @@ impl Timer {
     pub(super) fn new(gpu: &Gpu) -> Timer {
         let passes = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY);
         let encoders = passes && gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
-        Timer { encoders, passes, sets: vec![], used: vec![], resolved: None, runs: vec![], marks: vec![] }
+        Timer { encoders, passes, sets: vec![], used: vec![], resolved: None, taken: Taken::default() }
     }
 
     pub(super) fn start(&mut self) {
-        self.runs.clear();
-        self.marks.clear();
+        self.taken = Taken::default();
         self.used.clear();
     }
 
@@ -79,7 +84,7 @@ impl Timer {
         let begin = *used - u32::from(begun);
         let end = begin + 1;
         *used = end + 1;
-        self.runs.push((step, chunk, [begin, end]));
+        self.taken.runs.push((step, chunk, [begin, end]));
         Some(Pair { set, begin, begun, end })
     }
 
@@ -92,7 +97,7 @@ impl Timer {
             && let Some(used) = self.used.last_mut()
         {
             record.encoder().write_timestamp(&set, *used);
-            self.marks.push((chunk, *used));
+            self.taken.marks.push((chunk, *used));
             *used += 1;
         }
     }
@@ -117,22 +122,26 @@ impl Timer {
         Some((chunk, self.sets.get(chunk)?.clone()))
     }
 
-    /// Hands over the times of all runs, to be read when the frame is done.
+    /// Hands over the stamps of a frame: what they are of, and a buffer of the first so many bytes.
     ///
     /// # Errors
     /// No memory is left for them.
-    pub(super) fn resolve(&mut self, gpu: &Gpu, record: &mut Record<'_>) -> Checked<()> {
-        let queries = self.queries();
-        if queries == 0 {
-            return Ok(());
+    pub(super) fn resolve(
+        &mut self,
+        gpu: &Gpu,
+        record: &mut Record<'_>,
+    ) -> Checked<(Taken, Option<(wgpu::Buffer, u64)>)> {
+        let taken = std::mem::take(&mut self.taken);
+        let bytes = 8 * self.queries();
+        if bytes == 0 {
+            return Ok((taken, None));
         }
-        let (resolve, read) = self.buffers(gpu, 8 * queries)?;
+        let resolve = self.buffer(gpu, bytes)?;
         let encoder = record.encoder();
         for (chunk, (set, used)) in self.sets.iter().zip(&self.used).enumerate() {
             encoder.resolve_query_set(set, 0..*used, &resolve, 8 * chunk as u64 * u64::from(CHUNK));
         }
-        encoder.copy_buffer_to_buffer(&resolve, 0, &read, 0, 8 * queries);
-        Ok(())
+        Ok((taken, Some((resolve, bytes))))
     }
 
     /// How many queries there are to read, with those left over at the ends of full sets.
@@ -141,20 +150,28 @@ impl Timer {
         full * u64::from(CHUNK) + u64::from(self.used.last().copied().unwrap_or(0))
     }
 
-    /// Waits for the frame; what its steps took.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub(super) fn read(&self, gpu: &Gpu, steps: usize) -> Checked<Timed> {
+    fn buffer(&mut self, gpu: &Gpu, size: u64) -> Checked<wgpu::Buffer> {
+        if let Some(resolve) = self.resolved.as_ref().filter(|buffer| buffer.size() >= size) {
+            return Ok(resolve.clone());
+        }
+        let made = scoped(gpu, "allocate room for timestamps", || {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("timestamps"),
+                size: size.next_power_of_two(),
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            })
+        })?;
+        Ok(self.resolved.insert(made).clone())
+    }
+}
+
+impl Taken {
+    /// What `steps` steps took, by the bytes of their stamps.
+    pub(super) fn read(&self, bytes: &[u8], period: f32, steps: usize) -> Timed {
         let mut out = vec![(0.0, 0); steps];
-        let queries = self.queries();
-        let Some((_, read)) = self.resolved.as_ref().filter(|_| queries > 0) else {
-            gpu.wait()?;
-            return Ok(Timed { steps: out, whole: None });
-        };
-        let bytes = map(gpu, read, 8 * queries)?;
-        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
-        let ms = |begin: u64, end: u64| end.saturating_sub(begin) as f64 * f64::from(gpu.timestamp_period) * 1e-6;
+        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(bytes);
+        let ms = |begin: u64, end: u64| end.saturating_sub(begin) as f64 * f64::from(period) * 1e-6;
         let at = |chunk: usize, query: u32| ticks.get(chunk * CHUNK as usize + query as usize);
         let marks = self.marks.iter().filter_map(|(chunk, query)| at(*chunk, *query).copied());
         let mut whole = marks.clone().min().zip(marks.max()).map(|(first, last)| [first, last]);
@@ -167,30 +184,6 @@ impl Timer {
                 whole = Some([first.min(begin), last.max(end)]);
             }
         }
-        Ok(Timed { steps: out, whole: whole.map(|[begin, end]| ms(begin, end)) })
-    }
-
-    fn buffers(&mut self, gpu: &Gpu, size: u64) -> Checked<(wgpu::Buffer, wgpu::Buffer)> {
-        if let Some((resolve, read)) = &self.resolved
-            && resolve.size() >= size
-        {
-            return Ok((resolve.clone(), read.clone()));
-        }
-        let made = scoped(gpu, "allocate room for timestamps", || {
-            let make = |usage| {
-                gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("timestamps"),
-                    size: size.next_power_of_two(),
-                    usage,
-                    mapped_at_creation: false,
-                })
-            };
-            (
-                make(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
-                make(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
-            )
-        })?;
-        self.resolved = Some(made.clone());
-        Ok(made)
+        Timed { steps: out, whole: whole.map(|[begin, end]| ms(begin, end)) }
     }
 }

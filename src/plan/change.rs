@@ -100,6 +100,17 @@ impl Why {
     }
 }
 
+impl Why {
+    /// Whether code runs that has not run before, as far as is known.
+    pub(crate) fn is_new(&self) -> bool {
+        match self {
+            Why::First => true,
+            Why::Changed(names) => names.iter().any(|name| name.starts_with("shader ")),
+            _ => false,
+        }
+    }
+}
+
 impl std::fmt::Display for Why {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
