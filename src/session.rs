@@ -273,6 +273,14 @@ impl Session {
             }
             false => None,
         };
+        notices.extend(
+            previous.into_iter().flat_map(|p| p.held.lent()).filter(|name| !held.lent().any(|n| n == *name)).map(
+                |name| {
+                    let d = Diagnostic::warning(format!("what was lent as `{name}` does not serve the changed graph"));
+                    d.help("it is blank until other memory is lent")
+                },
+            ),
+        );
         let shift = Shift::default();
         Ok(Session {
             scene,
@@ -366,6 +374,28 @@ impl Session {
         self.last = (index, time, self.shift.clone());
         self.why.clone_from(&selection.why);
         done
+    }
+
+    /// Lends memory to the graph for one of its `inputs`, in place of a blank one: from the next frame on, until other memory
+    /// is lent. Steps that read it run again when `version` is another than before. The graph never writes there; what the
+    /// caller writes is to be submitted before the frame that reads it.
+    ///
+    /// # Errors
+    /// The plan reads no such input; the memory is of another kind, size or format, or lacks a usage. Nothing changes then.
+    pub fn import(&mut self, gpu: &Gpu, input: &str, memory: impl Into<Memory>, version: u64) -> Checked<()> {
+        let name = |id: &ResourceId| self.plan.resources[id.0].name.as_str();
+        let Some(id) = self.plan.inputs.iter().copied().find(|id| name(id) == input) else {
+            let d = Diagnostic::error(format!("the graph takes nothing from outside as `{input}`"));
+            let known: Vec<&str> = self.plan.inputs.iter().map(name).collect();
+            return Err(d.nearest(input, known.iter().copied()).help("declare it among the graph's `inputs`").into());
+        };
+        let memory = memory.into();
+        let other = self.prepared.lend(gpu, &self.plan, id, memory.clone())?;
+        self.held.lend(self.plan.resources[id.0].slot, version, other);
+        match &mut self.scratch {
+            Some(scratch) => scratch.lend(gpu, &self.plan, id, memory, version),
+            None => Ok(()),
+        }
     }
 
     /// Makes the next frame run every step, as the first one did.

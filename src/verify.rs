@@ -38,6 +38,16 @@ impl Scratch {
         Ok(Scratch { prepared, held })
     }
 
+    /// As [`Prepared::lend`], with the version of what the memory holds.
+    ///
+    /// # Errors
+    /// As [`Prepared::lend`].
+    pub fn lend(&mut self, gpu: &Gpu, plan: &Plan, id: ResourceId, memory: Memory, version: u64) -> Checked<()> {
+        let other = self.prepared.lend(gpu, plan, id, memory)?;
+        self.held.lend(plan.resources[id.0].slot, version, other);
+        Ok(())
+    }
+
     /// Runs all steps of a frame and compares what both memories claim to hold the same version of; every output is among
     /// them.
     ///

@@ -3,6 +3,7 @@
 use super::{kept::Kept, scope::Mailbox};
 use crate::diag::{Checked, Diagnostic, Faults};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 /// The environment variable that picks an adapter: a part of its name, in any case.
@@ -39,6 +40,7 @@ pub struct Gpu {
     pub timestamp_period: f32,
     /// How long a wait for the device may take: [`PATIENCE`], unless the caller sets it.
     pub patience: Duration,
+    polls: AtomicU32,
     pub(super) mailbox: Arc<Mailbox>,
     pub(super) kept: Kept,
 }
@@ -159,8 +161,19 @@ impl Gpu {
     pub fn from_parts(adapter: wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
         let mailbox = Mailbox::install(&device);
         let (features, limits, timestamp_period) = (device.features(), device.limits(), queue.get_timestamp_period());
-        let (info, kept) = (adapter.get_info(), Kept::default());
-        Gpu { info, adapter, device, queue, features, limits, timestamp_period, patience: PATIENCE, mailbox, kept }
+        Gpu {
+            info: adapter.get_info(),
+            adapter,
+            device,
+            queue,
+            features,
+            limits,
+            timestamp_period,
+            patience: PATIENCE,
+            polls: AtomicU32::new(0),
+            mailbox,
+            kept: Kept::default(),
+        }
     }
 
     /// A device without hardware: it checks what is asked of it against `limits`, and computes nothing.
@@ -202,8 +215,18 @@ impl Gpu {
     /// The device is lost.
     pub fn check(&self) -> Checked<()> {
         // The loss is told while the device is polled; what the poll itself says is no news to anybody.
-        let _ = self.device.poll(wgpu::PollType::Poll);
+        let _ = self.polled(wgpu::PollType::Poll);
         self.mailbox.lost()
+    }
+
+    /// How often the device has been polled or waited for so far. A frame that is recorded adds nothing.
+    pub fn polls(&self) -> u32 {
+        self.polls.load(Ordering::Relaxed)
+    }
+
+    fn polled(&self, kind: wgpu::PollType) -> Result<wgpu::PollStatus, wgpu::PollError> {
+        self.polls.fetch_add(1, Ordering::Relaxed);
+        self.device.poll(kind)
     }
 
     /// Waits until the device has done all that was submitted.
@@ -219,7 +242,7 @@ impl Gpu {
     /// # Errors
     /// The device is lost.
     pub fn poll(&self) -> Checked<()> {
-        let polled = self.device.poll(wgpu::PollType::Poll);
+        let polled = self.polled(wgpu::PollType::Poll);
         self.mailbox.lost()?;
         match polled {
             Ok(_) => Ok(()),
@@ -233,7 +256,7 @@ impl Gpu {
     /// As [`Gpu::wait`].
     pub(super) fn wait_for(&self, submission: Option<wgpu::SubmissionIndex>) -> Checked<()> {
         let timeout = Some(self.patience);
-        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: submission, timeout });
+        let polled = self.polled(wgpu::PollType::Wait { submission_index: submission, timeout });
         self.mailbox.lost()?;
         match polled {
             Ok(_) => Ok(()),

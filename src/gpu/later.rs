@@ -59,7 +59,7 @@ impl Later {
     /// No memory is left.
     pub(super) fn of(gpu: &Gpu, spare: &Spare, size: u64) -> Checked<(Later, wgpu::Buffer)> {
         let buffer = buffer(gpu, spare, size)?;
-        let parts = vec![0..size as usize];
+        let parts = std::iter::once(0..size as usize).collect();
         Ok((Later { buffer: Some(buffer.clone()), size, parts, answer: None, spare: spare.clone() }, buffer))
     }
 

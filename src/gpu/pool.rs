@@ -2,7 +2,7 @@
 
 use super::{device::Gpu, encode::clear_texture, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::{Desc, Plan, ResourceId, TextureKind};
+use crate::plan::{Desc, Plan, ResourceId, TextureDesc, TextureKind};
 use crate::shader::TextureDim;
 use std::ops::Range;
 
@@ -14,6 +14,18 @@ pub const MOST_BYTES: u64 = 8 << 30;
 pub enum Memory {
     Texture(wgpu::Texture),
     Buffer(wgpu::Buffer),
+}
+
+impl From<wgpu::Texture> for Memory {
+    fn from(texture: wgpu::Texture) -> Memory {
+        Memory::Texture(texture)
+    }
+}
+
+impl From<wgpu::Buffer> for Memory {
+    fn from(buffer: wgpu::Buffer) -> Memory {
+        Memory::Buffer(buffer)
+    }
 }
 
 /// All slots of a plan, by their index.
@@ -92,6 +104,28 @@ impl Pool {
                 Err(Diagnostic::error(format!("`{}` is a texture, where a buffer is needed", name(plan, id))).into())
             }
         }
+    }
+
+    /// Puts memory from outside in place of a resource's own. Whether it is other memory than before.
+    ///
+    /// # Errors
+    /// It is of another kind, size or format, or may not be used as the plan uses it; the pool stays as it is then.
+    pub(super) fn lend(&mut self, plan: &Plan, id: ResourceId, memory: Memory) -> Checked<bool> {
+        let before = self.memory(plan, id)?;
+        let other = match (before, &memory) {
+            (Memory::Texture(a), Memory::Texture(b)) => a != b,
+            (Memory::Buffer(a), Memory::Buffer(b)) => a != b,
+            _ => true,
+        };
+        let resource = &plan.resources[id.0];
+        let unfit = unfit(&resource.desc, &memory);
+        let faults = unfit.into_iter().map(|(ours, theirs)| {
+            let d = Diagnostic::error(format!("what is lent as `{}` is {theirs}", resource.name));
+            d.help(format!("the graph takes {ours}"))
+        });
+        Faults::check(faults.collect(), ())?;
+        self.slots[resource.slot] = memory;
+        Ok(other)
     }
 
     fn clear_initial(&self, gpu: &Gpu, plan: &Plan, fresh: &[bool]) -> Checked<()> {
@@ -184,20 +218,64 @@ fn allocate(gpu: &Gpu, desc: &Desc, label: &str) -> Memory {
             usage: *usage,
             mapped_at_creation: false,
         })),
-        Desc::Texture(t) => Memory::Texture(gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d { width: t.width, height: t.height, depth_or_array_layers: t.layers },
-            mip_level_count: t.mips,
-            sample_count: 1,
-            dimension: match t.kind {
-                TextureKind::D2 { .. } | TextureKind::Cube { .. } => wgpu::TextureDimension::D2,
-                TextureKind::D3 => wgpu::TextureDimension::D3,
-            },
-            format: t.format,
-            usage: t.usage,
-            view_formats: &[],
-        })),
+        Desc::Texture(t) => Memory::Texture(gpu.device.create_texture(&texture(t, label))),
     }
+}
+
+fn texture<'a>(t: &TextureDesc, label: &'a str) -> wgpu::TextureDescriptor<'a> {
+    wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: t.width, height: t.height, depth_or_array_layers: t.layers },
+        mip_level_count: t.mips,
+        sample_count: 1,
+        dimension: match t.kind {
+            TextureKind::D2 { .. } | TextureKind::Cube { .. } => wgpu::TextureDimension::D2,
+            TextureKind::D3 => wgpu::TextureDimension::D3,
+        },
+        format: t.format,
+        usage: t.usage,
+        view_formats: &[],
+    }
+}
+
+/// What is wrong with memory from outside: what is wanted, and what is there.
+fn unfit(wanted: &Desc, memory: &Memory) -> Vec<(String, String)> {
+    let mut unfit = vec![];
+    let mut expect = |same: bool, ours: String, theirs: String| {
+        if !same {
+            unfit.push((ours, theirs));
+        }
+    };
+    match (wanted, memory) {
+        (Desc::Texture(t), Memory::Texture(there)) => {
+            let (ours, theirs) = (texture(t, ""), there);
+            let shape = (there.dimension(), there.size(), there.mip_level_count());
+            let text = |(dimension, size, mips): (wgpu::TextureDimension, wgpu::Extent3d, u32)| {
+                let wgpu::Extent3d { width, height, depth_or_array_layers: layers } = size;
+                format!("a {dimension:?} texture of {width} × {height} × {layers} with {mips} mip levels")
+            };
+            let same = (ours.dimension, ours.size, ours.mip_level_count);
+            expect(same == shape, text(same), text(shape));
+            let format = |f: wgpu::TextureFormat| format!("of the format {f:?}");
+            expect(t.format == theirs.format(), format(t.format), format(theirs.format()));
+            let samples = theirs.sample_count();
+            expect(samples == 1, "one sample a texel".into(), format!("a texture of {samples} samples"));
+            // Nothing is written there.
+            let needed = t.usage - wgpu::TextureUsages::COPY_DST - wgpu::TextureUsages::RENDER_ATTACHMENT;
+            let usage = theirs.usage();
+            expect(usage.contains(needed), format!("one for {needed:?}"), format!("a texture for {usage:?}"));
+        }
+        (Desc::Buffer { size, usage }, Memory::Buffer(there)) => {
+            let bytes = there.size();
+            expect(*size == bytes, format!("{size}"), format!("a buffer of {bytes} bytes"));
+            let needed = *usage - wgpu::BufferUsages::COPY_DST;
+            let usage = there.usage();
+            expect(usage.contains(needed), format!("one for {needed:?}"), format!("a buffer for {usage:?}"));
+        }
+        (Desc::Texture(_), Memory::Buffer(_)) => expect(false, "a texture".into(), "a buffer".into()),
+        (Desc::Buffer { .. }, Memory::Texture(_)) => expect(false, "a buffer".into(), "a texture".into()),
+    }
+    unfit
 }
 
 /// The names of the resources that live in a slot.

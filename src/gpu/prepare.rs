@@ -18,7 +18,7 @@ use super::{
     wipe,
 };
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::{Action, Desc, Draw, Member, Node, Place, Plan, ResourceId, StepId};
+use crate::plan::{Action, Desc, Draw, Member, Node, Place, Plan, ResourceId, Step, StepId};
 use crate::scene::{Assets, Table};
 
 /// A plan made ready for one device and one scene. Frames run on it through [`super::execute`].
@@ -160,14 +160,33 @@ impl Prepared {
     /// # Errors
     /// A table without a column that a shader asks for, or beyond the device's limits.
     pub(super) fn update_tables(&mut self, gpu: &Gpu, plan: &Plan, changed: &[Table]) -> Checked<()> {
-        if !self.scene.update(gpu, plan, changed)? {
-            return Ok(());
+        if self.scene.update(gpu, plan, changed)? {
+            self.bind(gpu, plan, |_| true)?;
         }
+        Ok(())
+    }
+
+    /// Puts memory from outside in place of what the plan has for an input. Whether it is other memory than before.
+    ///
+    /// # Errors
+    /// As [`Pool::lend`], or the device fails.
+    pub fn lend(&mut self, gpu: &Gpu, plan: &Plan, id: ResourceId, memory: Memory) -> Checked<bool> {
+        let other = self.pool.lend(plan, id, memory)?;
+        if other {
+            self.bind(gpu, plan, |step| step.reads.contains(&id))?;
+        }
+        Ok(other)
+    }
+
+    /// Makes the bind groups of some steps anew.
+    fn bind(&mut self, gpu: &Gpu, plan: &Plan, some: impl Fn(&Step) -> bool) -> Checked<()> {
         let Prepared { pool, scene, uniforms, reports, instances, steps, .. } = self;
         let things = Bindable { pool, scene, uniforms, reports, instances };
         let mut shared = Shared::default();
         for (index, ready) in steps.iter_mut().enumerate() {
-            if let Ready::Shaded(shaded) = ready {
+            if let Ready::Shaded(shaded) = ready
+                && some(&plan.steps[index])
+            {
                 shaded.group = bound(gpu, plan, index, &shaded.pipelines, (&things, false), &mut shared)?;
                 if shaded.partial.is_some() {
                     shaded.partial = Some(bound(gpu, plan, index, &shaded.pipelines, (&things, true), &mut shared)?);

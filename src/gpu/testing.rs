@@ -38,6 +38,7 @@ impl Sketch {
                 order: vec![],
                 skipped: vec![],
                 alternatives: vec![],
+                inputs: vec![],
                 levels: vec![],
                 outputs: vec![],
             },

@@ -8,9 +8,9 @@ use super::sizes::Sizes;
 use super::wire::{Item, any_use, wire};
 use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, dirty, ending, fastest, lint, memory};
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
-use crate::graph::Graph;
 use crate::graph::expr::Val;
 use crate::graph::unroll::unroll;
+use crate::graph::{Graph, ast::set_of};
 use crate::value::{Value, Values};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
@@ -104,6 +104,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let outside = (request.limits, request.features, levels.as_slice());
     let expanded = expand(&items, &sizes, &values, &wiring.shaders, outside, &mut faults);
     let Expanded { mut resources, mut steps, mut block, mut ids } = expanded;
+    let inputs = inputs(graph, &mut resources, &steps);
     let cleared = initial_clears(graph, &items, &wanted, &mut ids, &mut resources, &sizes, &mut steps);
     block = prepend(cleared, block);
     let mut outs = vec![];
@@ -129,6 +130,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
         order,
         skipped,
         alternatives,
+        inputs,
         outputs: outs,
     };
     if options.readable {
@@ -216,6 +218,19 @@ fn note_unneeded(items: &[Item], needed: &BTreeSet<&str>, skipped: &mut Vec<(Str
     }
 }
 
+/// What the graph takes from outside and leaves as it is: whoever runs it may lend memory for that, which it keeps.
+fn inputs(graph: &Graph, resources: &mut [super::Resource], steps: &[Step]) -> Vec<super::ResourceId> {
+    let mut inputs = vec![];
+    for (id, r) in resources.iter_mut().enumerate().map(|(i, r)| (super::ResourceId(i), r)) {
+        let declared = graph.inputs.iter().any(|(name, _)| name.value == set_of(&r.name));
+        if declared && !steps.iter().any(|s| s.writes.contains(&id)) {
+            r.history = true;
+            inputs.push(id);
+        }
+    }
+    inputs
+}
+
 /// Steps that give resources their initial content each frame, where the frame begins with it.
 /// Those with history get it once, on allocation.
 fn initial_clears(
@@ -230,7 +245,8 @@ fn initial_clears(
     let mut cleared = vec![];
     for (name, declared) in &graph.resources {
         let Some(value) = declared.initial else { continue };
-        if declared.history {
+        let kept = || ids.get(&name.value).is_some_and(|id| resources[id.0].history);
+        if declared.history || kept() {
             continue;
         }
         let starts = starts_unwritten(items, &name.value);

@@ -14,6 +14,7 @@ use super::inputs::Contents;
 use super::keys::{Keys, UNDEFINED, Unit, Version, Versions, initial};
 use super::scene_inputs::SceneInputs;
 use super::{Desc, Plan, ResourceId, StepId, TextureDesc};
+use crate::content::hash;
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -40,6 +41,8 @@ struct Cell {
     content: Content,
     /// The resource whose content it keeps from frame to frame.
     history: Option<String>,
+    /// Of memory from outside: how many came before it.
+    lent: Option<u64>,
 }
 
 /// Which content is in a piece of memory. Plans that share the memory share this too: each knows when the other has
@@ -190,7 +193,7 @@ impl Held {
             if let Some(value) = tenant.and_then(|r| r.initial) {
                 content.set(initial(&plan.slots[slot].desc, value));
             }
-            Cell { desc: plan.slots[slot].desc.clone(), content, history }
+            Cell { desc: plan.slots[slot].desc.clone(), content, history, lent: None }
         };
         let frames = earlier.map_or(0, |e| e.frames);
         let mut ran = earlier.map(|e| e.ran.clone()).unwrap_or_default();
@@ -232,9 +235,29 @@ impl Held {
         self.frames += 1;
     }
 
-    /// After a fault nothing is known of any memory.
+    /// From now on a slot is memory from outside that holds this version of its content; `other`: none that it was before.
+    pub fn lend(&mut self, slot: usize, version: u64, other: bool) {
+        let Some(cell) = self.cells.get_mut(slot) else { return };
+        let before = match cell.lent {
+            Some(before) => before + u64::from(other),
+            None => 0,
+        };
+        if other {
+            cell.content = Content::default();
+        }
+        cell.lent = Some(before);
+        cell.content.set(hash(&("lent", before, version)).max(1));
+    }
+
+    /// The resources of memory from outside.
+    pub fn lent(&self) -> impl Iterator<Item = &str> {
+        self.cells.iter().filter(|c| c.lent.is_some()).filter_map(|c| c.history.as_deref())
+    }
+
+    /// After a fault nothing is known of any memory, but of that from outside.
     pub fn forget(&mut self) {
-        self.cells.iter().for_each(|c| c.content.set(UNDEFINED));
+        let own = self.cells.iter().filter(|c| c.lent.is_none());
+        own.for_each(|c| c.content.set(UNDEFINED));
         self.ran.clear();
         self.previous.clear();
     }

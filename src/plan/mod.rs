@@ -67,6 +67,8 @@ pub struct Plan {
     pub skipped: Vec<(String, String)>,
     /// Groups of which another alternative could run and leave the same results.
     pub alternatives: Vec<fastest::Alternatives>,
+    /// What whoever runs the graph may lend memory for.
+    pub inputs: Vec<ResourceId>,
     /// Requested outputs by name.
     pub outputs: Vec<(String, ResourceId)>,
 }

@@ -19,10 +19,12 @@ impl Moving {
     pub const CAMERA: Moving = Moving(1);
     pub const NODES: Moving = Moving(2);
     pub const LIGHTS: Moving = Moving(4);
+    /// What the graph takes from outside.
+    pub const INPUTS: Moving = Moving(8);
 
     /// A value that a frame brings, by its place in [`FRAME_VALUES`].
     fn value(place: usize) -> Moving {
-        Moving(8 << place)
+        Moving(16 << place)
     }
 
     /// Whether nothing else moves here than there.
@@ -57,6 +59,7 @@ pub struct Causes {
 pub fn causes(plan: &Plan) -> Vec<Causes> {
     let units = Keys::of(plan, None).units;
     let mut all = vec![Causes::default(); plan.resources.len()];
+    plan.inputs.iter().for_each(|r| all[r.0].of = Moving::INPUTS);
     let own: Vec<Moving> = units.iter().map(|unit| own(plan, unit)).collect();
     let of = |i: usize, all: &[Causes]| {
         let needs: &[ResourceId] = &units[i].needs;

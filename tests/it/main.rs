@@ -24,6 +24,7 @@
 //! - `open_air`: environments, suns and cameras that files don't hold
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
+//! - `record`: frames recorded into a program's commands, with memory of its own
 //! - `references`: images and probes against another renderer
 //! - `renderers`: graphs beside other programs, as `bench --speed` sets them
 //! - `dirty`: what moves is drawn again only where it is seen
@@ -70,6 +71,7 @@ mod open_air;
 mod plain_scenes;
 mod planes;
 mod projection;
+mod record;
 mod reference;
 mod references;
 mod reloads;
