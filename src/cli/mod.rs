@@ -22,7 +22,7 @@ pub mod view;
 pub mod watch;
 
 use crate::diag::{Checked, Diagnostic, Faults, render as show, tame};
-use crate::gpu::OpenError;
+use crate::gpu::{self, OpenError};
 use crate::plan::Plan;
 use crate::plan::lint::scene_use;
 use crate::scene::{self, Loaded};
@@ -32,6 +32,7 @@ use additions::AdditionArgs;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::OnceLock;
+use std::time::Duration;
 
 /// The graph of a command that is given none.
 const DEFAULT_GRAPH: &str = "lightgraph:graphs/final_gather.ron";
@@ -40,9 +41,12 @@ const DEFAULT_GRAPH: &str = "lightgraph:graphs/final_gather.ron";
 #[derive(Debug, clap::Parser)]
 #[command(name = "lightgraph", version, about)]
 pub struct Cli {
-    /// Let scenes and results name files outside of their folder, by `..`, absolute paths or links
+    /// Let scenes, results, variants and graphs name files outside of their folder, by `..`, absolute paths or links
     #[arg(long, global = true)]
     pub allow_outside: bool,
+    /// Give a device up that does not answer for so long; without this, for ten minutes
+    #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
+    pub timeout: Option<Duration>,
     #[command(subcommand)]
     pub command: Command,
 }
@@ -113,6 +117,9 @@ pub fn run(cli: &Cli) -> u8 {
     }
     if cli.allow_outside {
         files::allow_outside();
+    }
+    if let Some(timeout) = cli.timeout {
+        gpu::set_patience(timeout);
     }
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
@@ -193,6 +200,12 @@ fn needs_no_scene(path: Option<&Path>, project: &Project, plan: &Plan) -> Checke
 fn size(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     parts.filter(|[w, h]| *w > 0 && *h > 0).ok_or_else(|| "write it as WIDTHxHEIGHT, such as 640x480".into())
+}
+
+/// Seconds that a device may take.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|s| (0.1..=1e6).contains(s));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "write a number of seconds from 0.1 to 1000000".into())
 }
 
 /// Where a graph's shaders are looked for besides the usual places.

@@ -2,8 +2,8 @@
 
 use super::{kept::Kept, scope::Mailbox};
 use crate::diag::{Checked, Diagnostic, Faults};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// The environment variable that picks an adapter: a part of its name, in any case.
@@ -38,7 +38,7 @@ pub struct Gpu {
     pub limits: wgpu::Limits,
     /// Nanoseconds a timestamp tick.
     pub timestamp_period: f32,
-    /// How long a wait for the device may take: [`PATIENCE`], unless the caller sets it.
+    /// How long a wait for the device may take: [`PATIENCE`], unless the caller sets it here or by [`set_patience`].
     pub patience: Duration,
     polls: AtomicU32,
     pub(super) mailbox: Arc<Mailbox>,
@@ -47,6 +47,13 @@ pub struct Gpu {
 
 /// How long a wait for the device may take. No step of a graph should take as long.
 pub const PATIENCE: Duration = Duration::from_secs(600);
+
+static DEFAULT_PATIENCE: OnceLock<Duration> = OnceLock::new();
+
+/// Sets [`Gpu::patience`] of devices that are opened from now on. The first call counts.
+pub fn set_patience(patience: Duration) {
+    DEFAULT_PATIENCE.get_or_init(|| patience);
+}
 
 /// Why there is no device.
 #[derive(Debug, Clone, PartialEq)]
@@ -169,7 +176,7 @@ impl Gpu {
             features,
             limits,
             timestamp_period,
-            patience: PATIENCE,
+            patience: *DEFAULT_PATIENCE.get().unwrap_or(&PATIENCE),
             polls: AtomicU32::new(0),
             mailbox,
             kept: Kept::default(),
@@ -261,9 +268,10 @@ impl Gpu {
         match polled {
             Ok(_) => Ok(()),
             Err(wgpu::PollError::Timeout) => {
-                let seconds = self.patience.as_secs_f32();
-                let d = Diagnostic::error(format!("the device does not answer within {seconds} s"));
-                Err(d.help("look for a loop in a shader that does not end, or allow more time").into())
+                // Whoever drops the last handle waits for what never ends.
+                std::mem::forget((self.device.clone(), self.queue.clone()));
+                self.mailbox.give_up(self.patience);
+                self.mailbox.lost()
             }
             Err(e) => Err(Diagnostic::error(format!("can't wait for the device: {e}")).into()),
         }

@@ -30,7 +30,7 @@ mod timing;
 mod uniforms;
 mod wipe;
 
-pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, wanted_adapter};
+pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, set_patience, wanted_adapter};
 pub use execute::{Frame, FrameReport, LoopReport, Recorded, StepTime, execute, record};
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};

@@ -4,12 +4,13 @@
 use super::device::Gpu;
 use crate::diag::{Checked, Diagnostic};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// What the device says outside of any scope.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     stray: Mutex<Vec<String>>,
-    lost: Mutex<Option<String>>,
+    lost: Mutex<Option<Diagnostic>>,
 }
 
 impl Mailbox {
@@ -24,19 +25,30 @@ impl Mailbox {
         device.set_device_lost_callback(move |_, message| {
             // Dropping a device says so here too; then the mailbox is gone.
             if let Some(to) = to.upgrade() {
-                *to.lost.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
+                let d = Diagnostic::error(format!("the device is lost: {message}"));
+                let help =
+                    "one submission ran too long, or the driver failed: lower the sizes or counts, then start again";
+                to.lose(d.help(help));
             }
         });
         mailbox
     }
 
+    fn lose(&self, why: Diagnostic) {
+        self.lost.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
+    }
+
+    /// Takes a device for lost that has not answered for so long.
+    pub(super) fn give_up(&self, after: Duration) {
+        let d = Diagnostic::error(format!("the device does not answer within {} s", after.as_secs_f32()));
+        self.lose(d.help("look for a loop in a shader that does not end, or allow more time (`--timeout SECONDS`)"));
+    }
+
     /// # Errors
-    /// The device is lost.
+    /// The device is lost, or has been given up.
     pub(super) fn lost(&self) -> Checked<()> {
         match &*self.lost.lock().unwrap_or_else(PoisonError::into_inner) {
-            Some(message) => Err(Diagnostic::error(format!("the device is lost: {message}"))
-                .help("one submission ran too long, or the driver failed: lower the sizes or counts, then start again")
-                .into()),
+            Some(why) => Err(why.clone().into()),
             None => Ok(()),
         }
     }

@@ -19,8 +19,8 @@ pub mod variant;
 
 pub use ast::Graph;
 
-use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source, Span};
+use crate::{builtin, files};
 use ast::Name;
 use read::Reader;
 use std::path::{Component, Path, PathBuf};
@@ -120,10 +120,12 @@ impl Loading<'_> {
     fn other(&mut self, name: &Name, what: &str, whose: &str, circle: &dyn Fn(&str) -> String) -> Checked<Node> {
         let folder = Path::new(&name.span.source.path).parent().unwrap_or(Path::new(""));
         let path = builtin::join(folder, &name.value);
-        if !builtin::is_builtin(&path) && !is_inside(&name.value) {
+        if !builtin::is_builtin(&path)
+            && let Err(why) = files::inside(folder, &name.value)
+        {
             let d = Diagnostic::error(format!("{what} must lie in the folder of {whose} or below it"));
             let help = format!("one that comes with lightgraph is named `{}graphs/…`", builtin::PREFIX);
-            return Err(d.at(&name.span, "").help(help).into());
+            return Err(d.at(&name.span, format!("this {why}")).help(help).into());
         }
         if let Some(first) = self.open.iter().position(|f| *f == path) {
             let file = |p: &PathBuf| p.file_name().unwrap_or(p.as_os_str()).to_string_lossy().into_owned();

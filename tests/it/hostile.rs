@@ -136,6 +136,29 @@ fn what_is_no_regular_file_is_not_waited_for() {
     expect(scratch.path(), &["check", "g.ron"], 0, &["no faults"]);
 }
 
+/// A base may be a link, but to a file of its own folder.
+#[cfg(unix)]
+#[test]
+fn a_base_that_leads_out_of_its_folder_is_refused() {
+    use std::os::unix::fs::symlink;
+    let scratch = project("hostile-base", "", "");
+    let inner = scratch.path().join("inner");
+    fs::create_dir_all(&inner).unwrap();
+    symlink(scratch.path().join("shaders"), inner.join("shaders")).unwrap();
+    symlink(scratch.path().join("g.ron"), inner.join("out.ron")).unwrap();
+    symlink("out.ron", inner.join("again.ron")).unwrap();
+    for base in ["out.ron", "again.ron", "../g.ron"] {
+        fs::write(inner.join("v.ron"), format!("Variant(base: \"{base}\", about: \"a\")")).unwrap();
+        let args = ["check", "inner/v.ron", "--shaders", "shaders"];
+        expect(scratch.path(), &args, 1, &["v.ron:1:16", "must lie in the folder of its variant", "--allow-outside"]);
+        expect(scratch.path(), &[&args[..], &["--allow-outside"]].concat(), 0, &["no faults"]);
+    }
+    fs::copy(scratch.path().join("g.ron"), inner.join("own.ron")).unwrap();
+    symlink("own.ron", inner.join("within.ron")).unwrap();
+    fs::write(inner.join("v.ron"), "Variant(base: \"within.ron\", about: \"a\")").unwrap();
+    expect(scratch.path(), &["check", "inner/v.ron", "--shaders", "shaders"], 0, &["no faults"]);
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_under_the_output_is_an_error() {

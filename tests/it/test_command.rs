@@ -200,6 +200,14 @@ struct Image { @location(0) color: vec4f }
     );
     let junit = fs::read_to_string(at("junit.xml")).unwrap();
     assert!(junit.contains("name=\"a_slow\"") && junit.contains("<failure message=\"time limit\">"), "{junit}");
+
+    // By itself it is given up too, and the process ends although the device goes on.
+    let (graph, out) = (at("slow.ron").display().to_string(), at("never.exr").display().to_string());
+    let output = lightgraph(&["render", &graph, "--size", "512x512", "--timeout", "1", "--out", &out], true);
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    says(&text, &["`fill`: the device does not answer within 1 s", "--timeout SECONDS"]);
+    assert!(!at("never.exr").exists());
 }
 
 #[test]
