@@ -416,8 +416,8 @@ fn object(scene: &Scene) -> Option<usize> {
     let pose = scene.pose(0.0);
     let mut boxes = vec![Bounds::EMPTY; scene.nodes.len()];
     for vertex in &scene.geometry.vertices {
-        let node = vertex.node as usize;
-        if let (Some(b), Some(m)) = (boxes.get_mut(node), pose.nodes.get(node)) {
+        let node = scene.geometry.owners.node(vertex.node) as usize;
+        if let (Some(b), Some(m)) = (boxes.get_mut(node), pose.nodes.get(vertex.node as usize)) {
             *b = b.union(Bounds::of([m.transform_point3(Vec3::from(vertex.position))]));
         }
     }

@@ -275,7 +275,6 @@ pub fn quads() -> scene::Geometry {
         vertices: [quad(0.0, 0.5, 0), quad(1.0, 0.75, 1)].concat(),
         indices: vec![0, 1, 2, 0, 2, 3, 4, 6, 5, 4, 7, 6],
         one_sided: 6,
-        clusters: vec![],
-        more: scene::More::default(),
+        ..scene::Geometry::default()
     }
 }

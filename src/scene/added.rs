@@ -10,7 +10,7 @@ use super::{
 };
 use glam::{EulerRot, Mat3, Quat, Vec3};
 use serde::Deserialize;
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 /// What is added to a scene.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -282,6 +282,10 @@ impl Scene {
         let turn = (-forward.x).atan2(-forward.z);
         let tilt = forward.y.clamp(-1.0, 1.0).asin();
         let linear = Mat3::from_quat(Quat::from_euler(EulerRot::YXZ, turn, tilt, 0.0));
+        // The rows of vertices come after those of nodes.
+        if let Some(first) = Arc::make_mut(&mut self.geometry).owners.shift() {
+            Arc::make_mut(&mut self.geometry).vertices.iter_mut().filter(|v| v.node >= first).for_each(|v| v.node += 1);
+        }
         self.nodes.push(Node { name: name.into(), parent: None, translation, linear, motion: vec![], animation: None });
         self.nodes.len() - 1
     }

@@ -47,9 +47,7 @@ const MOST_STEPS: usize = 4096;
 impl Animation {
     /// The node's transform into its parent's space.
     pub(super) fn at(&self, time: f32) -> Mat4 {
-        // In f64: after hours an f32 remainder would jump by frames.
-        let period = f64::from(self.period);
-        self.within(if period > 0.0 { f64::from(time).rem_euclid(period) as f32 } else { 0.0 })
+        self.within(wrapped(time, self.period))
     }
 
     fn within(&self, time: f32) -> Mat4 {
@@ -93,7 +91,46 @@ impl Animation {
     }
 }
 
+/// How the weights of morph targets change.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weights {
+    /// By target, the weight in x.
+    tracks: Vec<Track>,
+    pub(super) period: f32,
+}
+
+impl Weights {
+    pub(super) fn at(&self, time: f32) -> Vec<f32> {
+        let time = wrapped(time, self.period);
+        self.tracks.iter().map(|t| t.at(time, Vec4::lerp).x).collect()
+    }
+
+    /// The least and the largest of each.
+    pub(super) fn ranges(&self) -> impl Iterator<Item = [f32; 2]> {
+        self.tracks.iter().map(|track| track.reached().fold([f32::MAX, f32::MIN], |[l, h], x| [l.min(x), h.max(x)]))
+    }
+}
+
+fn wrapped(time: f32, period: f32) -> f32 {
+    // In f64: after hours an f32 remainder would jump by frames.
+    let (time, period) = (f64::from(time), f64::from(period));
+    if period > 0.0 { time.rem_euclid(period) as f32 } else { 0.0 }
+}
+
 impl Track {
+    /// Numbers in x between which all lie: the values, and of splines the control points of their curves.
+    fn reached(&self) -> impl Iterator<Item = f32> {
+        let spline = self.interpolation == Interpolation::CubicSpline;
+        let (first, step) = if spline { (1, 3) } else { (0, 1) };
+        let values = self.values.iter().skip(first).step_by(step).map(|v| v.x);
+        let between = self.times.windows(2).enumerate().filter(move |_| spline).flat_map(|(key, pair)| {
+            let third = (pair[1] - pair[0]) / 3.0;
+            let x = |i: usize| self.values[i].x;
+            [x(3 * key + 1) + third * x(3 * key + 2), x(3 * key + 4) - third * x(3 * key + 3)]
+        });
+        values.chain(between)
+    }
+
     /// The value at a time; before the first keyframe that of the first, after the last that of the last.
     fn at(&self, time: f32, lerp: impl Fn(Vec4, Vec4, f32) -> Vec4) -> Vec4 {
         let spline = self.interpolation == Interpolation::CubicSpline;
@@ -120,7 +157,7 @@ impl Track {
     }
 }
 
-fn unit(q: Vec4) -> Quat {
+pub(super) fn unit(q: Vec4) -> Quat {
     Quat::from_vec4(q.try_normalize().unwrap_or(Vec4::W))
 }
 
@@ -134,7 +171,7 @@ pub(super) fn animate(document: &Document<'_>, placed: &mut [Placed], faults: &m
         faults.push(d.help("the others are left out"));
     }
     let mut period = 0.0_f32;
-    let mut moved = vec![];
+    let (mut moved, mut morphed) = (vec![], vec![]);
     for (i, channel) in first.channels.iter().enumerate() {
         let at = format!("{}, channels[{i}]", place("animations", 0, first.name.as_deref()));
         let node = placed.iter().position(|p| p.index == channel.target.node.value());
@@ -142,7 +179,14 @@ pub(super) fn animate(document: &Document<'_>, placed: &mut [Placed], faults: &m
         let Some(node) = node else { continue };
         let property = match channel.target.path {
             Checked::Valid(Property::MorphTargetWeights) => {
-                faults.push(document.warning(at, "morph targets are not moved"));
+                match weight_tracks(document, first, channel) {
+                    Ok(tracks) => {
+                        let end = tracks.first().and_then(|t| t.times.last());
+                        period = period.max(end.copied().unwrap_or(0.0));
+                        morphed.push((node, tracks));
+                    }
+                    Err(why) => faults.push(document.error(at, why)),
+                }
                 continue;
             }
             Checked::Valid(property) => property,
@@ -158,6 +202,9 @@ pub(super) fn animate(document: &Document<'_>, placed: &mut [Placed], faults: &m
             }
             Err(why) => faults.push(document.error(at, why)),
         }
+    }
+    for (row, tracks) in morphed {
+        placed[row].weights = Some(Weights { tracks, period });
     }
     for (row, property, track) in moved {
         let raw = &document.root.nodes[placed[row].index];
@@ -182,23 +229,54 @@ pub(super) fn animate(document: &Document<'_>, placed: &mut [Placed], faults: &m
     }
 }
 
-fn track(
+/// The times and the interpolation of a channel, and the accessor of its values.
+fn keys(
     document: &Document<'_>,
     animation: &RawAnimation,
     channel: &Channel,
-    property: Property,
-) -> Result<Track, String> {
+) -> Result<(Vec<f32>, Interpolation, usize), String> {
     let index = channel.sampler.value();
     let sampler = animation.samplers.get(index).ok_or_else(|| format!("there is no sampler {index}"))?;
     let Checked::Valid(interpolation) = sampler.interpolation else {
         return Err("its interpolation is none of LINEAR, STEP and CUBICSPLINE".into());
     };
     let times: Vec<f32> = document.floats::<1>(sampler.input.value())?.iter().map(|[t]| t).collect();
-    let output = sampler.output.value();
+    Ok((times, interpolation, sampler.output.value()))
+}
+
+/// The tracks of a mesh's morph targets.
+fn weight_tracks(document: &Document<'_>, animation: &RawAnimation, channel: &Channel) -> Result<Vec<Track>, String> {
+    let (times, interpolation, output) = keys(document, animation, channel)?;
+    let node = document.root.nodes.get(channel.target.node.value());
+    let mesh = node.and_then(|n| document.root.meshes.get(n.mesh?.value()));
+    let targets = mesh.and_then(|m| m.primitives.first()?.targets.as_ref().map(Vec::len)).unwrap_or(0);
+    if targets == 0 {
+        return Err("its node shows no mesh with morph targets".into());
+    }
+    let all: Vec<f32> = document.floats::<1>(output)?.iter().map(|[w]| w).collect();
+    let values =
+        |target: usize| all.iter().skip(target).step_by(targets).map(|w| Vec4::new(*w, 0.0, 0.0, 0.0)).collect();
+    if !all.len().is_multiple_of(targets) {
+        return Err(format!("it has {} values for {targets} morph targets", all.len()));
+    }
+    (0..targets).map(|target| checked(times.clone(), values(target), interpolation)).collect()
+}
+
+fn track(
+    document: &Document<'_>,
+    animation: &RawAnimation,
+    channel: &Channel,
+    property: Property,
+) -> Result<Track, String> {
+    let (times, interpolation, output) = keys(document, animation, channel)?;
     let values: Vec<Vec4> = match property {
         Property::Rotation => document.floats::<4>(output)?.iter().map(Vec4::from).collect(),
         _ => document.floats::<3>(output)?.iter().map(|v| Vec3::from(v).extend(0.0)).collect(),
     };
+    checked(times, values, interpolation)
+}
+
+fn checked(times: Vec<f32>, values: Vec<Vec4>, interpolation: Interpolation) -> Result<Track, String> {
     let each = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     if times.is_empty() || values.len() != each * times.len() {
         return Err(format!("it has {} times and {} values, {each} for each time", times.len(), values.len()));

@@ -20,7 +20,7 @@ pub(super) fn lights(document: &Document<'_>, placed: &[Placed], faults: &mut Ve
     let root = &document.root;
     let raw_lights: &[RawLight] = root.as_ref();
     let mut lights = vec![];
-    for (row, p) in placed.iter().enumerate() {
+    for (row, p) in placed.iter().enumerate().filter(|(_, p)| !p.copy) {
         let extension = root.nodes[p.index].extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         let Some(index) = extension.map(|e| e.light.value()) else { continue };
         let at = place("nodes", p.index, Some(&p.node.name));
@@ -88,7 +88,7 @@ fn light(raw: &RawLight, row: usize, p: &Placed) -> Result<Light, String> {
 pub(super) fn cameras(document: &Document<'_>, placed: &[Placed], faults: &mut Vec<Diagnostic>) -> Vec<Camera> {
     let root = &document.root;
     let mut cameras = vec![];
-    for (row, p) in placed.iter().enumerate() {
+    for (row, p) in placed.iter().enumerate().filter(|(_, p)| !p.copy) {
         let Some(index) = root.nodes[p.index].camera.map(|c| c.value()) else { continue };
         let node_at = place("nodes", p.index, Some(&p.node.name));
         let Some(raw) = root.cameras.get(index) else {
@@ -104,6 +104,13 @@ pub(super) fn cameras(document: &Document<'_>, placed: &[Placed], faults: &mut V
                 let own = raw.name.clone();
                 let named = root.nodes[p.index].name.clone();
                 let name = named.or_else(|| own.clone()).unwrap_or_else(|| format!("camera {index}"));
+                // One camera may stand at several nodes, and nodes may have one name: each is to be reached.
+                let taken = |name: &str| cameras.iter().any(|c: &Camera| c.name == name);
+                let mut numbered = (2..).map(|i| format!("{name} {i}"));
+                let name = match taken(&name) {
+                    true => numbered.find(|name| !taken(name)).unwrap_or(name),
+                    false => name,
+                };
                 cameras.push(Camera { alias: own.filter(|own| *own != name), name, node: row, lens });
             }
             Err(why) => faults.push(document.error(place("cameras", index, raw.name.as_deref()), why)),

@@ -1,6 +1,6 @@
 //! Clusters: the triangles cut into small compact groups, so that a draw can leave out what a view doesn't show.
 
-use super::{Vertex, bvh::Tree, geometry::Geometry, model::Bounds};
+use super::{bvh::Tree, geometry::Geometry, model::Bounds};
 use glam::{Mat4, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,31 +17,33 @@ pub struct Cluster {
     pub first: u32,
     /// How many indices it has, three a triangle.
     pub count: u32,
-    /// Row of the `nodes` table: all its vertices move with it.
+    /// Row of the `nodes` table: all its vertices move with it, or belong to it.
     pub node: u32,
 }
 
 /// Sorts the triangles into clusters, those of single-sided materials first. The same triangles give the same clusters;
 /// triangles that fit one cluster keep their order. `nodes` places them in the world.
 pub(super) fn cluster(geometry: &mut Geometry, nodes: &[Mat4]) {
-    let (indices, clusters) = clustered(&geometry.vertices, &geometry.indices, geometry.one_sided, nodes);
+    let (indices, clusters) = clustered(geometry, &geometry.indices, geometry.one_sided, nodes);
     geometry.indices = indices;
     geometry.clusters = clusters;
 }
 
 /// The triangles of some indices, of which the first `one_sided` are single-sided, sorted into clusters; and these.
 pub(super) fn clustered(
-    vertices: &[Vertex],
+    Geometry { vertices, owners, .. }: &Geometry,
     indices: &[u32],
     one_sided: u32,
     nodes: &[Mat4],
 ) -> (Vec<u32>, Vec<Cluster>) {
-    let node = |t: &[u32; 3]| vertices[t[0] as usize].node;
+    let node = |t: &[u32; 3]| owners.node(vertices[t[0] as usize].node);
     let mut triangles = indices.as_chunks::<3>().0.to_vec();
     let split = (one_sided as usize / 3).min(triangles.len());
     let placed = |t: &[u32; 3]| {
-        let world = nodes.get(node(t) as usize).copied().unwrap_or_default();
-        Bounds::of(t.map(|i| world.transform_point3(vertices[i as usize].position.into())))
+        Bounds::of(t.map(|i| {
+            let v = &vertices[i as usize];
+            nodes.get(v.node as usize).copied().unwrap_or_default().transform_point3(v.position.into())
+        }))
     };
     let all = triangles.iter().fold(Bounds::EMPTY, |all, t| all.union(placed(t)));
     let kind = |t: &[u32; 3]| (node(t), sides(&placed(t), &all));

@@ -35,7 +35,7 @@ impl Order {
         let mut runs: Vec<(u32, usize)> = vec![];
         for (row, triangle) in triangles.iter().enumerate() {
             // A mesh is of one node, and so are all corners of its triangles.
-            let node = geometry.vertices[geometry.indices[3 * *triangle as usize] as usize].node;
+            let node = geometry.node(*triangle as usize);
             match runs.last_mut() {
                 Some((last, end)) if *last == node => *end = row + 1,
                 _ => runs.push((node, row + 1)),
@@ -92,11 +92,8 @@ impl Corners {
     pub(super) fn moved<'a>(&'a self, nodes: &'a [Mat4]) -> impl Iterator<Item = Range<usize>> + 'a {
         let runs = &self.order.runs;
         let starts = std::iter::once(0).chain(runs.iter().map(|(_, end)| *end));
-        let differs = |node: u32| {
-            let (a, b) = (self.nodes.get(node as usize), nodes.get(node as usize));
-            a.map(bytemuck::bytes_of) != b.map(bytemuck::bytes_of)
-        };
-        let other = starts.zip(runs).filter(move |(_, (node, _))| differs(*node));
+        let changed = self.geometry.owners.changed(&self.nodes, nodes);
+        let other = starts.zip(runs).filter(move |(_, (node, _))| changed.get(*node as usize) != Some(&false));
         other.map(|(start, (_, end))| start..*end)
     }
 
@@ -113,6 +110,11 @@ impl Corners {
     pub fn vertex(&self, row: usize, corner: usize) -> &Vertex {
         let Geometry { vertices, indices, .. } = &*self.geometry;
         &vertices[indices[3 * self.order.triangles[row] as usize + corner] as usize]
+    }
+
+    /// The node that shows the triangle of a row below [`Corners::rows`].
+    pub fn node(&self, row: usize) -> u32 {
+        self.geometry.node(self.order.triangles[row] as usize)
     }
 
     /// The vertex of a corner of a row below [`Corners::rows`], as a place in the geometry.

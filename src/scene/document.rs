@@ -109,7 +109,14 @@ impl<'a> Document<'a> {
         for name in &document.root.extensions_required {
             if !KNOWN.contains(&name.as_str()) {
                 let why = format!("extension `{name}` is required but not supported");
-                faults.push(document.error("extensionsRequired", why).help("export the scene without it"));
+                let help = match name.as_str() {
+                    "KHR_draco_mesh_compression" => {
+                        "no decoder of Draco is built in: export it without (in Blender: Data > Compression), or with meshopt \
+                         compression, which is read"
+                    }
+                    _ => "export the scene without it",
+                };
+                faults.push(document.error("extensionsRequired", why).help(help));
             }
         }
         for name in &document.root.extensions_used {
@@ -146,11 +153,15 @@ impl<'a> Document<'a> {
             1 => Type::Scalar,
             2 => Type::Vec2,
             3 => Type::Vec3,
-            _ => Type::Vec4,
+            4 => Type::Vec4,
+            _ => Type::Mat4,
         };
         let elements = self.elements(accessor, shape)?;
         match elements.component {
             ComponentType::U32 => Err(format!("accessor {accessor} holds U32, not f32")),
+            other if N > 4 && other != ComponentType::F32 => {
+                Err(format!("accessor {accessor} holds {other:?}, not f32"))
+            }
             _ => Ok(Vectors(elements)),
         }
     }

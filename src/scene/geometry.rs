@@ -2,8 +2,12 @@
 
 mod placing;
 
+pub(super) use placing::assemble;
+
 use super::{
     clusters::Cluster,
+    deform::Owners,
+    deformer::{Deformable, Deformer},
     document::{Document, Indices, Vectors, place},
     tangents,
 };
@@ -13,7 +17,6 @@ use gltf::json::{
     mesh::{Mode, Primitive as RawPrimitive, Semantic},
     validation::Checked,
 };
-use placing::Placing;
 
 /// A vertex as the draw passes see it. A shader names the attributes it wants.
 #[repr(C)]
@@ -50,6 +53,8 @@ pub struct Geometry {
     /// All triangles, one group after the other.
     pub clusters: Vec<Cluster>,
     pub more: More,
+    /// Whose the rows of the `nodes` table are that belong to vertices.
+    pub owners: Owners,
 }
 
 /// What only some scenes' vertices have. Each list is empty, or has as many as there are vertices.
@@ -81,6 +86,11 @@ impl More {
 }
 
 impl Geometry {
+    /// The node that shows a triangle, by its place in the indices.
+    pub(super) fn node(&self, triangle: usize) -> u32 {
+        self.owners.node(self.vertices[self.indices[3 * triangle] as usize].node)
+    }
+
     /// How many of the clusters belong to single-sided materials; they come first.
     pub fn one_sided_clusters(&self) -> usize {
         self.clusters.iter().take_while(|c| c.first < self.one_sided).count()
@@ -95,6 +105,8 @@ pub(super) struct Primitive<'d> {
     colors: Option<Colors<'d>>,
     tangents: Tangents<'d>,
     triangles: Triangles<'d>,
+    /// What skins and morph targets need.
+    pub deformable: Deformable<'d>,
     /// How many of the triangles have an area; the others are not drawn.
     drawn: usize,
     /// Row of the `materials` table.
@@ -202,6 +214,8 @@ pub(super) struct Instance<'a> {
     pub node_name: &'a str,
     /// Node to world, before any motion.
     pub world: Mat4,
+    /// Where its vertices move by more than the node.
+    pub deformer: Option<&'a Deformer>,
     pub double_sided: bool,
 }
 
@@ -238,9 +252,6 @@ pub(super) fn primitive<'d>(
         faults.push(document.warning(at, format!("{mode:?} are not drawn; only triangles are")));
         return None;
     }
-    if raw.targets.as_ref().is_some_and(|t| !t.is_empty()) {
-        faults.push(document.warning(at, "morph targets are ignored"));
-    }
     let attribute = |semantic| raw.attributes.get(&Checked::Valid(semantic)).map(gltf::json::Index::value);
     let Some(position) = attribute(Semantic::Positions) else {
         faults.push(document.error(at, "it has no POSITION"));
@@ -256,6 +267,7 @@ pub(super) fn primitive<'d>(
     let colors = attribute(Semantic::Colors(0)).and_then(|a| vertex_colors(document, at, a, count, faults));
     let tangents = attribute(Semantic::Tangents).filter(|_| surface.normal_map.is_some());
     let tangents = tangents.and_then(|a| given_tangents(document, at, a, count, faults));
+    let deformable = Deformable::read(document, raw, at, count, faults);
     let indices = match raw.indices.as_ref().map(|index| document.indices(index.value())).transpose() {
         Ok(indices) => indices,
         Err(why) => {
@@ -283,7 +295,8 @@ pub(super) fn primitive<'d>(
     }
     let tangents = tangents.map_or(Tangents::None, Tangents::Given);
     let material = surface.material;
-    let mut primitive = Primitive { positions, normals, uvs, colors, tangents, triangles, drawn: 0, material };
+    let mut primitive =
+        Primitive { positions, normals, uvs, colors, tangents, triangles, deformable, drawn: 0, material };
     primitive.drawn = triangles.iter().filter(|t| has_area(primitive.corners(*t))).count();
     if let (Some(set), Tangents::None) = (surface.normal_map, &primitive.tangents) {
         primitive.tangents = Tangents::Made(made_tangents(&primitive, set as usize));
@@ -295,44 +308,6 @@ pub(super) fn primitive<'d>(
         faults.push(document.warning(at, format!("{dropped} of {all} triangles have no area and are dropped")));
     }
     Some(primitive)
-}
-
-/// Lays all instances out in one list, not yet in clusters. Mirroring transforms get their winding turned round, so that
-/// front stays front.
-pub(super) fn assemble(document: &Document<'_>, instances: &[Instance<'_>], faults: &mut Vec<Diagnostic>) -> Geometry {
-    let drawn = |sides: bool| {
-        let of = instances.iter().filter(|i| i.double_sided == sides);
-        of.map(|i| i.primitive.drawn).fold(0, usize::saturating_add)
-    };
-    let total = drawn(false).saturating_add(drawn(true));
-    if total > MAX_TRIANGLES {
-        let why = format!("{total} triangles over all nodes; at most {MAX_TRIANGLES} fit");
-        faults.push(document.error("scene", why).help("thin the meshes out, or place them at fewer nodes"));
-        return Geometry::default();
-    }
-    let has = |what: fn(&Primitive<'_>) -> bool| instances.iter().any(|i| what(i.primitive));
-    let mut out = Placing {
-        vertices: vec![],
-        more: More::default(),
-        second: has(|p| p.uvs[1].is_some()),
-        colored: has(|p| p.colors.is_some()),
-        framed: has(|p| !matches!(p.tangents, Tangents::None)),
-    };
-    let mut one_sided = Vec::with_capacity(3 * total);
-    let mut two_sided = Vec::with_capacity(3 * drawn(true));
-    for instance in instances {
-        let indices = if instance.double_sided { &mut two_sided } else { &mut one_sided };
-        let dropped = out.place(instance, indices);
-        if dropped > 0 {
-            let why = format!("its transform leaves {dropped} triangles without area; they are dropped");
-            faults.push(document.warning(format!("node \"{}\"", instance.node_name), why));
-        }
-    }
-    // MAX_TRIANGLES keeps the count far inside u32.
-    let count = one_sided.len() as u32;
-    one_sided.append(&mut two_sided);
-    let Placing { vertices, more, .. } = out;
-    Geometry { vertices, indices: one_sided, one_sided: count, clusters: vec![], more }
 }
 
 /// Tangents of the corners of drawn triangles, by the coordinates of a set.
@@ -359,7 +334,7 @@ fn has_area(corners: [Vec3; 3]) -> bool {
 }
 
 /// Unit normal of a triangle that has an area.
-fn face_normal(corners: [Vec3; 3]) -> Vec3 {
+pub(super) fn face_normal(corners: [Vec3; 3]) -> Vec3 {
     let [a, b, c]: [DVec3; 3] = corners.map(|p| p.as_dvec3());
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }

@@ -3,9 +3,13 @@
 //! Units and conventions are glTF's: metres, right-handed, +Y up, lights and cameras look down −Z.
 
 use super::{
-    animation, attached,
+    animation::{self, Weights},
+    attached,
+    deform::Deformed,
+    deformer::{Deformer, Skins},
     document::{Document, place},
     geometry::{self, Instance, MAX_COORDINATE, Surface},
+    instancing,
     materials::{self, Materials},
     model::{Bounds, Material, Node, Scene},
 };
@@ -21,6 +25,12 @@ pub(super) struct Placed {
     pub index: usize,
     /// Node to world, before any motion.
     pub world: Mat4,
+    /// The mesh that it shows.
+    pub mesh: Option<usize>,
+    /// How the file's animation moves its morph targets.
+    pub weights: Option<Weights>,
+    /// It only repeats the mesh of a node: what else that node holds is there once.
+    pub copy: bool,
 }
 
 /// The scene of a document, without what a scene RON adds. With errors among the faults it is not to be used.
@@ -33,12 +43,13 @@ pub(super) fn import(
     let mut placed = hierarchy(document, faults);
     animation::animate(document, &mut placed, faults);
     let mut materials = materials::read(document, files, faults);
-    let geometry = geometry_of(document, &placed, &mut materials, faults);
+    let (geometry, deformed) = geometry_of(document, &placed, &mut materials, faults);
     let lights = attached::lights(document, &placed, faults);
     let cameras = attached::cameras(document, &placed, faults);
     Scene {
         name: name.to_owned(),
         geometry: geometry.into(),
+        deformed: deformed.into(),
         nodes: placed.into_iter().map(|p| p.node).collect(),
         materials: materials.all,
         lights,
@@ -59,6 +70,13 @@ pub(super) fn import(
 fn hierarchy(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -> Vec<Placed> {
     let root = &document.root;
     let all = &root.nodes;
+    if root.scenes.len() > 1 {
+        let shown = root.scene.map_or(0, |index| index.value());
+        let name = root.scenes.get(shown).and_then(|s| s.name.as_deref());
+        let (at, count) = (place("scenes", shown, name), root.scenes.len());
+        let d = Diagnostic::note(format!("{}: {at} is shown, one of {count}", document.shown));
+        faults.push(d.help("what only the others hold is left out"));
+    }
     let mut pending: Vec<(usize, Option<usize>)> = match (root.scene, root.scenes.first()) {
         (Some(index), _) if root.scenes.get(index.value()).is_none() => {
             faults.push(document.error("scene", format!("there is no scene {}", index.value())));
@@ -101,13 +119,13 @@ fn hierarchy(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -> Vec<Place
             faults.push(document.error(at, "its transform, with those above it, leaves the range of usable numbers"));
             continue;
         }
-        if raw.skin.is_some() {
-            faults.push(document.warning(at, "its skin is ignored"));
-        }
         let this = placed.len();
         let name = raw.name.clone().unwrap_or_else(|| format!("node {index}"));
         let node = Node { name, parent, translation, linear, motion: vec![], animation: None };
-        placed.push(Placed { node, index, world });
+        let copies = instancing::transforms(document, raw, &at, faults);
+        let mesh = raw.mesh.map(|m| m.value()).filter(|_| copies.is_none());
+        placed.push(Placed { node, index, world, mesh, weights: None, copy: false });
+        instancing::place(copies.unwrap_or_default(), raw, this, &mut placed);
         pending.extend(raw.children.iter().flatten().rev().map(|c| (c.value(), Some(this))));
     }
     placed
@@ -142,16 +160,16 @@ fn geometry_of(
     placed: &[Placed],
     materials: &mut Materials,
     faults: &mut Vec<Diagnostic>,
-) -> geometry::Geometry {
+) -> (geometry::Geometry, Vec<Deformed>) {
     let root = &document.root;
     if !document.complete() {
-        return geometry::Geometry::default();
+        return Default::default();
     }
     // Meshes are read once, whatever the number of nodes that show them.
     let mut meshes: Vec<Option<Vec<geometry::Primitive>>> = root.meshes.iter().map(|_| None).collect();
     let mut default_material = None;
     for p in placed {
-        let Some(index) = root.nodes[p.index].mesh.map(|m| m.value()) else { continue };
+        let Some(index) = p.mesh else { continue };
         let Some(mesh) = root.meshes.get(index) else {
             let at = place("nodes", p.index, Some(&p.node.name));
             faults.push(document.error(at, format!("there is no mesh {index}")));
@@ -182,20 +200,27 @@ fn geometry_of(
         meshes[index] = Some(primitives);
     }
     let mut instances = vec![];
+    let skins = Skins::of(document, placed);
+    let deformers = placed.iter().map(|p| Deformer::of(document, &skins, placed, p, faults));
+    let deformers: Vec<Deformer> = deformers.collect();
     for (row, p) in placed.iter().enumerate() {
-        let mesh = root.nodes[p.index].mesh.and_then(|m| meshes.get(m.value())?.as_ref());
+        let mesh = p.mesh.and_then(|m| meshes.get(m)?.as_ref());
+        for why in mesh.into_iter().flatten().filter_map(|primitive| deformers[row].fault(&primitive.deformable)) {
+            faults.push(document.error(place("nodes", p.index, Some(&p.node.name)), why));
+        }
         instances.extend(mesh.into_iter().flatten().map(|primitive| Instance {
             primitive,
             node: row as u32,
             node_name: &p.node.name,
-            world: p.world,
+            world: deformers[row].orientation(&primitive.deformable).unwrap_or(p.world),
+            deformer: Some(&deformers[row]).filter(|deformer| deformer.deforms(&primitive.deformable)),
             double_sided: materials.all[primitive.material()].double_sided,
         }));
     }
     let thin = instances.iter().map(|i| i.primitive).filter(|p| p.is_thin());
     let thin: Vec<u32> = thin.map(|p| p.material() as u32).collect();
     materials::settle(document, materials, &thin, faults);
-    geometry::assemble(document, &instances, faults)
+    geometry::assemble(document, placed.len(), &instances, faults)
 }
 
 pub(super) fn usable(numbers: &[f32]) -> bool {

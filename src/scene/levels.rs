@@ -79,6 +79,7 @@ fn simplified(geometry: &Geometry, nodes: &[Mat4], tolerance: f32) -> Level {
     let mut parts: BTreeMap<Part, Vec<u32>> = BTreeMap::new();
     for (i, triangle) in indices.chunks_exact(3).enumerate() {
         let Vertex { node, material, .. } = vertices[triangle[0] as usize];
+        let node = geometry.owners.node(node);
         let double_sided = 3 * i as u32 >= *one_sided;
         parts.entry(Part { double_sided, node, material }).or_default().extend(triangle);
     }
@@ -92,7 +93,7 @@ fn simplified(geometry: &Geometry, nodes: &[Mat4], tolerance: f32) -> Level {
             front = fewer.len() as u32;
         }
     }
-    let (indices, clusters) = clustered(vertices, &fewer, front, nodes);
+    let (indices, clusters) = clustered(geometry, &fewer, front, nodes);
     Level { tolerance, error, indices, one_sided: front, clusters }
 }
 

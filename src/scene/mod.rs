@@ -5,7 +5,7 @@
 //! [`Scene::camera_values`] at a pose.
 //!
 //! - `load` finds the files; `document` reads bytes, buffers and accessors, `decoded` those that are compressed or sparse; `import` makes
-//!   nodes of them, `materials` and `extensions` materials, `textures` and `mips` the pages of images, `attached` lights and cameras, `animation` moves nodes, `complete` adds those of the scene RON and the command (`added`)
+//!   nodes of them, `instancing` copies of some, `materials` and `extensions` materials, `textures` and `mips` the pages of images, `attached` lights and cameras, `animation` moves nodes, `deformer` skins and morph targets (`deform` poses them), `complete` adds those of the scene RON and the command (`added`)
 //!   and what is made up (`room` finds whether to stand inside), `environment` light from all around (`sky`, `panorama`), `geometry` the
 //!   vertices, `tangents` what normal maps need, `clusters` their compact groups, `levels` fewer triangles; `glow` says how much light textured
 //!   triangles give; `description` reads the scene RON
@@ -51,6 +51,8 @@ mod clusters;
 mod complete;
 mod corners;
 mod decoded;
+mod deform;
+mod deformer;
 mod description;
 mod document;
 mod environment;
@@ -59,6 +61,7 @@ mod finishes;
 mod geometry;
 mod glow;
 mod import;
+mod instancing;
 mod json;
 mod levels;
 mod light_views;
@@ -84,6 +87,7 @@ pub use bvh::reach;
 pub use camera::FRAME_VALUES;
 pub use clusters::{CLUSTER, Cluster};
 pub use corners::{Corners, Held};
+pub use deform::{Deformed, Owners};
 pub use environment::Environment;
 pub use geometry::{Geometry, More, VERTEX_ATTRIBUTES, Vertex};
 pub use levels::{Level, Levels};
@@ -260,7 +264,7 @@ impl Column {
 
 /// The tables every scene has, with their columns: what shaders may ask for, known without a scene.
 ///
-/// - `nodes`: `transform`, `inverse_transpose` (for normals)
+/// - `nodes`: `transform`, `inverse_transpose` (for normals); behind the nodes a row for each vertex that a skin or morph targets move
 /// - `materials`: `base_color` (rgb + alpha), `base_color_texture` (row of `textures`, `0xffffffff` for none, as of all that follow),
 ///   `emission` (radiance), `emission_texture`, `double_sided` (0 or 1), `specular` (Phong strength, 0 to 1), `shininess` (Phong
 ///   exponent), `roughness`, `metallic` (glTF's, 0 to 1), `finish_texture` (roughness in green, metalness in blue),

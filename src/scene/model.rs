@@ -1,6 +1,6 @@
 //! The scene as plain data, and the facts it states.
 
-use super::{Animation, Environment, Geometry, Levels, Texture, TextureArray};
+use super::{Animation, Deformed, Environment, Geometry, Levels, Texture, TextureArray};
 use crate::value::{Value, Values};
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -12,6 +12,8 @@ pub struct Scene {
     pub name: String,
     /// All instances of all meshes as one indexed triangle list. Tables share it.
     pub geometry: Arc<Geometry>,
+    /// Vertices that skins and morph targets move, in their order.
+    pub deformed: Arc<Vec<Deformed>>,
     /// Parents come before their children.
     pub nodes: Vec<Node>,
     pub materials: Vec<Material>,
@@ -292,8 +294,8 @@ impl Scene {
             ("colored_vertices", count(self.geometry.more.colors.len())),
             ("second_uvs", count(self.geometry.more.uvs.len())),
             ("double_sided_materials", materials(|m| m.double_sided)),
-            ("nodes", count(self.nodes.len())),
-            ("moving_nodes", count(self.moving().into_iter().filter(|m| *m).count())),
+            ("nodes", count(self.nodes.len() + self.geometry.owners.rows())),
+            ("moving_nodes", count(self.moving_shown().into_iter().filter(|m| *m).count())),
             ("triangles", count(self.geometry.indices.len() / 3)),
             ("vertices", count(self.geometry.vertices.len())),
             ("clusters", count(self.geometry.clusters.len())),

@@ -1,6 +1,9 @@
 //! A scene at a time: where its nodes, lights and cameras are, and the box it stays in.
 
-use super::model::{Bounds, Keyframe, Lens, Node, Scene};
+use super::{
+    deform::{Deformed, Skinned},
+    model::{Bounds, Keyframe, Lens, Node, Scene},
+};
 use glam::{Mat3, Mat4, Quat, Vec3};
 
 /// A scene at a time, in world space.
@@ -8,7 +11,7 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 pub struct Pose {
     /// Seconds.
     pub time: f32,
-    /// Node to world, for each of the scene's nodes.
+    /// Node to world, for each of the scene's nodes; then for each vertex that a skin or morph targets move.
     pub nodes: Vec<Mat4>,
     /// For each of the scene's lights.
     pub lights: Vec<LightPose>,
@@ -82,6 +85,22 @@ const MAX_SWEPT_POINTS: usize = 4096;
 impl Scene {
     /// The scene at a time in seconds. A time that is not finite counts as 0.
     pub fn pose(&self, time: f32) -> Pose {
+        let mut pose = self.pose_of_nodes(time);
+        self.deform(&mut pose);
+        pose
+    }
+
+    /// Appends the rows of vertices.
+    fn deform(&self, pose: &mut Pose) {
+        let (mut rows, mut skins) = (Vec::with_capacity(self.geometry.owners.rows()), Skinned::default());
+        for deformed in self.deformed.iter() {
+            let vertices = &self.geometry.vertices[deformed.vertices.clone()];
+            deformed.pose(vertices, &pose.nodes, pose.time, &mut skins, &mut rows);
+        }
+        pose.nodes.extend(rows);
+    }
+
+    fn pose_of_nodes(&self, time: f32) -> Pose {
         let time = if time.is_finite() { time } else { 0.0 };
         let mut nodes: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -106,11 +125,23 @@ impl Scene {
 
     /// The scene at a time, moved from where it says. Indices of nodes and lights that are not there are ignored.
     pub fn pose_shifted(&self, time: f32, shift: &Shift) -> Pose {
-        let mut pose = self.pose(time);
+        let mut pose = self.pose_of_nodes(time);
         for (moved, by) in &shift.nodes {
             for (i, node) in pose.nodes.iter_mut().enumerate() {
                 if self.hangs_from(i, *moved) {
                     node.w_axis += by.extend(0.0);
+                }
+            }
+        }
+        self.deform(&mut pose);
+        // A skin's joints place its mesh; whoever moves the mesh means it all the same.
+        for (moved, by) in &shift.nodes {
+            let mut row = self.nodes.len();
+            for deformed in self.deformed.iter() {
+                let rows = row..row + deformed.vertices.len();
+                row = rows.end;
+                if self.hangs_from(deformed.node, *moved) && !self.hangs_from(deformed.anchor(), *moved) {
+                    pose.nodes[rows].iter_mut().for_each(|m| m.w_axis += by.extend(0.0));
                 }
             }
         }
@@ -140,7 +171,16 @@ impl Scene {
     pub fn duration(&self) -> f32 {
         let keyed = self.nodes.iter().flat_map(|n| &n.motion).map(|k| k.time);
         let animated = self.nodes.iter().filter_map(|n| Some(n.animation.as_ref()?.period));
-        keyed.chain(animated).fold(0.0, f32::max)
+        let morphed = self.deformed.iter().map(Deformed::period);
+        keyed.chain(animated).chain(morphed).fold(0.0, f32::max)
+    }
+
+    /// As [`Scene::moving`], and whether the vertices of its mesh move.
+    pub(super) fn moving_shown(&self) -> Vec<bool> {
+        let moving = self.moving();
+        let mut shown = moving.clone();
+        self.deformed.iter().filter(|d| d.moves(&moving)).for_each(|d| shown[d.node] = true);
+        shown
     }
 
     /// For each node, whether its world transform changes with time.
@@ -162,6 +202,10 @@ impl Scene {
         let mut points: Vec<Vec<Vec3>> = vec![vec![]; self.nodes.len()];
         for vertex in &self.geometry.vertices {
             let (node, position) = (vertex.node as usize, Vec3::from(vertex.position));
+            // Those that skins and morph targets move are looked at below.
+            if node >= moving.len() {
+                continue;
+            }
             if moving[node] {
                 points[node].push(position);
             } else {
@@ -170,6 +214,11 @@ impl Scene {
         }
         for (node, points) in points.into_iter().enumerate().filter(|(_, p)| !p.is_empty()) {
             bounds = bounds.union(self.swept(node, points));
+        }
+        for deformed in self.deformed.iter() {
+            for (node, around) in deformed.boxes(&self.geometry.vertices[deformed.vertices.clone()]) {
+                bounds = bounds.union(self.swept(node, around.corners().to_vec()));
+            }
         }
         bounds
     }

@@ -13,7 +13,6 @@ use super::{
     pieces::Pieces,
     table,
 };
-use bytemuck::bytes_of;
 use glam::{Mat4, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -288,12 +287,10 @@ impl World<'_> {
         let (mut each, mut other) = (Pieces::default(), vec![]);
         match known {
             Some(known) => {
-                let pairs = known.pose.nodes.iter().zip(&self.pose.nodes);
-                // By bits, as rows are told apart.
-                let still: Vec<bool> = pairs.map(|(then, now)| bytes_of(then) == bytes_of(now)).collect();
+                let changed = self.scene.geometry.owners.changed(&known.pose.nodes, &self.pose.nodes);
                 each.clone_from(&known.boxes.each);
-                if still.contains(&false) {
-                    let moved = |node: u32| still.get(node as usize) != Some(&true);
+                if changed.contains(&true) {
+                    let moved = |node: u32| changed.get(node as usize) != Some(&false);
                     for (i, found) in all().enumerate().filter(|(_, (_, c))| moved(c.node)) {
                         each.set(i, round(found));
                         other.push(i);
@@ -357,7 +354,7 @@ fn sorted(scene: &Scene) -> Tree {
     let positions: Vec<Vec3> = (0..vertices.len()).map(|i| world.position(i)).collect();
     let (triangles, _) = indices.as_chunks::<3>();
     let corners = |i: usize| triangles[i].map(|vertex| positions[vertex as usize]);
-    Tree::new(triangles.len(), corners, |i| vertices[triangles[i][0] as usize].node, 1)
+    Tree::new(triangles.len(), corners, |i| scene.geometry.node(i), 1)
 }
 
 impl Tables {
@@ -412,7 +409,7 @@ impl<'a> Traced<'a> {
             *of = of.union(before.each[i]);
         }
         let places = Bounds::gathered(&was.values().copied().collect::<Vec<_>>(), MOST_PLACES);
-        let moved = |place: usize| was.contains_key(&self.corners.vertex(place, 0).node);
+        let moved = |place: usize| was.contains_key(&self.corners.node(place));
         let (bvh, other) = self.bvh.clone().moved(boxes.own, |i| world.corners(i), &places, moved);
         let columns = |name: &str| Some(&self.tables.table(name)?.columns);
         let boxes = Since::of(columns("bvh")?, other.into_iter().map(|row| row..row + 1));

@@ -39,8 +39,8 @@ pub fn surface(scene: &Scene, pose: &Pose, view: View, aspect: f32, at: Vec2) ->
         let mut node = 0;
         for (point, index) in points.iter_mut().zip(corners) {
             let vertex = geometry.vertices.get(*index as usize)?;
-            node = vertex.node as usize;
-            *point = pose.nodes.get(node)?.transform_point3(vertex.position.into());
+            node = geometry.owners.node(vertex.node) as usize;
+            *point = pose.nodes.get(vertex.node as usize)?.transform_point3(vertex.position.into());
         }
         if let Some(distance) = meets(from, to, points)
             && nearest.is_none_or(|n| distance < n.0)

@@ -1,9 +1,80 @@
 //! Instances laid out as vertices and indices.
 
-use super::{Instance, More, Tangents, Vertex, face_normal, has_area};
-use crate::scene::tangents;
+use super::{Geometry, Instance, MAX_TRIANGLES, More, Primitive, Tangents, Vertex, face_normal, has_area};
+use crate::{
+    diag::Diagnostic,
+    scene::{
+        deform::{Deformed, Owners},
+        deformer::{Deformer, MAX_DISPLACEMENTS},
+        document::Document,
+        tangents,
+    },
+};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
+
+/// Rows of a table of 128 bytes each, for which a binding of 128 MiB has room.
+const MAX_DEFORMED: usize = (1 << 20) - (1 << 18);
+
+/// Lays all instances out in one list, not yet in clusters. Mirroring transforms get their winding turned round, so that
+/// front stays front. `nodes`: how many there are.
+pub(in crate::scene) fn assemble(
+    document: &Document<'_>,
+    nodes: usize,
+    instances: &[Instance<'_>],
+    faults: &mut Vec<Diagnostic>,
+) -> (Geometry, Vec<Deformed>) {
+    let drawn = |sides: bool| {
+        let of = instances.iter().filter(|i| i.double_sided == sides);
+        of.map(|i| i.primitive.drawn).fold(0, usize::saturating_add)
+    };
+    let total = drawn(false).saturating_add(drawn(true));
+    if total > MAX_TRIANGLES {
+        let why = format!("{total} triangles over all nodes; at most {MAX_TRIANGLES} fit");
+        faults.push(document.error("scene", why).help("thin the meshes out, or place them at fewer nodes"));
+        return Default::default();
+    }
+    let has = |what: fn(&Primitive<'_>) -> bool| instances.iter().any(|i| what(i.primitive));
+    let mut out = Placing {
+        vertices: vec![],
+        more: More::default(),
+        second: has(|p| p.uvs[1].is_some()),
+        colored: has(|p| p.colors.is_some()),
+        framed: has(|p| !matches!(p.tangents, Tangents::None)),
+        owners: Owners::of(nodes),
+        sources: vec![],
+    };
+    let (mut deformed, mut displacements) = (vec![], 0_usize);
+    let mut one_sided = Vec::with_capacity(3 * total);
+    let mut two_sided = Vec::with_capacity(3 * drawn(true));
+    for instance in instances {
+        let indices = if instance.double_sided { &mut two_sided } else { &mut one_sided };
+        let first = out.vertices.len();
+        let dropped = out.place(instance, indices);
+        if let Some(deformer) = instance.deformer {
+            let (of, placed) = (&instance.primitive.deformable, &out.vertices[first..]);
+            displacements = displacements.saturating_add(Deformer::displacements(of, placed.len()));
+            if out.owners.rows() > MAX_DEFORMED || displacements > MAX_DISPLACEMENTS {
+                let why = format!(
+                    "more than {MAX_DEFORMED} vertices with skins or morph targets, or {MAX_DISPLACEMENTS} displacements"
+                );
+                faults.push(document.error("scene", why).help("thin these meshes out, or place them at fewer nodes"));
+                return Default::default();
+            }
+            let sources = std::mem::take(&mut out.sources);
+            deformed.push(deformer.deformed(of, instance.node, placed, first, &sources));
+        }
+        if dropped > 0 {
+            let why = format!("its transform leaves {dropped} triangles without area; they are dropped");
+            faults.push(document.warning(format!("node \"{}\"", instance.node_name), why));
+        }
+    }
+    // MAX_TRIANGLES keeps the count far inside u32.
+    let count = one_sided.len() as u32;
+    one_sided.append(&mut two_sided);
+    let Placing { vertices, more, owners, .. } = out;
+    (Geometry { vertices, indices: one_sided, one_sided: count, clusters: vec![], more, owners }, deformed)
+}
 
 /// Vertices of the instances so far, and what some of them have.
 pub(super) struct Placing {
@@ -12,6 +83,9 @@ pub(super) struct Placing {
     pub second: bool,
     pub colored: bool,
     pub framed: bool,
+    pub owners: Owners,
+    /// Of an instance with a deformer: the places in the primitive that its vertices were.
+    pub sources: Vec<u32>,
 }
 
 impl Placing {
@@ -71,12 +145,19 @@ impl Placing {
     fn push(&mut self, instance: &Instance<'_>, index: u32, normal: Vec3, made: Option<[f32; 4]>) -> u32 {
         let Instance { primitive, node, .. } = instance;
         let (place, new) = (index as usize, self.vertices.len());
+        let node = match instance.deformer {
+            Some(_) => {
+                self.sources.push(index);
+                self.owners.add(*node)
+            }
+            None => *node,
+        };
         let uv = |set: usize| primitive.uvs[set].map_or([0.0; 2], |uvs| uvs.get(place));
         self.vertices.push(Vertex {
             position: primitive.positions.get(place),
             normal: normal.to_array(),
             uv: uv(0),
-            node: *node,
+            node,
             material: primitive.material,
         });
         if self.second {

@@ -1,7 +1,7 @@
 //! The image in the middle: what the pointer does on it, the marks of lights and of what is selected, the names of the halves.
 
 use super::{Seen, stem};
-use crate::scene::{Bounds, LightKind, Pose, Scene, View};
+use crate::scene::{Bounds, Geometry, LightKind, Pose, Scene, View};
 use crate::view::camera;
 use crate::view::choice::{Against, Layout};
 use crate::view::pick::{self, Thing};
@@ -157,9 +157,10 @@ fn marks(ui: &Ui, state: &mut State, rect: Rect, scene: &Scene, pose: &Pose, vie
         state.mark(format!("light {i}"), Rect::from_center_size(at, Vec2::splat(14.0)));
     }
     if let Some(Thing::Node(node)) = state.selected {
-        let of_node = scene.geometry.vertices.iter().filter(|v| v.node as usize == node);
-        let Some(transform) = pose.nodes.get(node) else { return };
-        let bounds = Bounds::of(of_node.map(|v| transform.transform_point3(v.position.into())));
+        let Geometry { vertices, owners, .. } = &*scene.geometry;
+        let of_node = vertices.iter().filter(|v| owners.node(v.node) as usize == node);
+        let placed = of_node.filter_map(|v| Some(pose.nodes.get(v.node as usize)?.transform_point3(v.position.into())));
+        let bounds = Bounds::of(placed);
         if bounds.min.x > bounds.max.x {
             return;
         }
