@@ -34,7 +34,7 @@ fn share_light(@builtin(global_invocation_id) id: vec3u) {
         let offset = met.position - bitcast<vec3f>(point.xyz);
         let arrived = met.lit + emitted[met.cell].rgb;
         let density = density_of(sum_of(arrived), source_count.scale);
-        sum = met.albedo * arrived * share_of_ray(form(offset, unpack_normal(point.w), met.normal), density, 1.0);
+        sum = met.albedo * arrived * share_of_ray(form(offset, unpack_normal(point.w), met.normal), density, 0.5);
         var held = after[met.cell].rgb;
 #ifdef TAIL
         held += max(held - before[met.cell].rgb, vec3f(0.0)) * change[0] / (1.0 - change[0]);

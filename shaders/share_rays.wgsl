@@ -27,10 +27,9 @@ var<storage, read> gathered: array<vec4u>;
 var<storage, read> light: array<vec2u>;
 var<storage, read> sources: array<vec4u>;
 /// See connect_points.wgsl.
-var<storage, read> shown: array<u32>;
+var<storage, read> shown: array<vec2u>;
 var indirect: texture_storage_2d<rgba32float, write>;
 
-const NONE: u32 = 0xffffffffu;
 /// Neighbours count whose normals differ by less than acos of this, and whose planes lie closer than this share of
 /// their distance.
 const SAME_NORMAL: f32 = 0.5;
@@ -124,14 +123,15 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
             for (var k = 0u; k < params.rays; k++) {
-                let i = shown[n.index * params.rays + k];
-                if i == NONE {
+                let look = shown[n.index * params.rays + k];
+                if look.y == 0u {
                     continue;
                 }
+                let i = look.x;
                 let source = unpack_source(sources[2u * i], sources[2u * i + 1u]);
                 let step = step_of(distance(source.position, n.position));
                 if step >= n.step {
-                    straight += n.weight / sharing[step] * from_source(source, s.position, s.normal, 1.0);
+                    straight += n.weight / sharing[step] * bitcast<f32>(look.y) * from_source(source, s.position, s.normal, 0.5);
                 }
             }
             for (var k = 0u; k < params.rays; k++) {

@@ -48,6 +48,15 @@ fn from_source(s: Source, position: vec3f, normal: vec3f, rays: f32) -> vec3f {
     return s.intensity * (f * s.density / max(rays * f + s.density, 1e-30));
 }
 
+/// About what a source sends on to a surface, more than nothing wherever it may light one beside it.
+fn promised(s: Source, position: vec3f, normal: vec3f) -> f32 {
+    let offset = s.position - position;
+    let square = max(dot(offset, offset), 1e-12);
+    let way = offset * inverseSqrt(square);
+    let f = max(dot(normal, way), 0.1) * max(-dot(s.normal, way), 0.02) / (3.14159265359 * square);
+    return sum_of(s.intensity) * (f * s.density / max(f + s.density, 1e-30));
+}
+
 /// The share that light counts which a ray meets by chance.
 fn share_of_ray(form: f32, density: f32, rays: f32) -> f32 {
     return rays * form / max(rays * form + density, 1e-30);
