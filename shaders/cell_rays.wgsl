@@ -1,8 +1,8 @@
 //! Rays from the cells: LINKS from each, of the surface where rays met it. What they meet are cells again, the
 //! light of which
 //! they bring, bounce by bounce.
-#import lightgraph::cells::{PLACES, NO_CELL, key_of, key_beside}
-#import lightgraph::find_cell::{find, keys}
+#import lightgraph::cells::{PLACES, NO_CELL}
+#import lightgraph::find_cell::{find_near, keys}
 #import lightgraph::gloss::matte
 #import lightgraph::hit::look
 #import lightgraph::random::{even_pair, scramble}
@@ -25,19 +25,6 @@ const KEPT: u32 = #{KEPT}u;
 var<storage, read> met_by: array<vec4u>;
 var<storage, read> kept: array<u32>;
 var<storage, read_write> link_rays: array<vec4u>;
-
-/// The cell that holds a surface, or else one beside it on the same side.
-fn find_near(position: vec3f, normal: vec3f) -> u32 {
-    var cell = find(key_of(position, normal));
-    let size = abs(normal);
-    let axis = select(2u, select(1u, 0u, size.x >= size.y), max(size.x, size.y) >= size.z);
-    for (var i = 0u; i < 4u && cell == NO_CELL; i++) {
-        var steps = vec3i(0);
-        steps[(axis + 1u + i / 2u) % 3u] = select(-1, 1, i % 2u == 0u);
-        cell = find(key_beside(position, normal, steps));
-    }
-    return cell;
-}
 
 @compute @workgroup_size(64)
 fn cell_rays(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {

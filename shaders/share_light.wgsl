@@ -1,8 +1,12 @@
 //! The light that each gathered ray brings, as pixels share it.
-#import lightgraph::cells::{NO_CELL, PLACES}
+#import lightgraph::cells::NO_CELL
 #import lightgraph::packed_light
-#import lightgraph::photons::{density_of, form, share_of_ray, sum_of}
+#import lightgraph::photons::{RAYS_A_SOURCE, density_of, form, share_of_ray, sum_of}
 #import lightgraph::rays::{unpack, unpack_normal}
+#ifdef MORE
+#import lightgraph::find_cell::find_near
+#import lightgraph::tiles::NO_POINT
+#endif
 
 var<uniform> rays: u32;
 struct Count {
@@ -12,15 +16,61 @@ struct Count {
 var<storage, read> source_count: Count;
 var<storage, read> points: array<vec4u>;
 var<storage, read> emitted: array<vec4f>;
-const COUNT: u32 = #{COUNT}u;
 var<storage, read> gathered: array<vec4u>;
-var<storage, read> before: array<vec4f>;
-var<storage, read> after: array<vec4f>;
-#ifdef TAIL
-var<storage, read> change: array<f32>;
-#endif
+/// See cell_total.wgsl.
+var<storage, read> held: array<vec4f>;
 var<storage, read_write> light: array<vec2u>;
 
+/// Rays that all points have.
+const COUNT: u32 = #{COUNT}u;
+#ifdef MORE
+/// Rays beside those, and rows of `gathered` before them.
+const MORE: u32 = #{MORE}u;
+const BEFORE: u32 = #{BEFORE}u;
+var<storage, read> more_points: array<u32>;
+
+/// What the cells that a point's rays met hold on the mean.
+fn mean_held(point: u32) -> vec3f {
+    var sum = vec4f(0.0);
+    for (var i = point * rays; i < (point + 1u) * rays; i++) {
+        let cell = gathered[2u * i + 1u].w;
+        if cell != NO_CELL {
+            sum += vec4f(held[cell].rgb, 1.0);
+        }
+    }
+    return sum.rgb / max(sum.a, 1.0);
+}
+
+@compute @workgroup_size(64)
+fn share_light(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= MORE {
+        return;
+    }
+    let point = more_points[id.x];
+    let row = BEFORE + id.x;
+    if point == NO_POINT {
+        return;
+    }
+    let met = unpack(gathered[2u * row], gathered[2u * row + 1u]);
+    var sum = vec3f(0.0);
+    if met.cell != 0u {
+        let cell = find_near(met.position, met.normal);
+        if cell == NO_CELL {
+            // No ray came there when cells began.
+            sum = met.albedo * mean_held(point);
+        } else {
+            sum = met.albedo * held[cell].rgb;
+        }
+        let at = points[point];
+        let offset = met.position - bitcast<vec3f>(at.xyz);
+        let arrived = met.lit + select(vec3f(0.0), emitted[min(cell, arrayLength(&emitted) - 1u)].rgb, cell != NO_CELL);
+        let density = density_of(sum_of(arrived), source_count.scale);
+        sum += met.albedo * arrived
+            * share_of_ray(form(offset, unpack_normal(at.w), met.normal), density, RAYS_A_SOURCE);
+    }
+    light[COUNT + id.x] = packed_light::pack(sum);
+}
+#else
 @compute @workgroup_size(64)
 fn share_light(@builtin(global_invocation_id) id: vec3u) {
     let index = id.x;
@@ -34,12 +84,9 @@ fn share_light(@builtin(global_invocation_id) id: vec3u) {
         let offset = met.position - bitcast<vec3f>(point.xyz);
         let arrived = met.lit + emitted[met.cell].rgb;
         let density = density_of(sum_of(arrived), source_count.scale);
-        sum = met.albedo * arrived * share_of_ray(form(offset, unpack_normal(point.w), met.normal), density, 0.5);
-        var held = after[met.cell].rgb;
-#ifdef TAIL
-        held += max(held - before[met.cell].rgb, vec3f(0.0)) * change[0] / (1.0 - change[0]);
-#endif
-        sum += met.albedo * held;
+        let share = share_of_ray(form(offset, unpack_normal(point.w), met.normal), density, RAYS_A_SOURCE);
+        sum = met.albedo * (arrived * share + held[met.cell].rgb);
     }
     light[index] = packed_light::pack(sum);
 }
+#endif

@@ -8,11 +8,11 @@
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::gloss::matte
 #import lightgraph::packed_light
-#import lightgraph::photons::{from_source, unpack_source}
+#import lightgraph::photons::{RAYS_A_SOURCE, from_source, unpack_source}
 #import lightgraph::rays::unpack_normal
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{Surface, is_lit, read_record}
-#import lightgraph::tiles::{NO_POINT, TILE, points_across}
+#import lightgraph::tiles::{NO_POINT, TILE, point_pixel, points_across}
 
 struct Params {
     rays: u32,
@@ -28,7 +28,17 @@ var<storage, read> light: array<vec2u>;
 var<storage, read> sources: array<vec4u>;
 /// See connect_points.wgsl.
 var<storage, read> shown: array<vec2u>;
+#ifdef DOUBT
+/// Variance of each point's light, the sum of the channels; below 0 where there is no point.
+var<storage, read_write> doubts: array<f32>;
+#else
+/// Rays that a point has beside those that all have: the first row and the number.
+var<storage, read> more: array<vec2u>;
+/// Rows of `gathered`, and of `light` and `shown`, before those.
+const BEFORE: u32 = #{BEFORE}u;
+const COUNT: u32 = #{COUNT}u;
 var indirect: texture_storage_2d<rgba32float, write>;
+#endif
 
 /// Neighbours count whose normals differ by less than acos of this, and whose planes lie closer than this share of
 /// their distance.
@@ -50,6 +60,8 @@ struct Neighbour {
     normal: vec3f,
     /// Steps of distance from which on it shares what it met.
     step: u32,
+    /// Its rays beside those that all have.
+    more: vec2u,
 }
 
 /// Metres of a pixel at its distance.
@@ -81,32 +93,100 @@ fn neighbour(s: Surface, tile: vec2i, step: vec2i) -> Neighbour {
     let edge = vec2i(i32(params.reach));
     n.weight = select(1.0, 0.5, abs(step.x) == edge.x) * select(1.0, 0.5, abs(step.y) == edge.y);
     n.step = step_of(FAR_ENOUGH * way);
+#ifndef DOUBT
+    n.more = more[n.index];
+#endif
     return n;
+}
+
+/// What the pixel has of its neighbours' rays, so far.
+struct Sums {
+    /// Light of ray ends by their weights, and the weights.
+    ends: vec4f,
+    /// Light of sources.
+    straight: vec3f,
+#ifdef DOUBT
+    /// Squares of weights, times the end's light, times that again; of the sources' light.
+    squares: vec4f,
+#endif
+}
+var<private> sums: Sums;
+
+/// Adds what the neighbour sees of a source, and its ray's end. `weights`: of the neighbour, by the step of distance.
+fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, look: vec2u, row: u32, end_row: u32) {
+    if look.y != 0u {
+        let source = unpack_source(sources[2u * look.x], sources[2u * look.x + 1u]);
+        let step = step_of(distance(source.position, n.position));
+        if step >= n.step {
+            let weight = n.weight * (*weights)[step] * bitcast<f32>(look.y);
+            let light = weight * from_source(source, s.position, s.normal, RAYS_A_SOURCE);
+            sums.straight += light;
+#ifdef DOUBT
+            let bright = dot(light, vec3f(1.0));
+            sums.squares.w += bright * bright;
+#endif
+        }
+    }
+    let end = gathered[2u * end_row];
+    let to_here = bitcast<vec3f>(end.xyz) - s.position;
+    let to_there = bitcast<vec3f>(end.xyz) - n.position;
+    let here2 = max(dot(to_here, to_here), 1e-12);
+    let there2 = max(dot(to_there, to_there), 1e-12);
+    let step = step_of(sqrt(there2));
+    if step < n.step {
+        return;
+    }
+    let normal = unpack_normal(end.w);
+    let way_here = to_here * inverseSqrt(here2);
+    let way_there = to_there * inverseSqrt(there2);
+    let meets_here = max(dot(s.normal, way_here), 0.0) * max(-dot(normal, way_here), 0.0) / here2;
+    let meets_there = max(dot(n.normal, way_there), 1e-3) * max(-dot(normal, way_there), 1e-3) / there2;
+    let share = n.weight * (*weights)[step] * min(meets_here / meets_there, MOST);
+    let sent = packed_light::unpack(light[row]);
+    sums.ends += share * vec4f(sent, 1.0);
+#ifdef DOUBT
+    let bright = dot(sent, vec3f(1.0));
+    sums.squares += share * share * vec4f(1.0, bright, bright * bright, 0.0);
+#endif
 }
 
 @compute @workgroup_size(8, 8)
 fn share_rays(@builtin(global_invocation_id) id: vec3u) {
+#ifdef DOUBT
+    let across = points_across();
+    if any(id.xy >= across) {
+        return;
+    }
+    let pixel = point_pixel(id.xy);
+#else
     if any(id.xy >= camera.screen) {
         return;
     }
-    let seen = seen_at(id.xy);
+    let pixel = id.xy;
+#endif
+    let seen = seen_at(pixel);
     if !is_lit(seen.albedo) {
-        textureStore(indirect, id.xy, vec4f(0.0, 0.0, 0.0, 1.0));
+#ifdef DOUBT
+        doubts[id.y * across.x + id.x] = -1.0;
+#else
+        textureStore(indirect, pixel, vec4f(0.0, 0.0, 0.0, 1.0));
+#endif
         return;
     }
-    let ray = pixel_ray(id.xy);
+    let ray = pixel_ray(pixel);
     let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
-    let beside = pixel_ray(id.xy + vec2u(1u, 0u));
+    let beside = pixel_ray(pixel + vec2u(1u, 0u));
     footprint = length(beside.origin + seen.normal.w * beside.direction - s.position);
-    let tile = vec2i(id.xy / TILE);
+    let tile = vec2i(pixel / TILE);
     let edge = i32(params.reach);
-    // How many share what lies as far as a step says.
+    // How many rays are shared that end as far as a step says; then one over that.
     var sharing = array<f32, STEPS>();
     for (var y = -edge; y <= edge; y++) {
         for (var x = -edge; x <= edge; x++) {
             let n = neighbour(s, tile, vec2i(x, y));
+            let weight = n.weight * f32(params.rays + n.more.y);
             for (var i = 0u; i < STEPS; i++) {
-                sharing[i] += select(0.0, n.weight, i >= n.step);
+                sharing[i] += select(0.0, weight, i >= n.step);
             }
         }
     }
@@ -114,8 +194,9 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     for (var i = STEPS - 1u; i > 0u; i--) {
         sharing[i - 1u] = select(sharing[i - 1u], sharing[i], sharing[i - 1u] == 0.0);
     }
-    var sum = vec4f(0.0);
-    var straight = vec3f(0.0);
+    for (var i = 0u; i < STEPS; i++) {
+        sharing[i] = 1.0 / max(sharing[i], 1e-20);
+    }
     for (var y = -edge; y <= edge; y++) {
         for (var x = -edge; x <= edge; x++) {
             let n = neighbour(s, tile, vec2i(x, y));
@@ -123,37 +204,24 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
             for (var k = 0u; k < params.rays; k++) {
-                let look = shown[n.index * params.rays + k];
-                if look.y == 0u {
-                    continue;
-                }
-                let i = look.x;
-                let source = unpack_source(sources[2u * i], sources[2u * i + 1u]);
-                let step = step_of(distance(source.position, n.position));
-                if step >= n.step {
-                    straight += n.weight / sharing[step] * bitcast<f32>(look.y) * from_source(source, s.position, s.normal, 0.5);
-                }
+                let row = n.index * params.rays + k;
+                add(s, n, &sharing, shown[row], row, row);
             }
-            for (var k = 0u; k < params.rays; k++) {
-                let end = gathered[2u * (n.index * params.rays + k)];
-                let to_here = bitcast<vec3f>(end.xyz) - s.position;
-                let to_there = bitcast<vec3f>(end.xyz) - n.position;
-                let here2 = max(dot(to_here, to_here), 1e-12);
-                let there2 = max(dot(to_there, to_there), 1e-12);
-                let step = step_of(sqrt(there2));
-                if step < n.step {
-                    continue;
-                }
-                let normal = unpack_normal(end.w);
-                let way_here = to_here * inverseSqrt(here2);
-                let way_there = to_there * inverseSqrt(there2);
-                let meets_here = max(dot(s.normal, way_here), 0.0) * max(-dot(normal, way_here), 0.0) / here2;
-                let meets_there = max(dot(n.normal, way_there), 1e-3) * max(-dot(normal, way_there), 1e-3) / there2;
-                let share = n.weight / sharing[step] * min(meets_here / meets_there, MOST);
-                sum += share * vec4f(packed_light::unpack(light[n.index * params.rays + k]), 1.0);
+#ifndef DOUBT
+            for (var k = n.more.x; k < n.more.x + n.more.y; k++) {
+                add(s, n, &sharing, shown[COUNT + k], COUNT + k, BEFORE + k);
             }
+#endif
         }
     }
-    let result = matte(s) * (sum.rgb / max(sum.a, 1e-6) + straight / f32(params.rays));
-    textureStore(indirect, id.xy, vec4f(result, 1.0));
+    let mean = sums.ends.rgb / max(sums.ends.a, 1e-6);
+#ifdef DOUBT
+    let bright = dot(mean, vec3f(1.0));
+    let q = sums.squares;
+    let variance = (q.z - 2.0 * bright * q.y + bright * bright * q.x) / max(sums.ends.a * sums.ends.a, 1e-12) + q.w;
+    let albedo = dot(matte(s), vec3f(0.333));
+    doubts[id.y * across.x + id.x] = albedo * albedo * max(variance, 0.0);
+#else
+    textureStore(indirect, pixel, vec4f(matte(s) * (mean + sums.straight), 1.0));
+#endif
 }

@@ -1,6 +1,6 @@
 //! Where cells stand.
 #define_import_path lightgraph::find_cell
-#import lightgraph::cells::{PLACES, TRIES, NO_CELL, first_place}
+#import lightgraph::cells::{PLACES, TRIES, NO_CELL, first_place, key_beside, key_of}
 
 var<storage, read> keys: array<u32>;
 
@@ -18,4 +18,17 @@ fn find(key: u32) -> u32 {
         place = (place + 1u) % PLACES;
     }
     return NO_CELL;
+}
+
+/// The cell that holds a surface, or else one beside it on the same side.
+fn find_near(position: vec3f, normal: vec3f) -> u32 {
+    var cell = find(key_of(position, normal));
+    let size = abs(normal);
+    let axis = select(2u, select(1u, 0u, size.x >= size.y), max(size.x, size.y) >= size.z);
+    for (var i = 0u; i < 4u && cell == NO_CELL; i++) {
+        var steps = vec3i(0);
+        steps[(axis + 1u + i / 2u) % 3u] = select(-1, 1, i % 2u == 0u);
+        cell = find(key_beside(position, normal, steps));
+    }
+    return cell;
 }

@@ -8,6 +8,8 @@
 #import lightgraph::rays::unpack_normal
 
 const PHOTONS: u32 = #{PHOTONS}u;
+/// How many rays count as much as a source that is chosen by what it gives.
+const RAYS_A_SOURCE: f32 = 0.5;
 
 fn sum_of(color: vec3f) -> f32 {
     return dot(color, vec3f(1.0));
