@@ -1,7 +1,7 @@
 //! What a frame costs after each kind of edit, as a share of a frame in full: all figures in one run on one adapter.
 //!
-//! `cargo run --release --example edit_times`, with any of `motions updates spread edits hall art_gallery 4 8 uniform_grid fast_grid` for
-//! these alone: `motions` of camera and light at 640×480, `updates` of the probes after a light or an object has moved, in these
+//! `cargo run --release --example edit_times`, with any of `host motions updates spread edits hall art_gallery 4 8 uniform_grid fast_grid` for
+//! these alone: what a frame takes the `host`; `motions` of camera and light at 640×480, `updates` of the probes after a light or an object has moved, in these
 //! scenes, with so many probes along an axis; `spread`: whose light an object that moves changes; `edits` that follow a save, of these graphs.
 
 use lightgraph::diag::{Checked, Diagnostic, Faults};
@@ -25,14 +25,17 @@ fn main() {
 }
 
 fn run() -> Checked<()> {
-    let gpu = Gpu::open().map_err(Faults::from)?;
-    let software = if gpu.is_software() { " (software)" } else { "" };
-    println!("{}, {}{software}", gpu.info.name, gpu.info.driver_info);
     let args: Vec<String> = std::env::args().skip(1).collect();
     let asked = |what: &str, group: &[&str]| {
         args.iter().any(|a| a == what) || !group.iter().any(|g| args.iter().any(|a| a == g))
     };
-    let kinds = ["motions", "updates", "spread", "edits"];
+    let kinds = ["host", "motions", "updates", "spread", "edits"];
+    if asked("host", &kinds) {
+        host()?;
+    }
+    let gpu = Gpu::open().map_err(Faults::from)?;
+    let software = if gpu.is_software() { " (software)" } else { "" };
+    println!("{}, {}{software}", gpu.info.name, gpu.info.driver_info);
     let graphs = [BASE, "fast_grid"];
     for name in ["hall", "art_gallery"].into_iter().filter(|n| asked(n, &["hall", "art_gallery"])) {
         let scene = Arc::new(scene::load(&Path::new("scenes").join(name))?.scene);
@@ -168,7 +171,7 @@ fn updates(gpu: &Gpu, graph: &str, scene: &Arc<Scene>, grid: u32) -> Checked<()>
         let Some(report) = &update.last else { continue };
         println!("  {:<18} {ms:9.2} ms{share}; {}", update.name, shares(&update.session, report));
         if let Moved::Node(_) = update.of {
-            println!("  {:<18} {}", "", extent(&update.session));
+            println!("  {:<18} {}", "", extent(&update.session, report));
         }
     }
     Ok(())
@@ -220,18 +223,48 @@ impl Update {
     }
 }
 
-/// What of the last frame ran in part, and what ran in full.
-fn extent(session: &Session) -> String {
-    let all = || session.plan.steps.iter().zip(session.why());
-    let parts = all().filter_map(|(s, why)| {
-        let text = why.to_string();
-        let count = text.strip_prefix("changed: what ")?.split(" members").next()?;
-        count.contains(" of ").then(|| format!("{} {count}", s.name))
-    });
-    let parts: Vec<String> = parts.collect();
-    let whole = all().filter(|(s, why)| why.runs() && !parts.iter().any(|p| p.starts_with(&format!("{} ", s.name))));
-    let whole: Vec<&str> = whole.map(|(s, _)| s.name.as_str()).collect();
+/// What of a frame ran in part, and what ran in full.
+fn extent(session: &Session, report: &FrameReport) -> String {
+    let (mut parts, mut whole) = (vec![], vec![]);
+    for time in &report.steps {
+        let step = &session.plan.steps[time.step];
+        match (time.instances, &step.only) {
+            (Some(some), Some(only)) => parts.push(format!("{} {some} of {}", step.name, only.instances)),
+            _ => whole.push(step.name.as_str()),
+        }
+    }
     format!("in part {}; whole {}", parts.join(", "), whole.join(", "))
+}
+
+/// What frames take the host, on a device that computes nothing: from what has moved to the commands handed over.
+fn host() -> Checked<()> {
+    let gpu = Gpu::noop(wgpu::Limits { max_storage_buffer_binding_size: 1 << 30, ..wgpu::Limits::default() })?;
+    let scene = Arc::new(scene::load(Path::new("scenes/art_gallery"))?.scene);
+    println!("\nfast_grid, {}, on a device that computes nothing: milliseconds of the host", scene.name);
+    let object = named(&scene, ("sculpture", 0)).unwrap_or_default();
+    let by = |i: u32| glam::Vec3::X * 0.01 * (1 + i % 100) as f32;
+    type Moves<'a> = (&'a str, u32, &'a dyn Fn(u32) -> Shift);
+    let moves: [Moves<'_>; 4] = [
+        ("nothing moves, 8³ probes", 8, &|_| Shift::default()),
+        ("the camera", 8, &|i| Shift { cameras: by(i), ..Shift::default() }),
+        ("an object", 8, &|i| Shift { nodes: vec![(object, by(i))], ..Shift::default() }),
+        ("the lights, 32³ probes", 32, &|i| Shift { lights: by(i), ..Shift::default() }),
+    ];
+    for (name, grid, shift) in moves {
+        let (_, mut session, _) = begin(&gpu, "fast_grid", &scene, grid, ("color", [640, 480]), true)?;
+        let mut times = vec![];
+        for i in 0..200 {
+            let start = Instant::now();
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            session.shift = shift(i);
+            let mut recorded = session.record(&gpu, &mut encoder, i, 0.0)?;
+            gpu.queue.submit([encoder.finish()]);
+            times.push(ms(start));
+            recorded.arrived(&gpu)?;
+        }
+        println!("  {name:<28} {:6.3}", middle(times));
+    }
+    Ok(())
 }
 
 /// The median.

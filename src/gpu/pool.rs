@@ -131,7 +131,8 @@ impl Pool {
     fn clear_initial(&self, gpu: &Gpu, plan: &Plan, fresh: &[bool]) -> Checked<()> {
         let mut faults = vec![];
         for (index, resource) in plan.resources.iter().enumerate() {
-            let Some(value) = resource.initial else { continue };
+            // Without history a frame begins with a step that gives the initial content, where it is read.
+            let Some(value) = resource.initial.filter(|_| resource.history) else { continue };
             // New memory is zero already.
             if value == [0.0; 4] || fresh.get(resource.slot) != Some(&true) {
                 continue;

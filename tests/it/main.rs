@@ -37,6 +37,7 @@
 //! - `snapshots`: one tiny picture of the whole
 //! - `steady`: a pass more is no allocation more
 //! - `stress`: numerical stability: the cases that matter most
+//! - `toggles`: every field of the language, edited live
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
 //! - `trusted`: the end of the bounce loop, held to what it promises
 //! - `twins`: shaders against the Rust of the same mathematics
@@ -87,6 +88,7 @@ mod steady;
 mod stress;
 mod support;
 mod test_command;
+mod toggles;
 mod traced;
 mod trusted;
 mod twins;

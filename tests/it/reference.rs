@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// By name: what belongs to it.
-type Listed = BTreeMap<String, BTreeSet<String>>;
+pub type Listed = BTreeMap<String, BTreeSet<String>>;
 
 /// The words in backticks.
 fn quoted(text: &str) -> BTreeSet<String> {
@@ -59,7 +59,7 @@ fn said(text: &str) -> String {
 }
 
 /// The fields of each kind of a thing, as the faults of a file with an unknown one list them.
-fn kinds(of: &dyn Fn(&str) -> String) -> Listed {
+pub fn kinds(of: &dyn Fn(&str) -> String) -> Listed {
     let unknown = said(&of("Zzz()"));
     let expected = unknown.lines().find_map(|l| l.split_once("`Zzz`, expected ")).expect("the kinds are listed").1;
     let fields = |kind: &str| {

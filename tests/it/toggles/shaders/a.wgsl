@@ -1,0 +1,3 @@
+#import made::made
+
+@fragment fn shade(@builtin(position) at: vec4f) -> @location(0) vec4f { return made(at.xy) * 1.0; }
