@@ -1,54 +1,17 @@
 //! Which of a few sources each point of the image sees.
 #import lightgraph::camera::pixel_ray
-#import lightgraph::photons::{promised, unpack_source}
-#import lightgraph::random::{next, seed}
+#import lightgraph::random::seed
 #import lightgraph::seen::seen_at
+#import lightgraph::sources::{CANDIDATES, choose, sees, source_at, source_count}
 #import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::tiles::{NO_POINT, point_pixel, points_across}
-#import lightgraph::trace::{is_free, leave}
+#import lightgraph::trace::leave
 
 #ifndef MORE
 var<uniform> rays: u32;
 #endif
-struct Count {
-    count: u32,
-    scale: f32,
-}
-var<storage, read> source_count: Count;
-var<storage, read> sources: array<vec4u>;
 /// Rows of `sources`, `rays` a point, and what each counts; 0 where one is hidden.
 var<storage, read_write> shown: array<vec2u>;
-
-const REACH: f32 = 0.999;
-
-/// Sources that one is chosen from.
-const CANDIDATES: u32 = #{CANDIDATES}u;
-
-struct Choice {
-    row: u32,
-    /// One over how likely it was chosen, as if there were one source.
-    weight: f32,
-}
-
-/// One of a run of sources, by what it gives the point unshadowed (Talbot, Cline and Egbert, "Importance Resampling for
-/// Global Illumination", 2005).
-fn choose(position: vec3f, normal: vec3f, first: u32, chance: u32) -> Choice {
-    var state = chance;
-    var chosen = Choice();
-    var total = 0.0;
-    var own = 0.0;
-    for (var i = 0u; i < CANDIDATES; i++) {
-        let row = (first + i) % source_count.count;
-        let promise = promised(unpack_source(sources[2u * row], sources[2u * row + 1u]), position, normal);
-        total += promise;
-        if next(&state) * total < promise {
-            chosen.row = row;
-            own = promise;
-        }
-    }
-    chosen.weight = select(0.0, total / (own * f32(CANDIDATES)), own > 0.0);
-    return chosen;
-}
 
 /// What a point of the image sees of a source that it chooses from a run of them.
 fn looked(at: vec2u, first: u32, salt: u32) -> vec2u {
@@ -60,12 +23,8 @@ fn looked(at: vec2u, first: u32, salt: u32) -> vec2u {
     let ray = pixel_ray(pixel);
     let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
     let choice = choose(s.position, s.normal, first, seed(at, salt));
-    let source = unpack_source(sources[2u * choice.row], sources[2u * choice.row + 1u]);
     // What it gives the point may be nothing where neighbours get some.
-    let start = leave(s.position, s.normal + s.view);
-    let way = source.position - start;
-    let end = length(way);
-    let free = is_free(start, way / max(end, 1e-20), REACH * end);
+    let free = sees(leave(s.position, s.normal + s.view), source_at(choice.row));
     return select(vec2u(0u), vec2u(choice.row, bitcast<u32>(choice.weight)), free);
 }
 

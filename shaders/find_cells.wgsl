@@ -1,9 +1,10 @@
 //! The cells that rays met: a ray's key becomes its cell's place, and each cell keeps some of the rays that met it,
 //! chosen by
 //! chance: the smallest of their scrambled numbers, whoever comes first.
-#import lightgraph::cells::NO_CELL
+#import lightgraph::cells::{NO_CELL, large_key_of}
 #import lightgraph::find_cell::find
 #import lightgraph::random::scramble
+#import lightgraph::rays::unpack
 
 const COUNT: u32 = #{COUNT}u;
 const SCOUTS: u32 = #{SCOUTS}u;
@@ -12,6 +13,17 @@ var<storage, read_write> gathered: array<vec4u>;
 /// Numbers of rays, KEPT a cell: chance in the upper 10 bits.
 var<storage, read_write> kept: array<atomic<u32>>;
 const KEPT: u32 = #{KEPT}u;
+
+/// A ray that met a cell.
+fn keep(place: u32, index: u32) {
+    if place == NO_CELL {
+        return;
+    }
+    for (var i = 0u; i < KEPT; i++) {
+        let first = select(0x80000000u, 0u, index >= SCOUTS || i % 2u == 0u);
+        atomicMin(&kept[place * KEPT + i], first | (scramble(index + (i << 24u)) & 0x7fc00000u) | index);
+    }
+}
 #endif
 
 @compute @workgroup_size(64)
@@ -28,11 +40,8 @@ fn find_cells(@builtin(global_invocation_id) id: vec3u) {
     let place = find(key);
     gathered[2u * index + 1u].w = place;
 #ifdef KEEPS
-    if place != NO_CELL {
-        for (var i = 0u; i < KEPT; i++) {
-            let first = select(0x80000000u, 0u, index >= SCOUTS || i % 2u == 0u);
-            atomicMin(&kept[place * KEPT + i], first | (scramble(index + (i << 24u)) & 0x7fc00000u) | index);
-        }
-    }
+    let ray = unpack(gathered[2u * index], gathered[2u * index + 1u]);
+    keep(place, index);
+    keep(find(large_key_of(ray.position, ray.normal)), index);
 #endif
 }

@@ -1,7 +1,7 @@
 //! Rays of the first bounce from points that the camera sees: one pixel of each tile.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::cell_keys::insert
-#import lightgraph::cells::key_of
+#import lightgraph::cells::{key_of, large_key_of}
 #import lightgraph::gloss::matte
 #import lightgraph::hit::look
 #import lightgraph::random::{even_pair, seed}
@@ -45,6 +45,7 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
             found.albedo = matte(met.surface);
             found.cell = key_of(met.surface.position, met.surface.normal);
             insert(found.cell);
+            insert(large_key_of(found.position, found.normal));
 #ifdef LIGHTS
             found.lit = irradiance(met.surface.position, met.surface.normal, met.start);
 #endif

@@ -1,28 +1,69 @@
 //! Light that leaves the scene's lights and emitters in equal parts: each goes one way, and what it meets first is
 //! a place from
-//! which light comes again. Those that no cell holds light nothing that is asked for.
+//! which light comes again. Those that
+//! end where no ray did light nothing that is asked for.
 #import lightgraph::cells::{NO_CELL, key_of}
 #import lightgraph::find_cell::find
 #import lightgraph::gloss::matte
 #import lightgraph::hit::look
+#import lightgraph::marks::{PARTS, zone_of}
 #import lightgraph::packed_light
 #import lightgraph::photons::{PHOTONS, sum_of}
 #import lightgraph::random::{even_pair, scramble, unit}
 #import lightgraph::rays::pack_normal
 #import lightgraph::sampling
-#import lightgraph::trace::{extent, leave}
+#import lightgraph::trace::leave
 #ifdef LIGHTS
 #import lightgraph::irradiance::irradiance
-#import lightgraph::lights::{Light, arrival, light_count, lights}
+#import lightgraph::lights::{arrival, light_count, lights}
+#import lightgraph::marks::{first_part, from_beam, last_square, reach}
 #endif
 #ifdef EMITTERS
-#import lightgraph::emitters::emitters
+#import lightgraph::emitters::{draw, emitters}
+#import lightgraph::random::{next, next_pair}
+#import lightgraph::trace::is_free
 #endif
 
 /// Three times four words a photon: where it ended and the normal there; the flux that goes on, over pi, what
-/// arrives there of all
-/// lights, and the cell.
+/// arrives there of all lights (and of emitters, where there is no cell), and the cell; the power of all, and whether it counts.
 var<storage, read_write> photon_ends: array<vec4u>;
+var<storage, read> marks: array<u32>;
+#ifdef LIGHTS
+/// See beams.wgsl.
+var<storage, read> beams: array<f32>;
+
+/// A place in a light's beam.
+struct Way {
+    place: vec2f,
+    /// How densely photons leave there, over evenly.
+    share: f32,
+}
+
+/// A place in a light's beam, from a pair of even numbers: square by square, each time one of four parts.
+fn way_in_beam(light: u32, pair: vec2f) -> Way {
+    var u = pair;
+    var at = vec2u(0u);
+    var own = 1.0;
+    let last = last_square();
+    for (var square = 1u; square <= last; square++) {
+        at *= 2u;
+        let edge = 1u << square;
+        let row = first_part(light, square) + at.y * edge + at.x;
+        let four = vec4f(beams[row], beams[row + 1u], beams[row + edge], beams[row + edge + 1u]);
+        let left = (four.x + four.z) / (four.x + four.y + four.z + four.w);
+        let right = u.x >= left;
+        u.x = select(u.x / left, (u.x - left) / (1.0 - left), right);
+        let side = select(four.xz, four.yw, right);
+        let top = side.x / (side.x + side.y);
+        let low = u.y >= top;
+        u.y = select(u.y / top, (u.y - top) / (1.0 - top), low);
+        u = clamp(u, vec2f(0.0), vec2f(0.99999994));
+        at += vec2u(u32(right), u32(low));
+        own = select(side.x, side.y, low);
+    }
+    return Way((vec2f(at) + u) / f32(1u << last), own);
+}
+#endif
 
 /// Power that is shared out, the sum of the channels.
 struct Powers {
@@ -30,30 +71,11 @@ struct Powers {
     emitters: f32,
 }
 
-#ifdef LIGHTS
-/// Half the rectangle, seen along a direction, that holds the scene.
-fn half_across(direction: vec3f) -> vec2f {
-    let half = 0.5 * (extent.bounds_max - extent.bounds_min);
-    let across = sampling::in_frame(direction, vec3f(1.0, 0.0, 0.0));
-    let up = sampling::in_frame(direction, vec3f(0.0, 1.0, 0.0));
-    return vec2f(dot(abs(across), half), dot(abs(up), half));
-}
-
-/// Solid angle that a light shines into; of a directional one the area.
-fn reach(light: Light) -> f32 {
-    if light.kind == 2u {
-        let half = half_across(light.direction);
-        return 4.0 * half.x * half.y;
-    }
-    return select(12.5663706144, 6.28318530718 * (1.0 - light.cos_outer), light.kind == 1u);
-}
-#endif
-
 fn powers() -> Powers {
     var p = Powers();
 #ifdef LIGHTS
     for (var i = 0u; i < light_count(); i++) {
-        p.lights += sum_of(lights[i].intensity) * reach(lights[i]);
+        p.lights += sum_of(lights[i].intensity) * reach(lights[i]) * beams[first_part(i, 0u)];
     }
 #endif
 #ifdef EMITTERS
@@ -63,47 +85,55 @@ fn powers() -> Powers {
     return p;
 }
 
+#ifdef EMITTERS
+/// Points on emitters that tell about how much comes of them where no cell says so.
+const LOOKS: u32 = 8u;
+
+/// About the irradiance over pi from emitters.
+fn from_emitters(start: vec3f, normal: vec3f, index: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    var state = scramble(index);
+    for (var i = 0u; i < LOOKS; i++) {
+        let p = draw(start, (f32(i) + next(&state)) / f32(LOOKS), next_pair(&state));
+        let cosine = dot(normal, p.direction);
+        if p.density > 0.0 && cosine > 0.0 && is_free(start, p.direction, 0.9999 * p.distance) {
+            sum += p.radiance * cosine / (3.14159265359 * p.density);
+        }
+    }
+    return sum / f32(LOOKS);
+}
+#endif
+
 @compute @workgroup_size(64)
 fn photon(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= PHOTONS {
         return;
     }
     let all = powers();
-    // Sources take their shares of the photons in turn.
-    let chosen = (f32(id.x) + unit(scramble(id.x))) / f32(PHOTONS) * (all.lights + all.emitters);
+    let whole = all.lights + all.emitters;
+    // Any run of photons covers all lights and emitters evenly: steps of the golden ratio.
+    let chosen = unit(id.x * 2654435769u) * whole;
     let u = even_pair(id.x, 0u);
     var origin = vec3f(0.0);
     var direction = vec3f(0.0, 1.0, 0.0);
     var flux = vec3f(0.0);
 #ifdef LIGHTS
     var light = lights[0];
-    var share = 0.0;
+    var way = Way();
     if chosen < all.lights {
         var before = 0.0;
-        for (var i = 0u; i < light_count(); i++) {
+        var i = 0u;
+        for (; i < light_count(); i++) {
             light = lights[i];
-            share = sum_of(light.intensity) * reach(light);
-            before += share;
+            before += sum_of(light.intensity) * reach(light) * beams[first_part(i, 0u)];
             if chosen < before {
                 break;
             }
         }
-        if light.kind == 2u {
-            let at = (2.0 * u - 1.0) * half_across(light.direction);
-            let middle = 0.5 * (extent.bounds_min + extent.bounds_max);
-            let back = length(extent.bounds_max - extent.bounds_min);
-            direction = light.direction;
-            origin = middle + at.x * sampling::in_frame(direction, vec3f(1.0, 0.0, 0.0))
-                + at.y * sampling::in_frame(direction, vec3f(0.0, 1.0, 0.0)) - back * direction;
-        } else {
-            let lowest = select(-1.0, light.cos_outer, light.kind == 1u);
-            let cosine = mix(lowest, 1.0, u.x);
-            let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-            let axis = select(vec3f(0.0, 1.0, 0.0), light.direction, light.kind == 1u);
-            let turn = 6.28318530718 * u.y;
-            direction = sampling::in_frame(axis, vec3f(sine * cos(turn), sine * sin(turn), cosine));
-            origin = light.position;
-        }
+        way = way_in_beam(min(i, light_count() - 1u), u);
+        let beam = from_beam(light, way.place);
+        origin = beam.origin;
+        direction = beam.direction;
     }
 #endif
 #ifdef EMITTERS
@@ -123,35 +153,44 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
         let at = sampling::triangle(u);
         let normal = normalize(cross(e.b - e.a, e.c - e.a));
         origin = leave(e.a + at.x * (e.b - e.a) + at.y * (e.c - e.a), normal);
-        direction = sampling::cosine_direction(normal, even_pair(id.x, 0x9e3779b9u));
-        flux = e.radiance / sum_of(e.radiance) * (all.lights + all.emitters) / f32(PHOTONS);
+        var state = scramble(id.x ^ 0x9e3779b9u);
+        direction = sampling::cosine_direction(normal, next_pair(&state));
+        flux = e.radiance / sum_of(e.radiance) * whole / f32(PHOTONS);
     }
 #endif
     let met = look(origin, direction);
-    var position = met.surface.position;
+    let position = met.surface.position;
+    let normal = select(vec3f(0.0, 1.0, 0.0), met.surface.normal, met.lit);
+    var wanted = false;
+    if met.lit && whole > 0.0 {
+        let zone = zone_of(position);
+        wanted = (marks[PARTS + zone / 32u] >> (zone % 32u) & 1u) != 0u;
+    }
     var cell = NO_CELL;
     var arrived = 0.0;
-    if met.lit {
-        cell = find(key_of(position, met.surface.normal));
-    }
-    if cell != NO_CELL {
+    if wanted {
+        cell = find(key_of(position, normal));
 #ifdef LIGHTS
         if chosen < all.lights {
             // As much as the surface takes of the light, over how densely its photons fall.
             let a = arrival(light, position);
-            let taken = max(dot(met.surface.normal, a.direction), 0.0) * a.irradiance;
+            let taken = max(dot(normal, a.direction), 0.0) * a.irradiance;
             var density = max(abs(dot(met.flat_normal, direction)), 1e-4) / reach(light);
             if light.kind != 2u {
                 density /= max(met.distance * met.distance, 1e-12);
             }
-            flux = taken * (all.lights + all.emitters) / (f32(PHOTONS) * share * density);
+            flux = taken * whole / (f32(PHOTONS) * sum_of(light.intensity) * reach(light) * way.share * density);
         }
-        arrived = sum_of(irradiance(position, met.surface.normal, met.start));
+        arrived = sum_of(irradiance(position, normal, met.start));
+#endif
+#ifdef EMITTERS
+        if cell == NO_CELL {
+            arrived += sum_of(from_emitters(met.start, normal, id.x));
+        }
 #endif
     }
     let sent = packed_light::pack(flux * matte(met.surface) / 3.14159265359);
-    let normal = select(vec3f(0.0, 1.0, 0.0), met.surface.normal, met.lit);
     photon_ends[3u * id.x] = vec4u(bitcast<vec3u>(position), pack_normal(normal));
     photon_ends[3u * id.x + 1u] = vec4u(sent, bitcast<u32>(arrived), cell);
-    photon_ends[3u * id.x + 2u] = vec4u(bitcast<u32>(all.lights + all.emitters), 0u, 0u, 0u);
+    photon_ends[3u * id.x + 2u] = vec4u(bitcast<u32>(whole), u32(wanted), 0u, 0u);
 }

@@ -1,8 +1,9 @@
-//! Some of the gathered rays go on from where they ended, twice: what they meet is lit by what the image shows, and
-//! lights it in turn,
-//! so that it has cells, too; and cells keep places that others see, not those alone that the image's points see.
+//! A quarter of the gathered rays go on from where they ended, four times: what they meet is lit by what the image shows, and lights it
+//! in turn, so that it has cells, too. Cells keep places that others see, not those alone that the image's points see, and their rays
+//! seldom end where no cell is: those that the image sees are the brighter ones, mostly, and can't stand for the others.
 #import lightgraph::cell_keys::insert
-#import lightgraph::cells::key_of
+#import lightgraph::cells::{key_of, large_key_of}
+#import lightgraph::gloss::matte
 #import lightgraph::hit::look
 #import lightgraph::random::{next_pair, scramble}
 #import lightgraph::rays::{Ray, pack, unpack}
@@ -13,7 +14,7 @@
 const COUNT: u32 = #{COUNT}u;
 const EACH: u32 = #{EACH}u;
 /// Segments of one that goes on.
-const SEGMENTS: u32 = 2u;
+const SEGMENTS: u32 = 4u;
 var<storage, read_write> gathered: array<vec4u>;
 
 @compute @workgroup_size(64)
@@ -31,8 +32,10 @@ fn scout_rays(@builtin(global_invocation_id) id: vec3u) {
             if met.lit {
                 found.position = met.surface.position;
                 found.normal = met.surface.normal;
+                found.albedo = matte(met.surface);
                 found.cell = key_of(found.position, found.normal);
                 insert(found.cell);
+                insert(large_key_of(found.position, found.normal));
             }
         }
         let row = COUNT + id.x * SEGMENTS + i;

@@ -1,8 +1,8 @@
-//! The light that each gathered ray brings, as pixels share it.
+//! The light that each gathered ray brings, as pixels share it; with FIRST that of the first bounce alone.
 #import lightgraph::cells::NO_CELL
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, density_of, form, share_of_ray, sum_of}
-#import lightgraph::rays::{unpack, unpack_normal}
+#import lightgraph::rays::{Ray, unpack, unpack_normal}
 #ifdef MORE
 #import lightgraph::find_cell::find_near
 #import lightgraph::tiles::NO_POINT
@@ -17,18 +17,15 @@ var<storage, read> source_count: Count;
 var<storage, read> points: array<vec4u>;
 var<storage, read> emitted: array<vec4f>;
 var<storage, read> gathered: array<vec4u>;
+#ifndef FIRST
 /// See cell_total.wgsl.
 var<storage, read> held: array<vec4f>;
+#endif
 var<storage, read_write> light: array<vec2u>;
 
 /// Rays that all points have.
 const COUNT: u32 = #{COUNT}u;
-#ifdef MORE
-/// Rays beside those, and rows of `gathered` before them.
-const MORE: u32 = #{MORE}u;
-const BEFORE: u32 = #{BEFORE}u;
-var<storage, read> more_points: array<u32>;
-
+#ifndef FIRST
 /// What the cells that a point's rays met hold on the mean.
 fn mean_held(point: u32) -> vec3f {
     var sum = vec4f(0.0);
@@ -40,33 +37,45 @@ fn mean_held(point: u32) -> vec3f {
     }
     return sum.rgb / max(sum.a, 1.0);
 }
+#endif
+
+/// What a ray brings a point from what it met, in a cell or, where too few rays came for one, in none.
+fn brought(met: Ray, point: u32, cell: u32) -> vec3f {
+    var arrived = met.lit;
+    var sum = vec3f(0.0);
+    if cell != NO_CELL {
+        arrived += emitted[cell].rgb;
+    }
+#ifndef FIRST
+    if cell != NO_CELL {
+        sum = held[cell].rgb;
+    } else {
+        sum = mean_held(point);
+    }
+#endif
+    let at = points[point];
+    let density = density_of(sum_of(arrived), source_count.scale);
+    let found = form(met.position - bitcast<vec3f>(at.xyz), unpack_normal(at.w), met.normal);
+    return met.albedo * (sum + arrived * share_of_ray(found, density, RAYS_A_SOURCE));
+}
+
+#ifdef MORE
+/// Rays beside those, and rows of `gathered` before them.
+const MORE: u32 = #{MORE}u;
+const BEFORE: u32 = #{BEFORE}u;
+var<storage, read> more_points: array<u32>;
 
 @compute @workgroup_size(64)
 fn share_light(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= MORE {
+    if id.x >= MORE || more_points[min(id.x, MORE - 1u)] == NO_POINT {
         return;
     }
-    let point = more_points[id.x];
     let row = BEFORE + id.x;
-    if point == NO_POINT {
-        return;
-    }
     let met = unpack(gathered[2u * row], gathered[2u * row + 1u]);
     var sum = vec3f(0.0);
+    // Those that met nothing have no key.
     if met.cell != 0u {
-        let cell = find_near(met.position, met.normal);
-        if cell == NO_CELL {
-            // No ray came there when cells began.
-            sum = met.albedo * mean_held(point);
-        } else {
-            sum = met.albedo * held[cell].rgb;
-        }
-        let at = points[point];
-        let offset = met.position - bitcast<vec3f>(at.xyz);
-        let arrived = met.lit + select(vec3f(0.0), emitted[min(cell, arrayLength(&emitted) - 1u)].rgb, cell != NO_CELL);
-        let density = density_of(sum_of(arrived), source_count.scale);
-        sum += met.albedo * arrived
-            * share_of_ray(form(offset, unpack_normal(at.w), met.normal), density, RAYS_A_SOURCE);
+        sum = brought(met, more_points[id.x], find_near(met.position, met.normal));
     }
     light[COUNT + id.x] = packed_light::pack(sum);
 }
@@ -78,15 +87,6 @@ fn share_light(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let met = unpack(gathered[2u * index], gathered[2u * index + 1u]);
-    var sum = met.albedo * met.lit;
-    if met.cell != NO_CELL {
-        let point = points[index / rays];
-        let offset = met.position - bitcast<vec3f>(point.xyz);
-        let arrived = met.lit + emitted[met.cell].rgb;
-        let density = density_of(sum_of(arrived), source_count.scale);
-        let share = share_of_ray(form(offset, unpack_normal(point.w), met.normal), density, RAYS_A_SOURCE);
-        sum = met.albedo * (arrived * share + held[met.cell].rgb);
-    }
-    light[index] = packed_light::pack(sum);
+    light[index] = packed_light::pack(brought(met, index / rays, met.cell));
 }
 #endif

@@ -18,7 +18,7 @@ var<storage, read_write> source_count: Count;
 var<workgroup> counts: array<u32, LANES>;
 
 fn is_source(i: u32) -> bool {
-    return i < PHOTONS && photon_ends[3u * i + 1u].w != NO_CELL;
+    return i < PHOTONS && photon_ends[3u * i + 2u].y != 0u;
 }
 
 @compute @workgroup_size(LANES)
@@ -41,7 +41,10 @@ fn gather_sources(@builtin(local_invocation_id) id: vec3u) {
         let k = id.x * EACH + i;
         if is_source(k) {
             let b = photon_ends[3u * k + 1u];
-            let arrived = bitcast<f32>(b.z) + sum_of(emitted[b.w].rgb);
+            var arrived = bitcast<f32>(b.z);
+            if b.w != NO_CELL {
+                arrived += sum_of(emitted[b.w].rgb);
+            }
             // As if it stood for all.
             let sent = packed_light::pack(packed_light::unpack(b.xy) * f32(all));
             sources[2u * at] = photon_ends[3u * k];

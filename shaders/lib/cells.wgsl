@@ -31,14 +31,30 @@ fn height_shown(distance: f32) -> f32 {
 
 /// The key of the cell that holds a surface; never 0.
 fn key_of(position: vec3f, normal: vec3f) -> u32 {
-    return key_beside(position, normal, vec3i(0));
+    return key_beside(position, normal, vec3i(0), 0);
 }
 
-/// The key of a cell that many steps from it.
-fn key_beside(position: vec3f, normal: vec3f, steps: vec3i) -> u32 {
-    let level = i32(ceil(log2(max(cells.cell * height_shown(distance(position, cells.camera_position)), 1e-6))));
+/// The cell that holds a place, and its size: the edge is two to the power of that, `larger` times doubled.
+fn place_of(position: vec3f, larger: i32) -> vec4i {
+    let shown = cells.cell * height_shown(distance(position, cells.camera_position));
+    let level = i32(ceil(log2(max(shown, 1e-6)))) + larger;
     // Walls mostly lie at round numbers, where rounding would say to which side they belong.
-    let place = vec3i(floor(position * exp2(-f32(level)) + vec3f(0.371, 0.413, 0.437))) + steps;
+    return vec4i(vec3i(floor(position * exp2(-f32(level)) + vec3f(0.371, 0.413, 0.437))), level);
+}
+
+/// The key of the large cell that holds a surface: for what ends where few rays did.
+fn large_key_of(position: vec3f, normal: vec3f) -> u32 {
+    return key_beside(position, normal, vec3i(0), LARGE);
+}
+
+/// How many times the edge of a large cell is doubled.
+const LARGE: i32 = 2;
+
+/// The key of a cell that many steps from it, of those that many times doubled.
+fn key_beside(position: vec3f, normal: vec3f, steps: vec3i, larger: i32) -> u32 {
+    let at = place_of(position, larger);
+    let place = at.xyz + steps;
+    let level = at.w;
     let size = abs(normal);
     var face = select(2u, select(1u, 0u, size.x >= size.y), max(size.x, size.y) >= size.z);
     if normal[face] < 0.0 {

@@ -254,9 +254,11 @@ fn record(material: u32, p: Point, normal: vec3f, depth: f32, front: bool) -> Re
     let m = materials[material];
     var wide: Wide;
 #ifdef TEXTURES
+#ifndef SHARP
     wide.uv = mat2x2f(dpdx(p.uv), dpdy(p.uv));
 #ifdef SECOND_UVS
     wide.second_uv = mat2x2f(dpdx(p.second_uv), dpdy(p.second_uv));
+#endif
 #endif
 #endif
     let found = base_color(m, p, wide);

@@ -1,0 +1,56 @@
+//! Looks at the places that light comes from: one of a run of them, chosen by what it gives.
+#define_import_path lightgraph::sources
+#import lightgraph::photons::{Source, promised, unpack_source}
+#import lightgraph::random::next
+#import lightgraph::trace::is_free
+
+struct Count {
+    count: u32,
+    scale: f32,
+}
+var<storage, read> source_count: Count;
+/// Two times four words each.
+var<storage, read> sources: array<vec4u>;
+
+/// Rays end this share before a source, which would be in its own way.
+const REACH: f32 = 0.999;
+
+fn source_at(row: u32) -> Source {
+    return unpack_source(sources[2u * row], sources[2u * row + 1u]);
+}
+
+/// Whether rays from `start` see a source.
+fn sees(start: vec3f, source: Source) -> bool {
+    let way = source.position - start;
+    let end = length(way);
+    return is_free(start, way / max(end, 1e-20), REACH * end);
+}
+
+/// Sources that one is chosen from.
+const CANDIDATES: u32 = #{CANDIDATES}u;
+
+struct Choice {
+    row: u32,
+    /// One over how likely it was chosen, as if there were one source.
+    weight: f32,
+}
+
+/// One of a run of sources, by what it gives the point unshadowed (Talbot, Cline and Egbert, "Importance Resampling for
+/// Global Illumination", 2005).
+fn choose(position: vec3f, normal: vec3f, first: u32, chance: u32) -> Choice {
+    var state = chance;
+    var chosen = Choice();
+    var total = 0.0;
+    var own = 0.0;
+    for (var i = 0u; i < CANDIDATES; i++) {
+        let row = (first + i) % source_count.count;
+        let promise = promised(source_at(row), position, normal);
+        total += promise;
+        if next(&state) * total < promise {
+            chosen.row = row;
+            own = promise;
+        }
+    }
+    chosen.weight = select(0.0, total / (own * f32(CANDIDATES)), own > 0.0);
+    return chosen;
+}
