@@ -159,12 +159,11 @@ def percent(error, mean):
 
 
 def furnace(scene, albedo):
-    """Emission is direct light here and every reflection of it indirect: a graph that gathers the light of emissive
-    walls in probes splits it so. The sum is the same in any split."""
-    exact = {"direct": 1.0, "indirect": albedo / (1 - albedo), "full": 1 / (1 - albedo)}
+    """Direct light is emission and what the walls reflect of it at once."""
+    exact = {"direct": 1 + albedo, "indirect": albedo**2 / (1 - albedo), "full": 1 / (1 - albedo)}
     for n in BOUNCES:
-        exact[f"b{n}_indirect"] = sum(albedo**k for k in range(1, n + 1))
-    exact = {name: round(value, 6) for name, value in exact.items()}
+        exact[f"b{n}_indirect"] = sum(albedo**k for k in range(2, n + 2))
+    exact = {name: round(value, 9) for name, value in exact.items()}
     return {"scene": scene, "camera": "inside", "size": [SIZE, SIZE], "renderer": "closed form", "exact": exact}
 
 

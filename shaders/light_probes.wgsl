@@ -1,5 +1,5 @@
 //! A bounce in one dispatch, a workgroup a probe: the surfaces that the probe sees are lit, and what they send it is
-//! projected and summed up. With FIRST_BOUNCE by emission and the lights, or with LIT_BEFORE as another pass has lit them; else by
+//! projected and summed up. With FIRST_BOUNCE by the lights, or with LIT_BEFORE as another pass has lit them; else by
 //! the probes round them, as of the bounce before, and what the first bounce found is added. A probe is an instance.
 #import lightgraph::cube
 #import lightgraph::cube_sums
@@ -18,8 +18,8 @@
 #import lightgraph::environment
 #import lightgraph::surface::is_nothing
 #endif
-#import lightgraph::surface::read_record
 #ifdef LIGHTS
+#import lightgraph::surface::read_record
 #import lightgraph::lights::reflected_light
 #endif
 #endif
@@ -192,12 +192,8 @@ fn light_of(eye: vec3f, ray: vec3f, at: vec2u, area: f32) -> Sent {
     if is_lit(r.albedo) {
 #ifdef FIRST_BOUNCE
 #ifndef LIT_BEFORE
-        let s = read_record(r.albedo, r.normal, eye, ray);
-#ifdef EMISSIVE
-        light = s.emission;
-#endif
 #ifdef LIGHTS
-        light += reflected_light(s);
+        light = reflected_light(read_record(r.albedo, r.normal, eye, ray));
 #endif
 #endif
 #else

@@ -13,10 +13,8 @@
 var<uniform> environment_samples: u32;
 #endif
 #ifdef EMITTERS
-#import lightgraph::emitters::chosen_emitters
+#import lightgraph::emitters::reflected_emitters
 var<uniform> emitter_samples: u32;
-/// Points on a triangle that tell whether a surface sees all or none of it.
-const FIRST_POINTS: u32 = 4u;
 #endif
 
 var direct: texture_storage_2d<rgba32float, write>;
@@ -37,7 +35,7 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
         light += traced_light(s, start);
 #endif
 #ifdef EMITTERS
-        light += chosen_emitters(s, start, emitter_samples, FIRST_POINTS, seed(id.xy, 0u));
+        light += reflected_emitters(s, start, emitter_samples, seed(id.xy, 0u));
 #endif
 #ifdef ENVIRONMENT
         light += reflected_environment(s, start, environment_samples, seed(id.xy, 1u));

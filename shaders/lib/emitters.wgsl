@@ -2,7 +2,13 @@
 #define_import_path lightgraph::emitters
 #import lightgraph::surface::Surface
 #import lightgraph::lobe::reflectance
-#import lightgraph::gloss::{lobes, matte, tints}
+#import lightgraph::gloss::matte
+#ifdef SPECULAR
+#import lightgraph::gloss::{draw_lobe, lobes, shines, tints}
+#import lightgraph::gloss
+#import lightgraph::surface::materials
+#import lightgraph::trace
+#endif
 #import lightgraph::random::{even_pair, scramble, unit}
 #import lightgraph::sampling
 #import lightgraph::trace::is_free
@@ -106,101 +112,44 @@ fn draw_density(radiance: vec3f, distance: f32, cosine: f32) -> f32 {
 /// 1989). What lies
 /// behind the surface is cut off.
 fn form(e: Emitter, point: vec3f, normal: vec3f) -> f32 {
-    let corners = array<vec3f, 3>(e.a - point, e.b - point, e.c - point);
-    var cut: array<vec3f, 4>;
-    var count = 0u;
-    for (var i = 0u; i < 3u; i++) {
-        let p = corners[i];
-        let q = corners[(i + 1u) % 3u];
-        let heights = vec2f(dot(p, normal), dot(q, normal));
-        if heights.x > 0.0 {
-            cut[count] = p;
-            count++;
-        }
-        if (heights.x > 0.0) != (heights.y > 0.0) {
-            cut[count] = p + (q - p) * (heights.x / (heights.x - heights.y));
-            count++;
-        }
-    }
-    var sum = 0.0;
-    for (var i = 0u; i < count; i++) {
-        let p = normalize(cut[i]);
-        let q = normalize(cut[select(i + 1u, 0u, i + 1u == count)]);
-        let across = cross(p, q);
-        let sine = length(across);
-        if sine > 1e-9 {
-            sum += atan2(sine, dot(p, q)) * dot(across, normal) / sine;
-        }
-    }
+    let a = e.a - point;
+    let b = e.b - point;
+    let c = e.c - point;
+    let heights = vec3f(dot(a, normal), dot(b, normal), dot(c, normal));
+    let above = heights > vec3f(0.0);
+    // Where the edges pass the horizon. No arrays: drivers keep those in memory.
+    let ab = a + (b - a) * (heights.x / (heights.x - heights.y));
+    let bc = b + (c - b) * (heights.y / (heights.y - heights.z));
+    let ca = c + (a - c) * (heights.z / (heights.z - heights.x));
+    let passes = above != above.yzx;
+    var sum = select(0.0, arc(select(ab, a, above.x), select(ab, b, above.y), normal), above.x || above.y);
+    sum += select(0.0, arc(select(bc, b, above.y), select(bc, c, above.z), normal), above.y || above.z);
+    sum += select(0.0, arc(select(ca, c, above.z), select(ca, a, above.x), normal), above.z || above.x);
+    // Along the horizon, from the edge that goes down to the one that comes up.
+    let down = select(select(ca, bc, passes.y && above.y), ab, passes.x && above.x);
+    let up = select(select(ca, bc, passes.y && above.z), ab, passes.x && above.y);
+    sum += select(0.0, arc(down, up, normal), any(passes));
     return 0.5 * abs(sum);
 }
 
-/// Radiance that a surface reflects towards its viewer straight from all emitters. `start`: where its rays start.
-///
-/// Lambert: the exact irradiance of each triangle, times the share of it that `samples` points evenly spread over
-/// the triangle see; exact where all or none of them do. Phong: the mean over the points. `shift` moves the points.
-fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
-    var sum = vec3f(0.0);
-    for (var i = 0u; i < arrayLength(&emitters); i++) {
-        let e = emitters[i];
-        let flat_normal = cross(e.b - e.a, e.c - e.a);
-        if dot(flat_normal, start - e.a) <= 0.0 {
-            continue;
-        }
-        let whole = form(e, start, s.normal);
-        if whole <= 0.0 {
-            continue;
-        }
-        // Of the points' irradiance: all, and what arrives; the gloss that arrives.
-        var all = 0.0;
-#ifdef EMISSION_MAPS
-        // Times the radiance of each point.
-        var arrived = vec3f(0.0);
-#else
-        var arrived = 0.0;
-#endif
-        var shine = vec3f(0.0);
-        for (var k = 0u; k < samples; k++) {
-            let p = towards(e, start, even_pair(k, shift + i));
-            let cosine = dot(s.normal, p.direction);
-            if cosine <= 0.0 || p.density <= 0.0 {
-                continue;
-            }
-            // The emitter's density is the power's: a weight without it is the solid angle of a point's share.
-            let angle = e.density * e.area / (p.density * f32(samples));
-            all += cosine * angle;
-            if is_free(start, p.direction, REACH * p.distance) {
-#ifdef EMISSION_MAPS
-                arrived += cosine * angle * p.radiance;
-#ifdef SPECULAR
-                sum += p.radiance * (tints(s) * lobes(s, p.direction)) * angle;
-#endif
-#else
-                arrived += cosine * angle;
-#ifdef SPECULAR
-                shine += lobes(s, p.direction) * angle;
-#endif
-#endif
-            }
-        }
-#ifdef EMISSION_MAPS
-        if all > 0.0 {
-            sum += matte(s) / 3.14159265359 * whole * (arrived / all);
-        }
-#else
-        if all > 0.0 {
-            sum += e.radiance * (matte(s) / 3.14159265359 * whole * (arrived / all) + tints(s) * shine);
-        }
-#endif
-    }
-    return sum;
+/// The angle from one direction to another, times the cosine of their plane's normal to `normal`. Of any lengths.
+fn arc(p: vec3f, q: vec3f, normal: vec3f) -> f32 {
+    let across = cross(p, q);
+    let sine = length(across);
+    return select(0.0, atan2(sine, dot(p, q)) * dot(across, normal) / sine, sine > 0.0);
 }
 
-/// The same with about `samples` points in all, most on the triangles that would give most without shadows; those
-/// that would give
-/// less than a point's share are left to chance. Where the `first` points on a triangle see all of it, or none, no
-/// others are asked.
-fn chosen_emitters(s: Surface, start: vec3f, samples: u32, first: u32, shift: u32) -> vec3f {
+/// Points on a triangle that tell whether a surface sees all or none of it.
+const FIRST_POINTS: u32 = 4u;
+
+/// Radiance that a surface reflects towards its viewer straight from all emitters. `start`: where its rays start.
+///
+/// `samples` points, as many to a triangle as its share of what all would give without shadows, drawn at even distances
+/// along the sum of these shares. Matte: the exact irradiance of a triangle, times the share of its points that is
+/// seen; so what sees all emitters, or none, has no noise. Lobes: the mean over the points, and half as many directions
+/// drawn from the lobes, each weighed against the other (balance heuristic of Veach, 1995). Where the first points on a
+/// triangle see all of it, or none, no others are asked. `shift` moves the points.
+fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
     let count = arrayLength(&emitters);
     var total = 0.0;
     for (var i = 0u; i < count; i++) {
@@ -209,22 +158,41 @@ fn chosen_emitters(s: Surface, start: vec3f, samples: u32, first: u32, shift: u3
     if total <= 0.0 {
         return vec3f(0.0);
     }
+    let step = total / f32(samples);
+#ifdef SPECULAR
+    let drawn = select(0u, (samples + 1u) / 2u, shines(s));
+#endif
+    // How far along the sum the next point is, and the triangles that were looked at reach.
+    var next = step * unit(scramble(shift));
+    var reached = 0.0;
     var sum = vec3f(0.0);
-    for (var i = 0u; i < count; i++) {
+    for (var i = 0u; i < count && next < total; i++) {
         let e = emitters[i];
-        let expected = unshadowed(e, s, start) * f32(samples) / total;
-        if expected <= 0.0 || expected < unit(scramble(shift + i)) {
+        let alone = unshadowed(e, s, start);
+        reached += alone;
+        if alone <= 0.0 || reached <= next {
             continue;
         }
-        let points = u32(ceil(expected));
+        let points = ceil((reached - next) / step);
+        next += points * step;
+        // Of the points' irradiance: all, and what arrives; the light that arrives, and its gloss.
         var all = 0.0;
         var arrived = 0.0;
+#ifdef EMISSION_MAPS
+        // Times the radiance of each point.
+        var light = vec3f(0.0);
+#endif
+#ifdef SPECULAR
         var shine = vec3f(0.0);
+#endif
         var asked = 0u;
-        while asked < points {
-            if asked == first && (arrived == 0.0 || arrived == all) {
+        while asked < u32(points) {
+#ifndef EMISSION_MAPS
+            // Of a picture all points are asked.
+            if asked == FIRST_POINTS && (arrived == 0.0 || arrived == all) {
                 break;
             }
+#endif
             let p = towards(e, start, even_pair(asked, shift + i));
             asked++;
             let cosine = dot(s.normal, p.direction);
@@ -235,18 +203,74 @@ fn chosen_emitters(s: Surface, start: vec3f, samples: u32, first: u32, shift: u3
             all += cosine * angle;
             if is_free(start, p.direction, REACH * p.distance) {
                 arrived += cosine * angle;
+#ifdef EMISSION_MAPS
+                light += cosine * angle * p.radiance;
+#endif
 #ifdef SPECULAR
-                shine += lobes(s, p.direction) * angle;
+                let even = alone / (step * angle);
+                let share = even / (even + f32(drawn) * gloss::draw_density(s, p.direction));
+                shine += tints(s) * lobes(s, p.direction) * p.radiance * angle * share;
 #endif
             }
         }
         if all > 0.0 {
-            let whole = form(e, start, s.normal) / min(expected, 1.0);
-            sum += e.radiance * (matte(s) / 3.14159265359 * whole * (arrived / all) + tints(s) * shine / f32(asked));
+#ifndef EMISSION_MAPS
+            let light = arrived * e.radiance;
+#endif
+            var part = matte(s) / 3.14159265359 * form(e, start, s.normal) / all * light;
+#ifdef SPECULAR
+            part += shine / f32(asked);
+#endif
+            sum += part * (points * step / alone);
         }
     }
+#ifdef SPECULAR
+    for (var k = 0u; k < drawn; k++) {
+        sum += met_by_lobe(s, start, draw_lobe(s, even_pair(k, scramble(shift + count))), step, drawn);
+    }
+#endif
     return sum;
 }
+
+#ifdef SPECULAR
+/// What an emitter gives along one of `drawn` directions from the lobes, weighed against a point each `step` along the
+/// sum of what emitters would give.
+fn met_by_lobe(s: Surface, start: vec3f, direction: vec3f, step: f32, drawn: u32) -> vec3f {
+    if dot(direction, s.normal) <= 0.0 {
+        return vec3f(0.0);
+    }
+    let hit = trace::closest(start, direction);
+    if hit.triangle == trace::NOTHING {
+        return vec3f(0.0);
+    }
+    let t = trace::triangles[hit.triangle];
+#ifdef EMISSION_MAPS
+    if t.emitter == 0xffffffffu {
+        return vec3f(0.0);
+    }
+    let e = emitters[t.emitter];
+    var radiance = e.radiance;
+    if e.texture != textures::NONE {
+        let uv = e.uva + hit.at.x * (e.uvb - e.uva) + hit.at.y * (e.uvc - e.uva);
+        radiance = e.emission * textures::filtered(e.texture, uv, mat2x2f()).rgb;
+    }
+#else
+    var e: Emitter;
+    e.a = t.a;
+    e.b = t.b;
+    e.c = t.c;
+    e.area = 0.5 * length(cross(t.b - t.a, t.c - t.a));
+    e.radiance = materials[t.material].emission;
+    let radiance = e.radiance;
+#endif
+    let cosine = -dot(normalize(cross(e.b - e.a, e.c - e.a)), direction);
+    if cosine <= 0.0 || all(radiance <= vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    let even = unshadowed(e, s, start) / step * hit.distance * hit.distance / max(cosine * e.area, 1e-20);
+    return tints(s) * lobes(s, direction) * radiance / (even + f32(drawn) * gloss::draw_density(s, direction));
+}
+#endif
 
 /// Times the area that the square of an emitter's distance is, from which on it is small.
 const LARGE: f32 = 8.0;

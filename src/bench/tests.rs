@@ -343,7 +343,7 @@ fn a_small_bench_from_end_to_end_resumes_and_repeats_its_errors() {
     for e in &first.entries[1..] {
         assert_eq!(e.fault, None);
         assert!(e.times(Phase::Still).is_some_and(|t| t.repeats == 2) && e.times(Phase::Camera).is_some());
-        // Three bounces of a furnace of albedo ½ give 1 + ½ + ¼ + ⅛ of 2: the reference for as many has no error left.
+        // Three bounces of a furnace of albedo ½ give ¼ + ⅛ + 1/16 of ½: the reference for as many has no error left.
         let bounded = e.scores.iter().find(|s| s.output == "indirect" && !s.only_when.is_empty()).unwrap();
         assert!(bounded.metrics.rmse_percent < 0.1, "{:?}", bounded.metrics);
         assert!((e.score("indirect", Phase::Still).unwrap().metrics.bias_percent + 12.5).abs() < 0.1);

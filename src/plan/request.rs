@@ -172,9 +172,13 @@ pub fn sample_facts(full: bool) -> Values {
 }
 
 /// The facts of scenes that together take every way through a graph: one that has everything, one without holes in its
-/// surfaces, for which some passes have a quicker way, and one that has nothing.
+/// surfaces and one where no surface sheds light, for which some passes have a quicker way, and one that has nothing.
 pub fn all_sample_facts() -> Vec<Values> {
-    let mut whole = sample_facts(true);
-    whole.insert("masked_materials".into(), Value::Uint(0));
-    vec![sample_facts(true), whole, sample_facts(false)]
+    let without = |names: &[&str]| {
+        let mut facts = sample_facts(true);
+        facts.extend(names.iter().map(|name| ((*name).to_string(), Value::Uint(0))));
+        facts
+    };
+    let dark = without(&["masked_materials", "emitters", "emissive_materials", "emission_textures"]);
+    vec![sample_facts(true), without(&["masked_materials"]), dark, sample_facts(false)]
 }
