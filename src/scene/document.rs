@@ -3,7 +3,10 @@
 //! The `gltf` crate's own readers and validation index without checking, so that a malformed file can panic there:
 //! only its JSON types are used here, and every index, offset and count is checked before a byte is read.
 
-use super::decoded::{self, Decoded};
+use super::{
+    decoded::{self, Decoded},
+    draco,
+};
 use crate::diag::{Diagnostic, Source, Span};
 use crate::files;
 use gltf::json::{
@@ -18,7 +21,7 @@ use std::{
 };
 
 /// What a file may use: by these names, as `extensionsUsed` lists them.
-const KNOWN: [&str; 15] = [
+const KNOWN: [&str; 16] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_unlit",
@@ -29,6 +32,7 @@ const KNOWN: [&str; 15] = [
     "KHR_texture_transform",
     "KHR_texture_basisu",
     "KHR_mesh_quantization",
+    "KHR_draco_mesh_compression",
     "KHR_meshopt_compression",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -109,14 +113,7 @@ impl<'a> Document<'a> {
         for name in &document.root.extensions_required {
             if !KNOWN.contains(&name.as_str()) {
                 let why = format!("extension `{name}` is required but not supported");
-                let help = match name.as_str() {
-                    "KHR_draco_mesh_compression" => {
-                        "no decoder of Draco is built in: export it without (in Blender: Data > Compression), or with meshopt \
-                         compression, which is read"
-                    }
-                    _ => "export the scene without it",
-                };
-                faults.push(document.error("extensionsRequired", why).help(help));
+                faults.push(document.error("extensionsRequired", why).help("export the scene without it"));
             }
         }
         for name in &document.root.extensions_used {
@@ -128,6 +125,8 @@ impl<'a> Document<'a> {
         if document.complete() {
             document.decoded.views = decoded::views(&document, faults);
             document.decoded.accessors = decoded::sparse(&document, faults);
+            let compressed = draco::accessors(&document, faults);
+            document.decoded.accessors.extend(compressed);
         }
         Some(document)
     }

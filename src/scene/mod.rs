@@ -4,8 +4,8 @@
 //! A scene then answers pure questions: [`Scene::facts`], [`Scene::pose`] at a time, [`Scene::tables`] and
 //! [`Scene::camera_values`] at a pose.
 //!
-//! - `load` finds the files; `document` reads bytes, buffers and accessors, `decoded` those that are compressed or sparse; `import` makes
-//!   nodes of them, `instancing` copies of some, `materials` and `extensions` materials, `textures` and `mips` the pages of images, `attached` lights and cameras, `animation` moves nodes, `deformer` skins and morph targets (`deform` poses them), `complete` adds those of the scene RON and the command (`added`)
+//! - `load` finds the files; `document` reads bytes, buffers and accessors, `decoded` and `draco` those that are compressed or sparse; `import` makes
+//!   nodes of them, `instancing` copies of some, `materials` and `extensions` materials, `textures`, `basis` and `mips` the pages of images, `attached` lights and cameras, `animation` moves nodes, `deformer` skins and morph targets (`deform` poses them), `complete` adds those of the scene RON and the command (`added`)
 //!   and what is made up (`room` finds whether to stand inside), `environment` light from all around (`sky`, `panorama`), `geometry` the
 //!   vertices, `tangents` what normal maps need, `clusters` their compact groups, `levels` fewer triangles; `glow` says how much light textured
 //!   triangles give; `description` reads the scene RON
@@ -45,6 +45,7 @@ mod added;
 mod animation;
 mod assets;
 mod attached;
+mod basis;
 mod bvh;
 mod camera;
 mod clusters;
@@ -55,6 +56,7 @@ mod deform;
 mod deformer;
 mod description;
 mod document;
+mod draco;
 mod environment;
 mod extensions;
 mod finishes;

@@ -4,6 +4,7 @@
 //! `textures` gives.
 
 use super::{
+    basis,
     document::Document,
     mips::{self, Coding, Levels},
 };
@@ -100,7 +101,7 @@ impl Picture {
 const MAX_EDGE: u32 = 4096;
 
 /// Texels along an edge of a file. A small file can state any size, and memory is taken before it is decoded.
-const MAX_FILE_EDGE: u32 = 8192;
+pub(super) const MAX_FILE_EDGE: u32 = 8192;
 
 /// Texels along an edge of a page, at most: what every device has.
 const MAX_PAGE: u32 = 8192;
@@ -182,14 +183,17 @@ fn reader(bytes: &[u8]) -> Result<image::ImageReader<Cursor<&[u8]>>, String> {
 }
 
 fn stated_size(bytes: &[u8]) -> Option<[u32; 2]> {
+    if basis::is_basis(bytes) {
+        return basis::stated_size(bytes);
+    }
     reader(bytes).ok()?.into_dimensions().ok().map(|(width, height)| [width, height])
 }
 
 fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    if bytes.starts_with(b"\xabKTX 20\xbb") || bytes.starts_with(b"sB") {
-        return Err("it is a KTX2 or Basis Universal texture, which is not decoded: export PNG, JPEG or WebP".into());
+    if basis::is_basis(bytes) {
+        return basis::decode(bytes).map_err(|why| format!("KTX2: {why}"));
     }
-    let why = |why: String| format!("it is no readable PNG, JPEG or WebP: {why}");
+    let why = |why: String| format!("it is no readable PNG, JPEG, WebP or KTX2: {why}");
     let decoded = reader(bytes).and_then(|r| r.decode().map_err(|e| e.to_string())).map_err(why)?.into_rgba8();
     let (width, height) = decoded.dimensions();
     if width == 0 || height == 0 {

@@ -2,6 +2,7 @@
 
 mod animation;
 mod bad_input;
+mod compressed;
 mod deformed;
 mod features;
 mod files;

@@ -168,8 +168,8 @@ pub const VERTICES: &[Case] = &[
     ),
     (
         "extension of vertices that is not read",
-        |f| f.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
-        Fault(&["extension `KHR_draco_mesh_compression` is required but not supported"]),
+        |f| f.json["extensionsRequired"] = json!(["NV_vertices_of_tomorrow"]),
+        Fault(&["extension `NV_vertices_of_tomorrow` is required but not supported"]),
     ),
 ];
 
