@@ -1,0 +1,174 @@
+//! What is rendered and how: a graph with its shaders, the settings, and the plan that they make for a scene.
+
+use crate::builtin;
+use crate::diag::{Checked, Diagnostic, Faults, Source};
+use crate::gpu::{Gpu, Timing};
+use crate::graph::{self, Graph};
+use crate::plan::build::{Options, Planned, plan_with};
+use crate::plan::fastest::Choices;
+use crate::plan::inputs::Kind;
+use crate::plan::lint;
+use crate::plan::request::{self, Request, tolerances};
+use crate::scene::{Level, Scene};
+use crate::shader::{Library, report};
+use crate::value::Values;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+/// A graph and the shaders it may use.
+#[derive(Debug, Clone)]
+pub struct Project {
+    pub graph: Graph,
+    pub texts: Library,
+}
+
+impl Project {
+    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then one and two folders up;
+    /// where the graph or a base is one of the binary's, then the binary's.
+    ///
+    /// # Errors
+    /// Every fault of the graph file and its bases, and shader files that can't be read.
+    pub fn open(path: &Path, shaders: &[PathBuf]) -> Checked<Project> {
+        let mut graph = graph::load(path, &Source::read)?;
+        let usual = shader_folders(path);
+        let mut folders: Vec<PathBuf> = shaders.to_vec();
+        folders.extend(usual.into_iter().filter(|f| f.is_dir()));
+        let mut texts = Library::load(&folders)?;
+        if graph.files.iter().any(|f| builtin::is_builtin(f)) {
+            for (name, source) in builtin::shaders() {
+                texts.files.entry(name.into()).or_insert(source);
+            }
+        }
+        texts.files.entry(report::PATH.into()).or_insert_with(report::source);
+        lint::prune(&mut graph, &texts);
+        Ok(Project { graph, texts })
+    }
+
+    /// Parameters from `NAME=VALUE` texts.
+    ///
+    /// # Errors
+    /// Unknown names, values of the wrong type or out of range; all at once.
+    pub fn params(&self, settings: &[String]) -> Checked<Values> {
+        let mut values = Values::new();
+        let mut faults = vec![];
+        for text in settings {
+            let Some((name, value)) = text.split_once('=') else {
+                faults.push(Diagnostic::error(format!("`{text}` is not NAME=VALUE")));
+                continue;
+            };
+            let (name, value) = (name.trim(), value.trim());
+            let Some((_, param)) = self.graph.params.iter().find(|(n, _)| n.value == name) else {
+                let d = Diagnostic::error(format!("the graph has no parameter `{name}`"));
+                faults.push(d.nearest(name, self.graph.params.iter().map(|(n, _)| n.value.as_str())));
+                continue;
+            };
+            match param.read(value) {
+                None => {
+                    let d = Diagnostic::error(format!("`{name}`: `{value}` is not a {}", param.ty.wgsl()));
+                    faults.push(d.at(&param.span, "declared here"));
+                }
+                Some(v) => match param.accepts(&v) {
+                    Ok(()) => drop(values.insert(name.to_string(), v)),
+                    Err(why) => {
+                        let d = Diagnostic::error(format!("parameter `{name}` = {v} is {why}"));
+                        faults.push(d.at(&param.span, "declared here"));
+                    }
+                },
+            }
+        }
+        Faults::check(faults, values)
+    }
+}
+
+/// Where the shaders of a graph are looked for: beside it, and one and two folders up.
+pub fn shader_folders(graph: &Path) -> [PathBuf; 3] {
+    let beside = graph.parent().unwrap_or(Path::new(""));
+    let up = |folder: &Path| match folder.components().next_back() {
+        Some(Component::Normal(_)) => folder.parent().unwrap_or(Path::new("")).to_path_buf(),
+        Some(_) => folder.join(".."),
+        None => PathBuf::from(".."),
+    };
+    let (once, twice) = (up(beside), up(&up(beside)));
+    [beside.to_path_buf(), once, twice].map(|folder| folder.join("shaders"))
+}
+
+/// What a session renders.
+#[derive(Debug, Clone, Default)]
+pub struct Settings {
+    /// Parameters that differ from their defaults.
+    pub params: Values,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// A camera's name; `None`: the scene's default.
+    pub camera: Option<String>,
+    /// Outputs to produce; `None`: all.
+    pub outputs: Option<Vec<String>>,
+    /// Which alternatives run, by the names of their groups; the first of those that aren't named.
+    /// [`crate::fastest::measured`] finds the fastest here.
+    pub choices: Choices,
+    /// Leave out steps whose results are still in memory.
+    pub skip: bool,
+    /// Whether each step is timed, or frames alone: what the former takes by itself some GPUs notice.
+    pub timing: Timing,
+    /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
+    pub verify: bool,
+    /// Check the numbers that every step leaves; see [`FrameReport::numerics`].
+    pub watch: bool,
+    /// Every resource keeps memory of its own and can be looked at after the frame.
+    pub inspect: bool,
+    /// For tests of the proof: a kind of ingredient that is left out of every key, so that contents become wrong.
+    pub without: Option<Kind>,
+}
+
+/// Plans a project for a scene with an adapter's limits.
+///
+/// # Errors
+/// As [`crate::plan::build::plan`].
+pub fn plan_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Planned> {
+    plan_of(&project.graph, &project.texts, scene, settings, gpu).map(|(planned, _)| planned)
+}
+
+/// A plan, and the levels of the scene that it draws.
+pub(super) fn plan_of(
+    graph: &Graph,
+    texts: &Library,
+    scene: &Scene,
+    settings: &Settings,
+    gpu: &Gpu,
+) -> Checked<(Planned, Vec<Arc<Level>>)> {
+    let facts = scene.facts();
+    let request = request_for((graph, texts), &facts, settings, gpu);
+    let levels: Vec<Arc<Level>> = tolerances(&request).into_iter().map(|metres| scene.level(metres)).collect();
+    let readable = settings.verify || settings.inspect || settings.watch;
+    let options = Options { readable, share: !settings.inspect, ..Options::default() };
+    Ok((plan_with(&Request { levels: &levels, ..request }, options)?, levels))
+}
+
+/// Without the scene's levels.
+fn request_for<'r>(
+    (graph, texts): (&'r Graph, &'r Library),
+    facts: &'r Values,
+    settings: &'r Settings,
+    gpu: &'r Gpu,
+) -> Request<'r> {
+    Request {
+        graph,
+        texts,
+        params: &settings.params,
+        facts,
+        screen: settings.size,
+        outputs: settings.outputs.as_deref(),
+        choices: &settings.choices,
+        levels: &[],
+        limits: &gpu.limits,
+        features: gpu.features,
+    }
+}
+
+/// What the expressions of a graph are computed from.
+///
+/// # Errors
+/// As [`request::values`].
+pub(crate) fn values_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Values> {
+    request::values(&request_for((&project.graph, &project.texts), &scene.facts(), settings, gpu))
+}
