@@ -1,9 +1,12 @@
 //! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
 
+mod last;
 mod project;
 
+pub use last::Pointer;
 pub use project::{Project, Settings, plan_for, shader_folders};
 
+use last::Last;
 use project::plan_of;
 pub(crate) use project::values_for;
 
@@ -14,11 +17,11 @@ use crate::plan::build::Planned;
 use crate::plan::change::{self, Held, Selection, Why};
 use crate::plan::keys::Keys;
 use crate::plan::scene_inputs::SceneInputs;
-use crate::plan::{Action, Plan, ResourceId, StepId, cull};
+use crate::plan::{Action, Binding, Plan, ResourceId, StepId, cull};
 use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};
 use crate::shader::Library;
 use crate::shader::report::Failed;
-use crate::value::{Value, Values};
+use crate::value::Values;
 use crate::verify::Scratch;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -45,8 +48,9 @@ pub struct Session {
     tables: Tables,
     /// The tables are on the device.
     uploaded: bool,
-    /// Number, time and shift of the last frame.
-    last: (u32, f32, Shift),
+    /// For graphs that read where it is.
+    pub pointer: Pointer,
+    last: Last,
     /// By step: why it ran or did not in the last frame.
     why: Vec<Why>,
     scratch: Option<Scratch>,
@@ -88,8 +92,9 @@ impl Session {
         let plan_ms = start.elapsed().as_secs_f64() * 1e3;
         // The next frame is most likely the last one again.
         let last = previous.map(|p| p.last.clone()).unwrap_or_default();
-        let pose = scene.pose_shifted(last.1, &last.2);
-        let (values, more) = frame_values(&scene, &settings, &pose, last.0)?;
+        let pose = scene.pose_shifted(last.time, &last.shift);
+        let pointer = previous.map(|p| p.pointer).unwrap_or_default();
+        let (values, more) = last.next((&scene, &settings), (&pose, pointer), last.index)?;
         notices.extend(more);
         let earlier = previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)).map(|p| &p.tables);
         let tables = tables(&scene, &plan, pose, levels, earlier);
@@ -139,6 +144,7 @@ impl Session {
             inputs,
             tables,
             uploaded: true,
+            pointer,
             last,
             why: vec![],
             scratch,
@@ -156,7 +162,7 @@ impl Session {
         let frame = Frame { values, tables: tables.as_deref(), chosen, timing, careful };
         self.start(&selection);
         let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame);
-        let report = self.finish(&selection, (index, time), report)?;
+        let report = self.finish(&selection, (index, time), &frame.values, report)?;
         if let Some(scratch) = &mut self.scratch {
             let (plan, keys) = (&self.plan, &self.keys);
             scratch.verify(gpu, (plan, keys), (&self.prepared, &self.held), &self.inputs, &frame)?;
@@ -186,13 +192,13 @@ impl Session {
         let frame = Frame { values, tables: tables.as_deref(), chosen, timing, careful: false };
         self.start(&selection);
         let recorded = gpu::record(gpu, &self.plan, &mut self.prepared, &frame, encoder);
-        self.finish(&selection, (index, time), recorded)
+        self.finish(&selection, (index, time), &frame.values, recorded)
     }
 
     /// What a frame is made from, and what of it runs.
     fn choose(&mut self, index: u32, time: f32) -> Checked<(Values, Option<Vec<Table>>, Selection)> {
         let pose = self.scene.pose_shifted(time, &self.shift);
-        let (values, _) = frame_values(&self.scene, &self.settings, &pose, index)?;
+        let (values, _) = self.last.next((&self.scene, &self.settings), (&pose, self.pointer), index)?;
         let tables = self.pose(pose)?;
         self.inputs.frame = self.held.frames();
         let choose = if self.settings.skip { change::select } else { change::full };
@@ -207,14 +213,20 @@ impl Session {
     }
 
     /// Takes what was selected for done. After a fault the next frame begins anew.
-    fn finish<T>(&mut self, selection: &Selection, (index, time): (u32, f32), done: Checked<T>) -> Checked<T> {
+    fn finish<T>(
+        &mut self,
+        selection: &Selection,
+        (index, time): (u32, f32),
+        values: &Values,
+        done: Checked<T>,
+    ) -> Checked<T> {
         self.uploaded = done.is_ok();
         if done.is_err() {
             self.held.forget();
             return done;
         }
         self.held.finish(selection.clone());
-        self.last = (index, time, self.shift.clone());
+        self.last = Last { index, time, shift: self.shift.clone(), values: values.clone() };
         self.why.clone_from(&selection.why);
         done
     }
@@ -251,9 +263,8 @@ impl Session {
     /// # Errors
     /// As [`Session::frame`].
     pub(crate) fn repeat(&mut self, gpu: &Gpu, run: &[bool]) -> Checked<FrameReport> {
-        let (index, time, shift) = &self.last;
-        let pose = self.scene.pose_shifted(*time, shift);
-        let (values, _) = frame_values(&self.scene, &self.settings, &pose, *index)?;
+        let pose = self.scene.pose_shifted(self.last.time, &self.last.shift);
+        let (values, _) = self.last.next((&self.scene, &self.settings), (&pose, self.pointer), self.last.index)?;
         // What other steps would have left isn't there.
         self.forget();
         gpu::execute(
@@ -315,6 +326,15 @@ impl Session {
             }
         }
         causes
+    }
+
+    /// Whether a shader of the plan reads a value of the frame, as `pointer`.
+    pub fn reads(&self, value: &str) -> bool {
+        let members = self.plan.steps.iter().flat_map(|s| &s.bindings).filter_map(|binding| match binding {
+            Binding::Uniform { layout, .. } => Some(&layout.members),
+            _ => None,
+        });
+        members.flatten().any(|m| m.read && m.name == value)
     }
 
     /// By step: why it ran or did not in the last frame. Empty before the first.
@@ -386,15 +406,6 @@ impl Session {
             }
         }
     }
-}
-
-/// The camera and the clock.
-fn frame_values(scene: &Scene, settings: &Settings, pose: &Pose, index: u32) -> Checked<(Values, Vec<Diagnostic>)> {
-    let [width, height] = settings.size;
-    let (mut values, notices) = scene.camera_values(pose, settings.camera.as_deref(), width, height)?;
-    values.insert("frame".into(), Value::Uint(index));
-    values.insert("time".into(), Value::Float(pose.time));
-    Ok((values, notices))
 }
 
 /// The tables that the plan's shaders read; of earlier ones of the same scene what is the same.

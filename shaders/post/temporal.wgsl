@@ -2,11 +2,11 @@
 var hdr: texture_2d<f32>;
 var depth: texture_depth_2d;
 var last_image: texture_2d<f32>;
-var<storage, read> last_view: array<mat4x4f>;
 var smooth_sampler: sampler;
 
 struct Params {
     camera_inverse_view_projection: mat4x4f,
+    camera_previous_view_projection: mat4x4f,
     kept: f32,
 }
 var<uniform> params: Params;
@@ -30,10 +30,11 @@ fn fragment(@builtin(position) at: vec4f) -> Image {
     }
     let clip = vec2f(2.0, -2.0) * at.xy / size + vec2f(-1.0, 1.0);
     let world = params.camera_inverse_view_projection * vec4f(clip, textureLoad(depth, pixel, 0), 1.0);
-    // In the first frame the view is zero, and so is what it sees.
-    let before = last_view[0] * (world / world.w);
+    let before = params.camera_previous_view_projection * (world / world.w);
     let seen = vec2f(0.5, -0.5) * before.xy / before.w + 0.5;
     let inside = before.w > 0.0 && all(seen > vec2f(0.0)) && all(seen < vec2f(1.0));
-    let kept = clamp(textureSampleLevel(last_image, smooth_sampler, seen, 0.0).rgb, low, high);
-    return Image(vec4f(select(color, mix(color, kept, params.kept), inside), 1.0));
+    let kept = textureSampleLevel(last_image, smooth_sampler, seen, 0.0);
+    // Before the first frame the image is transparent.
+    let known = inside && kept.a > 0.5;
+    return Image(vec4f(select(color, mix(color, clamp(kept.rgb, low, high), params.kept), known), 1.0));
 }

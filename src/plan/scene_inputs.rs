@@ -4,7 +4,7 @@ use super::Plan;
 use super::tables::pack;
 use crate::content::hash;
 use crate::diag::Checked;
-use crate::scene::{AssetHashes, Follows, Table, table};
+use crate::scene::{AssetHashes, Follows, PREVIOUS_TRANSFORM, Table, table};
 
 /// What the scene gives to a plan, hashed.
 #[derive(Debug, Clone, Default)]
@@ -43,7 +43,8 @@ impl SceneInputs {
             let columns: Vec<_> = wanted.row.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
             let layout = (found.name, &columns, wanted.stride, wanted.rows);
             *hashed = match (places, table(found.name)) {
-                (Some(places), Some(t)) if t.large => {
+                // Where nodes were is none of the places where they are.
+                (Some(places), Some(t)) if t.large && columns.iter().all(|c| c.0 != PREVIOUS_TRANSFORM) => {
                     let triangles = t.follows.contains(Follows::TRIANGLES).then_some((geometry, order));
                     let levels = t.follows.contains(Follows::LEVELS).then_some(&levels);
                     hash(&(places, triangles, levels, layout))

@@ -13,7 +13,7 @@ use std::ops::{BitOr, BitOrAssign};
 
 /// Things that move from frame to frame, a bit each. What a new plan brings, as another parameter, is none.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Moving(u16);
+pub struct Moving(u32);
 
 impl Moving {
     pub const CAMERA: Moving = Moving(1);

@@ -8,19 +8,56 @@ use crate::{
     diag::{Checked, Diagnostic},
     value::{Type, Value, Values},
 };
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 
-/// What a frame adds to the values: the camera and the clock.
+/// What a frame adds to the values: the camera now and in the last frame, the clock, the pointer.
 /// Matrices are column-major, clip space z in 0..1 (wgpu's), y up.
 pub const FRAME_VALUES: &[(&str, Type)] = &[
     ("camera_position", Type::Vec3),
+    ("camera_near", Type::Float),
+    ("camera_far", Type::Float),
     ("camera_view", Type::Mat4),
     ("camera_projection", Type::Mat4),
     ("camera_view_projection", Type::Mat4),
     ("camera_inverse_view_projection", Type::Mat4),
+    ("camera_previous_position", Type::Vec3),
+    ("camera_previous_near", Type::Float),
+    ("camera_previous_far", Type::Float),
+    ("camera_previous_view", Type::Mat4),
+    ("camera_previous_projection", Type::Mat4),
+    ("camera_previous_view_projection", Type::Mat4),
+    ("camera_previous_inverse_view_projection", Type::Mat4),
     ("frame", Type::Uint),
     ("time", Type::Float),
+    ("delta_time", Type::Float),
+    ("jitter", Type::Vec2),
+    ("pointer", Type::Vec2),
+    ("buttons", Type::Uint),
 ];
+
+/// Begins the names of the last frame's values.
+const PREVIOUS: &str = "camera_previous_";
+
+/// What the camera's values were in the last frame, from all the values of that one.
+pub(crate) fn previous(values: &Values) -> Values {
+    let own = |name: &str| name.strip_prefix("camera_").filter(|_| !name.starts_with(PREVIOUS)).map(str::to_owned);
+    values.iter().filter_map(|(name, v)| Some((format!("{PREVIOUS}{}", own(name)?), *v))).collect()
+}
+
+/// Where in its pixel a frame looks through, from its centre: -0.5 to 0.5 along x and y. The first 16 points of Halton's
+/// sequence to the bases 2 and 3, over and over.
+pub(crate) fn jitter(frame: u32) -> Vec2 {
+    let at = |base: u32| {
+        let (mut n, mut share, mut sum) = (frame % 16 + 1, 1.0, 0.0);
+        while n > 0 {
+            share /= base as f32;
+            sum += share * (n % base) as f32;
+            n /= base;
+        }
+        sum - 0.5
+    };
+    Vec2::new(at(2), at(3))
+}
 
 /// Whole vertical angle of the camera made up for a scene without one, in radians (60°).
 const DEFAULT_YFOV: f32 = std::f32::consts::FRAC_PI_3;
@@ -51,7 +88,8 @@ impl Scene {
             let d = Diagnostic::note(format!("{}: the scene has no camera; the view frames its bounds", self.name));
             notices.push(d.help("add a camera to the glTF"));
         }
-        let (view, projection) = (view(place), self.projection(lens, place.position, aspect));
+        let (near, far) = self.depths(lens, place.position);
+        let (view, projection) = (view(place), projection(lens, (near, far), aspect));
         let (position, name) = (place.position, name.unwrap_or("default"));
         // In f64: with near and far four decades apart, an f32 product and inverse lose most of their digits.
         let (exact_view, exact_projection) = (view.as_dmat4(), projection.as_dmat4());
@@ -64,6 +102,8 @@ impl Scene {
         }
         let values = [
             ("camera_position", Value::Vec3(position)),
+            ("camera_near", Value::Float(near)),
+            ("camera_far", Value::Float(far)),
             ("camera_view", Value::Mat4(view)),
             ("camera_projection", Value::Mat4(projection)),
             ("camera_view_projection", Value::Mat4(view_projection)),
@@ -109,17 +149,14 @@ impl Scene {
         })
     }
 
-    fn projection(&self, lens: Lens, position: Vec3, aspect: f32) -> Mat4 {
+    /// Metres from the camera at which what it sees begins and ends.
+    fn depths(&self, lens: Lens, position: Vec3) -> (f32, f32) {
         match lens {
-            Lens::Perspective { yfov, near, far } => {
-                // glTF's endless projection has no inverse at its far plane; an end behind everything draws the same.
-                let far = far.unwrap_or_else(|| (self.bounds.farthest(position) * 1.01).max(near * 2.0));
-                Mat4::perspective_rh(yfov, aspect, near, far)
+            // glTF's endless projection has no inverse at its far plane; an end behind everything draws the same.
+            Lens::Perspective { near, far, .. } => {
+                (near, far.unwrap_or_else(|| (self.bounds.farthest(position) * 1.01).max(near * 2.0)))
             }
-            Lens::Orthographic { ymag, near, far } => {
-                let xmag = ymag * aspect;
-                Mat4::orthographic_rh(-xmag, xmag, -ymag, ymag, near, far)
-            }
+            Lens::Orthographic { near, far, .. } => (near, far),
         }
     }
 
@@ -140,4 +177,14 @@ impl Scene {
 
 fn view(place: CameraPose) -> Mat4 {
     Mat4::look_to_rh(place.position, place.forward, place.up)
+}
+
+fn projection(lens: Lens, (near, far): (f32, f32), aspect: f32) -> Mat4 {
+    match lens {
+        Lens::Perspective { yfov, .. } => Mat4::perspective_rh(yfov, aspect, near, far),
+        Lens::Orthographic { ymag, .. } => {
+            let xmag = ymag * aspect;
+            Mat4::orthographic_rh(-xmag, xmag, -ymag, ymag, near, far)
+        }
+    }
 }

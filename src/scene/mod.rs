@@ -87,6 +87,7 @@ pub use animation::Animation;
 pub use assets::{AssetHashes, Assets};
 pub use bvh::reach;
 pub use camera::FRAME_VALUES;
+pub(crate) use camera::{jitter, previous};
 pub use clusters::{CLUSTER, Cluster};
 pub use corners::{Corners, Held};
 pub use deform::{Deformed, Owners};
@@ -266,7 +267,8 @@ impl Column {
 
 /// The tables every scene has, with their columns: what shaders may ask for, known without a scene.
 ///
-/// - `nodes`: `transform`, `inverse_transpose` (for normals); behind the nodes a row for each vertex that a skin or morph targets move
+/// - `nodes`: `transform`, `inverse_transpose` (for normals), `previous_transform` (in the last frame); behind the nodes a row for each
+///   vertex that a skin or morph targets move
 /// - `materials`: `base_color` (rgb + alpha), `base_color_texture` (row of `textures`, `0xffffffff` for none, as of all that follow),
 ///   `emission` (radiance), `emission_texture`, `double_sided` (0 or 1), `specular` (Phong strength, 0 to 1), `shininess` (Phong
 ///   exponent), `roughness`, `metallic` (glTF's, 0 to 1), `finish_texture` (roughness in green, metalness in blue),
@@ -316,7 +318,7 @@ pub const TABLES: &[TableKind] = &[
         name: "nodes",
         follows: Follows::NODES,
         large: true,
-        columns: &[("transform", Type::Mat4), ("inverse_transpose", Type::Mat4)],
+        columns: &[("transform", Type::Mat4), ("inverse_transpose", Type::Mat4), (PREVIOUS_TRANSFORM, Type::Mat4)],
     },
     TableKind {
         name: "materials",
@@ -492,6 +494,9 @@ pub struct TableKind {
 
 /// The table of what moved since the last frame.
 pub const MOVED: &str = "moved";
+
+/// The column of `nodes` that says where each was in the last frame.
+pub(crate) const PREVIOUS_TRANSFORM: &str = "previous_transform";
 
 /// The table of this name.
 pub fn table(name: &str) -> Option<&'static TableKind> {

@@ -1,7 +1,7 @@
 //! The tables shaders read, in world space at a pose.
 
 use super::{
-    Column, Follows, Level, MOVED, Since, TABLES, Table,
+    Column, Follows, Level, MOVED, PREVIOUS_TRANSFORM, Since, TABLES, Table,
     bvh::{Bvh, Tree, reach},
     clusters,
     corners::{Corners, Held, Order, normal_matrix},
@@ -56,7 +56,7 @@ impl Tables {
     /// Whether a step later without motion the tables would be others.
     pub fn settles(&self) -> bool {
         let moved = self.list.iter().find(|t| t.name == MOVED).and_then(|t| t.column("lower"));
-        matches!(moved, Some(Column::Vec3(lower)) if lower.iter().any(|l| l.x < FAR_AWAY))
+        matches!(moved, Some(Column::Vec3(lower)) if lower.iter().any(|l| l.x < FAR_AWAY)) || !stood_still(&self.list)
     }
 }
 
@@ -83,7 +83,7 @@ impl Scene {
         let kept = |name: &str| {
             let Tables { pose: before, levels: beside, list, boxes: _ } = earlier?;
             let changed = [
-                (Follows::NODES, before.nodes != pose.nodes),
+                (Follows::NODES, before.nodes != pose.nodes || name == "nodes" && !stood_still(list)),
                 (Follows::LIGHTS, before.lights != pose.lights),
                 (Follows::LEVELS, !same_levels(beside, &levels)),
                 (Follows::MOTION, true),
@@ -100,7 +100,7 @@ impl Scene {
         let corners = |triangle: usize| world.corners(triangle);
         let mut traced = None;
         let mut made = |name: &str| match name {
-            "nodes" => Some(nodes(&pose)),
+            "nodes" => Some(nodes(&pose, earlier.map_or(&pose, |e| &e.pose))),
             "materials" => Some(self.material_table()),
             "textures" => Some(self.texture_table()),
             "vertices" => Some(self.vertex_table()),
@@ -317,7 +317,18 @@ impl World<'_> {
     }
 }
 
-fn nodes(pose: &Pose) -> Table {
+/// Whether the nodes of tables are where they were in the frame before.
+fn stood_still(list: &[Table]) -> bool {
+    let Some(nodes) = list.iter().find(|t| t.name == "nodes") else { return true };
+    match (nodes.column("transform"), nodes.column(PREVIOUS_TRANSFORM)) {
+        (Some(Column::Mat4(now)), Some(Column::Mat4(before))) => now == before,
+        _ => true,
+    }
+}
+
+fn nodes(pose: &Pose, before: &Pose) -> Table {
+    // Nodes of another scene were nowhere.
+    let before = if before.nodes.len() == pose.nodes.len() { before } else { pose };
     let normals = pose.nodes.iter().map(|m| Mat4::from_mat3(normal_matrix(m))).collect();
     Table {
         name: "nodes",
@@ -326,6 +337,7 @@ fn nodes(pose: &Pose) -> Table {
         columns: Arc::new([
             ("transform", Column::Mat4(pose.nodes.iter().copied().collect())),
             ("inverse_transpose", Column::Mat4(normals)),
+            (PREVIOUS_TRANSFORM, Column::Mat4(before.nodes.iter().copied().collect())),
         ]),
     }
 }

@@ -501,7 +501,7 @@ fn same(a: &Wish, b: &Wish) -> bool {
         choice.exposure = 0.0;
         choice.tone_map = ToneMap::None;
         choice.compare.layout = super::choice::Layout::default();
-        (choice, w.size, w.time.to_bits(), w.output.clone(), w.inspect.clone(), w.prepare)
+        (choice, w.size, w.time.to_bits(), w.pointer, w.output.clone(), w.inspect.clone(), w.prepare)
     };
     stage(a) == stage(b)
 }

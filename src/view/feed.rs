@@ -62,6 +62,10 @@ pub struct Subject {
     pub plan: Plan,
     pub picture: Picture,
     pub scene: Arc<Scene>,
+    /// Time makes a difference: to the scene, or to a shader.
+    pub moves: bool,
+    /// A shader reads where the pointer is.
+    pub points: bool,
 }
 
 /// A frame and why its steps ran.

@@ -13,7 +13,7 @@ use crate::plan::fastest::still;
 use crate::plan::show::picture;
 use crate::reload::{folder_of, folders};
 use crate::scene::{self, Additions, Scene};
-use crate::session::{Project, Session, Settings};
+use crate::session::{Pointer, Project, Session, Settings};
 use crate::value::Values;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -34,8 +34,10 @@ pub struct Wish {
     pub choice: Choice,
     /// Width and height to render, in pixels.
     pub size: [u32; 2],
-    /// Seconds, for scenes that move.
+    /// Seconds, for scenes and shaders that move.
     pub time: f32,
+    /// In pixels of the image, for shaders that read it.
+    pub pointer: Pointer,
     /// The output to show; `None`: `color`, or else the graph's first.
     pub output: Option<String>,
     /// A resource to look into.
@@ -355,6 +357,8 @@ impl Stage {
             params: key.params.clone(),
             picture: picture(&session.plan),
             plan: session.plan.clone(),
+            points: ["pointer", "buttons"].iter().any(|name| session.reads(name)),
+            moves: scene.duration() > 0.0 || ["time", "delta_time"].iter().any(|name| session.reads(name)),
             scene,
         });
         let (output, image) = (String::new(), None);
@@ -366,7 +370,8 @@ impl Stage {
             output,
             image,
             images: 0,
-            frames: 0,
+            // History comes over, and what counts frames goes on.
+            frames: at.map_or(0, |i| self.kept[i].frames),
             last: None,
             rest: false,
             fault: None,
@@ -389,14 +394,15 @@ impl Stage {
         let mut seen = wish.choice.clone();
         // How it is shown does not matter to what is rendered.
         (seen.exposure, seen.compare) = (0.0, super::choice::Compare::default());
-        let same = kept.last.as_ref().is_some_and(|l| l.0 == seen && l.1.to_bits() == wish.time.to_bits());
+        let same = kept.session.pointer == wish.pointer
+            && kept.last.as_ref().is_some_and(|l| l.0 == seen && l.1.to_bits() == wish.time.to_bits());
         let output = output(&kept.session, wish.output.as_deref())?;
         if same && kept.rest && kept.output == output {
             return kept.fault.clone().map_or(Ok(None), Err);
         }
         kept.session.shift = seen.shift();
         kept.session.settings.camera.clone_from(&seen.camera);
-        kept.frames = if same { kept.frames } else { 0 };
+        kept.session.pointer = wish.pointer;
         kept.last = Some((seen, wish.time));
         kept.output.clone_from(&output);
         let rendered = kept.render(&gpu, wish.time);

@@ -7,6 +7,7 @@ use super::picture::Look;
 use super::stage::{Inspect, Wish};
 use super::undo::Undo;
 use crate::scene::{Pose, Scene, View};
+use crate::session::Pointer;
 use egui::Rect;
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -26,6 +27,8 @@ pub struct State {
     pub gesture: Option<Gesture>,
     /// Time runs.
     pub playing: bool,
+    /// Where it is over the image, in pixels of the image.
+    pub pointer: Pointer,
     /// All variants are to be made ready.
     pub prepare: bool,
     /// What the view turns round; `None`: the middle of what it looks at.
@@ -112,6 +115,7 @@ impl State {
             look: Look::default(),
             selected: None,
             gesture: None,
+            pointer: Pointer::default(),
             playing: false,
             prepare: false,
             pivot: None,
@@ -140,6 +144,7 @@ impl State {
             choice: self.now().clone(),
             size: self.now().resolution.size(self.room, most),
             time,
+            pointer: self.pointer,
             output: self.output.clone(),
             inspect: self.inspect.clone().filter(|_| self.panels.bottom && self.panels.tab == Tab::Resource),
             prepare: self.prepare,

@@ -17,6 +17,7 @@
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `large_graph`: 1,000 passes, parsed and planned in time
+//! - `last_frame`: what shaders know of the last frame, of time and of the pointer
 //! - `lesser_devices`: what a device lacks is told, and all else goes on
 //! - `library`: public types in other programs
 //! - `lobes`: glossy lobes against their integrals and another renderer
@@ -61,6 +62,7 @@ mod following;
 mod graph_snapshots;
 mod hostile;
 mod large_graph;
+mod last_frame;
 mod lesser_devices;
 mod library;
 mod lobes;

@@ -52,6 +52,8 @@ fn a_camera_s_vertical_angle_holds_and_the_aspect_is_the_image_s() {
     let values = values(&scene, None, 200, 100);
     let named: Vec<&str> = values.keys().map(String::as_str).collect();
     let mut stated: Vec<&str> = FRAME_VALUES.iter().map(|v| v.0).filter(|n| n.starts_with("camera_")).collect();
+    // Those of the last frame are this one's, a frame later.
+    stated.retain(|n| !n.starts_with("camera_previous_"));
     stated.sort_unstable();
     assert_eq!(named, stated);
     assert_eq!(values["camera_position"], Value::Vec3(Vec3::new(0.0, 0.0, 5.0)));

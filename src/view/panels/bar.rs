@@ -63,9 +63,10 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
         state.mark("undo", undo.rect);
         state.mark("redo", redo.rect);
         ui.separator();
-        let moves = seen.feed.told.subject.as_ref().is_some_and(|s| s.scene.duration() > 0.0);
+        let moves = seen.feed.told.subject.as_ref().is_some_and(|s| s.moves);
         let label = if state.playing { "Pause" } else { "Play" };
-        let play = ui.add_enabled(moves, egui::Button::new(label)).on_hover_text("Space; for scenes that move");
+        let play =
+            ui.add_enabled(moves, egui::Button::new(label)).on_hover_text("Space; for scenes and shaders that move");
         if play.clicked() {
             state.playing = !state.playing;
         }

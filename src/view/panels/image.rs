@@ -2,6 +2,7 @@
 
 use super::{Seen, stem};
 use crate::scene::{Bounds, Geometry, LightKind, Pose, Scene, View};
+use crate::session::Pointer;
 use crate::view::camera;
 use crate::view::choice::{Against, Layout};
 use crate::view::pick::{self, Thing};
@@ -36,6 +37,10 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) -> Rect {
     ui.painter().image(shown.id, rect, Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0)), Color32::WHITE);
     halves(ui, state, seen, rect);
     let Some(subject) = &seen.feed.told.subject else { return area };
+    state.pointer = match told(ui, &response, rect, shown.size) {
+        Some(pointer) if subject.points => pointer,
+        _ => Pointer { buttons: 0, ..state.pointer },
+    };
     let scene = &subject.scene;
     let (pose, aspect) = (state.pose(scene, seen.time), w / h.max(1.0));
     if let Some(view) = state.view(scene, &pose, aspect) {
@@ -43,6 +48,16 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) -> Rect {
         marks(ui, state, rect, scene, &pose, view, aspect);
     }
     area
+}
+
+/// Where the pointer is over the image, for shaders.
+fn told(ui: &Ui, response: &Response, rect: Rect, size: [u32; 2]) -> Option<Pointer> {
+    let at = response.hover_pos()?;
+    let share = glam::Vec2::new((at.x - rect.left()) / rect.width(), (at.y - rect.top()) / rect.height());
+    let buttons = [PointerButton::Primary, PointerButton::Secondary, PointerButton::Middle];
+    let down = |(bit, button): (usize, &PointerButton)| u32::from(ui.input(|i| i.pointer.button_down(*button))) << bit;
+    let at = share * glam::UVec2::from(size).as_vec2();
+    Some(Pointer { at, buttons: buttons.iter().enumerate().map(down).sum() })
 }
 
 #[allow(clippy::too_many_arguments)] // What a pointer event means depends on all of them.

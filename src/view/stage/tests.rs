@@ -56,7 +56,16 @@ impl Files {
     fn wish(&self) -> Wish {
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/lambert_plane.glb");
         let choice = Choice::new(self.0.join("graph.ron"), scene);
-        Wish { serial: 1, choice, size: [8, 6], time: 0.0, output: None, inspect: None, prepare: false }
+        Wish {
+            serial: 1,
+            choice,
+            size: [8, 6],
+            time: 0.0,
+            pointer: Pointer::default(),
+            output: None,
+            inspect: None,
+            prepare: false,
+        }
     }
 }
 

@@ -1,0 +1,56 @@
+//! What a frame brings to the values of a plan, some of it from the frame before.
+
+use super::Settings;
+use crate::diag::{Checked, Diagnostic};
+use crate::scene::{self, Pose, Scene, Shift};
+use crate::value::{Value, Values};
+use glam::Vec2;
+
+/// Where the host program has the pointer, for shaders that read `pointer` and `buttons`.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Pointer {
+    /// In pixels from the top left of the image.
+    pub at: Vec2,
+    /// Pressed ones, a bit each: 1 the first, 2 the second, 4 the middle one.
+    pub buttons: u32,
+}
+
+/// The last frame of a session, or of the one that it took the place of.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Last {
+    pub index: u32,
+    pub time: f32,
+    pub shift: Shift,
+    /// Its values; none before the first frame.
+    pub values: Values,
+}
+
+impl Last {
+    /// The values of a frame that comes next, and what the user should know.
+    ///
+    /// # Errors
+    /// As [`Scene::camera_values`].
+    pub fn next(
+        &self,
+        (scene, settings): (&Scene, &Settings),
+        (pose, pointer): (&Pose, Pointer),
+        index: u32,
+    ) -> Checked<(Values, Vec<Diagnostic>)> {
+        let [width, height] = settings.size;
+        let (mut values, notices) = scene.camera_values(pose, settings.camera.as_deref(), width, height)?;
+        let first = self.values.is_empty();
+        let before = scene::previous(if first { &values } else { &self.values });
+        values.extend(before);
+        let passed = if first { 0.0 } else { (pose.time - self.time).max(0.0) };
+        let own = [
+            ("frame", Value::Uint(index)),
+            ("time", Value::Float(pose.time)),
+            ("delta_time", Value::Float(passed)),
+            ("jitter", Value::Vec2(scene::jitter(index))),
+            ("pointer", Value::Vec2(pointer.at)),
+            ("buttons", Value::Uint(pointer.buttons)),
+        ];
+        values.extend(own.map(|(name, value)| (name.to_owned(), value)));
+        Ok((values, notices))
+    }
+}
