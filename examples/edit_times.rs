@@ -92,7 +92,9 @@ fn begin_with(
 ) -> Checked<(Project, Session, f64)> {
     let project = Project::open(graph, &[])?;
     let settings = Settings {
-        params: [("grid".to_string(), Value::UVec3(glam::UVec3::splat(grid)))].into(),
+        // Two bounces, of which the published figures tell.
+        params: [("grid".to_string(), Value::UVec3(glam::UVec3::splat(grid))), ("bounces".to_string(), Value::Uint(2))]
+            .into(),
         size,
         outputs: Some(vec![output.into()]),
         skip,
