@@ -6,6 +6,7 @@
 //! - `results` is what is kept of it, as JSON and CSV; `front` says which entries nothing beats
 //! - `speed` holds run times against each other and against what the adapter can do
 //! - `against` compares two results, `repeat` says how much of the old ones came out again
+//! - `tune` chooses a graph and its setting for one scene
 //! - `peers` runs other renderers; `report` writes a page of it all, `overview` its first plot
 
 pub mod against;
@@ -22,3 +23,4 @@ pub mod speed;
 pub mod sweep;
 #[cfg(test)]
 mod tests;
+pub mod tune;

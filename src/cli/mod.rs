@@ -18,6 +18,7 @@ mod stats;
 pub mod stress;
 mod table;
 pub mod test;
+pub mod tune;
 pub mod view;
 pub mod watch;
 
@@ -71,6 +72,8 @@ pub enum Command {
     New(new::Args),
     /// Measure run time against error
     Bench(bench::Args),
+    /// Choose the graph and the setting that suit a scene, a machine and a size
+    Tune(tune::Args),
     /// Try every graph under what a scene or a parameter can do, against known answers
     Stress(stress::Args),
 }
@@ -131,6 +134,7 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Test(args) => test::run(args),
         Command::New(args) => new::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Tune(args) => tune::run(args),
         Command::Stress(args) => stress::run(args),
     };
     let (faults, code) = match result {
