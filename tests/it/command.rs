@@ -174,3 +174,33 @@ fn render_writes_images_and_statistics() {
         }
     }
 }
+
+#[test]
+fn tune_writes_the_variant_that_serves_and_says_what_it_measured() {
+    let scratch = Scratch::new("tuned");
+    let (out, unserved) = (scratch.path().join("tuned.ron"), scratch.path().join("none.ron"));
+    let graphs = "lightgraph:graphs/direct.ron,lightgraph:graphs/first_bounce.ron";
+    let tune = |wish: [&str; 2], out: &Path| {
+        let out = out.display().to_string();
+        let scene = ["tune", "--scene", "scenes/cornell_point", "--size", "16x16", "--reference-seconds", "1"];
+        run(&[&scene[..], &wish, &["--graphs", graphs, "--sweep", "directions=2", "--out", &out]].concat(), true)
+    };
+    let (code, text) = tune(["--budget", "100000"], &out);
+    assert_eq!(code, 0, "{text}");
+    for word in [
+        "reference: ",
+        "standard error",
+        "graphs/direct.ron",
+        "directions=2",
+        "wrote lightgraph:graphs/first_bounce.ron",
+    ] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    // The variant is a graph as any other.
+    let (code, text) = run(&["check", "--strict", &out.display().to_string()], false);
+    assert_eq!(code, 0, "{text}");
+
+    let (code, text) = tune(["--error", "0.0001"], &unserved);
+    assert_eq!(code, 1, "{text}");
+    assert!(!unserved.exists(), "{text}");
+}

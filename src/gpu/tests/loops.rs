@@ -44,6 +44,7 @@ fn a_loop_ends_after_the_iteration_that_passes_the_test() {
         let mut s = Sketch::new();
         let buffer = s.buffer("number", 4);
         s.plan.resources[0].initial = Some([1.0; 4]);
+        s.plan.resources[0].history = true;
         let halve = s.compute("halve", HALVE, [1, 1, 1]);
         let until = Until { buffer, comparison: Comparison::Less, value: 0.2, ending };
         let ran = run(s.order([looped("l", count, Some(until), vec![halve])]));
@@ -64,6 +65,7 @@ fn each_comparison_is_the_same_on_the_device_as_by_the_host() {
             let mut s = Sketch::new();
             let buffer = s.buffer("number", 4);
             s.plan.resources[0].initial = Some([1.0; 4]);
+            s.plan.resources[0].history = true;
             let halve = s.compute("halve", HALVE, [1, 1, 1]);
             let until = Until { buffer, comparison, value, ending };
             let ran = run(s.order([looped("l", 5, Some(until), vec![halve])]));
@@ -79,6 +81,7 @@ fn nothing_is_drawn_after_the_end_of_a_loop_on_the_device() {
         let mut s = Sketch::new();
         let buffer = s.buffer("number", 4);
         s.plan.resources[0].initial = Some([1.0; 4]);
+        s.plan.resources[0].history = true;
         s.texture("image", TextureKind::D2 { array: true }, F::Rgba32Float, [2, 2, 4]);
         s.image("tiles", F::Rgba32Float, 4, 4);
         let halve = s.compute("halve", HALVE, [1, 1, 1]);
@@ -107,6 +110,7 @@ fn a_loop_stops_and_warns_when_its_number_is_none() {
         let mut s = Sketch::new();
         let buffer = s.buffer("number", 4);
         s.plan.resources[0].initial = Some([f64::NAN; 4]);
+        s.plan.resources[0].history = true;
         let halve = s.compute("halve", HALVE, [1, 1, 1]);
         let until = Until { buffer, comparison: Comparison::Less, value: 0.2, ending };
         let ran = run(s.order([looped("l", 10, Some(until), vec![halve])]));

@@ -131,6 +131,7 @@ fn a_long_loop_names_the_iteration_in_which_it_broke() {
     let mut s = Sketch::new();
     s.buffer("number", 4);
     s.plan.resources[0].initial = Some([1.0; 4]);
+    s.plan.resources[0].history = true;
     let text = "var<storage, read_write> number: array<f32>;
         @compute @workgroup_size(1) fn main() { number[0] *= 2.0; }";
     let double = s.compute("number", text, [1, 1, 1]);
