@@ -1,8 +1,13 @@
 //! What a frame costs after each kind of edit, as a share of a frame in full: all figures in one run on one adapter.
 //!
-//! `cargo run --release --example edit_times`, with any of `host motions updates spread edits hall art_gallery 4 8 uniform_grid fast_grid` for
-//! these alone: what a frame takes the `host`; `motions` of camera and light at 640×480, `updates` of the probes after a light or an object has moved, in these
-//! scenes, with so many probes along an axis; `spread`: whose light an object that moves changes; `edits` that follow a save, of these graphs.
+//! `cargo run --release --example edit_times` measures all of these, or those that are named after `--`:
+//! - `host`: what frames take the host, on a device that computes nothing
+//! - `motions` of camera and light at 640×480
+//! - `updates` of the probes after a light or an object has moved
+//! - `spread`: whose light an object that moves changes
+//! - `edits` that follow a save
+//!
+//! `hall`, `art_gallery`, `4`, `8` (probes along an axis), `uniform_grid` and `fast_grid` keep to these alone.
 
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::{FrameReport, Gpu};
