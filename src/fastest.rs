@@ -35,7 +35,8 @@ const HOPELESS: f64 = 8.0;
 const CLEARLY: f64 = 0.95;
 
 /// How groups are decided whose choice nobody states.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Policy {
     /// The fastest on this adapter, timed once and remembered
     #[default]

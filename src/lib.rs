@@ -8,7 +8,7 @@
 //! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
 //! ```
 //!
-//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again, `parallel` works on all cores, `base64` writes bytes as text, `caches` keeps what can be made again, `caught` turns panics of other
+//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again, `parallel` works on all cores, `caches` keeps what can be made again, `caught` turns panics of other
 //!   code into faults, [`files`] reads regular files up to a size
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, sub-graphs, repetitions, names
@@ -19,10 +19,9 @@
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback, lists of dirty instances
 //! - [`session`]: from files to frames; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
 //! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
-//! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - [`builtin`]: the graphs and shaders that the binary carries
-//! - `view`: the window: graphs seen live, with what can be set, compared and looked into
-//! - [`cli`]: the commands, one a file
+//!
+//! The command, its bench, tests of graphs, stress cases and window stand in `crates/cli`, on what is public here.
 //!
 //! What must stay true: no Rust names a rendering technique; only `gpu` and what calls it see a device; the executor
 //! decides nothing; names are the wiring; what did not change is not run; the same inputs give the same bits on one
@@ -49,12 +48,10 @@
 
 #![forbid(unsafe_code)]
 
-mod base64;
-pub mod bench;
 pub mod builtin;
-mod caches;
+#[doc(hidden)]
+pub mod caches;
 mod caught;
-pub mod cli;
 mod content;
 pub mod diag;
 pub mod fastest;
@@ -63,16 +60,13 @@ pub mod gpu;
 pub mod graph;
 pub mod image;
 pub mod math;
-mod parallel;
+#[doc(hidden)]
+pub mod parallel;
 pub mod plan;
 mod recent;
 pub mod reload;
 pub mod scene;
 pub mod session;
 pub mod shader;
-pub mod snapshot;
-pub mod stress;
 pub mod value;
 pub mod verify;
-#[cfg(feature = "window")]
-pub mod view;

@@ -1,15 +1,16 @@
 //! The targets. Each takes the bytes of a file as somebody may have written it.
 
-use lightgraph::bench::results::Results;
 use lightgraph::diag::{Checked, Diagnostic, Faults, Severity, Source, render};
 use lightgraph::graph;
 use lightgraph::image::exr;
 use lightgraph::plan::build::faults;
 use lightgraph::plan::fastest::FIRST;
 use lightgraph::plan::request::{Request, sample_device, sample_facts};
+use lightgraph::scene;
 use lightgraph::shader::{self, Defs, Library, compose};
 use lightgraph::value::Values;
-use lightgraph::{scene, snapshot};
+use lightgraph_cli::bench::results::Results;
+use lightgraph_cli::snapshot;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -133,7 +134,7 @@ pub fn image(bytes: &[u8]) {
 pub fn results(bytes: &[u8]) {
     if let Some(results) = shown(Results::from_bytes(bytes.to_vec(), "fuzzed.json")) {
         results.csv();
-        lightgraph::bench::report::text(&results);
+        lightgraph_cli::bench::report::text(&results);
     }
 }
 

@@ -160,7 +160,7 @@ pub struct Selection {
 
 impl Selection {
     /// These steps in full, whatever memory holds.
-    pub(crate) fn of(run: &[bool]) -> Selection {
+    pub fn of(run: &[bool]) -> Selection {
         Selection {
             run: run.to_vec(),
             why: vec![],

@@ -2,11 +2,11 @@
 
 use crate::support::{Scratch, repository};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// Runs `lightgraph` in the repository. `adapter: false` hides every driver.
 pub fn lightgraph(args: &[&str], adapter: bool) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+    let mut command = crate::support::command();
     command.args(args).current_dir(repository(""));
     if !adapter {
         // Both names of the loader's variable, the old and the new.
@@ -18,7 +18,7 @@ pub fn lightgraph(args: &[&str], adapter: bool) -> Output {
 
 /// As [`lightgraph`], with an adapter and variables of the environment.
 pub fn lightgraph_with(args: &[&str], variables: &[(&str, &Path)]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+    let mut command = crate::support::command();
     command.args(args).current_dir(repository("")).envs(variables.iter().copied());
     command.output().unwrap_or_else(|e| panic!("can't start lightgraph: {e}"))
 }

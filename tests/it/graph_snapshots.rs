@@ -2,7 +2,7 @@
 
 use crate::device;
 use crate::support::{files, repository};
-use lightgraph::snapshot::{Options, run_dir};
+use lightgraph_cli::snapshot::{Options, run_dir};
 use std::path::Path;
 
 #[test]

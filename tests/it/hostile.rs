@@ -163,7 +163,7 @@ fn a_base_that_leads_out_of_its_folder_is_refused() {
 #[test]
 fn a_full_disk_under_the_output_is_an_error() {
     for args in [&["plan", "graphs/direct.ron"][..], &["check", "graphs/direct.ron"], &["compare", "--help"]] {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+        let mut command = crate::support::command();
         command.args(args).current_dir(repository("")).stdout(File::options().write(true).open("/dev/full").unwrap());
         let output = command.output().unwrap();
         let text = String::from_utf8_lossy(&output.stderr);
@@ -177,7 +177,7 @@ fn a_full_disk_under_the_output_is_an_error() {
 
 #[test]
 fn a_reader_that_goes_away_ends_the_output_only() {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+    let mut command = crate::support::command();
     command.args(["plan", "graphs/uniform_grid.ron"]).current_dir(repository(""));
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
@@ -216,7 +216,7 @@ fn what_steers_a_terminal_does_not_reach_it() {
 #[test]
 fn an_adapter_that_is_no_text_is_asked_for_too() {
     use std::os::unix::ffi::OsStrExt;
-    let output = Command::new(env!("CARGO_BIN_EXE_lightgraph"))
+    let output = crate::support::command()
         .args(["render", "graphs/direct.ron", "--scene", "scenes/lambert_plane.glb", "--size", "8x8", "--out"])
         .arg(Scratch::new("hostile-adapter").path().join("a.png"))
         .current_dir(repository(""))

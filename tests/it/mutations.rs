@@ -3,10 +3,10 @@
 use crate::device;
 use crate::support::{Scratch, repository};
 use lightgraph::session::Project;
-use lightgraph::snapshot::check::CheckKind;
-use lightgraph::snapshot::file::{self, Setup, Step};
-use lightgraph::snapshot::play::plan_in_the_end;
-use lightgraph::snapshot::{Options, find, run};
+use lightgraph_cli::snapshot::check::CheckKind;
+use lightgraph_cli::snapshot::file::{self, Setup, Step};
+use lightgraph_cli::snapshot::play::plan_in_the_end;
+use lightgraph_cli::snapshot::{Options, find, run};
 use std::collections::BTreeSet;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};

@@ -2,8 +2,8 @@
 
 use crate::device::gpu;
 use crate::support::{Scratch, repository};
-use lightgraph::bench::speed::{Bench, List, Row};
 use lightgraph::fastest::Policy;
+use lightgraph_cli::bench::speed::{Bench, List, Row};
 
 /// The rows beside a program that a script stands for.
 fn rows(name: &str, script: &str) -> Vec<Row> {

@@ -4,7 +4,7 @@
 use crate::browser::visited;
 use crate::device;
 use crate::support::{Scratch, repository};
-use lightgraph::snapshot::{Bless, Options, find, report, run};
+use lightgraph_cli::snapshot::{Bless, Options, find, report, run};
 use std::fs;
 
 const GRAPH: &str = r#"Graph(

@@ -4,7 +4,7 @@
 use crate::device;
 use crate::support::{Scratch, repository};
 use lightgraph::gpu::Gpu;
-use lightgraph::snapshot::{Bless, Open, Options, State, Summary, find, run, run_on};
+use lightgraph_cli::snapshot::{Bless, Open, Options, State, Summary, find, run, run_on};
 use std::fs;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

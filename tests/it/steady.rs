@@ -2,12 +2,12 @@
 
 use crate::device;
 use crate::support::repository;
-use lightgraph::bench::speed::Handwritten;
 use lightgraph::gpu::{Frame, Gpu, Prepared, execute, prepare};
 use lightgraph::plan::Plan;
 use lightgraph::scene::{self, Scene};
 use lightgraph::session::{Project, Settings, plan_for};
 use lightgraph::value::Value;
+use lightgraph_cli::bench::speed::Handwritten;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 

@@ -3,7 +3,7 @@
 use crate::command::lightgraph;
 use crate::device::gpu;
 use crate::support::{Scratch, files, repository};
-use lightgraph::stress::{Cases, Graph, Options, Report, State, run};
+use lightgraph_cli::stress::{Cases, Graph, Options, Report, State, run};
 use std::fs;
 use std::path::Path;
 

@@ -7,10 +7,19 @@ use lightgraph::plan::request::{Request, sample_device, sample_facts};
 use lightgraph::session::Project;
 use lightgraph::value::Values;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// A path in the repository.
 pub fn repository(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).unwrap().join(path)
+}
+
+/// The `lightgraph` command, run in the repository.
+pub fn command() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+    command.current_dir(repository(""));
+    command
 }
 
 /// The files with one of these endings directly in a folder of the repository, by name.

@@ -252,7 +252,8 @@ fn a_new_project_has_settings_for_an_editor() {
             assert!(folder.join(file).is_file(), "{file}");
         }
         use clap::Parser;
-        let parsed = lightgraph::cli::Cli::try_parse_from(std::iter::once("lightgraph").chain(args.iter().copied()));
+        let parsed =
+            lightgraph_cli::commands::Cli::try_parse_from(std::iter::once("lightgraph").chain(args.iter().copied()));
         assert!(parsed.is_ok(), "{args:?}: {parsed:?}");
     }
 }

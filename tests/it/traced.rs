@@ -7,7 +7,6 @@ use lightgraph::image::exr::read_exr;
 use lightgraph::image::mask::{both, edge_mask, gradient_mask, grow};
 use lightgraph::image::metrics::{Metrics, compare};
 use std::path::Path;
-use std::process::Command;
 
 const SIZE: u32 = 128;
 
@@ -113,7 +112,7 @@ fn probes_captured_through_six_views_are_those_drawn_face_by_face() {
     for scene in ["cornell_point", "room_spot"] {
         let [by_views, by_faces] = ["layered_capture", "uniform_grid"].map(|graph| {
             let out = folder.path().join(format!("{graph}_{scene}.exr"));
-            let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+            let mut command = crate::support::command();
             command.current_dir(repository("")).arg("render").arg(format!("graphs/{graph}.ron"));
             command.arg("--scene").arg(format!("scenes/{scene}.gltf")).args(["--size", "64x64", "--set", "bounces=1"]);
             command.arg("--output").arg(format!("indirect={}", out.display()));

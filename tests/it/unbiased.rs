@@ -3,13 +3,13 @@
 use crate::device::gpu;
 use crate::support::repository;
 use glam::{DVec2, DVec4, Vec3};
-use lightgraph::bench::references::{Listed, Manifest};
 use lightgraph::gpu::Gpu;
 use lightgraph::image::Image;
 use lightgraph::image::exr::read_exr;
 use lightgraph::scene::{self, Scene};
 use lightgraph::session::{Project, Session, Settings};
 use lightgraph::value::Value;
+use lightgraph_cli::bench::references::{Listed, Manifest};
 use std::sync::Arc;
 
 const SIZE: u32 = 128;

@@ -130,7 +130,7 @@ impl Project {
     }
 
     fn command(&self) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lightgraph"));
+        let mut command = crate::support::command();
         command.current_dir(self.0.path()).args(["view", "graph.ron", "--size", "900x600", "--pixels", "0.25"]);
         command.arg("--scene").arg(repository("scenes/lambert_plane")).stdout(Stdio::piped()).stderr(Stdio::piped());
         command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env_remove("DISPLAY");

@@ -25,7 +25,7 @@ fn a_broken_shader_keeps_the_last_image_and_a_mended_one_replaces_it() {
     fs::create_dir_all(file("shaders")).unwrap();
     fs::write(file("graph.ron"), GRAPH).unwrap();
     fs::write(file("shaders/paint.wgsl"), paint("0.25")).unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_lightgraph"))
+    let mut child = crate::support::command()
         .arg("watch")
         .arg(file("graph.ron"))
         .arg("--scene")
@@ -64,7 +64,7 @@ fn a_pipe_that_comes_and_goes_is_not_waited_for() {
     fs::create_dir_all(file("shaders")).unwrap();
     fs::write(file("graph.ron"), GRAPH).unwrap();
     fs::write(file("shaders/paint.wgsl"), paint("0.25")).unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_lightgraph"))
+    let mut child = crate::support::command()
         .arg("watch")
         .arg(file("graph.ron"))
         .arg("--scene")
@@ -96,7 +96,7 @@ fn a_folder_that_is_deleted_and_made_anew_is_seen() {
     };
     make("0.25");
     fs::write(file("graph.ron"), GRAPH).unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_lightgraph"))
+    let mut child = crate::support::command()
         .arg("watch")
         .arg(file("graph.ron"))
         .arg("--scene")
@@ -173,7 +173,7 @@ fn every_way_of_saving_ends_in_the_final_state() {
     fs::write(file("scene/parts/triangle.bin"), corners(0.5)).unwrap();
     // Its own image lies among the watched files.
     let out = format!("color={}", file("graphs/out.exr").display());
-    let mut child = Command::new(env!("CARGO_BIN_EXE_lightgraph"))
+    let mut child = crate::support::command()
         .arg("watch")
         .arg(file("graphs/graph.ron"))
         .arg("--scene")

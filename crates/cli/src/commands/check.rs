@@ -1,0 +1,97 @@
+//! `lightgraph check`: every fault of graphs and their shaders. No device.
+
+use super::{Failure, ShaderFolders, notices, print};
+use lightgraph::diag::{Checked, Diagnostic, Faults, Severity};
+use lightgraph::plan::build::faults;
+use lightgraph::plan::fastest::FIRST;
+use lightgraph::plan::lint;
+use lightgraph::plan::request::{Request, all_sample_facts, sample_device};
+use lightgraph::scene;
+use lightgraph::session::Project;
+use lightgraph::value::Values;
+use std::path::PathBuf;
+
+/// Reports every fault of graphs and their shaders.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Graph files
+    #[arg(value_name = "GRAPH", required = true)]
+    pub graphs: Vec<PathBuf>,
+    /// Check for this scene, rather than for one that has everything and one that has nothing
+    #[arg(long, value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
+    /// Set a parameter (may be repeated)
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Count warnings as faults: what the graph declares and nothing uses
+    #[arg(long)]
+    pub strict: bool,
+    #[command(flatten)]
+    pub shaders: ShaderFolders,
+}
+
+/// Checks each graph; faults of all of them are shown.
+///
+/// # Errors
+/// Only faults that concern no graph, such as a scene that can't be read.
+pub fn run(args: &Args) -> Result<u8, Failure> {
+    let facts = match &args.scene {
+        Some(path) => vec![scene::load(path)?.scene.facts()],
+        None => all_sample_facts(),
+    };
+    let mut code = 0;
+    for path in &args.graphs {
+        let mut faults = match check(path, args, &facts) {
+            Ok(faults) => faults,
+            Err(Faults(faults)) => {
+                notices(&faults);
+                code = 2;
+                continue;
+            }
+        };
+        if args.strict {
+            lint::strict(&mut faults);
+        }
+        notices(&faults);
+        if faults.iter().any(|d| d.severity == Severity::Error) {
+            code = code.max(1);
+        } else {
+            print(&format!("{}: no faults\n", path.display()));
+        }
+    }
+    Ok(code)
+}
+
+/// The faults of one graph under each set of facts, whichever alternatives run, none of them twice.
+///
+/// # Errors
+/// Parameters that the graph has not, or not with such values.
+fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Checked<Vec<Diagnostic>> {
+    let mut all: Vec<Diagnostic> = vec![];
+    let project = match Project::open(path, &args.shaders.folders) {
+        Ok(project) => project,
+        Err(Faults(faults)) => return Ok(faults),
+    };
+    let params = project.params(&args.set)?;
+    let (limits, features) = sample_device();
+    for facts in facts {
+        let request = Request {
+            graph: &project.graph,
+            texts: &project.texts,
+            params: &params,
+            facts,
+            screen: [640, 480],
+            outputs: None,
+            choices: &FIRST,
+            levels: &[],
+            limits: &limits,
+            features,
+        };
+        for fault in faults(&request) {
+            if !all.contains(&fault) {
+                all.push(fault);
+            }
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,312 @@
+//! What a bench does one after the other: rounds over scenes, graphs and settings, and what comes of them.
+
+use super::bench::Args;
+use super::notices;
+use crate::bench::measure::{Effort, Measured, Subject, Target, measure, planned};
+use crate::bench::peers::{self, Job};
+use crate::bench::references::{Manifest, References};
+use crate::bench::report;
+use crate::bench::results::{Entry, Journal, Phase, Results, hash};
+use crate::bench::sweep::Sweep;
+use lightgraph::builtin;
+use lightgraph::diag::{Checked, Diagnostic};
+use lightgraph::files;
+use lightgraph::gpu::Gpu;
+use lightgraph::scene::{self, Scene};
+use lightgraph::session::Project;
+use std::collections::BTreeMap;
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A graph under its name.
+pub(super) struct Named {
+    pub name: String,
+    pub project: Project,
+    /// Milliseconds to read it.
+    pub ms: f64,
+}
+
+impl Named {
+    /// Its own defaults, then what a sweep sets of it.
+    pub fn settings(&self, sweep: &Sweep) -> Vec<Vec<(String, String)>> {
+        let mut all = vec![vec![]];
+        let swept = sweep.settings(|name| self.project.graph.params.iter().any(|(n, _)| n.value == name));
+        all.extend(swept.into_iter().filter(|setting| !setting.is_empty()));
+        all
+    }
+}
+
+/// A scene file and the camera it is seen by.
+pub(super) struct View {
+    pub path: PathBuf,
+    pub camera: Option<String>,
+}
+
+/// What is asked for, all of it read.
+pub(super) struct Asked<'a> {
+    pub args: &'a Args,
+    pub gpu: &'a Gpu,
+    /// Milliseconds it took to open.
+    pub device_ms: f64,
+    pub manifest: &'a Manifest,
+    pub views: &'a [View],
+    pub graphs: &'a [Named],
+    pub sweep: &'a Sweep,
+    pub peers: &'a [peers::Peer],
+}
+
+/// Runs all of it. `results` has no entries yet.
+///
+/// # Errors
+/// Scenes and references that can't be read; files that can't be written. What a single setting does wrong is kept in its entry.
+pub(super) fn course(asked: &Asked<'_>, results: Results) -> Checked<Results> {
+    let (journal, kept) = Journal::open(&asked.args.out, asked.args.resume)?;
+    let settings: usize = asked.graphs.iter().map(|g| g.settings(asked.sweep).len()).sum();
+    let progress = progress(asked.views.len() * (settings + asked.peers.len()));
+    let mut course = Course { asked, results, kept, journal, progress };
+    asked.views.iter().try_for_each(|view| course.view(view))?;
+    let Course { mut results, kept, journal, progress, .. } = course;
+    progress.finish_and_clear();
+    for entry in kept {
+        if results.entries.iter().all(|e| e.key() != entry.key()) {
+            results.entries.push(entry);
+        }
+    }
+    results.write(&asked.args.out)?;
+    journal.close()?;
+    Ok(results)
+}
+
+/// The work and what came of it so far.
+struct Course<'a> {
+    asked: &'a Asked<'a>,
+    results: Results,
+    /// Of an earlier run.
+    kept: Vec<Entry>,
+    journal: Journal,
+    progress: indicatif::ProgressBar,
+}
+
+/// A loaded view.
+struct Place<'a> {
+    view: &'a View,
+    scene: &'a Arc<Scene>,
+    references: &'a References,
+}
+
+/// A setting that takes part in further rounds.
+struct Held<'a> {
+    /// The index of its entry.
+    entry: usize,
+    subject: Subject<'a>,
+}
+
+/// Bytes that held settings take on the device at most. When they have more, their rounds come at once.
+const MOST_HELD: u64 = 4 << 30;
+
+/// A setting that was beyond the user's patience.
+struct Slow {
+    setting: Vec<(String, String)>,
+    seconds: f64,
+}
+
+impl<'a> Course<'a> {
+    fn view(&mut self, view: &View) -> Checked<()> {
+        let Asked { args, manifest, graphs, sweep, peers, device_ms, .. } = *self.asked;
+        let start = Instant::now();
+        let loaded = scene::load(&view.path)?;
+        let scene_ms = start.elapsed().as_secs_f64() * 1e3;
+        let mut notes = vec![];
+        let references = manifest.load(&loaded.scene.name, view.camera.as_deref(), args.size, &mut notes)?;
+        let scene = Arc::new(loaded.scene);
+        let place = Place { view, scene: &scene, references: &references };
+        notices(&notes);
+        self.reference_pictures(&place)?;
+        let mut held = vec![];
+        for graph in graphs {
+            let inputs = inputs(graph, &loaded.files, self.results.commit.as_deref())?;
+            let ms = [("device", device_ms), ("graph", graph.ms), ("scene", scene_ms)];
+            let start_up_ms: BTreeMap<String, f64> = ms.map(|(n, ms)| (n.to_string(), ms)).into();
+            let mut slow: Option<Slow> = None;
+            for setting in graph.settings(sweep) {
+                let target = Target {
+                    graph: &graph.name,
+                    project: &graph.project,
+                    scene: place.scene,
+                    camera: view.camera.as_deref(),
+                    size: args.size,
+                    setting: &setting,
+                    references: &references,
+                    start_up_ms: &start_up_ms,
+                    inputs: &inputs,
+                    fastest: args.fastest,
+                };
+                self.progress.set_message(format!("{} on {}", graph.name, place.scene.name));
+                if let Some(slow) = slow.as_ref().filter(|s| sweep.is_more(&setting, &s.setting)) {
+                    self.leave_out(&target, slow)?;
+                } else {
+                    let (seconds, subject) = self.one(&target, &place)?;
+                    // A graph's own defaults stand for themselves: nothing of a sweep is more than they are.
+                    if args.patience.is_some_and(|most| seconds > most) && !setting.is_empty() {
+                        slow = Some(Slow { setting, seconds });
+                    }
+                    let entry = self.results.entries.len() - 1;
+                    held.extend(subject.map(|subject| Held { entry, subject }));
+                    if held.iter().map(|h| self.results.entries[h.entry].bytes).sum::<u64>() > MOST_HELD {
+                        self.rounds(std::mem::take(&mut held))?;
+                    }
+                }
+                self.progress.inc(1);
+            }
+        }
+        self.rounds(held)?;
+        peers.iter().try_for_each(|peer| self.peer(peer, &place))
+    }
+
+    /// The further rounds of some settings, in turn: what slows the machine down for a while then slows all of them.
+    fn rounds(&mut self, mut held: Vec<Held<'a>>) -> Checked<()> {
+        let more = self.asked.args.rounds - 1;
+        self.progress.inc_length(u64::from(more) * held.len() as u64);
+        for _ in 0..more {
+            held.retain_mut(|h| {
+                self.progress.inc(1);
+                let entry = &mut self.results.entries[h.entry];
+                self.progress.set_message(format!("{} on {}, again", entry.graph, entry.scene));
+                h.subject.again(entry)
+            });
+        }
+        held.iter().try_for_each(|h| self.journal.add(&self.results.entries[h.entry]))
+    }
+
+    /// Measures a setting, if no earlier run did, and adds its entry. Seconds of its slowest frame; what takes part in further rounds.
+    fn one(&mut self, target: &Target<'_>, place: &Place<'_>) -> Checked<(f64, Option<Subject<'a>>)> {
+        let plan = planned(target)?;
+        let Args { rounds, brief, .. } = *self.asked.args;
+        let same = |e: &Entry| e.key() == plan.key() && e.inputs == plan.inputs && e.fault.is_none();
+        let done = |e: &Entry| same(e) && (e.rounds >= rounds || e.round_seconds() > brief);
+        if let Some(at) = self.kept.iter().position(done) {
+            let entry = self.kept.swap_remove(at);
+            let seconds = longest(&entry);
+            self.results.entries.push(entry);
+            return Ok((seconds, None));
+        }
+        let mut measured = measure(self.asked.gpu, target, effort(self.asked))?;
+        if let Some(fault) = &measured.entry.fault {
+            let text = format!("{} on {}, {}: {fault}", target.graph, target.scene.name, measured.entry.setting);
+            self.progress.suspend(|| notices(&[Diagnostic::warning(text)]));
+        }
+        let seconds = longest(&measured.entry);
+        let subject = measured.subject.take().filter(|_| rounds > 1 && measured.entry.round_seconds() <= brief);
+        self.add(measured, place)?;
+        Ok((seconds, subject))
+    }
+
+    /// For a setting that would take even longer.
+    fn leave_out(&mut self, target: &Target<'_>, slow: &Slow) -> Checked<()> {
+        let set: Vec<String> = slow.setting.iter().map(|(n, v)| format!("{n}={v}")).collect();
+        let why = format!("left out: a frame with {} takes {:.0} s", set.join(" "), slow.seconds);
+        let entry = Entry { fault: Some(why), ..planned(target)? };
+        self.journal.add(&entry)?;
+        self.results.entries.push(entry);
+        Ok(())
+    }
+
+    fn add(&mut self, measured: Measured<'_>, place: &Place<'_>) -> Checked<()> {
+        let Measured { mut entry, images, subject: _ } = measured;
+        entry.picture = report::pictures(&self.asked.args.out, &entry, &images, place.references)?;
+        self.journal.add(&entry)?;
+        self.results.entries.push(entry);
+        Ok(())
+    }
+
+    fn peer(&mut self, peer: &peers::Peer, place: &Place<'_>) -> Checked<()> {
+        self.progress.set_message(format!("{} on {}", peer.name, place.scene.name));
+        let origin = format!("peer {}", peer.name);
+        let camera = place.view.camera.as_deref();
+        let mine = |e: &Entry| {
+            let here = e.scene == place.scene.name && e.camera.as_deref() == camera && e.size == self.asked.args.size;
+            here && e.inputs == origin
+        };
+        let (found, rest): (Vec<Entry>, Vec<Entry>) = std::mem::take(&mut self.kept).into_iter().partition(mine);
+        self.kept = rest;
+        if !found.is_empty() {
+            self.results.entries.extend(found);
+        } else {
+            let folder =
+                self.asked.args.out.join("peers").join(format!("{} {}", place.scene.name, camera.unwrap_or("")).trim());
+            let job = Job {
+                scene_file: &place.view.path,
+                scene: &place.scene.name,
+                camera,
+                size: self.asked.args.size,
+                references: place.references,
+                folder: &folder,
+                settings: &[],
+            };
+            match peers::run(peer, job) {
+                Ok(entries) => {
+                    for (mut entry, images) in entries {
+                        entry.inputs.clone_from(&origin);
+                        self.add(Measured { entry, images, subject: None }, place)?;
+                    }
+                }
+                Err(absent) if self.results.absent.contains(&absent) => {}
+                Err(absent) => {
+                    let text = format!("{} is absent: {}", absent.name, absent.why);
+                    self.progress.suspend(|| notices(&[Diagnostic::warning(text)]));
+                    self.results.absent.push(absent);
+                }
+            }
+        }
+        self.progress.inc(1);
+        Ok(())
+    }
+
+    fn reference_pictures(&self, place: &Place<'_>) -> Checked<()> {
+        report::reference_pictures(
+            &self.asked.args.out,
+            &place.scene.name,
+            place.view.camera.as_deref(),
+            place.references,
+        )
+    }
+}
+
+fn effort<'a>(asked: &Asked<'a>) -> Effort<'a> {
+    let Args { phases, repeat, seconds, .. } = asked.args;
+    Effort { repeat: *repeat, seconds: *seconds, phases: if phases.is_empty() { &Phase::ALL } else { phases } }
+}
+
+/// Seconds of an entry's slowest frame.
+fn longest(entry: &Entry) -> f64 {
+    entry.phases.iter().map(|t| t.wall_ms.max / 1e3).fold(0.0, f64::max)
+}
+
+/// A hash of all that an entry is made from.
+fn inputs(graph: &Named, scene_files: &[PathBuf], commit: Option<&str>) -> Checked<String> {
+    let mut parts: Vec<Vec<u8>> = vec![env!("CARGO_PKG_VERSION").into(), commit.unwrap_or("").into()];
+    // What comes with the binary is that of its version.
+    let graph_files = graph.project.graph.files.iter().filter(|f| !builtin::is_builtin(f));
+    for path in graph_files.chain(scene_files) {
+        let bytes = files::read(path, files::GEOMETRY)
+            .map_err(|e| Diagnostic::error(format!("can't read {}: {e}", path.display())))?;
+        parts.push(bytes);
+    }
+    parts.extend(graph.project.texts.files.values().map(|s| s.text.clone().into_bytes()));
+    Ok(hash(parts.iter().map(Vec::as_slice)))
+}
+
+/// A bar with the time left, on a terminal.
+fn progress(length: usize) -> indicatif::ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return indicatif::ProgressBar::hidden();
+    }
+    let bar = indicatif::ProgressBar::new(length as u64);
+    if let Ok(style) = indicatif::ProgressStyle::with_template("{bar:30} {pos}/{len}, {eta} left: {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}

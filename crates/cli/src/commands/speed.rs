@@ -1,0 +1,32 @@
+//! `lightgraph bench --speed`: how fast, as ratios in one run.
+
+use super::bench::{Args, commit, machine};
+use super::{Failure, print};
+use crate::bench::speed::{Bench, List, Rows, rows};
+use lightgraph::gpu::Gpu;
+use std::path::Path;
+
+/// Measures what a list asks for, says each figure as it comes, and writes all of them.
+///
+/// # Errors
+/// A list, graph or scene that can't be read; no adapter. A figure that misses what it is held to is no fault: machines differ.
+pub fn run(args: &Args, list: &Path) -> Result<u8, Failure> {
+    let list = List::read(list)?;
+    let gpu = Gpu::open()?;
+    if gpu.is_software() {
+        print(&format!("{}: a software driver; no time here is a GPU's\n", gpu.info.name));
+    }
+    let bench = Bench {
+        gpu: &gpu,
+        root: Path::new(""),
+        shaders: &args.shaders.folders,
+        references: &args.references,
+        repeat: args.repeat,
+        fastest: args.fastest,
+    };
+    let found = bench.run(&list, &mut |row| print(&rows::line(row)))?;
+    let all = Rows { version: env!("CARGO_PKG_VERSION").into(), commit: commit(), machine: machine(&gpu), rows: found };
+    all.write(&args.out)?;
+    print(&format!("wrote {}\n", args.out.join("speed.html").display()));
+    Ok(0)
+}

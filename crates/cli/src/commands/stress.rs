@@ -1,0 +1,102 @@
+//! `lightgraph stress`: numerical stability.
+
+use super::{Failure, ShaderFolders, print};
+use crate::stress::{self, Cases, Graph, Options, State};
+use lightgraph::diag::{Checked, Diagnostic, Faults};
+use lightgraph::gpu::Gpu;
+use std::path::{Path, PathBuf};
+
+/// Runs every graph through cases whose answers are known, random parameters, a long flight and other adapters.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Graph files, separated by commas [default: all of graphs/]
+    #[arg(long, value_name = "FILES", value_delimiter = ',')]
+    pub graphs: Vec<PathBuf>,
+    /// The time to spend; without it, all cases and random parameters once
+    #[arg(long, value_name = "N", value_parser = seconds)]
+    pub seconds: Option<f64>,
+    /// The seed of everything random: the same one draws the same
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// Only the cases that matter most
+    #[arg(long)]
+    pub quick: bool,
+    /// Only cases whose names hold this; `random`, `flight` and `adapters` are names too
+    #[arg(long, value_name = "TEXT")]
+    pub filter: Option<String>,
+    /// The file of cases
+    #[arg(long, value_name = "FILE", default_value = "tests/stress/cases.ron")]
+    pub cases: PathBuf,
+    /// Where results.json and report.html go
+    #[arg(long, value_name = "DIR", default_value = "out/stress")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub shaders: ShaderFolders,
+}
+
+/// Runs, prints failures as they come and the table, writes the report.
+///
+/// # Errors
+/// Faults of the cases and graphs; no adapter; files that can't be written.
+pub fn run(args: &Args) -> Result<u8, Failure> {
+    let cases = Cases::read(&args.cases)?;
+    let graphs = graphs(args)?;
+    let program = std::env::current_exe()
+        .map_err(|e| Faults::from(Diagnostic::error(format!("can't find the program's own file: {e}"))))?;
+    let gpu = Gpu::open()?;
+    let options = Options {
+        seconds: args.seconds,
+        seed: args.seed,
+        quick: args.quick,
+        filter: args.filter.clone(),
+        cases: args.cases.clone(),
+        folder: args.out.clone(),
+        program,
+        shaders: args.shaders.folders.clone(),
+    };
+    let report = stress::run(&gpu, &cases, &graphs, &options, &mut |row| {
+        if row.state == State::Failed {
+            let number = |x: Option<f64>| x.map_or("-".to_string(), |x| format!("{x:e}"));
+            print(&format!(
+                "FAIL {}, {} {}: error {} over {}: {}\n",
+                row.case,
+                row.graph,
+                row.setting,
+                number(row.error),
+                number(row.bound),
+                row.notice
+            ));
+        }
+    })?;
+    report.write(&args.out)?;
+    print(&report.table());
+    print(&format!("wrote {}\n", args.out.join("report.html").display()));
+    Ok(u8::from(report.count(State::Failed) > 0))
+}
+
+/// The graphs that are meant, all of them or none.
+fn graphs(args: &Args) -> Checked<Vec<Graph>> {
+    let mut paths = args.graphs.clone();
+    if paths.is_empty() {
+        let folder = Path::new("graphs");
+        let fault = |e: std::io::Error| Diagnostic::error(format!("can't read {}: {e}", folder.display()));
+        for entry in std::fs::read_dir(folder).map_err(fault)? {
+            paths.push(entry.map_err(fault)?.path());
+        }
+        paths.retain(|p| p.extension().is_some_and(|e| e == "ron"));
+        paths.sort();
+    }
+    let mut faults = vec![];
+    let mut graphs = vec![];
+    for path in &paths {
+        match Graph::open(path, &args.shaders.folders) {
+            Ok(graph) => graphs.push(graph),
+            Err(f) => faults.extend(f.0),
+        }
+    }
+    Faults::check(faults, graphs)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite()).ok_or_else(|| "it isn't a positive number".into())
+}

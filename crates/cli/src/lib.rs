@@ -1,0 +1,23 @@
+//! The `lightgraph` command and what it is made of, beside the library `lightgraph`.
+//!
+//! - [`commands`]: the commands, one a file
+//! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
+//! - `view`: the window: graphs seen live, with what can be set, compared and looked into
+//! - `base64`: bytes as text, for reports
+
+#![forbid(unsafe_code)]
+
+mod base64;
+pub mod bench;
+pub mod commands;
+pub mod snapshot;
+pub mod stress;
+#[cfg(feature = "window")]
+pub mod view;
+
+/// A path in the repository.
+#[cfg(test)]
+fn repository(path: &str) -> std::path::PathBuf {
+    let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).map_or_else(|| path.into(), |root| root.join(path))
+}

@@ -1,0 +1,531 @@
+//! The event loop: winit's events in, panels and frames out.
+
+use super::canvas::Canvas;
+use super::choice::{Against, Choice};
+use super::engine::Engine;
+use super::feed::{Feed, Told};
+use super::panels::{self, Seen};
+use super::save;
+use super::script::{Act, Moment, Script};
+use super::stage::{Stage, Wish};
+use super::state::{Save, State};
+use super::surface::{Paint, Screen};
+use super::variants;
+use lightgraph::diag::{Checked, Diagnostic, Faults, render};
+use lightgraph::fastest::Policy;
+use lightgraph::gpu::{self, Gpu, OpenError, wanted_adapter};
+use lightgraph::image::exr::{Precision, write_exr};
+use lightgraph::image::png::{ToneMap, write_png};
+use lightgraph::image::{Image, difference};
+use lightgraph::scene::Additions;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::window::{Window, WindowId};
+
+/// What the window opens with.
+#[derive(Debug)]
+pub struct Start {
+    pub choice: Choice,
+    /// Folders of shaders besides the usual ones.
+    pub shaders: Vec<PathBuf>,
+    /// What scenes get besides their files.
+    pub additions: Additions,
+    /// Which of a graph's alternatives run.
+    pub fastest: Policy,
+    /// Check the numbers that every step leaves.
+    pub watch: bool,
+    /// Of the window, in pixels.
+    pub size: [u32; 2],
+    /// Where pictures and states are written.
+    pub folder: PathBuf,
+    pub script: Option<Script>,
+    /// Whether the share of pixels was left to the adapter.
+    pub usual_resolution: bool,
+}
+
+/// Why the window closed by itself, or did not open.
+#[derive(Debug)]
+pub enum Ended {
+    /// No display, or none that can be drawn to.
+    NoDisplay(Diagnostic),
+    NoAdapter(Diagnostic),
+    Faults(Faults),
+}
+
+/// Opens the window and runs until it is closed. Returns what a script had to say.
+///
+/// # Errors
+/// No display, no adapter for it, a script that does not come about.
+pub fn run(start: Start) -> Result<Vec<String>, Ended> {
+    let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|e| Ended::NoDisplay(no_display(&e)))?;
+    let proxy = event_loop.create_proxy();
+    let (tell, hear) = channel();
+    let mut app = App {
+        state: State::new(start.choice.clone()),
+        feed: Feed::default(),
+        scenes: scenes_beside(&start.choice.scene),
+        start,
+        window: None,
+        context: context(),
+        proxy,
+        tell,
+        hear,
+        wish: None,
+        serial: 0,
+        clock: None,
+        repaint: None,
+        reopened: 0,
+        ended: None,
+    };
+    let looped = event_loop.run_app(&mut app);
+    // Frames under way end before the window does.
+    app.window = None;
+    match (app.ended, looped) {
+        (Some(ended), _) => Err(ended),
+        (None, Err(e)) => Err(Ended::NoDisplay(no_display(&e))),
+        (None, Ok(())) => Ok(app.start.script.map_or(vec![], |s| s.log)),
+    }
+}
+
+/// What the panels are drawn with: the least text can be read.
+fn context() -> egui::Context {
+    let context = egui::Context::default();
+    context.all_styles_mut(|style| {
+        style.text_styles.insert(egui::TextStyle::Small, egui::FontId::proportional(11.0));
+        style.visuals.weak_text_alpha = 0.8;
+    });
+    context
+}
+
+/// The engine has something to tell.
+#[derive(Debug, Clone, Copy)]
+struct Wake;
+
+struct App {
+    start: Start,
+    state: State,
+    feed: Feed,
+    scenes: Vec<PathBuf>,
+    window: Option<Open>,
+    context: egui::Context,
+    proxy: EventLoopProxy<Wake>,
+    tell: Sender<Told>,
+    hear: Receiver<Told>,
+    /// The last wish that the engine got.
+    wish: Option<Wish>,
+    serial: u64,
+    /// Since when time runs, and what it was then.
+    clock: Option<(Instant, f32)>,
+    /// When to paint again, if nothing happens.
+    repaint: Option<Instant>,
+    /// How often a lost device was replaced.
+    reopened: u32,
+    ended: Option<Ended>,
+}
+
+/// An open window with all that belongs to its device.
+struct Open {
+    // In this order they are dropped: the engine uses the device, the screen the window.
+    engine: Engine,
+    canvas: Canvas,
+    screen: Screen,
+    input: egui_winit::State,
+    gpu: Arc<Gpu>,
+    window: Arc<Window>,
+    adapter: String,
+}
+
+impl ApplicationHandler<Wake> for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.window.is_none() {
+            match self.open(event_loop) {
+                Ok(window) => {
+                    window.window.request_redraw();
+                    self.window = Some(window);
+                }
+                Err(ended) => self.end(event_loop, Some(ended)),
+            }
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, _: Wake) {
+        if let Some(window) = &self.window {
+            window.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(open) = &mut self.window else { return };
+        match event {
+            WindowEvent::CloseRequested => self.end(event_loop, None),
+            WindowEvent::RedrawRequested => self.redraw(event_loop),
+            WindowEvent::DroppedFile(path) => {
+                self.state.edit("against", |c| c.compare.against = Against::Image(path));
+                open.window.request_redraw();
+            }
+            event => {
+                if let WindowEvent::Resized(size) = &event {
+                    open.screen.resize(size.width, size.height);
+                }
+                if open.input.on_window_event(&open.window, &event).repaint {
+                    open.window.request_redraw();
+                }
+            }
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(open) = &self.window else { return };
+        let scripted = self.start.script.as_ref().is_some_and(|s| !s.is_done());
+        // Between the frames of a script the engine gets its share of the processor.
+        let next = if scripted { Some(Instant::now() + Duration::from_millis(8)) } else { self.repaint };
+        match next {
+            Some(at) if at <= Instant::now() => open.window.request_redraw(),
+            Some(at) => event_loop.set_control_flow(ControlFlow::WaitUntil(at)),
+            None => event_loop.set_control_flow(ControlFlow::Wait),
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: winit::event::StartCause) {
+        if let (winit::event::StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.window) {
+            open.window.request_redraw();
+        }
+    }
+}
+
+impl App {
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<Open, Ended> {
+        let [width, height] = self.start.size;
+        let attributes = Window::default_attributes()
+            .with_title("lightgraph")
+            .with_inner_size(PhysicalSize::new(width, height))
+            .with_min_inner_size(PhysicalSize::new(1, 1));
+        let window = event_loop.create_window(attributes).map_err(|e| Ended::NoDisplay(no_display(&e)))?;
+        self.open_on(Arc::new(window))
+    }
+
+    /// Opens a device for a window, and all that runs on it.
+    fn open_on(&mut self, window: Arc<Window>) -> Result<Open, Ended> {
+        let instance = Gpu::instance();
+        let surface = instance.create_surface(window.clone()).map_err(|e| {
+            let d = Diagnostic::error(format!("can't draw to the window: {e}"));
+            Ended::NoDisplay(d.help("`lightgraph watch` and `lightgraph render` need no display"))
+        })?;
+        let wanted = wanted_adapter();
+        let gpu = Gpu::open_for(&instance, wanted.as_deref(), Some(&surface)).map_err(|e| match e {
+            OpenError::NoAdapter(d) => Ended::NoAdapter(d),
+            OpenError::Other(f) => Ended::Faults(f),
+        })?;
+        let gpu = Arc::new(gpu);
+        let screen = Screen::new(gpu.clone(), surface, &window).map_err(Ended::Faults)?;
+        if self.start.usual_resolution && gpu.is_software() && self.wish.is_none() {
+            // A software driver takes four times as long for every pixel of the window.
+            let mut choice = self.state.now().clone();
+            choice.resolution = super::choice::Resolution::Window(0.5);
+            self.state.choice = super::undo::Undo::new(choice);
+        }
+        let (tell, proxy) = (self.tell.clone(), self.proxy.clone());
+        let told = move |told| {
+            // The window is gone only when the program ends.
+            let _ = tell.send(told);
+            let _ = proxy.send_event(Wake);
+        };
+        let Start { shaders, additions, fastest, watch, .. } = &self.start;
+        let stage = Stage::new(gpu.clone(), shaders.clone(), additions.clone(), *fastest, *watch);
+        let engine = Engine::start(stage, told).map_err(Ended::Faults)?;
+        let most = gpu.limits.max_texture_dimension_2d as usize;
+        let id = egui::ViewportId::ROOT;
+        let input = egui_winit::State::new(self.context.clone(), id, &window, None, None, Some(most));
+        let software = if gpu.is_software() { " (software)" } else { "" };
+        let adapter = format!("{}{software}", gpu.info.name);
+        Ok(Open { engine, canvas: Canvas::new(&gpu), screen, input, gpu, window, adapter })
+    }
+
+    fn end(&mut self, event_loop: &ActiveEventLoop, why: Option<Ended>) {
+        self.ended = why;
+        event_loop.exit();
+    }
+
+    /// One frame of the window.
+    fn redraw(&mut self, event_loop: &ActiveEventLoop) {
+        while let Ok(told) = self.hear.try_recv() {
+            self.feed.take(told);
+        }
+        if self.feed.told.lost {
+            return self.reopen(event_loop);
+        }
+        let time = self.time();
+        let Some(open) = &mut self.window else { return };
+        let mut act = Act::Nothing;
+        let mut input = open.input.take_egui_input(&open.window);
+        if let Some(script) = &mut self.start.script {
+            let size = open.window.inner_size();
+            let moment = Moment {
+                state: &self.state,
+                told: &self.feed.told,
+                rest: self.feed.told.rest && self.feed.told.serial == self.serial && self.serial > 0,
+                size: [size.width, size.height],
+            };
+            match script.play(&moment) {
+                Ok((events, next)) => {
+                    input.events.extend(events);
+                    act = next;
+                }
+                Err(f) => return self.end(event_loop, Some(Ended::Faults(f))),
+            }
+        }
+        let (told, choice) = (&self.feed.told, self.state.now());
+        let image = open.canvas.main(&open.gpu, &mut open.screen.renderer, told, choice);
+        let previews = open.canvas.previews(&open.gpu, &mut open.screen.renderer, told, choice);
+        let seen =
+            Seen { feed: &self.feed, image, previews: &previews, scenes: &self.scenes, time, adapter: &open.adapter };
+        self.state.marks.clear();
+        let state = &mut self.state;
+        let output = self.context.run_ui(input, |ui| panels::show(ui, state, &seen));
+        open.input.handle_platform_output(&open.window, output.platform_output.clone());
+        let delay = output.viewport_output.values().map(|v| v.repaint_delay).min();
+        self.repaint = delay.filter(|d| *d < Duration::from_secs(3600)).map(|d| Instant::now() + d);
+        let shot = if let Act::Shot(path) = &act { Some(path.as_path()) } else { None };
+        let before = open.canvas.recorded();
+        match open.screen.paint(Paint { context: &self.context, output, before, shot }) {
+            Ok(true) => {}
+            Ok(false) => self.repaint = Some(Instant::now() + Duration::from_millis(20)),
+            Err(f) => self.state.message = Some((false, first(&f))),
+        }
+        if self.state.playing {
+            self.repaint = Some(Instant::now());
+        }
+        self.title();
+        self.send(event_loop);
+        self.requests();
+        match act {
+            Act::Nothing | Act::Shot(_) => {}
+            Act::Size(width, height) => {
+                if let Some(open) = &mut self.window
+                    && let Some(size) = open.window.request_inner_size(PhysicalSize::new(width, height))
+                {
+                    open.screen.resize(size.width, size.height);
+                }
+            }
+            Act::LoseDevice => {
+                if let Some(open) = &self.window {
+                    open.gpu.device.destroy();
+                    self.wish = None;
+                }
+            }
+            Act::Close => self.end(event_loop, None),
+        }
+    }
+
+    /// Tells the engine what the panels made of the choice.
+    fn send(&mut self, event_loop: &ActiveEventLoop) {
+        let time = self.time();
+        let Some(open) = &self.window else { return };
+        let most = open.gpu.limits.max_texture_dimension_2d;
+        let mut wish = self.state.wish(self.serial, time, most);
+        if let Some(last) = &self.wish
+            && same(last, &wish)
+        {
+            return;
+        }
+        self.serial += 1;
+        wish.serial = self.serial;
+        if !open.engine.wish(wish.clone()) {
+            let d = Diagnostic::error("the thread that renders has ended by itself");
+            return self.end(event_loop, Some(Ended::Faults(d.into())));
+        }
+        self.wish = Some(wish);
+        // What is seen may be drawn anew at once: exposure, for one, needs no engine.
+        self.repaint = Some(Instant::now());
+    }
+
+    /// Seconds, for scenes that move.
+    fn time(&mut self) -> f32 {
+        let still = self.state.now().time;
+        match (self.state.playing, self.clock) {
+            (true, Some((since, from))) => from + since.elapsed().as_secs_f32(),
+            (true, None) => {
+                self.clock = Some((Instant::now(), still));
+                still
+            }
+            (false, Some((since, from))) => {
+                let stopped = from + since.elapsed().as_secs_f32();
+                self.clock = None;
+                self.state.edit("time", |c| c.time = stopped);
+                self.state.choice.rest();
+                self.state.now().time
+            }
+            (false, None) => still,
+        }
+    }
+
+    /// Another device in place of a lost one; the choice stays.
+    fn reopen(&mut self, event_loop: &ActiveEventLoop) {
+        const OFTEN: u32 = 3;
+        let faults = Faults(self.feed.told.faults.to_vec());
+        let Some(open) = self.window.take() else { return };
+        let window = open.window.clone();
+        drop(open);
+        self.feed = Feed::default();
+        while self.hear.try_recv().is_ok() {}
+        self.reopened += 1;
+        if self.reopened > OFTEN {
+            return self.end(event_loop, Some(Ended::Faults(faults)));
+        }
+        (self.wish, self.context) = (None, egui::Context::default());
+        self.state.message = Some((false, format!("{}; opened anew", first(&faults))));
+        match self.open_on(window) {
+            Ok(open) => {
+                open.window.request_redraw();
+                self.window = Some(open);
+            }
+            Err(ended) => self.end(event_loop, Some(ended)),
+        }
+    }
+
+    fn title(&self) {
+        if let (Some(open), Some(subject)) = (&self.window, &self.feed.told.subject) {
+            let title = format!("{} · {} · lightgraph", subject.path.display(), subject.scene.name);
+            if open.window.title() != title {
+                open.window.set_title(&title);
+            }
+        }
+    }
+
+    fn requests(&mut self) {
+        for request in std::mem::take(&mut self.state.requests) {
+            let done = self.write(request);
+            self.state.message = Some(match done {
+                Ok(path) => (true, format!("wrote {}", path.display())),
+                Err(f) => (false, first(&f)),
+            });
+            if let Some(open) = &self.window {
+                open.window.request_redraw();
+            }
+        }
+    }
+
+    fn write(&self, what: Save) -> Checked<PathBuf> {
+        let (choice, folder) = (self.state.now(), &self.start.folder);
+        let stem = choice.graph.file_stem().map_or("picture".into(), |s| s.to_string_lossy().into_owned());
+        let path = match what {
+            Save::Png => {
+                let path = save::free(folder, &stem, "png");
+                let (image, tone_map, exposure) = self.seen()?;
+                write_png(&path, &image, tone_map, exposure, &self.metadata())?;
+                path
+            }
+            Save::Exr => {
+                let path = save::free(folder, &stem, "exr");
+                write_exr(
+                    &path,
+                    &[("", &self.read(self.feed.told.image.as_ref())?)],
+                    Precision::Float,
+                    &self.metadata(),
+                )?;
+                path
+            }
+            Save::Variant => {
+                let subject = self.feed.told.subject.as_ref().ok_or_else(nothing)?;
+                save::variant(&subject.path, &subject.params)?
+            }
+            Save::Choice => {
+                let path = save::free(folder, &format!("{stem}.view"), "ron");
+                choice.save(&path)?;
+                path
+            }
+        };
+        Ok(path)
+    }
+
+    /// The image as it is seen: in linear light, with the tone map and exposure to write it with.
+    fn seen(&self) -> Checked<(Image, ToneMap, f32)> {
+        use super::choice::Layout;
+        let (choice, told) = (self.state.now(), &self.feed.told);
+        let shown = (choice.tone_map, choice.exposure);
+        let mut image = self.read(told.image.as_ref())?;
+        let Some(other) = &told.other else { return Ok((image, shown.0, shown.1)) };
+        let other = self.read(Some(other))?;
+        match choice.compare.layout {
+            Layout::Other => image = other,
+            Layout::Difference(_) => {
+                return Ok((difference::difference(&image, &other)?.image, ToneMap::None, 0.0));
+            }
+            Layout::Split(at) => {
+                let first = (at * image.width as f32).round() as u32;
+                for y in 0..image.height {
+                    for x in first..image.width {
+                        let from = other.pixel(0, x * other.width / image.width, y * other.height / image.height);
+                        if let (Some(from), Some(to)) = (from.map(<[f32]>::to_vec), image.pixel_mut(0, x, y)) {
+                            to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
+                        }
+                    }
+                }
+            }
+        }
+        Ok((image, shown.0, shown.1))
+    }
+
+    fn read(&self, texture: Option<&wgpu::Texture>) -> Checked<Image> {
+        let open = self.window.as_ref().ok_or_else(nothing)?;
+        gpu::read_plane(&open.gpu, texture.ok_or_else(nothing)?, "the image", 0, 0)
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let Some(subject) = &self.feed.told.subject else { return BTreeMap::new() };
+        let adapter = self.window.as_ref().map_or(String::new(), |o| o.adapter.clone());
+        let parameter = |n: &String| subject.plan.value(n).map(|v| format!("{n}={v}"));
+        let parameters: Vec<String> = subject.plan.params.iter().filter_map(parameter).collect();
+        BTreeMap::from([
+            ("graph".into(), subject.plan.graph.clone()),
+            ("scene".into(), subject.scene.name.clone()),
+            ("parameters".into(), parameters.join("; ")),
+            ("adapter".into(), adapter),
+            ("version".into(), env!("CARGO_PKG_VERSION").to_string()),
+        ])
+    }
+}
+
+/// Whether two wishes ask for the same.
+fn same(a: &Wish, b: &Wish) -> bool {
+    let stage = |w: &Wish| {
+        let mut choice = w.choice.clone();
+        // The window alone cares for these.
+        choice.exposure = 0.0;
+        choice.tone_map = ToneMap::None;
+        choice.compare.layout = super::choice::Layout::default();
+        (choice, w.size, w.time.to_bits(), w.pointer, w.output.clone(), w.inspect.clone(), w.prepare)
+    };
+    stage(a) == stage(b)
+}
+
+fn nothing() -> Faults {
+    Diagnostic::error("there is no image yet").into()
+}
+
+fn first(faults: &Faults) -> String {
+    faults.0.first().map_or_else(|| render(&faults.0), |d| d.message.clone())
+}
+
+fn scenes_beside(scene: &Path) -> Vec<PathBuf> {
+    let folder = scene.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    variants::scenes(folder)
+}
+
+fn no_display(e: &dyn std::fmt::Display) -> Diagnostic {
+    let set = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+    let d = if set("DISPLAY") || set("WAYLAND_DISPLAY") {
+        Diagnostic::error(format!("no window can be opened: {e}"))
+    } else {
+        Diagnostic::error("no window can be opened: neither DISPLAY nor WAYLAND_DISPLAY is set")
+            .help("log in with a display, or set DISPLAY (with ssh: `ssh -X`)")
+    };
+    d.help("`lightgraph watch` renders again on every change, without a window")
+}

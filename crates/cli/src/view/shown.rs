@@ -1,0 +1,62 @@
+//! Textures on show: copies of what graphs make, and files to hold them against.
+
+use lightgraph::diag::{Checked, Diagnostic};
+use lightgraph::gpu::Gpu;
+use lightgraph::image::{Image, exr::read_exr};
+use std::path::Path;
+
+/// An image from a file, and its texture.
+pub(super) struct Reference {
+    pub image: Image,
+    pub texture: wgpu::Texture,
+}
+
+/// A copy of the first layer of a texture of colours, in `old` where it fits.
+pub(super) fn copy(gpu: &Gpu, from: &wgpu::Texture, old: Option<wgpu::Texture>) -> Option<wgpu::Texture> {
+    let sampled = from.format().sample_type(None, Some(gpu.features));
+    if !matches!(sampled, Some(wgpu::TextureSampleType::Float { .. })) || from.dimension() != wgpu::TextureDimension::D2
+    {
+        return None;
+    }
+    let size = wgpu::Extent3d { depth_or_array_layers: 1, ..from.size() };
+    let fits = old.filter(|t| t.size() == size && t.format() == from.format());
+    let to = fits.unwrap_or_else(|| texture(gpu, size, from.format()));
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_texture(from.as_image_copy(), to.as_image_copy(), size);
+    gpu.queue.submit([encoder.finish()]);
+    Some(to)
+}
+
+fn texture(gpu: &Gpu, size: wgpu::Extent3d, format: wgpu::TextureFormat) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("seen"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+/// An EXR file, and its texture.
+pub(super) fn reference(gpu: &Gpu, path: &Path) -> Checked<Reference> {
+    let image = read_exr(path)?;
+    let most = gpu.limits.max_texture_dimension_2d;
+    if image.width > most || image.height > most {
+        let size = format!("{} × {}", image.width, image.height);
+        return Err(Diagnostic::error(format!("{}: {size} pixels are too many for this device", path.display())).into());
+    }
+    let size = wgpu::Extent3d { width: image.width, height: image.height, depth_or_array_layers: 1 };
+    let texture = texture(gpu, size, wgpu::TextureFormat::Rgba32Float);
+    let layer = image.width as usize * image.height as usize;
+    let texels: Vec<[f32; 4]> = image.rgb().take(layer).map(|[r, g, b]| [r, g, b, 1.0]).collect();
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(16 * image.width),
+        rows_per_image: Some(image.height),
+    };
+    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, size);
+    Ok(Reference { image, texture })
+}

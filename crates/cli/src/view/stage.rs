@@ -1,0 +1,609 @@
+//! The sessions of the graphs that are seen or were seen, and the frames they make. What can't be made leaves what is
+//! there as it is.
+
+use super::choice::{Against, Choice};
+use super::feed::{Content, Inspected, Remade, Rendered, Score, Subject, Told};
+use super::shown::{Reference, copy, reference};
+use super::variants::{self, Variant};
+use lightgraph::diag::{Checked, Diagnostic, Faults};
+use lightgraph::fastest::Policy;
+use lightgraph::gpu::{self, Gpu, Memory, Numerics};
+use lightgraph::image::metrics;
+use lightgraph::plan::fastest::still;
+use lightgraph::plan::show::picture;
+use lightgraph::reload::{folder_of, folders};
+use lightgraph::scene::{self, Additions, Scene};
+use lightgraph::session::{Pointer, Project, Session, Settings};
+use lightgraph::value::Values;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Memory that sessions may hold which are not seen now, in bytes.
+const MOST_KEPT: u64 = 1 << 30;
+/// Words of a buffer that are shown.
+const MOST_WORDS: usize = 4096;
+/// What takes a look at whole images is done at most so often while they change.
+const SELDOM: Duration = Duration::from_millis(400);
+
+/// What is to be shown.
+#[derive(Debug, Clone)]
+pub struct Wish {
+    pub serial: u64,
+    pub choice: Choice,
+    /// Width and height to render, in pixels.
+    pub size: [u32; 2],
+    /// Seconds, for scenes and shaders that move.
+    pub time: f32,
+    /// In pixels of the image, for shaders that read it.
+    pub pointer: Pointer,
+    /// The output to show; `None`: `color`, or else the graph's first.
+    pub output: Option<String>,
+    /// A resource to look into.
+    pub inspect: Option<Inspect>,
+    /// Make all variants ready to be switched to.
+    pub prepare: bool,
+}
+
+/// A part of a resource.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Inspect {
+    pub resource: String,
+    pub mip: u32,
+    /// A layer, a cube's face (6 for each cube) or a slice.
+    pub layer: u32,
+}
+
+/// Everything between a wish and what is told.
+pub struct Stage {
+    gpu: Arc<Gpu>,
+    shaders: Vec<PathBuf>,
+    /// What scenes get besides their files.
+    additions: Additions,
+    /// Which alternatives of graphs run, and whether the numbers that steps leave are checked.
+    fastest: Policy,
+    watch: bool,
+    scene: Option<Loaded>,
+    kept: Vec<Kept>,
+    /// What was tried in vain, so that it is not tried again before something changes.
+    vain: Vec<(Key, Faults)>,
+    reference: Option<(PathBuf, Checked<Reference>)>,
+    variants: Arc<Vec<Variant>>,
+    /// The graph that is shown; it stays when another can't be made.
+    shown: Option<PathBuf>,
+    images: u64,
+    score: Option<(u64, Instant, Arc<Score>)>,
+    inspected: Option<(u64, Inspect, Instant, Arc<Inspected>)>,
+    remade: Option<Remade>,
+    /// Grows when files change.
+    revision: u64,
+}
+
+struct Loaded {
+    path: PathBuf,
+    scene: Arc<Scene>,
+    files: Vec<PathBuf>,
+    notices: Vec<Diagnostic>,
+    stale: bool,
+    /// Differs from that of any other scene.
+    version: u64,
+}
+
+/// A session and what it was made for.
+struct Kept {
+    key: Key,
+    project: Project,
+    session: Session,
+    subject: Arc<Subject>,
+    output: String,
+    /// A copy of the output, in linear light.
+    image: Option<wgpu::Texture>,
+    /// Counts the contents of `image`.
+    images: u64,
+    /// Frames since what is seen changed.
+    frames: u32,
+    /// What the last frame was made with.
+    last: Option<(Choice, f32)>,
+    /// The last frame ran no step, or can't be rendered.
+    rest: bool,
+    /// Why it can't.
+    fault: Option<Faults>,
+    /// The checks in shaders that do not hold in the last frame, and what is wrong with the numbers that steps left.
+    checks: Arc<Vec<Diagnostic>>,
+    /// Of what is in memory, where numbers are checked.
+    numerics: Option<Numerics>,
+}
+
+/// What a session depends on.
+#[derive(Debug, Clone, PartialEq)]
+struct Key {
+    graph: PathBuf,
+    params: Values,
+    size: [u32; 2],
+    scene: u64,
+    revision: u64,
+}
+
+impl Stage {
+    pub fn new(gpu: Arc<Gpu>, shaders: Vec<PathBuf>, additions: Additions, fastest: Policy, watch: bool) -> Stage {
+        Stage {
+            gpu,
+            shaders,
+            additions,
+            fastest,
+            watch,
+            scene: None,
+            kept: vec![],
+            vain: vec![],
+            reference: None,
+            variants: Arc::default(),
+            shown: None,
+            images: 0,
+            score: None,
+            inspected: None,
+            remade: None,
+            revision: 0,
+        }
+    }
+
+    /// Files have changed; with none named, any may have.
+    pub fn changed(&mut self, files: &BTreeSet<PathBuf>) {
+        self.vain.clear();
+        let text = |f: &Path| f.extension().is_some_and(|e| e == "ron" || e == "wgsl");
+        // Graphs and shaders are texts; a picture beside them is no change.
+        if files.is_empty() || files.iter().any(|f| text(f)) {
+            self.revision += 1;
+            self.variants = Arc::default();
+            self.reference = None;
+        }
+        if let Some(scene) = &mut self.scene {
+            let homes: BTreeSet<PathBuf> = scene.files.iter().filter_map(|f| folder_of(f)).collect();
+            let shader = |f: &Path| f.extension().is_some_and(|e| e == "wgsl");
+            let touches = |f: &PathBuf| !shader(f) && homes.iter().any(|h| f.starts_with(h));
+            scene.stale |= files.is_empty() || files.iter().any(touches);
+        }
+    }
+
+    /// The folders whose files matter for a choice.
+    pub fn folders(&self, choice: &Choice) -> BTreeSet<PathBuf> {
+        let mut all = folders(&choice.graph, Some(&choice.scene), &self.shaders);
+        all.extend(self.scene.iter().flat_map(|s| &s.files).filter_map(|f| folder_of(f)));
+        if let Against::Graph(path) = &choice.compare.against {
+            all.extend(folders(path, Some(&choice.scene), &self.shaders));
+        }
+        all
+    }
+
+    /// Goes one frame towards what is wished for. `early` is called with what can be shown before that.
+    pub fn advance(&mut self, wish: &Wish, early: &mut dyn FnMut(Told)) -> Told {
+        let mut faults = vec![];
+        let mut told = Told { serial: wish.serial, ..Told::default() };
+        if self.variants.is_empty() {
+            self.variants = Arc::new(variants::beside(&wish.choice.graph));
+        }
+        let mut remade = Remade::default();
+        if let Err(f) = self.set_scene(&wish.choice.scene, &mut remade) {
+            faults.extend(f.0);
+        }
+        let graph = wish.choice.graph.clone();
+        if self.shown.as_ref() != Some(&graph)
+            && let Some(kept) = self.find(&graph)
+        {
+            early(self.tell(Told { subject: Some(kept.subject.clone()), image: kept.image.clone(), ..told.clone() }));
+        }
+        match self.make(&graph, wish, &mut remade) {
+            Ok(()) => self.shown = Some(graph),
+            Err(f) => faults.extend(f.0),
+        }
+        if let Some(shown) = self.shown.clone() {
+            let start = Instant::now();
+            match self.frame(&shown, wish) {
+                Ok(frame) => told.frame = frame.map(Arc::new),
+                Err(f) => faults.extend(f.0),
+            }
+            if remade.prepare_ms > 0.0 {
+                remade.frame_ms = ms(start);
+                self.remade = Some(remade);
+            }
+        }
+        let other = match self.other(wish) {
+            Ok(other) => other,
+            Err(f) => {
+                faults.extend(f.0);
+                None
+            }
+        };
+        let mut rest = self.both(wish).into_iter().all(|k| k.rest);
+        if rest && wish.prepare {
+            rest = !self.prepare_next(wish);
+        }
+        if let Some(kept) = self.shown.as_ref().and_then(|s| self.find(s)) {
+            told.subject = Some(kept.subject.clone());
+            told.image.clone_from(&kept.image);
+            told.frames[0] = kept.frames;
+            told.checks = kept.checks.clone();
+            let mut notices = self.scene.as_ref().map_or(vec![], |s| s.notices.clone());
+            notices.extend(kept.session.notices.iter().cloned());
+            told.notices = Arc::new(notices);
+        }
+        if let Against::Graph(path) = &wish.choice.compare.against {
+            told.frames[1] = self.find(path).map_or(0, |k| k.frames);
+        }
+        told.other = other;
+        told.score = self.score(wish, rest);
+        told.inspected = self.inspect(wish, rest);
+        told.rest = rest;
+        self.forget(wish);
+        if let Err(f) = self.gpu.check() {
+            (faults, told.lost) = (f.0, true);
+        }
+        told.faults = Arc::new(faults);
+        self.tell(told)
+    }
+
+    fn tell(&self, told: Told) -> Told {
+        let ready = self.kept.iter().filter_map(|k| Some((k.key.graph.clone(), k.image.clone()?, k.images)));
+        Told {
+            images: self.images,
+            variants: self.variants.clone(),
+            ready: ready.collect(),
+            remade: self.remade,
+            ..told
+        }
+    }
+
+    fn find(&self, graph: &Path) -> Option<&Kept> {
+        self.kept.iter().find(|k| k.key.graph == graph)
+    }
+
+    /// The sessions that are seen.
+    fn both(&self, wish: &Wish) -> Vec<&Kept> {
+        let other = match &wish.choice.compare.against {
+            Against::Graph(path) => Some(path),
+            Against::Nothing | Against::Image(_) => None,
+        };
+        self.shown.iter().chain(other).filter_map(|p| self.find(p)).collect()
+    }
+
+    fn set_scene(&mut self, path: &Path, remade: &mut Remade) -> Checked<()> {
+        let fresh = self.scene.as_ref().is_some_and(|s| s.path == path && !s.stale);
+        if fresh {
+            return Ok(());
+        }
+        let key = Key { graph: path.into(), params: Values::new(), size: [0; 2], scene: 0, revision: self.revision };
+        self.vain(&key)?;
+        let start = Instant::now();
+        let loaded = scene::load_with(path, &self.additions).map_err(|f| self.note(key, f))?;
+        remade.scene_ms = ms(start);
+        match &mut self.scene {
+            Some(old) if *old.scene == loaded.scene => {
+                old.path = path.into();
+                old.stale = false;
+                old.files = loaded.files;
+                old.notices = loaded.notices;
+            }
+            slot => {
+                let version = slot.as_ref().map_or(1, |s| s.version + 1);
+                *slot = Some(Loaded {
+                    path: path.into(),
+                    scene: Arc::new(loaded.scene),
+                    files: loaded.files,
+                    notices: loaded.notices,
+                    stale: false,
+                    version,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the session of a graph what the wish asks for.
+    fn make(&mut self, graph: &Path, wish: &Wish, remade: &mut Remade) -> Checked<()> {
+        let Some(scene) = &self.scene else { return Ok(()) };
+        let (scene, version) = (scene.scene.clone(), scene.version);
+        let at = self.kept.iter().position(|k| k.key.graph == graph);
+        let mut key = Key {
+            graph: graph.into(),
+            params: wish.choice.params.clone(),
+            size: wish.size,
+            scene: version,
+            revision: self.revision,
+        };
+        if let Some(kept) = at.map(|i| &self.kept[i]) {
+            key.params = accepted(&kept.project.graph, &wish.choice.params);
+            if kept.key == key {
+                return Ok(());
+            }
+        }
+        self.vain(&key)?;
+        let start = Instant::now();
+        let project = match at {
+            Some(i) if self.kept[i].key.revision == self.revision => self.kept[i].project.clone(),
+            _ => {
+                let project = Project::open(graph, &self.shaders).map_err(|f| self.note(key.clone(), f))?;
+                match self.kept.last() {
+                    // Variants have most of their shaders in common.
+                    Some(other) => Project { texts: project.texts.after(&other.project.texts), ..project },
+                    None => project,
+                }
+            }
+        };
+        key.params = accepted(&project.graph, &wish.choice.params);
+        remade.graph_ms = ms(start);
+        let start = Instant::now();
+        // What is once decided stays: an edit is to be seen at once.
+        let decided = at.map(|i| still(&project.graph, &self.kept[i].session.settings.choices));
+        let mut settings = Settings {
+            params: key.params.clone(),
+            size: wish.size,
+            camera: wish.choice.camera.clone(),
+            skip: true,
+            watch: self.watch,
+            inspect: true,
+            choices: decided.unwrap_or_default(),
+            ..Settings::default()
+        };
+        let choices = self.fastest.choices(&self.gpu, &project, &scene, &settings);
+        settings.choices = choices.map_err(|f| self.note(key.clone(), f))?;
+        // What came over would not be checked by this session.
+        let before = at.filter(|_| !self.watch).map(|i| &self.kept[i].session);
+        let session = Session::after(&self.gpu, &project, scene.clone(), settings, before)
+            .map_err(|f| self.note(key.clone(), f))?;
+        remade.prepare_ms = ms(start);
+        let subject = Arc::new(Subject {
+            graph: Arc::new(project.graph.clone()),
+            path: graph.into(),
+            params: key.params.clone(),
+            picture: picture(&session.plan),
+            plan: session.plan.clone(),
+            points: ["pointer", "buttons"].iter().any(|name| session.reads(name)),
+            moves: scene.duration() > 0.0 || ["time", "delta_time"].iter().any(|name| session.reads(name)),
+            scene,
+        });
+        let (output, image) = (String::new(), None);
+        let made = Kept {
+            key,
+            project,
+            session,
+            subject,
+            output,
+            image,
+            images: 0,
+            // History comes over, and what counts frames goes on.
+            frames: at.map_or(0, |i| self.kept[i].frames),
+            last: None,
+            rest: false,
+            fault: None,
+            checks: Arc::default(),
+            numerics: None,
+        };
+        if let Some(i) = at {
+            self.kept.remove(i);
+        }
+        // The one used last is dropped last.
+        self.kept.push(made);
+        Ok(())
+    }
+
+    /// Renders a frame of a graph when there may be something new in it.
+    fn frame(&mut self, graph: &Path, wish: &Wish) -> Checked<Option<Rendered>> {
+        let gpu = self.gpu.clone();
+        let Some(at) = self.kept.iter().position(|k| k.key.graph == graph) else { return Ok(None) };
+        let kept = &mut self.kept[at];
+        let mut seen = wish.choice.clone();
+        // How it is shown does not matter to what is rendered.
+        (seen.exposure, seen.compare) = (0.0, super::choice::Compare::default());
+        let same = kept.session.pointer == wish.pointer
+            && kept.last.as_ref().is_some_and(|l| l.0 == seen && l.1.to_bits() == wish.time.to_bits());
+        let output = output(&kept.session, wish.output.as_deref())?;
+        if same && kept.rest && kept.output == output {
+            return kept.fault.clone().map_or(Ok(None), Err);
+        }
+        kept.session.shift = seen.shift();
+        kept.session.settings.camera.clone_from(&seen.camera);
+        kept.session.pointer = wish.pointer;
+        kept.last = Some((seen, wish.time));
+        kept.output.clone_from(&output);
+        let rendered = kept.render(&gpu, wish.time);
+        kept.fault = rendered.as_ref().err().cloned();
+        kept.rest = rendered.as_ref().map_or(true, |r| r.report.steps.is_empty());
+        self.images += u64::from(!kept.rest);
+        rendered.map(Some)
+    }
+
+    /// The image to hold the shown one against.
+    fn other(&mut self, wish: &Wish) -> Checked<Option<wgpu::Texture>> {
+        match &wish.choice.compare.against {
+            Against::Nothing => Ok(None),
+            Against::Graph(path) => {
+                let made = self.make(path, wish, &mut Remade::default());
+                let framed = made.and_then(|()| self.frame(path, wish));
+                framed.map(|_| self.find(path).and_then(|k| k.image.clone()))
+            }
+            Against::Image(path) => {
+                if self.reference.as_ref().is_none_or(|r| r.0 != *path) {
+                    self.images += 1;
+                    self.reference = Some((path.clone(), reference(&self.gpu, path)));
+                }
+                match &self.reference {
+                    Some((_, Ok(r))) => Ok(Some(r.texture.clone())),
+                    Some((_, Err(f))) => Err(f.clone()),
+                    None => Ok(None),
+                }
+            }
+        }
+    }
+
+    /// Makes the next variant ready that is not. False when none is left.
+    fn prepare_next(&mut self, wish: &Wish) -> bool {
+        let held: u64 = self.kept.iter().map(|k| k.session.plan.bytes().0).sum();
+        if held > MOST_KEPT {
+            return false;
+        }
+        let variants = self.variants.clone();
+        for variant in variants.iter().filter(|v| !v.broken) {
+            if self.find(&variant.path).is_some() {
+                continue;
+            }
+            let made = self.make(&variant.path, wish, &mut Remade::default());
+            // Its faults are told when it is chosen.
+            if made.and_then(|()| self.frame(&variant.path, wish)).is_ok_and(|f| f.is_some()) {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn score(&mut self, wish: &Wish, rest: bool) -> Option<Arc<Score>> {
+        if wish.choice.compare.against == Against::Nothing {
+            self.score = None;
+            return None;
+        }
+        let due = self.score.as_ref().is_none_or(|s| s.0 != self.images && (rest || s.1.elapsed() > SELDOM));
+        if due {
+            let score = match self.metrics(wish) {
+                Ok(Some(m)) => Score::Metrics(m),
+                Ok(None) => return None,
+                Err(f) => Score::Fault(f.0.first().map_or(String::new(), |d| d.message.clone())),
+            };
+            self.score = Some((self.images, Instant::now(), Arc::new(score)));
+        }
+        self.score.as_ref().map(|s| s.2.clone())
+    }
+
+    fn metrics(&self, wish: &Wish) -> Checked<Option<metrics::Metrics>> {
+        let read = |kept: &Kept| match &kept.image {
+            Some(image) => gpu::read_plane(&self.gpu, image, &kept.output, 0, 0).map(Some),
+            None => Ok(None),
+        };
+        let shown = self.shown.as_ref().and_then(|s| self.find(s));
+        let Some(test) = shown.map(read).transpose()?.flatten() else { return Ok(None) };
+        match &wish.choice.compare.against {
+            Against::Nothing => Ok(None),
+            Against::Graph(path) => match self.find(path).map(read).transpose()?.flatten() {
+                Some(reference) => metrics::compare(&test, &reference, None).map(Some),
+                None => Ok(None),
+            },
+            Against::Image(_) => match &self.reference {
+                Some((_, Ok(r))) => metrics::compare(&test, &r.image, None).map(Some),
+                _ => Ok(None),
+            },
+        }
+    }
+
+    fn inspect(&mut self, wish: &Wish, rest: bool) -> Option<Arc<Inspected>> {
+        let wanted = wish.inspect.as_ref()?;
+        let due = self.inspected.as_ref().is_none_or(|(images, what, at, _)| {
+            what != wanted || (*images != self.images && (rest || at.elapsed() > SELDOM))
+        });
+        if due {
+            let kept = self.shown.as_ref().and_then(|s| self.find(s))?;
+            let inspected = Arc::new(look_into(&self.gpu, &kept.session, wanted)?);
+            self.inspected = Some((self.images, wanted.clone(), Instant::now(), inspected));
+        }
+        self.inspected.as_ref().map(|i| i.3.clone())
+    }
+
+    /// Drops sessions that are not seen, the oldest first, until what they hold is little enough.
+    fn forget(&mut self, wish: &Wish) {
+        let mut held: u64 = self.kept.iter().map(|k| k.session.plan.bytes().0).sum();
+        let mut at = 0;
+        while held > MOST_KEPT && at < self.kept.len() {
+            let path = &self.kept[at].key.graph;
+            let seen = self.shown.as_ref() == Some(path)
+                || wish.choice.compare.against == Against::Graph(path.clone())
+                || wish.choice.graph == *path;
+            if seen {
+                at += 1;
+            } else {
+                held -= self.kept.remove(at).session.plan.bytes().0;
+            }
+        }
+    }
+
+    fn vain(&self, key: &Key) -> Checked<()> {
+        match self.vain.iter().find(|v| v.0 == *key) {
+            Some((_, faults)) => Err(faults.clone()),
+            None => Ok(()),
+        }
+    }
+
+    fn note(&mut self, key: Key, faults: Faults) -> Faults {
+        // A drag of a slider over a broken graph tries many.
+        if self.vain.len() > 64 {
+            self.vain.clear();
+        }
+        self.vain.push((key, faults.clone()));
+        faults
+    }
+}
+
+impl Kept {
+    fn render(&mut self, gpu: &Gpu, time: f32) -> Checked<Rendered> {
+        let mut report = self.session.frame(gpu, self.frames, time)?;
+        self.frames += 1;
+        if let Some(now) = report.numerics.take() {
+            report.numerics = Some(self.numerics.take().unwrap_or_default().then(now));
+            self.numerics.clone_from(&report.numerics);
+        }
+        self.checks = Arc::new(self.session.failed_checks(&report));
+        let shown = match self.session.memory(self.session.output(&self.output)?)? {
+            Memory::Texture(texture) => copy(gpu, texture, self.image.take()),
+            Memory::Buffer(_) => None,
+        };
+        let Some(image) = shown else {
+            let d = Diagnostic::error(format!("the output `{}` is no image of colours", self.output));
+            return Err(d.help("look at it as a resource, or choose another output").into());
+        };
+        self.image = Some(image);
+        self.images += 1;
+        Ok(Rendered { report, why: self.session.why().to_vec() })
+    }
+}
+
+/// What a graph takes of the parameters that were set.
+pub fn accepted(graph: &lightgraph::graph::Graph, params: &Values) -> Values {
+    let takes =
+        |name: &String, value| graph.params.iter().any(|(n, param)| n.value == *name && param.accepts(value).is_ok());
+    params.iter().filter(|(name, value)| takes(name, value)).map(|(n, v)| (n.clone(), *v)).collect()
+}
+
+/// The output to show.
+fn output(session: &Session, wanted: Option<&str>) -> Checked<String> {
+    let has = |name: &str| session.plan.outputs.iter().any(|o| o.0 == name);
+    let first = session.plan.outputs.first().map(|o| o.0.as_str());
+    let found = wanted.filter(|w| has(w)).or(if has("color") { Some("color") } else { first });
+    found.map(str::to_string).ok_or_else(|| Diagnostic::error("the graph has no output to show").into())
+}
+
+/// Reads a part of a resource; `None` when the plan has no such resource.
+fn look_into(gpu: &Gpu, session: &Session, wanted: &Inspect) -> Option<Inspected> {
+    let at = session.plan.resources.iter().position(|r| r.name == wanted.resource)?;
+    let id = lightgraph::plan::ResourceId(at);
+    let name = &wanted.resource;
+    let (mut mip, mut layer) = (wanted.mip, wanted.layer);
+    let content = session.memory(id).and_then(|memory| match memory {
+        Memory::Texture(texture) => {
+            mip = mip.min(texture.mip_level_count() - 1);
+            let layers = texture.size().mip_level_size(mip, texture.dimension()).depth_or_array_layers;
+            layer = layer.min(layers.saturating_sub(1));
+            gpu::read_plane(gpu, texture, name, mip, layer).map(Content::Plane)
+        }
+        Memory::Buffer(buffer) => {
+            let bytes = gpu::read_bytes(gpu, buffer, name)?;
+            let words = bytes.chunks_exact(4).take(MOST_WORDS);
+            let words = words.map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect();
+            Ok(Content::Words(words, buffer.size()))
+        }
+    });
+    let content = content.unwrap_or_else(|f| Content::Fault(f.0.first().map_or(String::new(), |d| d.message.clone())));
+    Some(Inspected { name: name.clone(), id, mip, layer, content })
+}
+
+fn ms(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+#[cfg(test)]
+mod tests;

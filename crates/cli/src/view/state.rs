@@ -1,0 +1,316 @@
+//! What the window remembers: the choice and its past, and what is open, selected and under way.
+
+use super::camera;
+use super::choice::{Against, Choice};
+use super::pick::Thing;
+use super::picture::Look;
+use super::stage::{Inspect, Wish};
+use super::undo::Undo;
+use egui::Rect;
+use glam::{Vec2, Vec3};
+use lightgraph::scene::{Pose, Scene, View};
+use lightgraph::session::Pointer;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Everything that panels read and change. No device and no window.
+#[derive(Debug)]
+pub struct State {
+    pub choice: Undo<Choice>,
+    pub panels: Panels,
+    /// The output shown; `None`: the usual one.
+    pub output: Option<String>,
+    pub inspect: Option<Inspect>,
+    pub look: Look,
+    pub selected: Option<Thing>,
+    /// What the pointer drags in the image.
+    pub gesture: Option<Gesture>,
+    /// Time runs.
+    pub playing: bool,
+    /// Where it is over the image, in pixels of the image.
+    pub pointer: Pointer,
+    /// All variants are to be made ready.
+    pub prepare: bool,
+    /// What the view turns round; `None`: the middle of what it looks at.
+    pub pivot: Option<Vec3>,
+    /// What is to be written to a file: only the event loop can do it.
+    pub requests: Vec<Save>,
+    /// What became of the last of them: whether it is good, and the words.
+    pub message: Option<(bool, String)>,
+    /// The pixels that the image takes in the window.
+    pub room: [u32; 2],
+    /// How the picture of the graph is looked at; `None`: all of it.
+    pub network: Option<Zoom>,
+    /// Where named parts of the window lie, for who plays events.
+    pub marks: BTreeMap<String, Rect>,
+    pub file: String,
+}
+
+/// Which panels are open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Panels {
+    pub left: bool,
+    pub right: bool,
+    pub bottom: bool,
+    pub tab: Tab,
+}
+
+/// What the lower panel shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tab {
+    Steps,
+    Graph,
+    Resource,
+}
+
+/// A part of a picture: its scale, and where its corner lies from that of its panel, in points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Zoom {
+    pub scale: f32,
+    pub offset: egui::Vec2,
+}
+
+impl Zoom {
+    /// All of a picture in the middle of a panel, but no larger than life.
+    pub fn whole(picture: egui::Vec2, panel: egui::Vec2) -> Zoom {
+        let fit = (panel.x / picture.x.max(1.0)).min(panel.y / picture.y.max(1.0));
+        let scale = fit.clamp(0.02, 1.0);
+        Zoom { scale, offset: (panel - picture * scale) * 0.5 }
+    }
+
+    /// Larger by a factor, while the point at `at` (from the panel's corner) stays where it is.
+    pub fn by(self, factor: f32, at: egui::Vec2) -> Zoom {
+        let scale = (self.scale * factor).clamp(0.02, 4.0);
+        Zoom { scale, offset: at - (at - self.offset) * (scale / self.scale) }
+    }
+}
+
+/// A drag in the image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Gesture {
+    Orbit,
+    Pan,
+    Look,
+    /// The thing, and the point of it that is held.
+    Move(Thing, Vec3),
+    Split,
+}
+
+/// What is to be written to a file: only the event loop can do it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Save {
+    Png,
+    Exr,
+    Variant,
+    Choice,
+}
+
+impl State {
+    pub fn new(choice: Choice) -> State {
+        State {
+            choice: Undo::new(choice),
+            panels: Panels { left: true, right: true, bottom: true, tab: Tab::Steps },
+            output: None,
+            inspect: None,
+            look: Look::default(),
+            selected: None,
+            gesture: None,
+            pointer: Pointer::default(),
+            playing: false,
+            prepare: false,
+            pivot: None,
+            requests: vec![],
+            message: None,
+            room: [1, 1],
+            network: None,
+            marks: BTreeMap::new(),
+            file: String::new(),
+        }
+    }
+
+    pub fn now(&self) -> &Choice {
+        self.choice.now()
+    }
+
+    /// Changes the choice; `about` names the thing, so that one gesture is one step back.
+    pub fn edit(&mut self, about: &str, change: impl FnOnce(&mut Choice)) {
+        self.choice.edit(about, change);
+    }
+
+    /// What the choice asks of the stage.
+    pub fn wish(&self, serial: u64, time: f32, most: u32) -> Wish {
+        Wish {
+            serial,
+            choice: self.now().clone(),
+            size: self.now().resolution.size(self.room, most),
+            time,
+            pointer: self.pointer,
+            output: self.output.clone(),
+            inspect: self.inspect.clone().filter(|_| self.panels.bottom && self.panels.tab == Tab::Resource),
+            prepare: self.prepare,
+        }
+    }
+
+    /// Opens a resource in the lower panel.
+    pub fn open(&mut self, resource: &str) {
+        self.inspect = Some(Inspect { resource: resource.into(), mip: 0, layer: 0 });
+        (self.panels.bottom, self.panels.tab) = (true, Tab::Resource);
+    }
+
+    pub fn set_graph(&mut self, graph: PathBuf) {
+        self.edit("graph", |c| {
+            // What is shown is not held against itself: the two change places.
+            if c.compare.against == Against::Graph(graph.clone()) {
+                c.compare.against = Against::Graph(std::mem::replace(&mut c.graph, graph));
+            } else {
+                c.graph = graph;
+            }
+        });
+        self.choice.rest();
+    }
+
+    pub fn set_scene(&mut self, scene: PathBuf) {
+        self.edit("scene", |c| c.set_scene(scene));
+        self.choice.rest();
+        (self.selected, self.pivot) = (None, None);
+    }
+
+    /// The scene as it is seen.
+    pub fn pose(&self, scene: &Scene, time: f32) -> Pose {
+        scene.pose_shifted(time, &self.now().shift())
+    }
+
+    /// From where it is seen; `None` when the camera is not in the scene.
+    pub fn view(&self, scene: &Scene, pose: &Pose, aspect: f32) -> Option<View> {
+        scene.view(pose, self.now().camera.as_deref(), aspect).ok().map(|v| v.0)
+    }
+
+    /// What the view turns round.
+    pub fn pivot(&self, scene: &Scene, view: View) -> Vec3 {
+        self.pivot.unwrap_or_else(|| {
+            let ahead = (scene.bounds.center() - view.place.position).dot(view.place.forward);
+            view.place.position + view.place.forward * ahead.max(scene.bounds.diagonal() * 0.05)
+        })
+    }
+
+    /// Moves the view.
+    pub fn set_view(&mut self, about: &str, view: View) {
+        self.edit(about, |c| c.view = Some(view));
+    }
+
+    /// A drag in the image by `by`, in heights of the image, x to the right and y down.
+    pub fn drag(&mut self, gesture: Gesture, scene: &Scene, view: View, by: Vec2) {
+        /// Radians for a drag over the height of the image.
+        const TURN: f32 = std::f32::consts::PI;
+        let pivot = self.pivot(scene, view);
+        match gesture {
+            Gesture::Orbit => self.set_view("view", camera::orbit(view, pivot, by * TURN)),
+            Gesture::Pan => {
+                let moved = camera::pan(view, pivot, by);
+                if let Some(p) = &mut self.pivot {
+                    *p += moved.place.position - view.place.position;
+                }
+                self.set_view("view", moved);
+            }
+            Gesture::Look => {
+                self.pivot = None;
+                self.set_view("view", camera::look(view, by * TURN * 0.5));
+            }
+            Gesture::Move(thing, point) => {
+                let metres = super::pick::drag(view, 1.0, point, by);
+                self.move_thing(thing, metres);
+                self.gesture = Some(Gesture::Move(thing, point + metres));
+            }
+            Gesture::Split => {}
+        }
+    }
+
+    /// Moves a light or an object by metres.
+    pub fn move_thing(&mut self, thing: Thing, by: Vec3) {
+        self.edit(&format!("{thing:?}"), |c| {
+            let (map, index) = match thing {
+                Thing::Light(i) => (&mut c.lights, i),
+                Thing::Node(i) => (&mut c.nodes, i),
+            };
+            *map.entry(index).or_default() += by;
+        });
+    }
+
+    /// Remembers where a part of the window lies.
+    pub fn mark(&mut self, name: impl Into<String>, rect: Rect) {
+        self.marks.insert(name.into(), rect);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn state() -> (State, Scene) {
+        let path = crate::repository("scenes/hall");
+        let scene = lightgraph::scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
+        (State::new(Choice::new("g.ron".into(), path)), scene)
+    }
+
+    #[test]
+    fn a_drag_of_the_view_is_one_step_back() {
+        let (mut s, scene) = state();
+        let start = s.now().clone();
+        for _ in 0..10 {
+            let view = s.view(&scene, &s.pose(&scene, 0.0), 1.5).unwrap();
+            s.drag(Gesture::Orbit, &scene, view, Vec2::new(0.02, 0.01));
+        }
+        assert!(s.now().view.is_some());
+        s.choice.undo();
+        assert_eq!(*s.now(), start);
+    }
+
+    #[test]
+    fn a_dragged_light_is_where_the_shader_sees_it() {
+        let (mut s, scene) = state();
+        let before = s.pose(&scene, 0.0).lights[0].position;
+        s.move_thing(Thing::Light(0), Vec3::new(0.5, 0.0, 0.0));
+        s.move_thing(Thing::Light(0), Vec3::new(0.0, -0.25, 0.0));
+        let after = s.pose(&scene, 0.0).lights[0].position;
+        assert!((after - before - Vec3::new(0.5, -0.25, 0.0)).length() < 1e-6);
+        s.choice.undo();
+        assert_eq!(s.pose(&scene, 0.0).lights[0].position, before);
+    }
+
+    #[test]
+    fn a_graph_is_never_held_against_itself() {
+        let (mut s, _) = state();
+        s.edit("against", |c| c.compare.against = Against::Graph("h.ron".into()));
+        s.set_graph("h.ron".into());
+        assert_eq!(s.now().graph, Path::new("h.ron"));
+        assert_eq!(s.now().compare.against, Against::Graph("g.ron".into()));
+    }
+
+    #[test]
+    fn resources_are_read_only_while_they_are_looked_at() {
+        let (mut s, _) = state();
+        s.open("sh");
+        assert!(s.wish(0, 0.0, 4096).inspect.is_some());
+        s.panels.tab = Tab::Steps;
+        assert!(s.wish(0, 0.0, 4096).inspect.is_none());
+    }
+
+    #[test]
+    fn a_picture_grows_round_the_pointer() {
+        let v = egui::Vec2::new;
+        let whole = Zoom::whole(v(200.0, 100.0), v(100.0, 100.0));
+        assert_eq!(whole, Zoom { scale: 0.5, offset: v(0.0, 25.0) });
+        let near = whole.by(2.0, v(50.0, 50.0));
+        assert_eq!(near, Zoom { scale: 1.0, offset: v(-50.0, 0.0) });
+        let no_room = Zoom::whole(v(200.0, 100.0), v(0.0, -4.0));
+        assert!(no_room.scale > 0.0 && no_room.offset.is_finite());
+    }
+
+    #[test]
+    fn a_window_without_room_still_asks_for_a_pixel() {
+        let (mut s, _) = state();
+        s.room = [0, 0];
+        assert_eq!(s.wish(0, 0.0, 4096).size, [1, 1]);
+    }
+}

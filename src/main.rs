@@ -1,9 +1,0 @@
-//! The `lightgraph` command: parses, dispatches, exits.
-
-use clap::Parser;
-use lightgraph::cli::{Cli, run};
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    ExitCode::from(run(&Cli::parse()))
-}
