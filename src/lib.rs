@@ -11,7 +11,7 @@
 //! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again, `parallel` works on all cores, `caches` keeps what can be made again, `caught` turns panics of other
 //!   code into faults, [`files`] reads regular files up to a size
 //! - [`value`]: values by name: parameters, facts, what a frame adds
-//! - [`graph`]: the graph file: tree, expressions, variants, sub-graphs, repetitions, names
+//! - [`graph`]: the graph file: tree, expressions, variants, sub-graphs, repetitions, names, layout
 //! - [`shader`]: composition, bindings, reflection, byte layouts
 //! - [`scene`]: glTF, scene RON, poses, tables, a hierarchy of boxes over triangles, simplified triangles
 //! - [`plan`]: wiring, liveness, sets and reductions, dirty bits, order, lifetimes and shared memory, where loops end, the inputs

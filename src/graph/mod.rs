@@ -2,11 +2,12 @@
 //!
 //! `tree` keeps places, `variant` lays a variant over its base, `read` reads single values, `parse` knows the fields, `join`
 //! puts sub-graphs in with other names (`rename`), `limits` counts, `check` resolves names, and `unroll`, when values are
-//! known, repeats passes.
+//! known, repeats passes. `format` lays a file out.
 
 pub mod ast;
 pub mod check;
 pub mod expr;
+pub mod format;
 mod join;
 mod limits;
 mod param;

@@ -204,3 +204,22 @@ fn tune_writes_the_variant_that_serves_and_says_what_it_measured() {
     assert_eq!(code, 1, "{text}");
     assert!(!unserved.exists(), "{text}");
 }
+
+#[test]
+fn files_are_laid_out_in_one_way() {
+    let folder = Scratch::new("fmt");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("a.ron", "Graph(about:\"x\", // said\npasses:[],\n)");
+    write("broken.ron", "Graph(about: \"x\"");
+    write("notes.txt", "( a )");
+    let path = folder.path().display().to_string();
+    let one = folder.path().join("a.ron").display().to_string();
+    expect(&["fmt", "--check", &one], 1, &["a.ron is laid out otherwise"]);
+    expect(&["fmt", &path], 1, &["a.ron", "broken.ron:1:15"]);
+    assert_eq!(std::fs::read_to_string(&one).unwrap(), "Graph(\n    about: \"x\", // said\n    passes: [],\n)\n");
+    assert_eq!(std::fs::read_to_string(folder.path().join("broken.ron")).unwrap(), "Graph(about: \"x\"");
+    assert_eq!(std::fs::read_to_string(folder.path().join("notes.txt")).unwrap(), "( a )");
+    expect(&["fmt", "--check", &one], 0, &[]);
+    expect(&["fmt", "no_such.ron"], 1, &["can't read no_such.ron"]);
+    assert_eq!(names(folder.path()), ["a.ron", "broken.ron", "notes.txt"]);
+}

@@ -8,6 +8,7 @@ pub mod check;
 pub mod compare;
 mod course;
 mod fastest;
+pub mod fmt;
 pub mod new;
 mod outputs;
 mod page;
@@ -62,6 +63,8 @@ pub enum Command {
     Watch(watch::Args),
     /// Report every fault of graphs and their shaders; needs no adapter
     Check(check::Args),
+    /// Lay graph, scene and test files out in one way
+    Fmt(fmt::Args),
     /// Print what a graph compiles to; needs no adapter
     Plan(plan::Args),
     /// Compare two images
@@ -129,6 +132,7 @@ pub fn run(cli: &Cli) -> u8 {
         Command::View(args) => view::run(args),
         Command::Watch(args) => watch::run(args),
         Command::Check(args) => check::run(args),
+        Command::Fmt(args) => fmt::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
         Command::Test(args) => test::run(args),
