@@ -72,8 +72,18 @@ pub enum ResourceKind {
     Texture3d { format: wgpu::TextureFormat, size: Size, mips: Option<Expr> },
     Cube { format: wgpu::TextureFormat, size: Size, count: Option<Expr>, mips: Option<Expr> },
     Atlas { format: wgpu::TextureFormat, tile: Expr, count: Expr },
-    Buffer { stride: Expr, count: Expr },
+    Buffer { stride: Stride, count: Expr },
     Sampler(SamplerDesc),
+}
+
+/// Bytes from element to element of a buffer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Stride {
+    Bytes(Expr),
+    /// Those of a type: a plain one, or a struct of the shaders that bind the buffer.
+    Of(Name),
+    /// An input's, which is as the graph around has it.
+    Any,
 }
 
 /// An extent: one expression (a vector, a scalar, or the name of a resource), or one for each axis.
@@ -314,10 +324,23 @@ impl Resource {
                 counts.extend(mips.iter());
             }
             ResourceKind::Atlas { tile, count, .. } => counts.extend([tile, count]),
-            ResourceKind::Buffer { stride, count } => counts.extend([stride, count]),
+            ResourceKind::Buffer { stride, count } => {
+                counts.extend(stride.expr());
+                counts.push(count);
+            }
             ResourceKind::Sampler(_) => {}
         }
         (sizes, counts)
+    }
+}
+
+impl Stride {
+    /// The number of bytes, where the graph says one.
+    pub fn expr(&self) -> Option<&Expr> {
+        match self {
+            Stride::Bytes(e) => Some(e),
+            Stride::Of(_) | Stride::Any => None,
+        }
     }
 }
 

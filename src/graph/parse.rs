@@ -1,6 +1,6 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
-use super::ast::{Dirty, Graph, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size};
+use super::ast::{Dirty, Graph, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride};
 use super::expr::Expr;
 use super::param::parse_vector;
 use super::read::{Fields, Reader};
@@ -154,7 +154,7 @@ impl Reader {
                 compare: f.get("compare").map(|n| self.compare(Some(n), wgpu::CompareFunction::LessEqual)),
             }))
         } else if name == "Buffer" {
-            let stride = self.number_of(&mut f, "stride", usual);
+            let stride = self.stride(&mut f, usual.is_some());
             let count = self.number_of(&mut f, "count", usual);
             stride.zip(count).map(|(stride, count)| ResourceKind::Buffer { stride, count })
         } else {
@@ -201,6 +201,25 @@ impl Reader {
         self.finish(&f);
         debug_assert!(kind.is_some() || self.faults.len() > before, "what can't be read is a fault");
         Some(Resource { span: node.span.clone(), kind: kind?, history, initial, members, min, max })
+    }
+
+    /// A buffer's `stride` in bytes, or the `element` that has it.
+    fn stride(&mut self, f: &mut Fields, input: bool) -> Option<Stride> {
+        match (f.get("stride"), f.get("element")) {
+            (Some(bytes), None) => self.expr(bytes).map(Stride::Bytes),
+            (None, Some(element)) => self.text(element).map(Stride::Of),
+            (None, None) if input => Some(Stride::Any),
+            (None, None) => {
+                let d = Diagnostic::error("a buffer needs an `element` or a `stride`").at(f.span, "");
+                self.fault(d.help("name the type of its elements, as the shaders do: `element: \"u32\"`"));
+                None
+            }
+            (Some(bytes), Some(element)) => {
+                let d = Diagnostic::error("an element has a stride of its own").at(&bytes.span, "");
+                self.fault(d.at(&element.span, "").help("leave one of them out"));
+                None
+            }
+        }
     }
 
     fn number_of(&mut self, f: &mut Fields, name: &'static str, usual: Option<&Expr>) -> Option<Expr> {

@@ -1,6 +1,6 @@
 //! Other names for what a graph mentions.
 
-use super::ast::{Dirty, Name, Pass, PassKind, Resource, ResourceKind, Size};
+use super::ast::{Dirty, Name, Pass, PassKind, Resource, ResourceKind, Size, Stride};
 use super::expr::Expr;
 
 /// A name to another.
@@ -50,9 +50,12 @@ pub fn resource(r: &mut Resource, to: Rename) {
             size(s, to);
             maybe(mips);
         }
-        ResourceKind::Atlas { tile: a, count: b, .. } | ResourceKind::Buffer { stride: a, count: b } => {
-            a.rename(to);
-            b.rename(to);
+        ResourceKind::Atlas { tile, count, .. } => [tile, count].into_iter().for_each(|e| e.rename(to)),
+        ResourceKind::Buffer { stride, count } => {
+            count.rename(to);
+            if let Stride::Bytes(bytes) = stride {
+                bytes.rename(to);
+            }
         }
         ResourceKind::Sampler(_) => {}
     }

@@ -3,9 +3,11 @@
 use super::wire::{How, Mode, Use, Wire, Wired, Wirer};
 use super::{Binding, Desc, TableUse, TextureKind};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Pass, PassKind, ResourceKind};
+use crate::graph::ast::{Pass, PassKind, Resource, ResourceKind, Stride};
 use crate::scene::{FRAME_VALUES, TABLES, TableKind, table};
-use crate::shader::{Access, BindingKind, Layout, Shader, Stage, TextureDim, TextureSample, Variable, report};
+use crate::shader::{
+    Access, BindingKind, ElementType, Layout, Shader, Stage, TextureDim, TextureSample, Variable, report,
+};
 use crate::value::{Type, Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -125,6 +127,7 @@ impl<'g> Wirer<'g, '_> {
         let sized = self.sizes.of(&target)?;
         let sized = self.keep(sized)?;
         let how = self.fits(v, &target, &sized.desc, &place, &declared.span)?;
+        self.stride_fits(v, &target, (declared, sized.stride), &place)?;
         let access = access.unwrap_or_default();
         let mode = match (access.read, access.write) {
             // They are cleared before.
@@ -269,6 +272,35 @@ impl<'g> Wirer<'g, '_> {
         }
     }
 
+    /// Whether a shader's elements lie where a buffer's do; it may take each for several smaller ones.
+    fn stride_fits(&mut self, v: &Variable, name: &str, (declared, has): (&Resource, u32), place: &Span) -> Option<()> {
+        let Some((takes, of)) = v.kind.elements() else { return Some(()) };
+        let said = |element: &str| matches!(&declared.kind, ResourceKind::Buffer { stride: Stride::Of(said), .. } if said.value == element);
+        let same = matches!(of, ElementType::Struct(element) if said(element));
+        // A single element may lie over several of the buffer's.
+        let single = matches!(v.kind, BindingKind::Storage { fixed_size, .. } if fixed_size == Some(takes));
+        if has == takes || (single || has.is_multiple_of(takes.max(1))) && !same {
+            return Some(());
+        }
+        let plain = match &v.kind {
+            BindingKind::Storage { element, .. } | BindingKind::UniformArray { element, .. } => element.members.first(),
+            _ => None,
+        };
+        let element = match (of, plain) {
+            (ElementType::Struct(element), _) => Some(element.as_str()),
+            (ElementType::Plain, plain) => plain.map(|m| m.ty.wgsl()),
+        };
+        let whose = element.map_or(format!("those of the shader's `{}`", v.name), |e| format!("the shader's `{e}`"));
+        let d = Diagnostic::error(format!("`{name}` has elements of {has} bytes, {whose} takes {takes}"));
+        let field = element.map_or(format!("stride: {takes}"), |e| format!("element: \"{e}\""));
+        let help = match same {
+            true => "let the shaders import one struct, or name the other differently".into(),
+            false => format!("declare it as `Buffer({field}, …)`, with as many elements as the shader asks for"),
+        };
+        self.faults.push(d.at(place, "").at(&declared.span, "declared here").help(help));
+        None
+    }
+
     fn long_enough(&mut self, name: &str, size: u64, needed: u32, place: &Span, declared: &Span) -> bool {
         let enough = u64::from(needed) <= size;
         if !enough {
@@ -289,7 +321,7 @@ impl<'g> Wirer<'g, '_> {
     ) -> Option<Wire> {
         let (element, stride, fixed) = match &v.kind {
             BindingKind::Storage { element, stride, fixed_size, .. } => (element, *stride, *fixed_size),
-            BindingKind::UniformArray { element, stride, size } => (element, *stride, Some(*size)),
+            BindingKind::UniformArray { element, stride, size, .. } => (element, *stride, Some(*size)),
             _ => {
                 self.mismatch(table, "a table of the scene", v, place, place);
                 return None;

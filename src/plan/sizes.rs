@@ -3,8 +3,9 @@
 use super::request::{Request, count_with};
 use super::{Desc, TextureDesc, TextureKind, Tiles};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Resource, ResourceKind, Size};
+use crate::graph::ast::{Name, Resource, ResourceKind, Size, Stride};
 use crate::graph::expr::{Expr, Val};
+use crate::shader::plain_bytes;
 use crate::value::Values;
 use rustc_hash::FxHashMap;
 use std::cell::RefCell;
@@ -16,6 +17,8 @@ pub struct Sized {
     pub desc: Desc,
     /// Elements of a buffer; 0 otherwise.
     pub elements: u32,
+    /// Bytes from one to the next; 0 where nothing says.
+    pub stride: u32,
     /// How many the set has; `None`: not a set.
     pub members: Option<u32>,
 }
@@ -41,6 +44,8 @@ pub struct Sizes<'a> {
     request: &'a Request<'a>,
     values: &'a Values,
     declared: FxHashMap<&'a str, Declared<'a>>,
+    /// The structs of shaders that buffers are bound to arrays of: buffer, struct, stride.
+    structs: RefCell<Vec<(String, String, u32)>>,
 }
 
 struct Declared<'a> {
@@ -62,12 +67,45 @@ impl<'a> Sizes<'a> {
         // Of two with the same name the first counts; the other is a fault of the graph.
         let unasked = |resource| Declared { resource, sized: RefCell::new(State::Unasked) };
         let declared = request.graph.resources.iter().rev().map(|(n, r)| (n.value.as_str(), unasked(r))).collect();
-        Sizes { request, values, declared }
+        Sizes { request, values, declared, structs: RefCell::default() }
     }
 
     /// The declaration of a resource.
     pub fn declared(&self, name: &str) -> Option<&'a Resource> {
         self.declared.get(name).map(|d| d.resource)
+    }
+
+    /// Whether the size of some buffer waits for [`Sizes::learn`].
+    pub fn asks_for_structs(&self) -> bool {
+        self.declared.values().any(|d| {
+            matches!(&d.resource.kind,
+            ResourceKind::Buffer { stride: Stride::Of(name), .. } if plain_bytes(&name.value).is_none())
+        })
+    }
+
+    /// Tells the stride of a struct that a shader has as elements of a buffer.
+    pub fn learn(&self, buffer: &str, element: &str, stride: u32) {
+        self.structs.borrow_mut().push((buffer.into(), element.into(), stride));
+    }
+
+    /// The stride of a buffer's elements.
+    fn stride_of(&self, buffer: &str, element: &Name) -> Result<u32, Diagnostic> {
+        let structs = self.structs.borrow();
+        let mut bound = structs.iter().filter(|(name, ..)| name == buffer);
+        let found = plain_bytes(&element.value).or_else(|| Some(bound.clone().find(|b| b.1 == element.value)?.2));
+        found.ok_or_else(|| {
+            let what = format!("no shader that runs binds `{buffer}` to an array of `{}`", element.value);
+            let d = Diagnostic::error(what).at(&element.span, "");
+            let d = d.nearest(&element.value, bound.clone().map(|b| b.1.as_str()));
+            let others = bound.by_ref().map(|b| format!("`{}`", b.1)).collect::<BTreeSet<_>>();
+            let found = others.into_iter().collect::<Vec<_>>().join(", ");
+            let plain = "a plain type (`u32`, `vec4f`, …)";
+            d.help(if found.is_empty() {
+                format!("or name {plain}")
+            } else {
+                format!("they have {found}; or name {plain}")
+            })
+        })
     }
 
     /// The description of a texture or buffer; `None` for samplers and unknown names.
@@ -164,7 +202,7 @@ impl<'a> Sizes<'a> {
             let usage = wgpu::TextureUsages::empty();
             Desc::Texture(TextureDesc { kind, format, width, height, layers, mips, usage, tiles })
         };
-        let mut elements = 0;
+        let (mut elements, mut stride) = (0, 0);
         let desc = match &r.kind {
             ResourceKind::Texture { format, size, layers, mips } => {
                 let (e, n) = (self.extent(size, 2)?, optional(layers, "a number of layers")?);
@@ -192,16 +230,21 @@ impl<'a> Sizes<'a> {
                 let (w, h) = (side(columns)?, side(count.div_ceil(columns))?);
                 texture(TextureKind::D2 { array: false }, *format, w, h, 1, 1, Some(tiles))
             }
-            ResourceKind::Buffer { stride, count } => {
-                let (stride, n) = (self.count(stride, "a stride")?, self.count(count, "a number of elements")?);
-                elements = n;
-                let size = u64::from(stride) * u64::from(n);
+            ResourceKind::Buffer { stride: said, count } => {
+                let bytes = match said {
+                    Stride::Bytes(e) => self.count(e, "a stride")?,
+                    Stride::Of(element) => self.stride_of(name, element)?,
+                    Stride::Any => 1,
+                };
+                stride = if *said == Stride::Any { 0 } else { bytes };
+                elements = self.count(count, "a number of elements")?;
+                let size = u64::from(bytes) * u64::from(elements);
                 Desc::Buffer { size: size.next_multiple_of(4), usage: wgpu::BufferUsages::empty() }
             }
             ResourceKind::Sampler(_) => return Err(Diagnostic::error("a sampler has no size").at(&r.span, "")),
         };
         limits(name, &desc, &r.span, self.request.limits).map_err(|d| self.with_facts(d, r))?;
-        Ok(Sized { desc, elements, members })
+        Ok(Sized { desc, elements, stride, members })
     }
 
     /// Says which numbers of the scene a size comes from: no parameter makes those smaller.

@@ -12,7 +12,7 @@ use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Graph, Name, Pass, PassKind, walk};
 use crate::graph::expr::{Binary, ExprKind, Val};
 use crate::parallel;
-use crate::shader::{Def, Defs, Index, Shader, Stage};
+use crate::shader::{Def, Defs, ElementType, Index, Shader, Stage};
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -135,6 +135,7 @@ pub fn wire<'g>(
     };
     walk(&request.graph.passes, &mut |p| w.bits.extend(p.only.iter().map(|dirty| dirty.bits.value.as_str())));
     w.compose_ahead();
+    w.strides();
     let mut items = w.passes(&request.graph.passes, &[]);
     let given = request.graph.resources.iter().filter(|(_, r)| r.initial.is_some() || r.history);
     let mut made: BTreeSet<String> = given.map(|(name, _)| name.value.clone()).collect();
@@ -360,6 +361,34 @@ impl<'g> Wirer<'g, '_> {
     /// finds their faults again.
     fn compose_ahead(&mut self) {
         let mut asked: Vec<(&'g str, Defs)> = vec![];
+        self.each_pass_that_may_run(&mut |w, pass, name| {
+            let shader = (name.value.as_str(), w.defs(pass, name, &mut vec![]));
+            if !asked.contains(&shader) {
+                asked.push(shader);
+            }
+        });
+        let texts = self.request.texts;
+        parallel::each(0..asked.len(), |i| drop(texts.shader(asked[i].0, &asked[i].1)));
+    }
+
+    /// Finds the strides of buffers whose elements are structs of shaders.
+    fn strides(&mut self) {
+        if !self.sizes.asks_for_structs() {
+            return;
+        }
+        self.each_pass_that_may_run(&mut |w, pass, name| {
+            let defs = w.defs(pass, name, &mut vec![]);
+            let Ok(shader) = w.request.texts.shader(&name.value, &defs) else { return };
+            for v in &shader.interface.variables {
+                if let Some((stride, ElementType::Struct(element))) = v.kind.elements() {
+                    w.sizes.learn(&pass.target(&v.name).0, element, stride);
+                }
+            }
+        });
+    }
+
+    /// Calls `f` with every pass that has a shader and whose condition holds, those in loops and alternatives too.
+    fn each_pass_that_may_run(&mut self, f: &mut dyn FnMut(&mut Self, &'g Pass, &'g Name)) {
         let mut open: Vec<&'g Pass> = self.graph().passes.iter().rev().collect();
         while let Some(pass) = open.pop() {
             if pass.when.as_ref().is_some_and(|when| when.truth(&|n| self.value(n)) != Ok(true)) {
@@ -369,16 +398,12 @@ impl<'g> Wirer<'g, '_> {
                 PassKind::Loop { passes, .. } => open.extend(passes.iter().rev()),
                 PassKind::Fastest { of, .. } => open.extend(of.iter().flatten().rev()),
                 kind => {
-                    let Some(name) = kind.shader() else { continue };
-                    let shader = (name.value.as_str(), self.defs(pass, name, &mut vec![]));
-                    if !asked.contains(&shader) {
-                        asked.push(shader);
+                    if let Some(name) = kind.shader() {
+                        f(self, pass, name);
                     }
                 }
             }
         }
-        let texts = self.request.texts;
-        parallel::each(0..asked.len(), |i| drop(texts.shader(asked[i].0, &asked[i].1)));
     }
 
     /// The definitions that a pass gives its shader, as far as the shader asks for them.

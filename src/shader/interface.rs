@@ -35,16 +35,38 @@ pub enum BindingKind {
     Uniform(Arc<Layout>),
     /// `var<uniform>` of an array: a buffer or table, read through the smaller but often quicker way of uniforms.
     /// `size` is that of all elements in bytes.
-    UniformArray { element: Layout, stride: u32, size: u32 },
+    /// `of` as of storage.
+    UniformArray { element: Layout, stride: u32, size: u32, of: ElementType },
     /// `var<storage>`: for `array<T>` (sized or not) `element` is `T`'s layout, otherwise the whole type's.
-    /// `fixed_size` is the byte size when the type is not a runtime-sized array.
-    Storage { element: Layout, stride: u32, fixed_size: Option<u32>, writable: bool },
+    /// `fixed_size` is the byte size when the type is not a runtime-sized array. `of` says what an array is of,
+    /// or what struct the whole is.
+    Storage { element: Layout, stride: u32, fixed_size: Option<u32>, writable: bool, of: Option<ElementType> },
     /// `texture_…<f32>` and the like.
     Texture { dim: TextureDim, sample: TextureSample, multisampled: bool },
     /// `texture_storage_…`.
     StorageTexture { dim: TextureDim, format: wgpu::TextureFormat, access: wgpu::StorageTextureAccess },
     /// `sampler` or `sampler_comparison`.
     Sampler { comparison: bool },
+}
+
+impl BindingKind {
+    /// The bytes from element to element of a buffer, and what these are.
+    pub fn elements(&self) -> Option<(u32, &ElementType)> {
+        match self {
+            BindingKind::UniformArray { stride, of, .. } | BindingKind::Storage { stride, of: Some(of), .. } => {
+                Some((*stride, of))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// What the elements of a buffer are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ElementType {
+    /// A struct, by its name in the text.
+    Struct(String),
+    Plain,
 }
 
 /// The dimension of a texture variable.

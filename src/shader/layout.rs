@@ -1,6 +1,6 @@
 //! Byte layouts reflected from a shader, and packing named values into them.
 
-use super::{reflect::Unbindable, write::plain};
+use super::{interface::ElementType, reflect::Unbindable, write::plain};
 use crate::value::{Type, Value};
 use naga::{ArraySize, Handle, Module, ScalarKind, TypeInner, VectorSize};
 
@@ -80,6 +80,30 @@ pub(super) fn of_array(module: &Module, name: &str, ty: Handle<naga::Type>) -> (
     };
     let members = flat(module, name, element).unwrap_or_default();
     (Layout { size: size(module, element), members }, stride, fixed_size)
+}
+
+/// What an array is of, or a struct, which is an element by itself; `None` of anything else.
+pub(super) fn element_type(module: &Module, ty: Handle<naga::Type>) -> Option<ElementType> {
+    let element = match &module.types[ty].inner {
+        TypeInner::Array { base, .. } => &module.types[*base],
+        whole @ TypeInner::Struct { .. } if !has_open_end(module, whole) => &module.types[ty],
+        _ => return None,
+    };
+    Some(match (&element.inner, &element.name) {
+        (TypeInner::Struct { .. }, Some(name)) => ElementType::Struct(plain(name)),
+        _ => ElementType::Plain,
+    })
+}
+
+/// Bytes from one to the next in an array of a plain type.
+pub fn plain_bytes(name: &str) -> Option<u32> {
+    match name {
+        "u32" | "i32" | "f32" => Some(4),
+        "vec2u" | "vec2i" | "vec2f" => Some(8),
+        "vec3u" | "vec3i" | "vec3f" | "vec4u" | "vec4i" | "vec4f" => Some(16),
+        "mat4x4f" => Some(64),
+        _ => None,
+    }
 }
 
 /// A struct whose last member is an array without a size.

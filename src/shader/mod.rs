@@ -32,9 +32,10 @@ mod tests;
 
 pub use compose::{Def, Defs, Shader, compose};
 pub use interface::{
-    Access, BindingKind, Entry, Interface, Output, OutputKind, Stage, TextureDim, TextureSample, Variable, VertexInput,
+    Access, BindingKind, ElementType, Entry, Interface, Output, OutputKind, Stage, TextureDim, TextureSample, Variable,
+    VertexInput,
 };
 pub use kept::{keep_joined_in, kept_module};
-pub use layout::{Layout, Member};
+pub use layout::{Layout, Member, plain_bytes};
 pub use library::Library;
 pub use memo::{Index, Memo};

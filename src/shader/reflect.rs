@@ -101,9 +101,9 @@ fn kind(bound: &Bound, name: &str, handle: Handle<GlobalVariable>) -> Result<Bin
     match (&module.types[variable.ty].inner, variable.space) {
         (TypeInner::Array { .. }, AddressSpace::Uniform) => {
             let (element, stride, size) = layout::of_array(module, name, variable.ty);
-            match size {
-                Some(size) => Ok(BindingKind::UniformArray { element, stride, size }),
-                None => Err(unbindable("an array in a uniform has a fixed length", "write it as `array<T, LENGTH>`")),
+            match (size, layout::element_type(module, variable.ty)) {
+                (Some(size), Some(of)) => Ok(BindingKind::UniformArray { element, stride, size, of }),
+                _ => Err(unbindable("an array in a uniform has a fixed length", "write it as `array<T, LENGTH>`")),
             }
         }
         (_, AddressSpace::Uniform) => {
@@ -117,7 +117,8 @@ fn kind(bound: &Bound, name: &str, handle: Handle<GlobalVariable>) -> Result<Bin
         }
         (_, AddressSpace::Storage { access }) => {
             let (element, stride, fixed_size) = layout::of_array(module, name, variable.ty);
-            Ok(BindingKind::Storage { element, stride, fixed_size, writable: access.contains(StorageAccess::STORE) })
+            let (of, writable) = (layout::element_type(module, variable.ty), access.contains(StorageAccess::STORE));
+            Ok(BindingKind::Storage { element, stride, fixed_size, writable, of })
         }
         (TypeInner::Sampler { comparison }, _) => Ok(BindingKind::Sampler { comparison: *comparison }),
         (TypeInner::Image { dim, arrayed, class }, _) => {

@@ -35,10 +35,11 @@ fn imports_reach_through_files_and_share_one_variable() {
     bindings.sort();
     let expected = [("gain", 0), ("materials", 1), ("out", 2)].map(|(n, b)| (n.to_owned(), Some((0, b))));
     assert_eq!(bindings, expected);
-    let BindingKind::Storage { element, stride, fixed_size, writable } = &shader.interface.variables[1].kind else {
+    let BindingKind::Storage { element, stride, fixed_size, writable, of } = &shader.interface.variables[1].kind else {
         panic!("{:?}", shader.interface.variables[1])
     };
     assert_eq!((*stride, *fixed_size, *writable), (32, None, false));
+    assert_eq!(*of, Some(ElementType::Struct("Material".into())));
     let members: Vec<_> = element.members.iter().map(|m| (m.name.as_str(), m.offset, m.ty)).collect();
     assert_eq!(members, [("base_color", 0, Type::Vec4), ("c1", 16, Type::Vec3), ("shininess", 28, Type::Float)]);
 }

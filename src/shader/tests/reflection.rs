@@ -69,12 +69,17 @@ fn every_kind_of_variable_is_reflected() {
     assert_eq!(kind("lin"), BindingKind::Sampler { comparison: false });
     assert_eq!(kind("cmp"), BindingKind::Sampler { comparison: true });
     let element = Layout { size: 4, members: vec![] };
-    assert_eq!(kind("count"), BindingKind::Storage { element, stride: 4, fixed_size: Some(4), writable: true });
+    assert_eq!(
+        kind("count"),
+        BindingKind::Storage { element, stride: 4, fixed_size: Some(4), writable: true, of: None }
+    );
     let element = Layout { size: 12, members: vec![member("fixed", 0, Type::Vec3)] };
-    assert_eq!(kind("fixed"), BindingKind::Storage { element, stride: 16, fixed_size: Some(80), writable: true });
+    let of = Some(ElementType::Plain);
+    assert_eq!(kind("fixed"), BindingKind::Storage { element, stride: 16, fixed_size: Some(80), writable: true, of });
     assert!(matches!(kind("open"), BindingKind::Storage { fixed_size: None, writable: false, .. }));
+    let of = ElementType::Struct("Row".into());
     let element = Layout { size: 16, members: vec![member("at", 0, Type::Vec3), member("n", 12, Type::Uint)] };
-    assert_eq!(kind("rows"), BindingKind::UniformArray { element, stride: 16, size: 112 });
+    assert_eq!(kind("rows"), BindingKind::UniformArray { element, stride: 16, size: 112, of });
     let entry = &i.entries[0];
     let access = |name: &str| entry.uses[&names(&i).iter().position(|n| *n == name).unwrap_or(usize::MAX)];
     assert_eq!(entry.workgroup_size, [8, 4, 1]);
