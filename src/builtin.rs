@@ -36,6 +36,12 @@ pub fn read(path: &Path) -> Option<Checked<Arc<Source>>> {
     }))
 }
 
+/// The bytes of a file of the binary, if it has it.
+pub fn bytes(path: &Path) -> Option<&'static [u8]> {
+    let name = path.to_str()?.strip_prefix(PREFIX)?;
+    FILES.iter().find(|f| f.0 == name).map(|f| f.1)
+}
+
 /// The shaders, by their path below the shader folder.
 pub fn shaders() -> impl Iterator<Item = (&'static str, Arc<Source>)> {
     texts("shaders/")

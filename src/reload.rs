@@ -21,7 +21,7 @@ pub const TOGETHER: Duration = Duration::from_millis(15);
 pub const LONGEST: Duration = Duration::from_secs(1);
 
 /// Endings of the files that graphs and scenes are made of.
-const ENDINGS: [&str; 8] = ["ron", "wgsl", "gltf", "glb", "bin", "png", "jpg", "jpeg"];
+const ENDINGS: [&str; 11] = ["ron", "wgsl", "gltf", "glb", "bin", "png", "jpg", "jpeg", "hdr", "exr", "cube"];
 
 /// Watches folders and all below them, those too that go and come again.
 pub struct Watcher {

@@ -1,7 +1,7 @@
 //! What a device has built, for whoever asks for the same again: pipelines, samplers, uploads of scenes. All that is
 //! kept is immutable, so any number of plans may use it at once.
 
-use super::{dirty, numerics, pipelines::Pipeline, scene_data::Mesh, wipe::Fill};
+use super::{dirty, numerics, pipelines::Pipeline, pool::Uploaded, scene_data::Mesh, wipe::Fill};
 use crate::diag::Checked;
 use crate::plan::SamplerDesc;
 use crate::recent::{InUse, Recent};
@@ -15,6 +15,9 @@ const MOST_FILLS: usize = 32;
 
 /// Pipelines that check numbers: one for each way to read a resource.
 const MOST_CHECKS: usize = 4;
+
+/// As [`PLANS`], for images of files: a plan and the one before it, a second memory that verifies, and what stands beside.
+const IMAGE_PLANS: u64 = 4;
 
 const MOST_SAMPLERS: usize = 32;
 
@@ -33,6 +36,8 @@ pub(super) struct Kept {
     /// By the hash of their content.
     pub meshes: Store<(u128, Option<Mesh>)>,
     pub textures: Store<(u128, wgpu::TextureView)>,
+    /// Images of files that a plan of the last few uses.
+    pub images: Mutex<InUse<Uploaded>>,
 }
 
 impl Default for Kept {
@@ -46,6 +51,7 @@ impl Default for Kept {
             samplers: Store::new(MOST_SAMPLERS),
             meshes: Store::new(MOST_SCENES),
             textures: Store::new(MOST_SCENES),
+            images: Mutex::new(InUse::new(IMAGE_PLANS)),
         }
     }
 }
@@ -60,6 +66,7 @@ impl Kept {
         self.samplers.clear();
         self.meshes.clear();
         self.textures.clear();
+        self.images.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 }
 

@@ -2,9 +2,11 @@
 
 use super::{device::Gpu, encode::clear_texture, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
+use crate::image::texture::Texture;
 use crate::plan::{Desc, Plan, ResourceId, TextureDesc, TextureKind};
 use crate::shader::TextureDim;
 use std::ops::Range;
+use std::sync::PoisonError;
 
 /// What a plan may allocate overall, in bytes. Beyond it a size in the graph is far more likely a slip than a wish.
 pub const MOST_BYTES: u64 = 8 << 30;
@@ -46,6 +48,7 @@ impl Pool {
         let mut slots = vec![];
         let mut fresh = vec![];
         let mut faults = vec![];
+        gpu.kept.images.lock().unwrap_or_else(PoisonError::into_inner).next();
         for (index, slot) in plan.slots.iter().enumerate() {
             if let Some(Some(kept)) = kept.get(index) {
                 slots.push(kept.clone());
@@ -53,7 +56,12 @@ impl Pool {
                 continue;
             }
             let label = tenants(plan, index);
-            match scoped(gpu, &format!("allocate `{label}`"), || allocate(gpu, &slot.desc, &label)) {
+            let image = plan.resources.iter().find(|r| r.slot == index).and_then(|r| r.image.as_ref());
+            let made = scoped(gpu, &format!("allocate `{label}`"), || match (image, &slot.desc) {
+                (Some(image), Desc::Texture(t)) => Memory::Texture(uploaded(gpu, image, t, &label)),
+                _ => allocate(gpu, &slot.desc, &label),
+            });
+            match made {
                 Ok(memory) => {
                     slots.push(memory);
                     fresh.push(true);
@@ -221,6 +229,42 @@ fn allocate(gpu: &Gpu, desc: &Desc, label: &str) -> Memory {
         })),
         Desc::Texture(t) => Memory::Texture(gpu.device.create_texture(&texture(t, label))),
     }
+}
+
+/// An image of files on the device.
+#[derive(Debug)]
+pub(super) struct Uploaded {
+    hash: u128,
+    desc: TextureDesc,
+    texture: wgpu::Texture,
+}
+
+/// The texture of an image: what the device keeps of earlier plans, or a new one.
+fn uploaded(gpu: &Gpu, image: &Texture, t: &TextureDesc, label: &str) -> wgpu::Texture {
+    let mut kept = gpu.kept.images.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(there) = kept.find(|k| k.hash == image.hash && k.desc == *t) {
+        return there.texture.clone();
+    }
+    let mut wanted = texture(t, label);
+    wanted.usage |= wgpu::TextureUsages::COPY_DST;
+    let made = gpu.device.create_texture(&wanted);
+    let texel = t.format.block_copy_size(None).unwrap_or(4);
+    for (mip, bytes) in (0..).zip(&image.levels) {
+        let size = made.size().mip_level_size(mip, made.dimension());
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(size.width * texel),
+            rows_per_image: Some(size.height),
+        };
+        gpu.queue.write_texture(
+            wgpu::TexelCopyTextureInfo { mip_level: mip, ..made.as_image_copy() },
+            bytes,
+            layout,
+            size,
+        );
+    }
+    kept.keep(Uploaded { hash: image.hash, desc: t.clone(), texture: made.clone() });
+    made
 }
 
 fn texture<'a>(t: &TextureDesc, label: &'a str) -> wgpu::TextureDescriptor<'a> {

@@ -56,6 +56,7 @@ impl Sketch {
             history: false,
             bits: false,
             initial: None,
+            image: None,
             min: None,
             max: None,
         });

@@ -2,6 +2,7 @@
 
 use super::expr::Expr;
 use crate::diag::{Source, Span};
+use crate::image::texture::Texture;
 use crate::plan::{Cull, SamplerDesc};
 use crate::value::{Type, Value};
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
@@ -68,11 +69,34 @@ pub struct Resource {
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum ResourceKind {
-    Texture { format: wgpu::TextureFormat, size: Size, layers: Option<Expr>, mips: Option<Expr> },
-    Texture3d { format: wgpu::TextureFormat, size: Size, mips: Option<Expr> },
-    Cube { format: wgpu::TextureFormat, size: Size, count: Option<Expr>, mips: Option<Expr> },
-    Atlas { format: wgpu::TextureFormat, tile: Expr, count: Expr },
-    Buffer { stride: Stride, count: Expr },
+    Texture {
+        format: wgpu::TextureFormat,
+        size: Size,
+        layers: Option<Expr>,
+        mips: Option<Expr>,
+    },
+    Texture3d {
+        format: wgpu::TextureFormat,
+        size: Size,
+        mips: Option<Expr>,
+    },
+    Cube {
+        format: wgpu::TextureFormat,
+        size: Size,
+        count: Option<Expr>,
+        mips: Option<Expr>,
+    },
+    Atlas {
+        format: wgpu::TextureFormat,
+        tile: Expr,
+        count: Expr,
+    },
+    Buffer {
+        stride: Stride,
+        count: Expr,
+    },
+    /// What files hold; no pass writes it.
+    Image(Arc<Texture>),
     Sampler(SamplerDesc),
 }
 
@@ -310,6 +334,11 @@ pub fn inherit_groups(passes: &mut [Pass], around: Option<&Name>) {
 }
 
 impl Resource {
+    /// Whether it holds something before any pass of a frame writes it.
+    pub fn is_given(&self) -> bool {
+        self.history || self.initial.is_some() || matches!(self.kind, ResourceKind::Image(_))
+    }
+
     /// The expressions in it: of its extent, which may name other resources, and of its counts.
     pub fn exprs(&self) -> (Vec<&Expr>, Vec<&Expr>) {
         let mut sizes: Vec<&Expr> = vec![];
@@ -328,7 +357,7 @@ impl Resource {
                 counts.extend(stride.expr());
                 counts.push(count);
             }
-            ResourceKind::Sampler(_) => {}
+            ResourceKind::Image(_) | ResourceKind::Sampler(_) => {}
         }
         (sizes, counts)
     }

@@ -461,6 +461,7 @@ impl<'g> Check<'g> {
                 | ResourceKind::Cube { format, .. }
                 | ResourceKind::Atlas { format, .. },
             ) => Some(*format),
+            Some(ResourceKind::Image(image)) => Some(image.format),
             _ => {
                 self.resource_name(name, noun);
                 None

@@ -7,6 +7,7 @@ use super::read::Reader;
 use super::rename;
 use super::tree::Node;
 use crate::diag::Diagnostic;
+use crate::image::texture::Shape;
 use std::collections::BTreeMap;
 use std::mem::discriminant;
 use std::sync::Arc;
@@ -266,6 +267,12 @@ impl Joined {
 }
 
 fn fits(given: &ResourceKind, wanted: &ResourceKind) -> bool {
-    let flat = |kind: &ResourceKind| matches!(kind, ResourceKind::Texture { .. } | ResourceKind::Atlas { .. });
-    discriminant(given) == discriminant(wanted) || flat(given) && flat(wanted)
+    let like = |kind: &ResourceKind| match kind {
+        ResourceKind::Texture { .. } | ResourceKind::Atlas { .. } => Some(Shape::Flat),
+        ResourceKind::Texture3d { .. } => Some(Shape::Solid),
+        ResourceKind::Cube { .. } => Some(Shape::Cube),
+        ResourceKind::Image(image) => Some(image.shape),
+        ResourceKind::Buffer { .. } | ResourceKind::Sampler(_) => None,
+    };
+    discriminant(given) == discriminant(wanted) || like(given).is_some() && like(given) == like(wanted)
 }

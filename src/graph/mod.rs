@@ -1,6 +1,7 @@
 //! The graph file: text to a checked [`Graph`]. No device.
 //!
-//! `tree` keeps places, `variant` lays a variant over its base, `read` reads single values, `parse` knows the fields, `join`
+//! `tree` keeps places, `variant` lays a variant over its base, `read` reads single values, `parse` knows the fields, `image` reads
+//! the files of images, `join`
 //! puts sub-graphs in with other names (`rename`), `limits` counts, `check` resolves names, and `unroll`, when values are
 //! known, repeats passes. `format` lays a file out.
 
@@ -8,6 +9,7 @@ pub mod ast;
 pub mod check;
 pub mod expr;
 pub mod format;
+mod image;
 mod join;
 mod limits;
 mod param;

@@ -97,7 +97,7 @@ impl Reader {
         value
     }
 
-    fn format(&mut self, node: &Node) -> Option<wgpu::TextureFormat> {
+    pub(super) fn format(&mut self, node: &Node) -> Option<wgpu::TextureFormat> {
         let word = node.word().unwrap_or("");
         let found = FORMAT_NAMES.iter().position(|name| name == word).map(|i| FORMATS[i]);
         if found.is_none() {
@@ -124,8 +124,8 @@ impl Reader {
 
     /// A resource declaration.
     pub fn resource(&mut self, node: &Node) -> Option<Resource> {
-        let (name, f) = self.named(node, &["Texture", "Texture3d", "Cube", "Atlas", "Buffer", "Sampler"])?;
-        self.resource_of(node, name, f, None)
+        let (name, f) = self.named(node, &["Texture", "Texture3d", "Cube", "Atlas", "Buffer", "Image", "Sampler"])?;
+        if name == "Image" { self.image(node, f) } else { self.resource_of(node, name, f, None) }
     }
 
     /// What a graph takes from outside: a resource, of which only the kind must be said.

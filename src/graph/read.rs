@@ -16,6 +16,8 @@ pub struct Reader {
     pub(super) lost: bool,
     /// The sub-graphs of the graph that is read.
     pub(super) joined: Vec<Joined>,
+    /// Bytes of the images so far.
+    pub(super) image_bytes: u64,
 }
 
 /// The fields of one struct that are still to be read.

@@ -57,7 +57,7 @@ pub fn resource(r: &mut Resource, to: Rename) {
                 bytes.rename(to);
             }
         }
-        ResourceKind::Sampler(_) => {}
+        ResourceKind::Image(_) | ResourceKind::Sampler(_) => {}
     }
 }
 

@@ -169,7 +169,10 @@ impl Unroll<'_> {
                     Size::One(e) => e.substitute(&value),
                     Size::Axes(axes, _) => axes.iter_mut().for_each(|e| e.substitute(&value)),
                 },
-                ResourceKind::Atlas { .. } | ResourceKind::Buffer { .. } | ResourceKind::Sampler(_) => {}
+                ResourceKind::Atlas { .. }
+                | ResourceKind::Buffer { .. }
+                | ResourceKind::Image(_)
+                | ResourceKind::Sampler(_) => {}
             }
             (Name { value: item(&name.value, i.into()), span: name.span.clone() }, one)
         };

@@ -82,7 +82,20 @@ pub fn read_exr(path: &Path) -> Checked<Image> {
 /// # Errors
 /// As [`read_exr`].
 pub fn from_bytes(path: &Path, bytes: &[u8]) -> Checked<Image> {
-    let mut layers = load(path, bytes)?.layer_data;
+    first(path, load(path, bytes, MAX_VALUES)?)
+}
+
+/// As [`from_bytes`], of a file of at most so many pixels with four values each, layers counted together.
+///
+/// # Errors
+/// As [`read_exr`], and a larger one: before memory is taken for it.
+pub fn from_bytes_up_to(path: &Path, bytes: &[u8], pixels: u64) -> Checked<Image> {
+    let values = usize::try_from(4 * pixels).unwrap_or(usize::MAX).min(MAX_VALUES);
+    first(path, load(path, bytes, values)?)
+}
+
+fn first(path: &Path, decoded: Decoded) -> Checked<Image> {
+    let mut layers = decoded.layer_data;
     match layers.is_empty() {
         true => Err(unreadable(path, "it has no layer")),
         false => image_of(path, layers.remove(0)),
@@ -96,7 +109,7 @@ pub fn from_bytes(path: &Path, bytes: &[u8]) -> Checked<Image> {
 pub fn read_exr_contents(path: &Path) -> Checked<Contents> {
     let mut contents = Contents { layers: vec![], metadata: BTreeMap::new() };
     let bytes = files::read(path, files::IMAGE).map_err(|e| unreadable(path, e))?;
-    for layer in load(path, &bytes)?.layer_data {
+    for layer in load(path, &bytes, MAX_VALUES)?.layer_data {
         let name = layer.attributes.layer_name.as_ref().map(text_of).unwrap_or_default();
         for (key, value) in &layer.attributes.other {
             if let (Some(key), AttributeValue::Text(value)) = (text_of(key).strip_prefix(PREFIX), value) {
@@ -194,27 +207,27 @@ fn sort_attributes(bytes: &mut [u8], several: bool) -> Option<()> {
 /// A file as the decoder gives it.
 type Decoded = ExrImage<SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>>;
 
-fn load(path: &Path, bytes: &[u8]) -> Checked<Decoded> {
+fn load(path: &Path, bytes: &[u8], most: usize) -> Checked<Decoded> {
     // The decoder may panic on damaged files; it holds no state that outlives the call.
-    match caught(|| decode(bytes)) {
+    match caught(|| decode(bytes, most)) {
         Some(Ok(image)) => Ok(image),
         Some(Err(e)) => Err(unreadable(path, e)),
         None => Err(unreadable(path, "it is damaged")),
     }
 }
 
-fn decode(bytes: &[u8]) -> Result<Decoded, ExrError> {
+fn decode(bytes: &[u8], most: usize) -> Result<Decoded, ExrError> {
     let headers = MetaData::read_from_buffered(bytes, false)?.headers;
     // Memory is taken by what the header says: a damaged one must not end the program.
     let values = headers.iter().try_fold(0usize, |sum, h| {
         h.layer_size.0.checked_mul(h.layer_size.1)?.checked_mul(h.channels.list.len())?.checked_add(sum)
     });
     match values {
-        Some(v) if v <= MAX_VALUES && v <= bytes.len().saturating_mul(MAX_SHRUNK) + MAX_UNPACKED => {}
-        Some(v) if v <= MAX_VALUES => {
+        Some(v) if v <= most && v <= bytes.len().saturating_mul(MAX_SHRUNK) + MAX_UNPACKED => {}
+        Some(v) if v <= most => {
             return Err(ExrError::NotSupported("far more values than its bytes can hold".into()));
         }
-        _ => return Err(ExrError::NotSupported("more than 2 GiB of values".into())),
+        _ => return Err(ExrError::NotSupported(format!("more than {most} values; make it smaller").into())),
     }
     read()
         .no_deep_data()

@@ -1,13 +1,17 @@
-//! Linear images on the CPU: EXR and PNG files, and error metrics.
+//! Linear images on the CPU: EXR and PNG files, error metrics, and files as textures of graphs.
 
+pub mod decode;
 pub mod difference;
 pub mod exposure;
 pub mod exr;
 pub mod file;
 pub mod flip;
+mod lut;
 pub mod mask;
 pub mod metrics;
+pub mod mips;
 pub mod png;
+pub mod texture;
 
 use crate::diag::{Checked, Diagnostic};
 use std::fmt;

@@ -71,6 +71,11 @@ pub fn encode_srgb(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
+/// The linear value of an encoded one from 0 to 1: [`encode_srgb`] the other way round.
+pub fn decode_srgb(code: f32) -> f32 {
+    if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
+}
+
 /// Khronos PBR Neutral tone mapper (github.com/KhronosGroup/ToneMapping, `PBR_Neutral`), linear in and out.
 /// First takes away what Fresnel reflection at normal incidence (0.04) adds to a base colour, then
 /// compresses the peak channel above 0.8 − 0.04 towards 1, and mixes white in as that takes effect.

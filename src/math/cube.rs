@@ -3,7 +3,8 @@
 //! Faces are in the order +X −X +Y −Y +Z −Z. A texel's column runs along [`Axes::right`], its row along [`Axes::down`];
 //! seen from the centre, texel (0, 0) is on the upper left (WebGPU specification, "Texture View Creation", cube faces).
 
-use glam::DVec3;
+use glam::{DVec3, Vec2, Vec3};
+use std::f32::consts::PI;
 
 /// Faces of a cube.
 pub const FACES: u32 = 6;
@@ -76,6 +77,14 @@ pub fn solid_angle(texel: [u32; 2], edge: u32) -> f64 {
     corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
 }
 
+/// A place on a panorama, in 0..1 from its left and its top, of a direction: straight ahead (−Z) in the middle, +X to the right of that, up at
+/// the top.
+pub fn panorama_place(d: Vec3) -> Vec2 {
+    let bearing = d.x.atan2(-d.z) / (2.0 * PI);
+    let height = d.y.clamp(-1.0, 1.0).asin() / (PI);
+    Vec2::new((bearing + 0.5).rem_euclid(1.0), 0.5 - height)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -115,6 +124,22 @@ mod tests {
                 let cell = [u, v].map(|t| ((t + 1.0) * 2.5) as u32);
                 assert_eq!((f, cell), (face, texel));
             }
+        }
+    }
+
+    #[test]
+    fn a_panorama_has_straight_ahead_in_its_middle() {
+        for (d, expected) in [
+            (Vec3::NEG_Z, Vec2::new(0.5, 0.5)),
+            (Vec3::X, Vec2::new(0.75, 0.5)),
+            (Vec3::NEG_X, Vec2::new(0.25, 0.5)),
+            (Vec3::Y, Vec2::new(0.5, 0.0)),
+        ] {
+            let found = panorama_place(d);
+            assert!(
+                (found.y - expected.y).abs() < 1e-6 && (d == Vec3::Y || (found.x - expected.x).abs() < 1e-6),
+                "{d}: {found}"
+            );
         }
     }
 }

@@ -8,12 +8,15 @@ use super::sizes::Sizes;
 use super::wire::{Item, any_use, wire};
 use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, dirty, ending, fastest, lint, memory};
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
+use crate::graph::Graph;
+use crate::graph::ast::{Name, Resource, ResourceKind, set_of};
 use crate::graph::expr::Val;
 use crate::graph::unroll::unroll;
-use crate::graph::{Graph, ast::set_of};
+use crate::image::texture::Texture;
 use crate::value::{Value, Values};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// A plan and what the user should know about it.
 #[derive(Debug, Clone)]
@@ -83,7 +86,8 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     faults.extend(unwritten(&wiring.items, &sizes, &wiring.off));
     for (name, resource) in &outputs {
         let written = any_use(&wiring.items, &mut |u| u.resource == *resource && u.mode.writes());
-        if !written && sizes.declared(resource).is_some_and(|r| r.initial.is_none()) {
+        let given = |r: &Resource| r.initial.is_some() || matches!(r.kind, ResourceKind::Image(_));
+        if !written && sizes.declared(resource).is_some_and(|r| !given(r)) {
             let d = Diagnostic::error(format!("nothing writes the output `{name}` (`{resource}`)"));
             let place = graph.outputs.iter().find(|o| o.0.value == *name);
             faults.push(place.map_or(d.clone(), |o| d.at(&o.1.span, "")));
@@ -231,6 +235,22 @@ fn inputs(graph: &Graph, resources: &mut [super::Resource], steps: &[Step]) -> V
     inputs
 }
 
+/// A resource that no step of the graph uses.
+fn unwritten_resource(name: &Name, declared: &Resource, desc: Desc, image: Option<Arc<Texture>>) -> super::Resource {
+    super::Resource {
+        name: name.value.clone(),
+        desc,
+        slot: 0,
+        alive: (0, 0),
+        history: false,
+        initial: declared.initial,
+        image,
+        bits: false,
+        min: declared.min,
+        max: declared.max,
+    }
+}
+
 /// Steps that give resources their initial content each frame, where the frame begins with it.
 /// Those with history get it once, on allocation.
 fn initial_clears(
@@ -244,6 +264,15 @@ fn initial_clears(
 ) -> Vec<StepId> {
     let mut cleared = vec![];
     for (name, declared) in &graph.resources {
+        if let ResourceKind::Image(image) = &declared.kind
+            && wanted.contains(&name.value)
+            && !ids.contains_key(&name.value)
+            && let Some(Ok(sized)) = sizes.of(&name.value)
+        {
+            // An output that no pass reads either.
+            ids.insert(name.value.clone(), super::ResourceId(resources.len()));
+            resources.push(unwritten_resource(name, declared, sized.desc, Some(image.clone())));
+        }
         let Some(value) = declared.initial else { continue };
         let kept = || ids.get(&name.value).is_some_and(|id| resources[id.0].history);
         if declared.history || kept() {
@@ -254,17 +283,7 @@ fn initial_clears(
             // An output that nothing writes is its initial content.
             let Some(Ok(sized)) = sizes.of(&name.value) else { continue };
             ids.insert(name.value.clone(), super::ResourceId(resources.len()));
-            resources.push(super::Resource {
-                name: name.value.clone(),
-                desc: sized.desc,
-                slot: 0,
-                alive: (0, 0),
-                history: false,
-                initial: declared.initial,
-                bits: false,
-                min: declared.min,
-                max: declared.max,
-            });
+            resources.push(unwritten_resource(name, declared, sized.desc, None));
         } else if starts != Some(true) {
             continue;
         }

@@ -43,6 +43,8 @@ struct Cell {
     history: Option<String>,
     /// Of memory from outside: how many came before it.
     lent: Option<u64>,
+    /// It holds an image of files, whatever fails.
+    fixed: bool,
 }
 
 /// Which content is in a piece of memory. Plans that share the memory share this too: each knows when the other has
@@ -183,7 +185,13 @@ impl Held {
     /// there), and new memory.
     pub fn new(plan: &Plan, keys: &Keys, kept: &[Option<usize>], earlier: Option<&Held>) -> Held {
         let cell = |slot: usize| {
-            let tenant = plan.resources.iter().find(|r| r.slot == slot && r.history);
+            let mut tenants = plan.resources.iter().filter(|r| r.slot == slot);
+            if let Some(image) = tenants.clone().find_map(|r| r.image.as_ref()) {
+                let content = Content::default();
+                content.set(image.hash.max(1));
+                return Cell { desc: plan.slots[slot].desc.clone(), content, history: None, lent: None, fixed: true };
+            }
+            let tenant = tenants.find(|r| r.history);
             let history = tenant.map(|r| r.name.clone());
             let old = kept.get(slot).copied().flatten().and_then(|j| earlier?.cells.get(j));
             if let Some(old) = old {
@@ -193,7 +201,7 @@ impl Held {
             if let Some(value) = tenant.and_then(|r| r.initial) {
                 content.set(initial(&plan.slots[slot].desc, value));
             }
-            Cell { desc: plan.slots[slot].desc.clone(), content, history, lent: None }
+            Cell { desc: plan.slots[slot].desc.clone(), content, history, lent: None, fixed: false }
         };
         let frames = earlier.map_or(0, |e| e.frames);
         let mut ran = earlier.map(|e| e.ran.clone()).unwrap_or_default();
@@ -256,7 +264,7 @@ impl Held {
 
     /// After a fault nothing is known of any memory, but of that from outside.
     pub fn forget(&mut self) {
-        let own = self.cells.iter().filter(|c| c.lent.is_none());
+        let own = self.cells.iter().filter(|c| c.lent.is_none() && !c.fixed);
         own.for_each(|c| c.content.set(UNDEFINED));
         self.ran.clear();
         self.previous.clear();

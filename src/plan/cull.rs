@@ -226,6 +226,7 @@ impl Expander<'_, '_> {
             alive: (0, 0),
             history: false,
             initial: None,
+            image: None,
             bits: false,
             min: None,
             max: None,

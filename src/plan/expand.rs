@@ -7,7 +7,7 @@ use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
 use super::{Action, Binding, Desc, Ending, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{PassKind, Size};
+use crate::graph::ast::{PassKind, ResourceKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
@@ -120,6 +120,10 @@ impl Expander<'_, '_> {
                 alive: (0, 0),
                 history: declared.history,
                 initial,
+                image: match &declared.kind {
+                    ResourceKind::Image(image) => Some(image.clone()),
+                    _ => None,
+                },
                 bits,
                 min: declared.min,
                 max: declared.max,

@@ -112,7 +112,7 @@ impl Keys {
         values: &Values,
     ) -> Versions {
         let mut now = vec![UNDEFINED; plan.resources.len()];
-        for (i, _) in plan.resources.iter().enumerate().filter(|(_, r)| r.history) {
+        for (i, _) in plan.resources.iter().enumerate().filter(|(_, r)| r.history || r.image.is_some()) {
             now[i] = history(ResourceId(i));
         }
         let mut all = Versions::default();

@@ -3,7 +3,7 @@
 use super::sizes::Sizes;
 use super::wire::{Item, Mode, Use, Wired};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::Pass;
+use crate::graph::ast::{Pass, Resource};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -87,7 +87,7 @@ pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<
     let mut written = FxHashSet::default();
     walk(items, &mut written, &mut |w: &Wired, u: &Use| {
         let declared = sizes.declared(&u.resource);
-        if declared.is_none_or(|r| r.history || r.initial.is_some()) {
+        if declared.is_none_or(Resource::is_given) {
             return;
         }
         let at = passes.iter().position(|p| std::ptr::eq(*p, w)).unwrap_or(0);

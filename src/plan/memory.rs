@@ -46,7 +46,7 @@ pub fn allocate(plan: &mut Plan, share: bool) {
         if plan.outputs.iter().any(|o| o.1.0 == i) {
             alive.1 = end;
         }
-        if r.history {
+        if r.history || r.image.is_some() {
             alive = (0, end);
         }
         plan.resources[i].alive = alive;
@@ -66,7 +66,7 @@ pub fn allocate(plan: &mut Plan, share: bool) {
         let r = &plan.resources[i];
         // What the device made up to draw can be counted after the frame.
         let counted = matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu::BufferUsages::INDIRECT));
-        let sharing = share && !r.history && !counted && !in_parts.contains(&i);
+        let sharing = share && !r.history && r.image.is_none() && !counted && !in_parts.contains(&i);
         let Causes { of, outlived } = causes[i];
         let until = (sharing && !outlived).then_some(r.alive.1);
         let shape = r.desc.shape();

@@ -31,6 +31,7 @@ mod volatility;
 pub mod wire;
 mod work;
 
+use crate::image::texture::Texture;
 use crate::shader::{Layout, Shader};
 use crate::value::{Value, Values};
 use std::sync::Arc;
@@ -143,6 +144,8 @@ pub struct Resource {
     pub history: bool,
     /// Content before anything is written; `Some` also clears it on allocation.
     pub initial: Option<[f64; 4]>,
+    /// What files hold; no step writes it.
+    pub image: Option<Arc<Texture>>,
     /// Holds dirty bits: what they say is for one frame.
     pub bits: bool,
     /// What the graph says that its numbers lie between.

@@ -153,6 +153,7 @@ impl Expander<'_, '_> {
             alive: (0, 0),
             history: false,
             initial: None,
+            image: None,
             bits: false,
             min,
             max,

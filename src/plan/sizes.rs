@@ -5,6 +5,7 @@ use super::{Desc, TextureDesc, TextureKind, Tiles};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, Resource, ResourceKind, Size, Stride};
 use crate::graph::expr::{Expr, Val};
+use crate::image::texture::Shape;
 use crate::shader::plain_bytes;
 use crate::value::Values;
 use rustc_hash::FxHashMap;
@@ -240,6 +241,15 @@ impl<'a> Sizes<'a> {
                 elements = self.count(count, "a number of elements")?;
                 let size = u64::from(bytes) * u64::from(elements);
                 Desc::Buffer { size: size.next_multiple_of(4), usage: wgpu::BufferUsages::empty() }
+            }
+            ResourceKind::Image(image) => {
+                let kind = match image.shape {
+                    Shape::Flat => TextureKind::D2 { array: false },
+                    Shape::Cube => TextureKind::Cube { array: false },
+                    Shape::Solid => TextureKind::D3,
+                };
+                let mips = image.levels.len() as u32;
+                texture(kind, image.format, image.width, image.height, image.layers, mips, None)
             }
             ResourceKind::Sampler(_) => return Err(Diagnostic::error("a sampler has no size").at(&r.span, "")),
         };

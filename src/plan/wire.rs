@@ -9,7 +9,7 @@ use super::request::{self, Request};
 use super::sizes::Sizes;
 use super::{Binding, Comparison, Desc, TableUse};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Graph, Name, Pass, PassKind, walk};
+use crate::graph::ast::{Graph, Name, Pass, PassKind, ResourceKind, walk};
 use crate::graph::expr::{Binary, ExprKind, Val};
 use crate::parallel;
 use crate::shader::{Def, Defs, ElementType, Index, Shader, Stage};
@@ -137,7 +137,7 @@ pub fn wire<'g>(
     w.compose_ahead();
     w.strides();
     let mut items = w.passes(&request.graph.passes, &[]);
-    let given = request.graph.resources.iter().filter(|(_, r)| r.initial.is_some() || r.history);
+    let given = request.graph.resources.iter().filter(|(_, r)| r.is_given());
     let mut made: BTreeSet<String> = given.map(|(name, _)| name.value.clone()).collect();
     any_use(&items, &mut |u| {
         if u.mode.writes() {
@@ -231,6 +231,7 @@ impl<'g> Wirer<'g, '_> {
                 PassKind::Fastest { of, .. } => items.extend(self.fastest(pass, of, loops)),
                 _ => {
                     if let Some(wired) = self.pass(pass, loops) {
+                        self.writes_no_image(&wired);
                         items.push(Item::Pass(wired));
                     }
                 }
@@ -456,6 +457,18 @@ impl<'g> Wirer<'g, '_> {
                     }
                 }
                 None
+            }
+        }
+    }
+
+    /// What files hold stays as it is.
+    fn writes_no_image(&mut self, wired: &Wired) {
+        for u in wired.uses.iter().filter(|u| u.mode.writes()) {
+            let Some(declared) = self.sizes.declared(&u.resource) else { continue };
+            if matches!(declared.kind, ResourceKind::Image(_)) {
+                let d = Diagnostic::error(format!("`{}` writes the image `{}`", wired.pass.name.value, u.resource));
+                let d = d.at(&u.span, "").at(&declared.span, "read from a file");
+                self.faults.push(d.help("write a `Texture` of its own; `size` takes the image's name"));
             }
         }
     }

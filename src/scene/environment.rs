@@ -7,7 +7,7 @@
 use super::{Column, Table, pieces::Pieces};
 use crate::parallel::each;
 use glam::{UVec2, Vec2, Vec3};
-use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f32::consts::FRAC_PI_4;
 use std::sync::Arc;
 
 /// Light by direction.
@@ -139,14 +139,6 @@ fn direction(place: Vec2) -> Vec3 {
     Vec3::new((across * turn.cos()).copysign(p.x), height, (across * turn.sin()).copysign(p.y))
 }
 
-/// A place on a panorama, in 0..1 from its left and its top, of a direction: straight ahead (−Z) in the middle, +X to the right of that, up at
-/// the top.
-pub(super) fn panorama_place(d: Vec3) -> Vec2 {
-    let bearing = d.x.atan2(-d.z) / (4.0 * FRAC_PI_2);
-    let height = d.y.clamp(-1.0, 1.0).asin() / (2.0 * FRAC_PI_2);
-    Vec2::new((bearing + 0.5).rem_euclid(1.0), 0.5 - height)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -211,21 +203,5 @@ mod tests {
         assert_eq!(column(&Environment::constant(Vec3::X)), [Vec3::X]);
         let Some(Column::Float(weight)) = e.table().column("weight").cloned() else { panic!() };
         assert!((weight[0] - mean.element_sum()).abs() < 1e-4, "weights have the mean of the radiance");
-    }
-
-    #[test]
-    fn a_panorama_has_straight_ahead_in_its_middle() {
-        for (d, expected) in [
-            (Vec3::NEG_Z, Vec2::new(0.5, 0.5)),
-            (Vec3::X, Vec2::new(0.75, 0.5)),
-            (Vec3::NEG_X, Vec2::new(0.25, 0.5)),
-            (Vec3::Y, Vec2::new(0.5, 0.0)),
-        ] {
-            let found = panorama_place(d);
-            assert!(
-                (found.y - expected.y).abs() < 1e-6 && (d == Vec3::Y || (found.x - expected.x).abs() < 1e-6),
-                "{d}: {found}"
-            );
-        }
     }
 }

@@ -1,6 +1,8 @@
 //! An image's mips: means of light for colours, of numbers for data.
 
 use super::textures::Picture;
+use crate::image::mips::spans;
+use crate::image::png::decode_srgb;
 use std::sync::OnceLock;
 
 /// What an image's numbers are.
@@ -90,23 +92,6 @@ fn halved(picture: &Picture, coding: Coding) -> Picture {
     Picture { width, height, texels }
 }
 
-/// For each texel of an axis of `to`, the first of `from` that it covers, and its shares of that and the next two.
-fn spans(from: u32, to: u32) -> Vec<(usize, [f32; 3])> {
-    let scale = f64::from(from) / f64::from(to);
-    let each = |i: u32| {
-        let (start, end) = (f64::from(i) * scale, f64::from(i + 1) * scale);
-        let first = (start + 1e-9).floor();
-        let share = |n: f64| {
-            let (low, high) = ((first + n).max(start), (first + n + 1.0).min(end).min(f64::from(from)));
-            // What rounding leaves beyond the last texel is nothing.
-            (((high - low) / scale).max(0.0) as f32).max(0.0)
-        };
-        let shares = [share(0.0), share(1.0), share(2.0)].map(|s| if s < 1e-6 { 0.0 } else { s });
-        (first as usize, shares)
-    };
-    (0..to).map(each).collect()
-}
-
 /// What 8 bits stand for, and back.
 struct Codes {
     light: [f32; 256],
@@ -124,7 +109,7 @@ impl Codes {
             let plain = |i: usize| i as f32 / 255.0;
             let step = |i: u32| encoded(i as f32 / STEPS);
             let color = Codes {
-                light: std::array::from_fn(|i| linear(plain(i))),
+                light: std::array::from_fn(|i| decode_srgb(plain(i))),
                 code: Some((0..=STEPS as u32).map(step).collect()),
             };
             [color, Codes { light: std::array::from_fn(plain), code: None }]
@@ -138,11 +123,6 @@ impl Codes {
             None => (light.clamp(0.0, 1.0) * 255.0 + 0.5) as u8,
         }
     }
-}
-
-/// Source of the curve: IEC 61966-2-1 (sRGB).
-pub(super) fn linear(x: f32) -> f32 {
-    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
 fn encoded(x: f32) -> u8 {
@@ -165,20 +145,6 @@ mod tests {
         // Half the light of white is code 188 in sRGB; the mean of the codes is 128.
         assert_eq!(half(Coding::Color).texels, [[188, 188, 188, 255]]);
         assert_eq!(half(Coding::Data).texels, [[128, 128, 128, 255]]);
-    }
-
-    #[test]
-    fn every_texel_of_an_odd_image_counts_alike() {
-        for (from, to) in [(3, 1), (5, 2), (7, 3), (1001, 500), (8, 4), (1, 1)] {
-            let spans = spans(from, to);
-            let mut shares = vec![0.0; from as usize];
-            for (first, some) in &spans {
-                assert!((some.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{from} to {to}: {some:?}");
-                (*first..).zip(some).filter(|(_, s)| **s > 0.0).for_each(|(i, s)| shares[i] += s);
-            }
-            let each = to as f32 / from as f32;
-            assert!(shares.iter().all(|s| (s - each).abs() < 1e-4), "{from} to {to}: {shares:?}");
-        }
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! Panoramas: pictures of everything around a point, twice as wide as high.
 
-use super::environment::{Environment, LARGEST_EDGE, panorama_place};
+use super::environment::{Environment, LARGEST_EDGE};
 use crate::files;
 use crate::image::{Image, exr::read_exr};
+use crate::math::cube::panorama_place;
 use glam::{Quat, Vec2, Vec3};
 use image::{DynamicImage, ImageDecoder, ImageReader};
 use std::{io::Cursor, path::Path};

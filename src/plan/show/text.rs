@@ -104,6 +104,9 @@ fn life(plan: &Plan, group: &Group, places: &[String]) -> String {
     let all = || group.ids.iter().map(|i| &plan.resources[*i]);
     let Some(first) = all().next() else { return String::new() };
     let initial = first.initial.map(|c| format!(", initially {}", color(&c))).unwrap_or_default();
+    if first.image.is_some() {
+        return "from a file".into();
+    }
     if first.history {
         return format!("kept from frame to frame{initial}");
     }
