@@ -1,4 +1,5 @@
 # make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
+# make python  the Python module, built and installed into target/python/venv
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
 # make bench   run time against error: all graphs on eight scenes in a quarter to half an hour, to out/bench/report.html
 # make stress  every graph under what scenes and parameters can do, at most a quarter of an hour, to out/stress/report.html
@@ -13,10 +14,21 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo bench stress scenes peers references mutants fuzz soak deny driver display browser lint
+.PHONY: test python demo bench stress scenes peers references mutants fuzz soak deny driver display browser lint
 
 test: display browser lint
+	scripts/install-python.sh
+	cargo build
+	$(VENV) target/python/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
+	target/python/venv/bin/python -m pytest --quiet crates/python/tests
 	cargo test
+
+VENV := VIRTUAL_ENV="$(CURDIR)/target/python/venv"
+
+python: driver
+	scripts/install-python.sh
+	$(VENV) target/python/venv/bin/maturin develop --quiet --release --manifest-path crates/python/Cargo.toml
+	target/python/venv/bin/python -c 'import lightgraph; print("lightgraph", lightgraph.__version__, "is in target/python/venv")'
 
 # Without the window, which takes a third of the time to build.
 demo: driver

@@ -15,7 +15,7 @@ use crate::gpu::{self, ArrivingImage, Frame, FrameReport, Gpu, Memory, Prepared,
 use crate::image::Image;
 use crate::plan::build::Planned;
 use crate::plan::change::{self, Held, Selection, Why};
-use crate::plan::keys::Keys;
+use crate::plan::keys::{Keys, UNDEFINED, Version};
 use crate::plan::scene_inputs::SceneInputs;
 use crate::plan::{Action, Binding, Plan, ResourceId, StepId, cull};
 use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};
@@ -238,12 +238,7 @@ impl Session {
     /// # Errors
     /// The plan reads no such input; the memory is of another kind, size or format, or lacks a usage. Nothing changes then.
     pub fn import(&mut self, gpu: &Gpu, input: &str, memory: impl Into<Memory>, version: u64) -> Checked<()> {
-        let name = |id: &ResourceId| self.plan.resources[id.0].name.as_str();
-        let Some(id) = self.plan.inputs.iter().copied().find(|id| name(id) == input) else {
-            let d = Diagnostic::error(format!("the graph takes nothing from outside as `{input}`"));
-            let known: Vec<&str> = self.plan.inputs.iter().map(name).collect();
-            return Err(d.nearest(input, known.iter().copied()).help("declare it among the graph's `inputs`").into());
-        };
+        let id = self.input(input)?;
         let memory = memory.into();
         let other = self.prepared.lend(gpu, &self.plan, id, memory.clone())?;
         self.held.lend(self.plan.resources[id.0].slot, version, other);
@@ -251,6 +246,19 @@ impl Session {
             Some(scratch) => scratch.lend(gpu, &self.plan, id, memory, version),
             None => Ok(()),
         }
+    }
+
+    /// The resource of one of the graph's `inputs`; [`gpu::upload_image`] makes memory that fits it.
+    ///
+    /// # Errors
+    /// The plan reads no such input.
+    pub fn input(&self, input: &str) -> Checked<ResourceId> {
+        let name = |id: &ResourceId| self.plan.resources[id.0].name.as_str();
+        self.plan.inputs.iter().copied().find(|id| name(id) == input).ok_or_else(|| {
+            let d = Diagnostic::error(format!("the graph takes nothing from outside as `{input}`"));
+            let known: Vec<&str> = self.plan.inputs.iter().map(name).collect();
+            d.nearest(input, known.iter().copied()).help("declare it among the graph's `inputs`").into()
+        })
     }
 
     /// Makes the next frame run every step, as the first one did.
@@ -391,6 +399,16 @@ impl Session {
     /// The resource is of another plan.
     pub fn memory(&self, id: ResourceId) -> Checked<&Memory> {
         self.prepared.pool.memory(&self.plan, id)
+    }
+
+    /// What an output holds after the frames so far, as a hash of all that it was made from: while this stays the same, so does the
+    /// content. `None`: nothing is known of it, as before the first frame.
+    ///
+    /// # Errors
+    /// An unknown output.
+    pub fn version(&self, output: &str) -> Checked<Option<Version>> {
+        let slot = self.plan.resources[self.output(output)?.0].slot;
+        Ok(Some(self.held.version(slot)).filter(|version| *version != UNDEFINED))
     }
 
     /// The resource of an output.

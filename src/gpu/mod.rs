@@ -28,6 +28,7 @@ mod tests;
 mod texel;
 mod timing;
 mod uniforms;
+mod upload;
 mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, set_patience, wanted_adapter};
@@ -37,3 +38,4 @@ pub use pool::{MOST_BYTES, Memory, Pool};
 pub use prepare::{Prepared, prepare, prepare_after};
 pub use readback::{ArrivingImage, read_buffer, read_bytes, read_content, read_image, read_image_later, read_plane};
 pub use timing::Timing;
+pub use upload::{upload_bytes, upload_image};

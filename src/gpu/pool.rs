@@ -59,7 +59,7 @@ impl Pool {
             let image = plan.resources.iter().find(|r| r.slot == index).and_then(|r| r.image.as_ref());
             let made = scoped(gpu, &format!("allocate `{label}`"), || match (image, &slot.desc) {
                 (Some(image), Desc::Texture(t)) => Memory::Texture(uploaded(gpu, image, t, &label)),
-                _ => allocate(gpu, &slot.desc, &label),
+                _ => blank(gpu, &slot.desc, &label),
             });
             match made {
                 Ok(memory) => {
@@ -219,7 +219,8 @@ fn depth_aspect(format: wgpu::TextureFormat) -> wgpu::TextureAspect {
     if format.is_combined_depth_stencil_format() { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All }
 }
 
-fn allocate(gpu: &Gpu, desc: &Desc, label: &str) -> Memory {
+/// New memory, all zero.
+pub(super) fn blank(gpu: &Gpu, desc: &Desc, label: &str) -> Memory {
     match desc {
         Desc::Buffer { size, usage } => Memory::Buffer(gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),

@@ -117,6 +117,26 @@ pub fn encode(format: F, value: [f64; 4]) -> Option<Vec<u8>> {
     })
 }
 
+/// The bytes of texels that hold these values, one after the other: as many values a texel as [`channels`] says. Nothing where the
+/// format can't be written.
+pub fn encode_rows(format: F, values: &[f32]) -> Vec<u8> {
+    match (texel(format), channels(format)) {
+        (Some(Texel::Plain { channel: Channel::Float32, bgra: false, .. }), _) => bytemuck::cast_slice(values).to_vec(),
+        (Some(Texel::Plain { channel: Channel::Float16, bgra: false, .. }), _) => {
+            values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect()
+        }
+        (Some(_), Some(channels)) => {
+            let texel = |values: &[f32]| {
+                let mut all = [0.0; 4];
+                all.iter_mut().zip(values).for_each(|(to, from)| *to = f64::from(*from));
+                encode(format, all).unwrap_or_default()
+            };
+            values.chunks_exact(channels as usize).flat_map(texel).collect()
+        }
+        _ => vec![],
+    }
+}
+
 fn texel(format: F) -> Option<Texel> {
     use Channel::*;
     let plain = |channel, count| Some(Texel::Plain { channel, count, bgra: false });

@@ -3,9 +3,10 @@
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::gpu::{Gpu, Timing};
+use crate::graph::ast::{Name, set_of};
 use crate::graph::{self, Graph};
-use crate::plan::build::{Options, Planned, plan_with};
-use crate::plan::fastest::Choices;
+use crate::plan::build::{Options, Planned, faults, plan_with};
+use crate::plan::fastest::{Choices, FIRST};
 use crate::plan::inputs::Kind;
 use crate::plan::lint;
 use crate::plan::request::{self, Request, tolerances};
@@ -42,6 +43,57 @@ impl Project {
         texts.files.entry(report::PATH.into()).or_insert_with(report::source);
         lint::prune(&mut graph, &texts);
         Ok(Project { graph, texts })
+    }
+
+    /// Makes a resource, or a member of a set of them (`name[i]`), an output of the graph, unless it is one.
+    ///
+    /// # Errors
+    /// The graph has neither an output nor a resource of that name.
+    pub fn expose(&mut self, name: &str) -> Checked<()> {
+        let graph = &mut self.graph;
+        if graph.outputs.iter().any(|o| o.0.value == name) {
+            return Ok(());
+        }
+        if let Some((declared, _)) = graph.resources.iter().find(|(n, _)| n.value == set_of(name)) {
+            let name = Name { value: name.into(), span: declared.span.clone() };
+            graph.outputs.push((name.clone(), name));
+            return Ok(());
+        }
+        let names: Vec<&str> = graph.outputs.iter().map(|o| o.0.value.as_str()).collect();
+        let known = graph.resources.iter().map(|(n, _)| n.value.as_str());
+        let d = Diagnostic::error(format!("the graph has no output `{name}`"));
+        Err(d.nearest(name, names.iter().copied().chain(known)).help(format!("outputs: {}", names.join(", "))).into())
+    }
+
+    /// The output that is meant where none is named: `color`, or the graph's first.
+    pub fn main_output(&self) -> Option<&str> {
+        let mut names = self.graph.outputs.iter().map(|o| o.0.value.as_str());
+        let first = names.clone().next();
+        names.find(|n| *n == "color").or(first)
+    }
+
+    /// The faults and warnings of the graph for each of these scenes' facts ([`request::all_sample_facts`] for any scene),
+    /// whichever alternatives run; none of them twice. Needs no device.
+    pub fn faults(&self, params: &Values, facts: &[Values]) -> Vec<Diagnostic> {
+        let (limits, features) = request::sample_device();
+        let mut all: Vec<Diagnostic> = vec![];
+        for facts in facts {
+            let found = faults(&Request {
+                graph: &self.graph,
+                texts: &self.texts,
+                params,
+                facts,
+                screen: [640, 480],
+                outputs: None,
+                choices: &FIRST,
+                levels: &[],
+                limits: &limits,
+                features,
+            });
+            let new: Vec<Diagnostic> = found.into_iter().filter(|d| !all.contains(d)).collect();
+            all.extend(new);
+        }
+        all
     }
 
     /// Parameters from `NAME=VALUE` texts.

@@ -1,13 +1,36 @@
-//! The Python module `lightgraph._native`, which the package in `python/` wraps.
+//! The native half of the Python package `lightgraph`: frames, scenes and plans of the library, as plain as they can be.
+//! What people use, with its documentation, is the Python in `python/lightgraph`.
+//!
+//! - `faults`: faults of the library as Python's exceptions; `values`: what goes from one language to the other
+//! - `device`: the adapter that renderers share; `scene`, `plan`; `renderer`: a session and its frames, `flight` those under way
+//! - `tools`: checks and comparisons without a renderer
+//!
+//! What must stay true: the interpreter's lock is let go wherever work is done; no lock of ours is held while it is taken.
+
+#![forbid(unsafe_code)]
+
+mod device;
+mod faults;
+mod flight;
+mod plan;
+mod renderer;
+mod scene;
+mod tools;
+mod values;
 
 /// What the package `lightgraph` is made from.
 #[pyo3::pymodule]
 mod _native {
-    use pyo3::prelude::*;
-
-    /// The version of the library, as `0.1.0`.
-    #[pyfunction]
-    fn version() -> &'static str {
-        env!("CARGO_PKG_VERSION")
-    }
+    #[pymodule_export]
+    use crate::device::adapter;
+    #[pymodule_export]
+    use crate::flight::Flight;
+    #[pymodule_export]
+    use crate::plan::Plan;
+    #[pymodule_export]
+    use crate::renderer::Renderer;
+    #[pymodule_export]
+    use crate::scene::Scene;
+    #[pymodule_export]
+    use crate::tools::{allow_outside, builtin_files, check, compare, flip, parameters, read, version, write};
 }

@@ -2,10 +2,8 @@
 
 use super::{Failure, ShaderFolders, notices, print};
 use lightgraph::diag::{Checked, Diagnostic, Faults, Severity};
-use lightgraph::plan::build::faults;
-use lightgraph::plan::fastest::FIRST;
 use lightgraph::plan::lint;
-use lightgraph::plan::request::{Request, all_sample_facts, sample_device};
+use lightgraph::plan::request::all_sample_facts;
 use lightgraph::scene;
 use lightgraph::session::Project;
 use lightgraph::value::Values;
@@ -67,31 +65,10 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 /// # Errors
 /// Parameters that the graph has not, or not with such values.
 fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Checked<Vec<Diagnostic>> {
-    let mut all: Vec<Diagnostic> = vec![];
     let project = match Project::open(path, &args.shaders.folders) {
         Ok(project) => project,
         Err(Faults(faults)) => return Ok(faults),
     };
     let params = project.params(&args.set)?;
-    let (limits, features) = sample_device();
-    for facts in facts {
-        let request = Request {
-            graph: &project.graph,
-            texts: &project.texts,
-            params: &params,
-            facts,
-            screen: [640, 480],
-            outputs: None,
-            choices: &FIRST,
-            levels: &[],
-            limits: &limits,
-            features,
-        };
-        for fault in faults(&request) {
-            if !all.contains(&fault) {
-                all.push(fault);
-            }
-        }
-    }
-    Ok(all)
+    Ok(project.faults(&params, facts))
 }

@@ -1,9 +1,8 @@
 //! The images a command writes: which outputs, to which files, and what the files say of their making.
 
 use super::Failure;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
+use lightgraph::diag::{Checked, Diagnostic};
 use lightgraph::gpu::Gpu;
-use lightgraph::graph::ast::{Name, set_of};
 use lightgraph::image::exposure::Exposure;
 use lightgraph::image::exr::{Precision, write_exr};
 use lightgraph::image::file::write_atomically;
@@ -56,31 +55,15 @@ impl OutputArgs {
     /// # Errors
     /// Nothing to write, endings of files that nothing is written to, outputs that the graph lacks.
     pub fn files(&self, project: &mut Project) -> Result<Vec<(String, PathBuf)>, Failure> {
-        for name in self.output.iter().filter_map(|text| Some(text.split_once('=')?.0)) {
-            let graph = &mut project.graph;
-            let declared = graph.resources.iter().find(|(n, _)| n.value == set_of(name));
-            if let Some((declared, _)) = declared.filter(|_| !graph.outputs.iter().any(|o| o.0.value == name)) {
-                let name = Name { value: name.into(), span: declared.span.clone() };
-                graph.outputs.push((name.clone(), name));
-            }
-        }
-        let names: Vec<&str> = project.graph.outputs.iter().map(|o| o.0.value.as_str()).collect();
         let mut files = vec![];
         if let Some(path) = &self.out {
-            let main = names.iter().find(|n| **n == "color").or(names.first());
-            files.extend(main.map(|n| ((*n).to_string(), path.clone())));
+            files.extend(project.main_output().map(|n| (n.to_string(), path.clone())));
         }
         for text in &self.output {
             let Some((name, path)) = text.split_once('=') else {
                 return Err(Failure::Usage(Diagnostic::error(format!("--output `{text}` is not NAME=FILE")).into()));
             };
-            if !names.contains(&name) {
-                let d = Diagnostic::error(format!("the graph has no output `{name}`"));
-                let known = project.graph.resources.iter().map(|(n, _)| n.value.as_str());
-                let d = d.nearest(name, names.iter().copied().chain(known));
-                let d = d.help(format!("outputs: {}", names.join(", ")));
-                return Err(Faults::from(d).into());
-            }
+            project.expose(name)?;
             files.push((name.to_string(), PathBuf::from(path)));
         }
         if files.is_empty() {

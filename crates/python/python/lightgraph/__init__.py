@@ -1,6 +1,19 @@
-"""Data-driven render graphs: RON graphs, WGSL shaders, headless global illumination, frames as numpy arrays."""
+"""Data-driven render graphs: RON graphs, WGSL shaders, headless global illumination, frames as numpy arrays.
 
-from ._native import version
+    import lightgraph as lg
+    r = lg.Renderer("lightgraph:graphs/fast_grid.ron", "hall.glb", size=(640, 480), grid=(8, 8, 8))
+    image = r.frame()["color"]  # float32 (height, width, 4), linear light
+"""
 
-__version__ = version()
-__all__ = ["version"]
+from ._native import version as _version
+from .errors import Fault, GraphError, GraphWarning, NoAdapterError, Place
+from .renderer import Frame, Plan, Renderer
+from .scene import Camera, DirectionalLight, Material, Mesh, PointLight, Scene, SpotLight
+from .tools import Picture, adapter, allow_outside, builtin_graphs, check, compare, parameters, read, write
+
+__version__ = _version()
+__all__ = [
+    "Camera", "DirectionalLight", "Fault", "Frame", "GraphError", "GraphWarning", "Material", "Mesh", "NoAdapterError",
+    "Picture", "Place", "Plan", "PointLight", "Renderer", "Scene", "SpotLight", "adapter", "allow_outside",
+    "builtin_graphs", "check", "compare", "parameters", "read", "write",
+]

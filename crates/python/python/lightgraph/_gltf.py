@@ -1,0 +1,220 @@
+"""Arrays to the bytes of a GLB, which the library reads as any other."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._values import vector
+
+if TYPE_CHECKING:
+    from .scene import Camera, Material, Mesh
+
+_FLOAT, _UINT = 5126, 5125
+
+
+def glb(meshes: Mapping[str, Mesh], lights: Mapping[str, Any], cameras: Mapping[str, Camera]) -> bytes:
+    """A glTF 2.0 file with one node for each mesh, light and camera."""
+    from .scene import Camera, Mesh
+
+    if not meshes:
+        raise ValueError("a scene needs at least one mesh: give `meshes={\"floor\": lightgraph.Mesh(positions, indices)}`")
+    build = _Build()
+    for name, mesh in meshes.items():
+        _of_class(f"meshes[{name!r}]", mesh, Mesh)
+        build.mesh(name, mesh)
+    for name, light in lights.items():
+        build.light(name, light)
+    for name, camera in cameras.items():
+        _of_class(f"cameras[{name!r}]", camera, Camera)
+        build.camera(name, camera)
+    return build.bytes()
+
+
+def _of_class(what: str, thing: Any, wanted: type) -> None:
+    if not isinstance(thing, wanted):
+        raise TypeError(f"{what} is a {type(thing).__name__}: give a lightgraph.{wanted.__name__}")
+
+
+class _Build:
+    def __init__(self) -> None:
+        self.blob = bytearray()
+        self.views: list[dict[str, Any]] = []
+        self.accessors: list[dict[str, Any]] = []
+        self.meshes: list[dict[str, Any]] = []
+        self.materials: list[dict[str, Any]] = []
+        self.lights: list[dict[str, Any]] = []
+        self.cameras: list[dict[str, Any]] = []
+        self.nodes: list[dict[str, Any]] = []
+
+    def mesh(self, name: str, mesh: Mesh) -> None:
+        at = f"meshes[{name!r}]"
+        positions = _floats(f"{at}.positions", mesh.positions, (3,))
+        count = len(positions)
+        attributes = {"POSITION": self.accessor(positions, "VEC3", bounds=True)}
+        for key, semantic, widths in (("normals", "NORMAL", (3,)), ("uvs", "TEXCOORD_0", (2,)), ("colors", "COLOR_0", (3, 4))):
+            given = getattr(mesh, key)
+            if given is None:
+                continue
+            array = _floats(f"{at}.{key}", given, widths)
+            if len(array) != count:
+                raise ValueError(f"{at}.{key} has {len(array)} rows, but there are {count} positions: give as many")
+            attributes[semantic] = self.accessor(array, f"VEC{array.shape[1]}")
+        primitive: dict[str, Any] = {"attributes": attributes, "material": self.material(f"{at}.material", mesh.material)}
+        if mesh.indices is not None:
+            primitive["indices"] = self.accessor(_indices(f"{at}.indices", mesh.indices, count).ravel(), "SCALAR")
+        elif count % 3:
+            raise ValueError(f"{at}.positions has {count} rows without `indices`: give three for each triangle")
+        self.meshes.append({"name": name, "primitives": [primitive]})
+        translation = vector(f"{at}.translation", mesh.translation)
+        self.nodes.append({"name": name, "mesh": len(self.meshes) - 1, "translation": translation})
+
+    def material(self, at: str, material: Material) -> int:
+        from .scene import Material
+
+        _of_class(at, material, Material)
+        color, emission = vector(f"{at}.color", material.color), vector(f"{at}.emission", material.emission)
+        entry: dict[str, Any] = {
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [*color, 1.0],
+                "roughnessFactor": float(material.roughness),
+                "metallicFactor": float(material.metallic),
+            },
+            "doubleSided": bool(material.double_sided),
+        }
+        strength = max(emission)
+        if min(emission) < 0:
+            raise ValueError(f"{at}.emission = {material.emission!r}: light is not negative")
+        if strength > 0:
+            entry["emissiveFactor"] = [e / strength for e in emission]
+            entry["extensions"] = {"KHR_materials_emissive_strength": {"emissiveStrength": strength}}
+        self.materials.append(entry)
+        return len(self.materials) - 1
+
+    def light(self, name: str, light: Any) -> None:
+        from .scene import DirectionalLight, PointLight, SpotLight
+
+        at = f"lights[{name!r}]"
+        entry: dict[str, Any] = {"name": name}
+        match light:
+            case PointLight():
+                entry |= {"type": "point", "intensity": float(light.candela)}
+                matrix = _towards(vector(f"{at}.at", light.at), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
+            case SpotLight():
+                outer, inner = math.radians(light.angle) / 2, math.radians(light.inner) / 2
+                entry |= {"type": "spot", "intensity": float(light.candela)}
+                entry["spot"] = {"innerConeAngle": inner, "outerConeAngle": outer}
+                place, to = vector(f"{at}.at", light.at), vector(f"{at}.look_at", light.look_at)
+                matrix = _towards(place, tuple(np.subtract(to, place)), (0.0, 1.0, 0.0), at)
+            case DirectionalLight():
+                entry |= {"type": "directional", "intensity": float(light.lux)}
+                matrix = _towards((0.0, 0.0, 0.0), vector(f"{at}.direction", light.direction), (0.0, 1.0, 0.0), at)
+            case _:
+                kinds = "PointLight, SpotLight or DirectionalLight"
+                raise TypeError(f"{at} is a {type(light).__name__}: give a lightgraph.{kinds}")
+        if not (math.isfinite(entry["intensity"]) and entry["intensity"] >= 0):
+            raise ValueError(f"{at} has the strength {entry['intensity']}: give a finite number, not below 0")
+        color = vector(f"{at}.color", light.color)
+        brightest = max(*color, 1.0)
+        entry["color"] = [c / brightest for c in color]
+        entry["intensity"] *= brightest
+        self.lights.append(entry)
+        lit = {"KHR_lights_punctual": {"light": len(self.lights) - 1}}
+        self.nodes.append({"name": name, "matrix": matrix, "extensions": lit})
+
+    def camera(self, name: str, camera: Camera) -> None:
+        at = f"cameras[{name!r}]"
+        eye, target, up = (vector(f"{at}.{key}", getattr(camera, key)) for key in ("eye", "target", "up"))
+        near = float(camera.near if camera.near is not None else 1e-2)
+        if camera.height is None:
+            lens: dict[str, Any] = {"yfov": math.radians(camera.fov), "znear": near}
+            if camera.far is not None:
+                lens["zfar"] = float(camera.far)
+            entry = {"name": name, "type": "perspective", "perspective": lens}
+        else:
+            half = float(camera.height) / 2
+            lens = {"xmag": half, "ymag": half, "znear": near, "zfar": float(camera.far or 1e3)}
+            entry = {"name": name, "type": "orthographic", "orthographic": lens}
+        self.cameras.append(entry)
+        matrix = _towards(eye, tuple(np.subtract(target, eye)), up, at)
+        self.nodes.append({"name": name, "matrix": matrix, "camera": len(self.cameras) - 1})
+
+    def accessor(self, array: np.ndarray, kind: str, bounds: bool = False) -> int:
+        self.views.append({"buffer": 0, "byteOffset": len(self.blob), "byteLength": array.nbytes})
+        self.blob += array.tobytes()
+        component = _UINT if array.dtype == np.uint32 else _FLOAT
+        entry: dict[str, Any] = {"bufferView": len(self.views) - 1, "componentType": component, "count": len(array), "type": kind}
+        if bounds:
+            entry |= {"min": array.min(axis=0).tolist(), "max": array.max(axis=0).tolist()}
+        self.accessors.append(entry)
+        return len(self.accessors) - 1
+
+    def bytes(self) -> bytes:
+        document: dict[str, Any] = {
+            "asset": {"version": "2.0", "generator": "lightgraph"},
+            "scene": 0,
+            "scenes": [{"nodes": list(range(len(self.nodes)))}],
+            "nodes": self.nodes,
+            "meshes": self.meshes,
+            "materials": self.materials,
+            "accessors": self.accessors,
+            "bufferViews": self.views,
+            "buffers": [{"byteLength": len(self.blob)}],
+            "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_emissive_strength"],
+        }
+        if self.cameras:
+            document["cameras"] = self.cameras
+        if self.lights:
+            document["extensions"] = {"KHR_lights_punctual": {"lights": self.lights}}
+        text = json.dumps(document).encode()
+        text += b" " * (-len(text) % 4)
+        blob = bytes(self.blob) + b"\0" * (-len(self.blob) % 4)
+        chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
+        return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def _floats(name: str, array: Any, widths: tuple[int, ...]) -> np.ndarray:
+    found = np.asarray(array)
+    shapes = " or ".join(f"(n, {w})" for w in widths)
+    if found.dtype.kind not in "fiu":
+        raise TypeError(f"{name} has the dtype {found.dtype}: give numbers of the shape {shapes}")
+    if found.ndim != 2 or found.shape[1] not in widths or len(found) == 0:
+        raise ValueError(f"{name} has the shape {found.shape}: give {shapes}")
+    with np.errstate(over="ignore"):
+        made = np.ascontiguousarray(found, dtype="<f4")
+    finite = np.isfinite(made).all(axis=1)
+    if not finite.all():
+        raise ValueError(f"{name}[{int(np.argmin(finite))}] holds a NaN or an infinity: give finite numbers")
+    return made
+
+
+def _indices(name: str, array: Any, count: int) -> np.ndarray:
+    found = np.asarray(array)
+    if found.dtype.kind not in "iu":
+        raise TypeError(f"{name} has the dtype {found.dtype}: give integers of the shape (m, 3)")
+    if found.ndim != 2 or found.shape[1] != 3 or len(found) == 0:
+        raise ValueError(f"{name} has the shape {found.shape}: give (m, 3)")
+    inside = ((found >= 0) & (found < count)).all(axis=1)
+    if not inside.all():
+        row = int(np.argmin(inside))
+        raise ValueError(f"{name}[{row}] = {found[row].tolist()}: there are positions 0 to {count - 1}")
+    return np.ascontiguousarray(found, dtype="<u4")
+
+
+def _towards(eye: tuple[float, ...], forward: tuple[float, ...], up: tuple[float, ...], at: str = "") -> list[float]:
+    """A node's matrix, column by column, that looks along `forward`."""
+    length = float(np.linalg.norm(forward))
+    if length == 0:
+        raise ValueError(f"{at} looks at the place where it is: give another")
+    back = -np.asarray(forward, dtype=float) / length
+    right = np.cross(up, back)
+    if np.linalg.norm(right) < 1e-6:
+        right = np.cross((0.0, 0.0, 1.0) if abs(back[2]) < 0.9 else (1.0, 0.0, 0.0), back)
+    right /= np.linalg.norm(right)
+    columns = (right, np.cross(back, right), back, eye)
+    return [float(v) for column, w in zip(columns, (0.0, 0.0, 0.0, 1.0)) for v in (*column, w)]

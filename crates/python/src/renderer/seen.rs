@@ -1,0 +1,135 @@
+//! Where things are, and from where they are seen; in the coordinates of the scene's file.
+
+use glam::Vec3;
+use lightgraph::diag::{Checked, Diagnostic};
+use lightgraph::scene::{CameraPose, Lens, Scene, View};
+use lightgraph::session::Session;
+
+/// Eye, target, up; whole vertical angle in degrees, or half the height in metres and `true`; near; far.
+pub type Look = ([f32; 3], [f32; 3], [f32; 3], (f32, bool), Option<f32>, Option<f32>);
+
+/// How a thing is moved.
+pub enum Step {
+    By(Vec3),
+    To(Vec3),
+}
+
+/// What nothing is seen nearer than where a camera does not say: a share of the scene's size.
+const NEAR: f32 = 1e-3;
+
+/// Nodes and lights of a name: a node takes along the lights that hang from it.
+fn named(scene: &Scene, name: &str) -> Checked<(Option<usize>, Vec<usize>)> {
+    let node = scene.nodes.iter().position(|n| n.name == name);
+    let hangs = |at: usize| {
+        std::iter::successors(Some(at), |at| scene.nodes.get(*at).and_then(|n| n.parent)).any(|at| Some(at) == node)
+    };
+    let lights = scene.lights.iter().enumerate().filter(|(_, l)| match node {
+        Some(_) => hangs(l.node),
+        None => l.name == name,
+    });
+    let lights: Vec<usize> = lights.map(|(i, _)| i).collect();
+    if node.is_some() || !lights.is_empty() {
+        return Ok((node, lights));
+    }
+    let known = || scene.nodes.iter().map(|n| n.name.as_str()).chain(scene.lights.iter().map(|l| l.name.as_str()));
+    let d = Diagnostic::error(format!("{}: there is no node or light \"{name}\"", scene.name)).nearest(name, known());
+    let mut names: Vec<&str> = known().collect();
+    names.sort_unstable();
+    names.dedup();
+    names.truncate(20);
+    Err(d.help(format!("it has {}", names.join(", "))).into())
+}
+
+/// Moves a thing, from the next frame on.
+pub fn shift(session: &mut Session, name: &str, step: Step, time: f32) -> Checked<()> {
+    let by = match step {
+        Step::By(by) => by,
+        Step::To(to) => to - Vec3::from(position(session, name, time)?),
+    };
+    if !by.is_finite() {
+        let d = Diagnostic::error(format!("\"{name}\" can't be moved by {by}"));
+        return Err(d.help("give finite numbers, in metres").into());
+    }
+    let (node, lights) = named(&session.scene, name)?;
+    let add = |all: &mut Vec<(usize, Vec3)>, at: usize| match all.iter_mut().find(|(i, _)| *i == at) {
+        Some((_, sum)) => *sum += by,
+        None => all.push((at, by)),
+    };
+    if let Some(node) = node {
+        add(&mut session.shift.nodes, node);
+    }
+    for light in lights {
+        add(&mut session.shift.single_lights, light);
+    }
+    Ok(())
+}
+
+/// Where a thing is.
+pub fn position(session: &Session, name: &str, time: f32) -> Checked<[f32; 3]> {
+    let scene = &session.scene;
+    let (node, lights) = named(scene, name)?;
+    let pose = scene.pose_shifted(time, &session.shift);
+    let light = || Some(pose.lights.get(*lights.first()?)?.position);
+    let node = node.and_then(|i| Some(pose.nodes.get(i)?.w_axis.truncate()));
+    Ok((node.or_else(light).unwrap_or_default() + scene.origin).to_array())
+}
+
+/// Sees through a camera of the scene.
+pub fn look_through(session: &mut Session, camera: Option<String>) -> Checked<()> {
+    if let Some(name) = &camera {
+        session.scene.find_camera(name)?;
+    }
+    session.settings.camera = camera;
+    session.shift.view = None;
+    Ok(())
+}
+
+/// Sees from a place of its own.
+pub fn look(session: &mut Session, (eye, target, up, (extent, flat), near, far): &Look) -> Checked<()> {
+    let origin = session.scene.origin;
+    let [eye, target, up] = [*eye, *target, *up].map(Vec3::from);
+    let forward = (target - eye).try_normalize();
+    let wrong = |what: String, help: &str| Err(Diagnostic::error(what).help(help).into());
+    let Some(forward) = forward.filter(|f| f.is_finite() && eye.is_finite()) else {
+        return wrong(format!("a camera at {eye} can't look at {target}"), "give two different places, in metres");
+    };
+    let Some(up) = (up - forward * up.dot(forward)).try_normalize().filter(|up| up.is_finite()) else {
+        return wrong(
+            format!("`up` = {up} points where the camera looks"),
+            "give a direction across the line of sight, such as up=(0, 0, -1) for a look down",
+        );
+    };
+    let near = near.unwrap_or((session.scene.bounds.diagonal() * NEAR).max(1e-5));
+    let ahead = |far: f32| near.is_finite() && far.is_finite() && far > near;
+    if !(near > 0.0 && ahead(far.unwrap_or(near * 2.0))) {
+        return wrong(
+            format!("a camera sees from {near} m to {far:?} m"),
+            "`near` must be above 0, and `far` beyond it",
+        );
+    }
+    let lens = match flat {
+        false if *extent > 0.0 && *extent < 180.0 => Lens::Perspective { yfov: extent.to_radians(), near, far: *far },
+        true if *extent > 0.0 && extent.is_finite() => {
+            let far = far.unwrap_or_else(|| session.scene.bounds.farthest(eye - origin).max(near) * 1.01 + near);
+            Lens::Orthographic { ymag: *extent, near, far }
+        }
+        _ => return wrong(format!("a camera's extent of {extent}"), "`fov` lies between 0 and 180 degrees"),
+    };
+    session.shift.view = Some(View { place: CameraPose { position: eye - origin, forward, up }, lens });
+    Ok(())
+}
+
+/// What is seen at a time.
+pub fn seen(session: &Session, time: f32) -> Checked<Look> {
+    let scene = &session.scene;
+    let pose = scene.pose_shifted(time, &session.shift);
+    let [width, height] = session.settings.size;
+    let (View { place, lens }, _) =
+        scene.view(&pose, session.settings.camera.as_deref(), width as f32 / height as f32)?;
+    let eye = place.position + scene.origin;
+    let (extent, near, far) = match lens {
+        Lens::Perspective { yfov, near, far } => ((yfov.to_degrees(), false), near, far),
+        Lens::Orthographic { ymag, near, far } => ((ymag, true), near, Some(far)),
+    };
+    Ok((eye.to_array(), (eye + place.forward).to_array(), place.up.to_array(), extent, Some(near), far))
+}

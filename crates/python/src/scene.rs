@@ -1,0 +1,92 @@
+//! A scene that renderers look at.
+
+use crate::faults::{listed, raised};
+use crate::values::value;
+use lightgraph::diag::Diagnostic;
+use lightgraph::scene::{self, Loaded};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A scene, never changed: any number of renderers share it.
+#[pyclass(frozen, module = "lightgraph._native")]
+pub struct Scene {
+    pub scene: Arc<scene::Scene>,
+    notices: Vec<Diagnostic>,
+}
+
+impl From<Loaded> for Scene {
+    fn from(loaded: Loaded) -> Scene {
+        Scene { scene: Arc::new(loaded.scene), notices: loaded.notices }
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Reads a scene's files.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Scene> {
+        let loaded = py.detach(|| scene::load(&path));
+        raised(py, loaded).map(Scene::from)
+    }
+
+    /// A scene from the bytes of a glTF that needs no other file, and the text of a scene RON.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, bytes: &[u8], name: &str, description: Option<&str>) -> PyResult<Scene> {
+        let loaded = py.detach(|| scene::from_bytes(bytes, name, description));
+        raised(py, loaded).map(Scene::from)
+    }
+
+    /// A triangle and a light, for graphs that look at no scene.
+    #[staticmethod]
+    fn stand_in(py: Python<'_>) -> PyResult<Scene> {
+        raised(py, scene::stand_in()).map(Scene::from)
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.scene.name
+    }
+
+    /// Opposite corners, in the file's coordinates.
+    #[getter]
+    fn bounds(&self) -> ([f32; 3], [f32; 3]) {
+        let (b, o) = (self.scene.bounds, self.scene.origin);
+        ((b.min + o).to_array(), (b.max + o).to_array())
+    }
+
+    #[getter]
+    fn nodes(&self) -> Vec<&str> {
+        self.scene.nodes.iter().map(|n| n.name.as_str()).collect()
+    }
+
+    #[getter]
+    fn lights(&self) -> Vec<&str> {
+        self.scene.lights.iter().map(|l| l.name.as_str()).collect()
+    }
+
+    #[getter]
+    fn cameras(&self) -> Vec<&str> {
+        self.scene.cameras.iter().map(|c| c.name.as_str()).collect()
+    }
+
+    #[getter]
+    fn duration(&self) -> f32 {
+        self.scene.duration()
+    }
+
+    /// What graphs may ask of it, by name.
+    fn facts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let facts = PyDict::new(py);
+        for (name, v) in self.scene.facts() {
+            facts.set_item(name, value(py, &v)?)?;
+        }
+        Ok(facts)
+    }
+
+    #[getter]
+    fn notices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        listed(py, &self.notices)
+    }
+}
