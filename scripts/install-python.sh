@@ -23,6 +23,7 @@ if [ -z "$python" ] || ! "$python" -c 'import ensurepip, venv' 2>/dev/null; then
     python=$(command -v python3)
 fi
 mkdir -p target/python
-"$python" -m venv "$venv"
+# From nothing: an environment of another Python may be there.
+"$python" -m venv --clear "$venv"
 "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement "$list"
 cp "$list" "$stamp"

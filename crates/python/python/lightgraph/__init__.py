@@ -6,6 +6,7 @@
 """
 
 from ._native import version as _version
+from .cluster import View, render_many, sweep
 from .errors import Fault, GraphError, GraphWarning, NoAdapterError, Place
 from .renderer import Frame, Plan, Renderer
 from .scene import Camera, DirectionalLight, Material, Mesh, PointLight, Scene, SpotLight
@@ -14,6 +15,6 @@ from .tools import Picture, adapter, allow_outside, builtin_graphs, check, compa
 __version__ = _version()
 __all__ = [
     "Camera", "DirectionalLight", "Fault", "Frame", "GraphError", "GraphWarning", "Material", "Mesh", "NoAdapterError",
-    "Picture", "Place", "Plan", "PointLight", "Renderer", "Scene", "SpotLight", "adapter", "allow_outside",
-    "builtin_graphs", "check", "compare", "parameters", "read", "write",
+    "Picture", "Place", "Plan", "PointLight", "Renderer", "Scene", "SpotLight", "View", "adapter", "allow_outside",
+    "builtin_graphs", "check", "compare", "parameters", "read", "render_many", "sweep", "write",
 ]

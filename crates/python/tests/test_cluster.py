@@ -1,0 +1,129 @@
+"""Sweeps and views on workers: in this process, on a loopback cluster, with a worker killed, resumed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import lightgraph as lg
+
+GRAPHS = ["lightgraph:graphs/direct.ron", "lightgraph:graphs/fast_grid.ron"]
+SETTINGS = {"grid": [(1, 1, 1), (2, 2, 2)], "bounces": [0, 1, 2, 4]}
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A scheduler and two workers on loopback: the address, and the workers' processes by id."""
+    file = tmp_path / "scheduler.json"
+    started = []
+    log = open(tmp_path / "cluster.log", "w")
+
+    def start(program, *args):
+        command = [sys.executable, "-m", f"distributed.cli.{program}", "--scheduler-file", file, "--no-dashboard", *args]
+        started.append(subprocess.Popen([str(c) for c in command], stdout=log, stderr=log))
+
+    start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")
+    for _ in range(2):
+        start("dask_worker", "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny")
+    until = time.monotonic() + 60
+    while not (file.exists() and file.stat().st_size):
+        assert time.monotonic() < until, (tmp_path / "cluster.log").read_text()
+        time.sleep(0.1)
+    yield json.loads(file.read_text())["address"], started[1:]
+    for process in reversed(started):
+        process.kill()
+        process.wait()
+    log.close()
+
+
+def errors(entries):
+    return [(e["graph"], e["settings"], e["mean"], e["error"]) for e in entries]
+
+
+def lines(folder):
+    return [json.loads(line) for line in (folder / "entries.jsonl").read_text().splitlines()]
+
+
+@pytest.fixture
+def swept(scenes, tmp_path):
+    """Sweeps two graphs over eight settings, against one image."""
+    scene = scenes / "cornell_point.gltf"
+    truth = lg.Renderer(GRAPHS[1], scene, (24, 16), grid=(3, 3, 3)).frame()["color"]
+
+    def run(out, **more):
+        return lg.sweep(GRAPHS, [scene], SETTINGS, out=tmp_path / out, size=(24, 16), references={scene: truth}, **more)
+
+    return run
+
+
+def test_a_killed_worker_loses_and_doubles_nothing(swept, cluster, tmp_path):
+    address, workers = cluster
+    alone = swept("alone", client=False)
+    assert len(alone) == 9, "`direct` has none of the parameters and is rendered once"
+
+    def kill():
+        path = tmp_path / "many" / "entries.jsonl"
+        until = time.monotonic() + 60
+        while time.monotonic() < until and not (path.exists() and path.stat().st_size):
+            time.sleep(0.01)
+        os.kill(workers[0].pid, signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    many = swept("many", client=address)
+    killer.join()
+    assert workers[0].wait() == -signal.SIGKILL
+    assert errors(many) == errors(alone)
+    keys = [entry["key"] for entry in lines(tmp_path / "many")]
+    assert len(keys) == len(set(keys)) == 9
+
+
+def test_a_sweep_goes_on_where_it_was_stopped(swept, cluster, tmp_path):
+    whole = swept("out", client=False)
+    path = tmp_path / "out" / "entries.jsonl"
+    text = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(text[:4]) + text[4][: len(text[4]) // 2])
+    with pytest.raises(FileExistsError, match="resume=True"):
+        swept("out", client=False)
+    again = swept("out", client=cluster[0], resume=True)
+    assert errors(again) == errors(whole)
+    assert [e["worker"] for e in again[:4]] == [os.getpid()] * 4
+    assert os.getpid() not in {e["worker"] for e in again[4:]}
+    # Where nothing is left to do nobody is asked.
+    assert swept("out", client="tcp://127.0.0.1:1", resume=True) == again
+
+
+def test_views_become_files(scenes, cluster, tmp_path):
+    scene = scenes / "cornell_point.gltf"
+    cameras = [lg.Camera((x, 1.0, 3.0), (0.0, 1.0, 0.0)) for x in (-0.3, 0.0, 0.3)]
+    views = [lg.View(f"v{i}", GRAPHS[0], scene, c, (24, 16), outputs=["color", "direct"]) for i, c in enumerate(cameras)]
+    entries = lg.render_many(views, out=tmp_path / "views", client=cluster[0])
+    assert [e["name"] for e in entries] == ["v0", "v1", "v2"]
+    for view, entry in zip(views, entries):
+        image = lg.Renderer(GRAPHS[0], scene, (24, 16), camera=view.camera).frame()["color"]
+        np.testing.assert_array_equal(lg.read(tmp_path / "views" / entry["files"]["color"]), image)
+    kept = lg.render_many(views, out=tmp_path / "kept", client=False, keep=True)
+    assert [e["files"] for e in kept] == [e["files"] for e in entries]
+
+
+def test_what_is_wrong_is_said(scenes, tmp_path):
+    scene = scenes / "cornell_point.gltf"
+    with pytest.raises(ValueError, match="`bouncs`"):
+        lg.sweep(GRAPHS, [scene], {"bouncs": [1]}, out=tmp_path, client=False)
+    with pytest.raises(TypeError, match="list of values"):
+        lg.sweep(GRAPHS, [scene], {"bounces": 1}, out=tmp_path, client=False)
+    with pytest.raises(ValueError, match="no scene of the sweep"):
+        lg.sweep(GRAPHS, [scene], {"bounces": [1]}, out=tmp_path, references={"hall": "hall.exr"})
+    [entry] = lg.sweep(GRAPHS[1:], [scene], [{"bounces": 10**9}], out=tmp_path / "a", client=False)
+    assert "bounces" in entry["fault"]
+    view = lg.View("a", GRAPHS[0], scene)
+    with pytest.raises(ValueError, match="two views"):
+        lg.render_many([view, view], out=tmp_path / "b")
+    with pytest.raises(ValueError, match="View.name"):
+        lg.render_many([lg.View("../a", GRAPHS[0], scene)], out=tmp_path / "b")
