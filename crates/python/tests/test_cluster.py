@@ -25,7 +25,15 @@ def cluster(tmp_path):
     log = open(tmp_path / "cluster.log", "w")
 
     def start(program, *args):
-        command = [sys.executable, "-m", f"distributed.cli.{program}", "--scheduler-file", file, "--no-dashboard", *args]
+        command = [
+            sys.executable,
+            "-m",
+            f"distributed.cli.{program}",
+            "--scheduler-file",
+            file,
+            "--no-dashboard",
+            *args,
+        ]
         started.append(subprocess.Popen([str(c) for c in command], stdout=log, stderr=log))
 
     start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")
@@ -102,7 +110,9 @@ def test_a_sweep_goes_on_where_it_was_stopped(swept, cluster, tmp_path):
 def test_views_become_files(scenes, cluster, tmp_path):
     scene = scenes / "cornell_point.gltf"
     cameras = [lg.Camera((x, 1.0, 3.0), (0.0, 1.0, 0.0)) for x in (-0.3, 0.0, 0.3)]
-    views = [lg.View(f"v{i}", GRAPHS[0], scene, c, (24, 16), outputs=["color", "direct"]) for i, c in enumerate(cameras)]
+    views = [
+        lg.View(f"v{i}", GRAPHS[0], scene, c, (24, 16), outputs=["color", "direct"]) for i, c in enumerate(cameras)
+    ]
     entries = lg.render_many(views, out=tmp_path / "views", client=cluster[0])
     assert [e["name"] for e in entries] == ["v0", "v1", "v2"]
     for view, entry in zip(views, entries):
@@ -110,6 +120,29 @@ def test_views_become_files(scenes, cluster, tmp_path):
         np.testing.assert_array_equal(lg.read(tmp_path / "views" / entry["files"]["color"]), image)
     kept = lg.render_many(views, out=tmp_path / "kept", client=False, keep=True)
     assert [e["files"] for e in kept] == [e["files"] for e in entries]
+
+
+def test_parts_of_an_average_are_one_run(scenes, cluster, tmp_path):
+    scene, graph = scenes / "cornell_point.gltf", "lightgraph:graphs/pathtrace.ron"
+    more = {"size": (24, 16), "frames": 2, "samples": 8}
+    mean, error = lg.average(graph, scene, range(4), out=tmp_path / "parts", client=cluster[0], **more)
+    parts = [lg.read(tmp_path / "parts" / f"seed_{seed}.color.exr").astype(float) for seed in range(4)]
+    np.testing.assert_allclose(mean, np.mean(parts, axis=0), rtol=1e-14)
+    np.testing.assert_allclose(error, np.std(parts, axis=0, ddof=1) / 2, rtol=1e-9, atol=1e-15)
+    alone, _ = lg.average(graph, scene, range(4), out=tmp_path / "alone", client=False, **more)
+    np.testing.assert_array_equal(alone, mean)
+    # One run of as many paths, by a seed of its own.
+    r = lg.Renderer(graph, scene, (24, 16), samples=8, seed=9)
+    for _ in range(8):
+        one = r.frame()["color"]
+    lit = error[..., :3] > 0
+    # Its error is as large as that of the mean; three parts of freedom make wide tails, which the median leaves out.
+    off = np.abs(one - mean)[..., :3][lit] / error[..., :3][lit]
+    assert np.median(off) < 2.0
+    bias = (one - mean)[..., :3].mean() / np.sqrt((error[..., :3] ** 2).mean() / lit.sum() * 2)
+    assert abs(bias) < 6.0
+    with pytest.raises(ValueError, match="`seed`"):
+        lg.average(GRAPHS[0], scene, range(4), out=tmp_path / "no")
 
 
 def test_what_is_wrong_is_said(scenes, tmp_path):

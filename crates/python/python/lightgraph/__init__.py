@@ -1,12 +1,12 @@
 """Data-driven render graphs: RON graphs, WGSL shaders, headless global illumination, frames as numpy arrays.
 
-    import lightgraph as lg
-    r = lg.Renderer("lightgraph:graphs/fast_grid.ron", "hall.glb", size=(640, 480), grid=(8, 8, 8))
-    image = r.frame()["color"]  # float32 (height, width, 4), linear light
+import lightgraph as lg
+r = lg.Renderer("lightgraph:graphs/fast_grid.ron", "hall.glb", size=(640, 480), grid=(8, 8, 8))
+image = r.frame()["color"]  # float32 (height, width, 4), linear light
 """
 
 from ._native import version as _version
-from .cluster import View, render_many, sweep
+from .cluster import View, average, render_many, sweep
 from .errors import Fault, GraphError, GraphWarning, NoAdapterError, Place
 from .renderer import Frame, Plan, Renderer
 from .scene import Camera, DirectionalLight, Material, Mesh, PointLight, Scene, SpotLight
@@ -14,7 +14,32 @@ from .tools import Picture, adapter, allow_outside, builtin_graphs, check, compa
 
 __version__ = _version()
 __all__ = [
-    "Camera", "DirectionalLight", "Fault", "Frame", "GraphError", "GraphWarning", "Material", "Mesh", "NoAdapterError",
-    "Picture", "Place", "Plan", "PointLight", "Renderer", "Scene", "SpotLight", "View", "adapter", "allow_outside",
-    "builtin_graphs", "check", "compare", "parameters", "read", "render_many", "sweep", "write",
+    "Camera",
+    "DirectionalLight",
+    "Fault",
+    "Frame",
+    "GraphError",
+    "GraphWarning",
+    "Material",
+    "Mesh",
+    "NoAdapterError",
+    "Picture",
+    "Place",
+    "Plan",
+    "PointLight",
+    "Renderer",
+    "Scene",
+    "SpotLight",
+    "View",
+    "adapter",
+    "allow_outside",
+    "average",
+    "builtin_graphs",
+    "check",
+    "compare",
+    "parameters",
+    "read",
+    "render_many",
+    "sweep",
+    "write",
 ]

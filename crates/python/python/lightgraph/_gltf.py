@@ -23,7 +23,9 @@ def glb(meshes: Mapping[str, Mesh], lights: Mapping[str, Any], cameras: Mapping[
     from .scene import Camera, Mesh
 
     if not meshes:
-        raise ValueError("a scene needs at least one mesh: give `meshes={\"floor\": lightgraph.Mesh(positions, indices)}`")
+        raise ValueError(
+            'a scene needs at least one mesh: give `meshes={"floor": lightgraph.Mesh(positions, indices)}`'
+        )
     build = _Build()
     for name, mesh in meshes.items():
         _of_class(f"meshes[{name!r}]", mesh, Mesh)
@@ -57,7 +59,11 @@ class _Build:
         positions = _floats(f"{at}.positions", mesh.positions, (3,))
         count = len(positions)
         attributes = {"POSITION": self.accessor(positions, "VEC3", bounds=True)}
-        for key, semantic, widths in (("normals", "NORMAL", (3,)), ("uvs", "TEXCOORD_0", (2,)), ("colors", "COLOR_0", (3, 4))):
+        for key, semantic, widths in (
+            ("normals", "NORMAL", (3,)),
+            ("uvs", "TEXCOORD_0", (2,)),
+            ("colors", "COLOR_0", (3, 4)),
+        ):
             given = getattr(mesh, key)
             if given is None:
                 continue
@@ -65,7 +71,10 @@ class _Build:
             if len(array) != count:
                 raise ValueError(f"{at}.{key} has {len(array)} rows, but there are {count} positions: give as many")
             attributes[semantic] = self.accessor(array, f"VEC{array.shape[1]}")
-        primitive: dict[str, Any] = {"attributes": attributes, "material": self.material(f"{at}.material", mesh.material)}
+        primitive: dict[str, Any] = {
+            "attributes": attributes,
+            "material": self.material(f"{at}.material", mesh.material),
+        }
         if mesh.indices is not None:
             primitive["indices"] = self.accessor(_indices(f"{at}.indices", mesh.indices, count).ravel(), "SCALAR")
         elif count % 3:
@@ -148,7 +157,12 @@ class _Build:
         self.views.append({"buffer": 0, "byteOffset": len(self.blob), "byteLength": array.nbytes})
         self.blob += array.tobytes()
         component = _UINT if array.dtype == np.uint32 else _FLOAT
-        entry: dict[str, Any] = {"bufferView": len(self.views) - 1, "componentType": component, "count": len(array), "type": kind}
+        entry: dict[str, Any] = {
+            "bufferView": len(self.views) - 1,
+            "componentType": component,
+            "count": len(array),
+            "type": kind,
+        }
         if bounds:
             entry |= {"min": array.min(axis=0).tolist(), "max": array.max(axis=0).tolist()}
         self.accessors.append(entry)

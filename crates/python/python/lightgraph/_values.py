@@ -53,7 +53,7 @@ def names(what: str, value: Any) -> list[str] | None:
     if value is None:
         return None
     if isinstance(value, str) or not all(isinstance(name, str) for name in value):
-        raise TypeError(f"{what} = {value!r}: give a list of names, such as [\"color\"]")
+        raise TypeError(f'{what} = {value!r}: give a list of names, such as ["color"]')
     return list(dict.fromkeys(value))
 
 

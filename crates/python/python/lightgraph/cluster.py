@@ -23,7 +23,7 @@ from .renderer import Renderer
 from .scene import Camera
 from .tools import compare, parameters, read, write
 
-__all__ = ["View", "render_many", "sweep"]
+__all__ = ["View", "average", "render_many", "sweep"]
 
 Entry = dict[str, Any]
 _JOURNAL = "entries.jsonl"
@@ -34,8 +34,9 @@ _thread = threading.local()
 class View:
     """One picture of `render_many`. `name` is the stem of its files, and must be its own.
 
-    `graph` and `scene` are what `Renderer` takes, as paths that every worker can read; `params` are parameters of the graph, `time` is in
-    seconds, `size` is (width, height) in pixels.
+    `graph` and `scene` are what `Renderer` takes, as paths that every worker can read; `params` are parameters of the
+    graph, `time` is in seconds, `size` is (width, height) in pixels. Of `frames` frames the last is kept, for graphs
+    that accumulate.
     """
 
     name: str
@@ -46,6 +47,7 @@ class View:
     time: float = 0.0
     outputs: Sequence[str] = ("color",)
     params: Mapping[str, Any] = field(default_factory=dict)
+    frames: int = 1
 
 
 def sweep(
@@ -65,18 +67,21 @@ def sweep(
 ) -> list[Entry]:
     """Renders every graph on every scene at every setting, and returns an entry for each, in this order.
 
-    `settings`: values by parameter, of which all combinations are made and each graph takes the parameters that it has; or a list of
-    dictionaries, each taken as it is. Each entry has `graph`, `scene`, `settings`, `mean` (of the output), `seconds` (of `frames` frames, from
-    nothing), `worker`, `machine`, `adapter` and `load`; with `references` (by scene: a path of an OpenEXR file or an array) also `error`, what
-    `compare` returns. What a graph can't do on a scene is its entry's `fault`, and no reason to stop.
+    `settings`: values by parameter, of which all combinations are made and each graph takes the parameters that it has;
+    or a list of dictionaries, each taken as it is. Each entry has `graph`, `scene`, `settings`, `mean` (of the output),
+    `seconds` (of `frames` frames, from nothing), `worker`, `machine`, `adapter` and `load`; with `references` (by
+    scene: a path of an OpenEXR file or an array) also `error`, what `compare` returns. What a graph can't do on a scene
+    is its entry's `fault`, and no reason to stop.
 
-    Entries are appended to `OUT/entries.jsonl` as they come. With `resume` those that are there are kept and not rendered again.
+    Entries are appended to `OUT/entries.jsonl` as they come. With `resume` those that are there are kept and not
+    rendered again.
 
-    `client`: a `distributed.Client`, the address of a scheduler, None for `workers` processes on this machine (one for each core), or
-    False for this process alone. Scenes, graphs and references are read by the workers: give paths that all of them see.
+    `client`: a `distributed.Client`, the address of a scheduler, None for `workers` processes on this machine (one for
+    each core), or False for this process alone. Scenes, graphs and references are read by the workers: give paths that
+    all of them see.
 
-    Raises `FileExistsError` where `out` has entries and `resume` is not set, and `RuntimeError` at the end where tasks were
-    lost with their workers; the rest is kept.
+    Raises `FileExistsError` where `out` has entries and `resume` is not set, and `RuntimeError` at the end where tasks
+    were lost with their workers; the rest is kept.
     """
     graphs, scenes = [os.fspath(g) for g in graphs], [os.fspath(s) for s in scenes]
     if frames < 1:
@@ -94,7 +99,14 @@ def sweep(
     tasks = {}
     for scene, graph in itertools.product(scenes, graphs):
         for one in combinations[graph]:
-            what = {"graph": graph, "scene": scene, "settings": _plain(one), "size": [int(n) for n in size], "frames": frames, "output": output}
+            what = {
+                "graph": graph,
+                "scene": scene,
+                "settings": _plain(one),
+                "size": [int(n) for n in size],
+                "frames": frames,
+                "output": output,
+            }
             tasks[_key(what)] = (_measured, (what, given.get(scene)))
     return _run(tasks, client, Path(out), resume, workers, progress)
 
@@ -109,22 +121,28 @@ def render_many(
     workers: int | None = None,
     progress: bool | None = None,
 ) -> list[Entry]:
-    """Renders views to `OUT/NAME.OUTPUT.exr` (32-bit floats, linear), written by the workers: they must see the folder `out` as you do.
+    """Renders views to `OUT/NAME.OUTPUT.exr` (32-bit floats, linear), written by the workers: they must see the folder
+    `out` as you do.
 
-    Returns an entry for each view, in their order, with `files` by output; entries are appended to `OUT/entries.jsonl` as they come. `client`, `resume`,
-    `workers` and what is raised are those of `sweep`.
+    Returns an entry for each view, in their order, with `files` by output; entries are appended to `OUT/entries.jsonl`
+    as they come. `client`, `resume`, `workers` and what is raised are those of `sweep`.
 
-    Each view begins from nothing, so that it does not matter which worker renders it. With `keep` a worker keeps its state from view
-    to view: light that does not depend on the camera is computed once. Leave it off for graphs that accumulate over frames.
+    Each view begins from nothing, so that it does not matter which worker renders it. With `keep` a worker keeps its
+    state from view to view: light that does not depend on the camera is computed once. Leave it off for graphs that
+    accumulate over frames.
     """
     out, tasks, seen = Path(out).absolute(), {}, set()
     for view in views:
         if not isinstance(view, View):
             raise TypeError(f"views hold a {type(view).__name__}: give lightgraph.View")
         if not re.fullmatch(r"[\w-][\w.-]*", view.name):
-            raise ValueError(f"View.name = {view.name!r}: give letters, digits, `_`, `-` and `.`, since files are named after it")
+            raise ValueError(
+                f"View.name = {view.name!r}: give letters, digits, `_`, `-` and `.`, since files are named after it"
+            )
         if view.name in seen:
             raise ValueError(f"two views have the name {view.name!r}: give each its own")
+        if view.frames < 1:
+            raise ValueError(f"View.frames = {view.frames}: give at least 1")
         seen.add(view.name)
         what = {
             "name": view.name,
@@ -135,9 +153,66 @@ def render_many(
             "time": float(view.time),
             "outputs": list(view.outputs),
             "camera": _seen_from(view.camera),
+            "frames": view.frames,
         }
         tasks[_key(what)] = (_rendered, (what, view, os.fspath(out), keep))
     return _run(tasks, client, out, resume, workers, progress)
+
+
+def average(
+    graph: str | os.PathLike[str],
+    scene: str | os.PathLike[str],
+    seeds: Iterable[int],
+    *,
+    out: str | os.PathLike[str],
+    frames: int = 1,
+    output: str = "color",
+    camera: Camera | str | None = None,
+    size: Sequence[int] = (128, 128),
+    client: Any = None,
+    resume: bool = False,
+    workers: int | None = None,
+    progress: bool | None = None,
+    **params: Any,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The mean of a graph's image over seeds, a part of `frames` frames for each, and the standard error of this mean:
+    float64 of the shape (height, width, channels). The graph must have a parameter `seed`, as
+    `lightgraph:graphs/pathtrace.ron` does.
+
+    The parts are `OUT/seed_N.OUTPUT.exr`, rendered as `render_many` does; further seeds are added by `resume`. Their
+    mean is the same to the last bit, however many workers there were.
+    """
+    all_ = sorted(dict.fromkeys(int(seed) for seed in seeds))
+    if len(all_) < 2:
+        raise ValueError(f"seeds = {all_}: give at least two, the standard error comes from how parts differ")
+    if "seed" not in parameters(graph):
+        raise ValueError(f"{os.fspath(graph)} has no parameter `seed`: its images are all the same")
+    views = [
+        View(
+            f"seed_{seed}",
+            graph,
+            scene,
+            camera,
+            size,
+            outputs=(output,),
+            params={**params, "seed": seed},
+            frames=frames,
+        )
+        for seed in all_
+    ]
+    entries = render_many(views, out=out, client=client, resume=resume, workers=workers, progress=progress)
+    for entry in entries:
+        if "fault" in entry:
+            raise RuntimeError(f"{entry['name']} could not be rendered: {entry['fault']}")
+    # Welford: one part at a time in memory.
+    mean = squares = np.float64(0.0)
+    for n, entry in enumerate(entries, 1):
+        part = read(os.path.join(out, entry["files"][output])).astype(np.float64)
+        step = part - mean
+        mean = mean + step / n
+        squares = squares + step * (part - mean)
+    count = len(entries)
+    return mean, np.sqrt(squares / (count - 1) / count)
 
 
 def _combinations(settings: Any, graph: str) -> list[dict[str, Any]]:
@@ -168,11 +243,15 @@ def _key(what: Mapping[str, Any]) -> str:
     return json.dumps(what, sort_keys=True)
 
 
-def _run(tasks: dict[str, Any], client: Any, out: Path, resume: bool, workers: int | None, progress: bool | None) -> list[Entry]:
+def _run(
+    tasks: dict[str, Any], client: Any, out: Path, resume: bool, workers: int | None, progress: bool | None
+) -> list[Entry]:
     path = out / _JOURNAL
     found = _kept(path) if path.exists() else {}
     if found and not resume:
-        raise FileExistsError(f"{path} has entries: give `resume=True` to keep them and go on, or another folder as `out`")
+        raise FileExistsError(
+            f"{path} has entries: give `resume=True` to keep them and go on, or another folder as `out`"
+        )
     kept = {key: entry for key, entry in found.items() if key in tasks}
     todo = {key: task for key, task in tasks.items() if key not in kept}
     out.mkdir(parents=True, exist_ok=True)
@@ -190,7 +269,9 @@ def _run(tasks: dict[str, Any], client: Any, out: Path, resume: bool, workers: i
                 bar.step()
     bar.end()
     if lost:
-        raise RuntimeError(f"{len(lost)} of {len(tasks)} tasks failed; the rest is in {path}, `resume=True` goes on. The first: {lost[0]}")
+        raise RuntimeError(
+            f"{len(lost)} of {len(tasks)} tasks failed; the rest is in {path}, `resume=True` goes on. The first: {lost[0]}"
+        )
     return [kept[key] for key in tasks]
 
 
@@ -223,7 +304,9 @@ def _there(todo: Mapping[str, Any], client: Any, workers: int | None, lost: list
         raise ImportError("`pip install distributed` installs what this needs; `client=False` goes without") from error
     with contextlib.ExitStack() as stack:
         if client is None:
-            cluster = distributed.LocalCluster(n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=None)
+            cluster = distributed.LocalCluster(
+                n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=None
+            )
             client = stack.enter_context(distributed.Client(stack.enter_context(cluster)))
         elif isinstance(client, str):
             client = stack.enter_context(distributed.Client(client))
@@ -305,7 +388,8 @@ def _rendered(what: Mapping[str, Any], view: View, out: str, keep: bool) -> Entr
         if not keep:
             renderer.reset()
         start = clock.perf_counter()
-        images = renderer.frame(view.time, view.outputs)
+        for _ in range(view.frames):
+            images = renderer.frame(view.time, view.outputs)
         seconds, files = clock.perf_counter() - start, {}
         for output in view.outputs:
             files[output] = f"{view.name}.{output}.exr"

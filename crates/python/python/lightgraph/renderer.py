@@ -78,12 +78,13 @@ class Frame:
 class Renderer:
     """Renders a graph on a scene. State and caches persist between frames; only what changed runs.
 
-    `graph` is a file, or `"lightgraph:graphs/NAME.ron"` for one that comes with the package. `scene` is a path or a `Scene`; a
-    graph that uses none needs none. `size` is (width, height) in pixels. Further keywords set parameters of the graph.
+    `graph` is a file, or `"lightgraph:graphs/NAME.ron"` for one that comes with the package. `scene` is a path or a
+    `Scene`; a graph that uses none needs none. `size` is (width, height) in pixels. Further keywords set parameters of
+    the graph.
 
-    `outputs`: those that frames give; without it `color`, or the graph's first. `shaders`: folders looked into first. `adapter`: a
-    part of an adapter's name. `skip=False` runs every step of every frame, `verify` compares skipped steps bit for bit, `watch` checks the
-    numbers of every step.
+    `outputs`: those that frames give; without it `color`, or the graph's first. `shaders`: folders looked into first.
+    `adapter`: a part of an adapter's name. `skip=False` runs every step of every frame, `verify` compares skipped steps
+    bit for bit, `watch` checks the numbers of every step.
 
     Raises `GraphError` with every fault, and `NoAdapterError` where there is no adapter.
     """
@@ -125,16 +126,17 @@ class Renderer:
     def frame(self, time: float | None = None, outputs: Iterable[str] | None = None) -> Images:
         """Renders a frame at `time` (seconds; None: that of the last frame) and waits for it.
 
-        Returns by output a float32 array of the shape (height, width, channels), linear light, row 0 on top; with layers
-        (layers, height, width, channels); of a buffer its words as uint32. The arrays are read-only: the same one comes back as long as the output
-        stays the same. Other outputs than before are made from now on, too.
+        Returns by output a float32 array of the shape (height, width, channels), linear light, row 0 on top; with
+        layers (layers, height, width, channels); of a buffer its words as uint32. The arrays are read-only: the same
+        one comes back as long as the output stays the same. Other outputs than before are made from now on, too.
         """
         images = self._native.frame(seconds(time), names("outputs", outputs))
         self._said()
         return images
 
     def submit(self, time: float | None = None, outputs: Iterable[str] | None = None) -> Frame:
-        """Begins a frame as `frame` does and waits for nothing; several may be under way. `await` works on what it returns."""
+        """Begins a frame as `frame` does and waits for nothing; several may be under way. `await` works on what it
+        returns."""
         return Frame(self._native.submit(seconds(time), names("outputs", outputs)))
 
     def frames(self, times: Iterable[float], outputs: Iterable[str] | None = None, ahead: int = 2) -> Iterator[Images]:
@@ -180,8 +182,8 @@ class Renderer:
     def lend(self, name: str, array: Any) -> None:
         """Gives an input of the graph an array, from the next frame on.
 
-        An image: float32 of the shape (height, width), (height, width, channels) or (layers, height, width, channels), without NaN. A
-        buffer: an array of 32-bit numbers with as many bytes as the graph says.
+        An image: float32 of the shape (height, width), (height, width, channels) or (layers, height, width, channels),
+        without NaN. A buffer: an array of 32-bit numbers with as many bytes as the graph says.
         """
         given = np.asarray(array)
         if given.dtype.kind == "f" and not np.isfinite(given).all():
@@ -196,7 +198,8 @@ class Renderer:
         self._native.lend_image(name, given.astype(np.float32, copy=False))
 
     def move(self, name: str, *, by: Sequence[float] | None = None, to: Sequence[float] | None = None) -> None:
-        """Moves a node with all that hangs from it, or a light: `by` so many metres from where it is, or `to` a place (world)."""
+        """Moves a node with all that hangs from it, or a light: `by` so many metres from where it is, or `to` a place
+        (world)."""
         if (by is None) == (to is None):
             raise TypeError("give one of `by` and `to`")
         if by is not None:

@@ -60,9 +60,10 @@ class Material:
 class Mesh:
     """Triangles of one material.
 
-    `positions`: (n, 3), metres. `indices`: (m, 3), rows of `positions`, counter-clockwise seen from the front; None: each three
-    positions are a triangle. `normals`: (n, 3), unit; None: those of the triangles. `uvs`: (n, 2). `colors`: (n, 3) or (n, 4), linear, times
-    the material's. `translation`: where the mesh is put; `Renderer.move` moves it from there.
+    `positions`: (n, 3), metres. `indices`: (m, 3), rows of `positions`, counter-clockwise seen from the front; None:
+    each three positions are a triangle. `normals`: (n, 3), unit; None: those of the triangles. `uvs`: (n, 2). `colors`:
+    (n, 3) or (n, 4), linear, times the material's. `translation`: where the mesh is put; `Renderer.move` moves it from
+    there.
     """
 
     positions: Any
@@ -85,7 +86,8 @@ class PointLight:
 
 @dataclass(frozen=True)
 class SpotLight:
-    """A cone of light from `at` towards `look_at`; `angle` is the whole angle across in degrees, at full strength within `inner`."""
+    """A cone of light from `at` towards `look_at`; `angle` is the whole angle across in degrees, at full strength
+    within `inner`."""
 
     at: Vec3
     look_at: Vec3
@@ -139,10 +141,12 @@ class Scene:
     ) -> Scene:
         """A scene made of arrays.
 
-        `meshes`, `lights` and `cameras` are single ones, or dictionaries by name: the names are what `Renderer.move` and
-        `Renderer.camera` know. `environment` is radiance from all around, (red, green, blue). Without light the scene is dark.
+        `meshes`, `lights` and `cameras` are single ones, or dictionaries by name: the names are what `Renderer.move`
+        and `Renderer.camera` know. `environment` is radiance from all around, (red, green, blue). Without light the
+        scene is dark.
 
-        Raises `ValueError` for arrays of a wrong shape, `TypeError` for a wrong dtype, and `GraphError` for what no scene can be made of.
+        Raises `ValueError` for arrays of a wrong shape, `TypeError` for a wrong dtype, and `GraphError` for what no
+        scene can be made of.
         """
         document = _gltf.glb(_named(meshes, "mesh"), _named(lights, "light"), _named(cameras, "camera"))
         description = None

@@ -35,8 +35,8 @@ def check(
 
 
 def compare(image: Any, reference: Any, mask: Any = None) -> dict[str, float]:
-    """How far an image is from a reference, both (height, width, channels) in linear light: `rmse_percent`, `bias_percent`, `relmse`,
-    `block_rmse_percent`, `p95_error`, `max_error`, the means, and `flip` (HDR-FLIP, 0 to 1).
+    """How far an image is from a reference, both (height, width, channels) in linear light: `rmse_percent`,
+    `bias_percent`, `relmse`, `block_rmse_percent`, `p95_error`, `max_error`, the means, and `flip` (HDR-FLIP, 0 to 1).
 
     `mask`: (height, width) of bool, True for the pixels that count.
     """
@@ -45,7 +45,9 @@ def compare(image: Any, reference: Any, mask: Any = None) -> dict[str, float]:
     return {**_native.compare(test, wanted, kept), "flip": _native.flip(test, wanted, kept)}
 
 
-def parameters(graph: str | os.PathLike[str], shaders: Iterable[str | os.PathLike[str]] = ()) -> dict[str, dict[str, Any]]:
+def parameters(
+    graph: str | os.PathLike[str], shaders: Iterable[str | os.PathLike[str]] = ()
+) -> dict[str, dict[str, Any]]:
     """By parameter of a graph: `type`, `default`, `min`, `max` and `about`."""
     found = _native.parameters(os.fspath(graph), [os.fspath(s) for s in shaders])
     keys = ("type", "default", "min", "max", "about")
@@ -73,8 +75,8 @@ def read(path: str | os.PathLike[str]) -> np.ndarray:
 
 
 def write(path: str | os.PathLike[str], image: Any, exposure: float = 0.0) -> None:
-    """Writes an image, (height, width, channels) in linear light: `.png` for eyes (`exposure` in stops, tone mapped by Khronos PBR Neutral),
-    anything else as OpenEXR with 32-bit floats. The file is whole or not there."""
+    """Writes an image, (height, width, channels) in linear light: `.png` for eyes (`exposure` in stops, tone mapped by
+    Khronos PBR Neutral), anything else as OpenEXR with 32-bit floats. The file is whole or not there."""
     _native.write(os.fspath(path), _pixels("the image", image), float(exposure))
 
 
