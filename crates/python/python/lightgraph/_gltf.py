@@ -230,5 +230,5 @@ def _towards(eye: tuple[float, ...], forward: tuple[float, ...], up: tuple[float
     if np.linalg.norm(right) < 1e-6:
         right = np.cross((0.0, 0.0, 1.0) if abs(back[2]) < 0.9 else (1.0, 0.0, 0.0), back)
     right /= np.linalg.norm(right)
-    columns = (right, np.cross(back, right), back, eye)
+    columns = (right, np.cross(back, right), back, np.asarray(eye))
     return [float(v) for column, w in zip(columns, (0.0, 0.0, 0.0, 1.0)) for v in (*column, w)]

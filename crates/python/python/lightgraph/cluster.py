@@ -11,7 +11,7 @@ import re
 import sys
 import threading
 import time as clock
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -83,21 +83,21 @@ def sweep(
     Raises `FileExistsError` where `out` has entries and `resume` is not set, and `RuntimeError` at the end where tasks
     were lost with their workers; the rest is kept.
     """
-    graphs, scenes = [os.fspath(g) for g in graphs], [os.fspath(s) for s in scenes]
+    graphs_, scenes_ = [os.fspath(g) for g in graphs], [os.fspath(s) for s in scenes]
     if frames < 1:
         raise ValueError(f"frames = {frames}: give at least 1")
     given = {os.fspath(s): r if isinstance(r, np.ndarray) else os.fspath(r) for s, r in (references or {}).items()}
     for scene in given:
-        if scene not in scenes:
-            raise ValueError(f"references[{scene!r}] is of no scene of the sweep: the keys are {', '.join(scenes)}")
-    combinations = {graph: _combinations(settings, graph) for graph in graphs}
-    if isinstance(settings, Mapping) and graphs:
+        if scene not in scenes_:
+            raise ValueError(f"references[{scene!r}] is of no scene of the sweep: the keys are {', '.join(scenes_)}")
+    combinations = {graph: _combinations(settings, graph) for graph in graphs_}
+    if isinstance(settings, Mapping) and graphs_:
         known = {name for all_ in combinations.values() for one in all_ for name in one}
         for name in settings:
             if name not in known:
                 raise ValueError(f"settings[{name!r}]: no graph of the sweep has the parameter `{name}`")
     tasks = {}
-    for scene, graph in itertools.product(scenes, graphs):
+    for scene, graph in itertools.product(scenes_, graphs_):
         for one in combinations[graph]:
             what = {
                 "graph": graph,
@@ -131,7 +131,7 @@ def render_many(
     state from view to view: light that does not depend on the camera is computed once. Leave it off for graphs that
     accumulate over frames.
     """
-    out, tasks, seen = Path(out).absolute(), {}, set()
+    folder, tasks, seen = Path(out).absolute(), {}, set()
     for view in views:
         if not isinstance(view, View):
             raise TypeError(f"views hold a {type(view).__name__}: give lightgraph.View")
@@ -155,8 +155,8 @@ def render_many(
             "camera": _seen_from(view.camera),
             "frames": view.frames,
         }
-        tasks[_key(what)] = (_rendered, (what, view, os.fspath(out), keep))
-    return _run(tasks, client, out, resume, workers, progress)
+        tasks[_key(what)] = (_rendered, (what, view, os.fspath(folder), keep))
+    return _run(tasks, client, folder, resume, workers, progress)
 
 
 def average(
@@ -205,7 +205,7 @@ def average(
         if "fault" in entry:
             raise RuntimeError(f"{entry['name']} could not be rendered: {entry['fault']}")
     # Welford: one part at a time in memory.
-    mean = squares = np.float64(0.0)
+    mean = squares = np.zeros(())
     for n, entry in enumerate(entries, 1):
         part = read(os.path.join(out, entry["files"][output])).astype(np.float64)
         step = part - mean
@@ -270,7 +270,8 @@ def _run(
     bar.end()
     if lost:
         raise RuntimeError(
-            f"{len(lost)} of {len(tasks)} tasks failed; the rest is in {path}, `resume=True` goes on. The first: {lost[0]}"
+            f"{len(lost)} of {len(tasks)} tasks failed; the rest is in {path}, `resume=True` goes on. "
+            f"The first: {lost[0]}"
         )
     return [kept[key] for key in tasks]
 
@@ -285,7 +286,7 @@ def _kept(path: Path) -> dict[str, Entry]:
     return kept
 
 
-def _here(todo: Mapping[str, Any], lost: list[str]) -> Iterator[tuple[str, Entry]]:
+def _here(todo: Mapping[str, Any], lost: list[str]) -> Generator[tuple[str, Entry], None, None]:
     for key, (work, args) in todo.items():
         try:
             entry = work(*args)
@@ -295,7 +296,9 @@ def _here(todo: Mapping[str, Any], lost: list[str]) -> Iterator[tuple[str, Entry
             yield key, entry
 
 
-def _there(todo: Mapping[str, Any], client: Any, workers: int | None, lost: list[str]) -> Iterator[tuple[str, Entry]]:
+def _there(
+    todo: Mapping[str, Any], client: Any, workers: int | None, lost: list[str]
+) -> Generator[tuple[str, Entry], None, None]:
     if not todo:
         return
     try:
@@ -370,7 +373,7 @@ def _measured(what: Mapping[str, Any], reference: Any) -> Entry:
         start = clock.perf_counter()
         for _ in range(what["frames"]):
             image = renderer.frame(0.0, [what["output"]])[what["output"]]
-        entry = {"seconds": clock.perf_counter() - start, "mean": float(image.mean(dtype=np.float64))}
+        entry: Entry = {"seconds": clock.perf_counter() - start, "mean": float(image.mean(dtype=np.float64))}
         entry["adapter"] = renderer.stats["adapter"]["name"]
         if reference is not None:
             truth = read(reference) if isinstance(reference, str) else reference

@@ -112,7 +112,8 @@ Light = PointLight | SpotLight | DirectionalLight
 class Scene:
     """A scene, never changed; any number of renderers share it.
 
-    `Scene("hall.glb")` reads a glTF, a GLB or a scene RON; the ending may be left out. `Scene.from_arrays` makes one without a file.
+    `Scene("hall.glb")` reads a glTF, a GLB or a scene RON; the ending may be left out.
+    `Scene.from_arrays` makes one without a file.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
