@@ -5,6 +5,7 @@
 #import lightgraph::packed_light
 #import lightgraph::random::{next, next_pair, scramble}
 #import lightgraph::rays::{unpack, unpack_normal}
+#import lightgraph::rounds::salt
 #import lightgraph::trace::{is_free, leave}
 
 const LINKS: u32 = #{LINKS}u;
@@ -36,7 +37,7 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
         let row = kept[place * KEPT + link % KEPT] & 0x3fffffu;
         let here = unpack(met_by[2u * row], met_by[2u * row + 1u]);
         let start = leave(here.position, here.normal);
-        var state = scramble(key + scramble(link));
+        var state = scramble(key + scramble(link) + salt());
         var straight = vec3f(0.0);
         for (var i = 0u; i < cell_samples; i++) {
             let choice = (f32(link * cell_samples + i) + next(&state)) / f32(LINKS * cell_samples);

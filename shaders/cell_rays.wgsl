@@ -7,6 +7,7 @@
 #import lightgraph::hit::look
 #import lightgraph::random::{even_pair, scramble}
 #import lightgraph::rays::{Ray, pack, unpack}
+#import lightgraph::rounds::round
 #import lightgraph::sampling::cosine_direction
 #import lightgraph::trace::leave
 #ifdef LIGHTS
@@ -41,7 +42,7 @@ fn cell_rays(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) 
         let row = kept[place * KEPT + link % KEPT] & 0x3fffffu;
         let here = unpack(met_by[2u * row], met_by[2u * row + 1u]);
         // A cell's rays follow from its key.
-        let direction = cosine_direction(here.normal, even_pair(link, scramble(key)));
+        let direction = cosine_direction(here.normal, even_pair(round() * LINKS + link, scramble(key)));
         let met = look(leave(here.position, here.normal), direction);
         var found = Ray();
         found.cell = NO_CELL;

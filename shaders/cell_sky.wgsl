@@ -4,6 +4,7 @@
 #import lightgraph::packed_light
 #import lightgraph::random::scramble
 #import lightgraph::rays::unpack
+#import lightgraph::rounds::salt
 #import lightgraph::surface::Surface
 #import lightgraph::trace::leave
 
@@ -36,7 +37,7 @@ fn cell_sky(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
         s.view = here.normal;
         s.albedo = vec3f(1.0);
         let start = leave(here.position, here.normal);
-        let light = reflected_environment(s, start, cell_samples, scramble(scramble(key) + link));
+        let light = reflected_environment(s, start, cell_samples, scramble(scramble(key) + link + salt()));
         link_emission[place * LINKS + link] = packed_light::pack(light);
     }
 }

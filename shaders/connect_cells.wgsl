@@ -6,6 +6,7 @@
 #import lightgraph::packed_light
 #import lightgraph::random::scramble
 #import lightgraph::rays::unpack
+#import lightgraph::rounds::salt
 #import lightgraph::sources::{CANDIDATES, choose, sees, source_at, source_count}
 #import lightgraph::trace::leave
 
@@ -41,7 +42,7 @@ fn connect_cells(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgrou
         let found = form(met.position - here.position, here.normal, met.normal);
         var first_light = met.albedo * arrived * share_of_ray(found, density, RAYS_A_SOURCE);
         if source_count.count > 0u {
-            let first = scramble(key) + link * CANDIDATES;
+            let first = scramble(key + salt()) + link * CANDIDATES;
             let choice = choose(here.position, here.normal, first, scramble(first));
             let source = source_at(choice.row);
             let light = choice.weight * from_source(source, here.position, here.normal, RAYS_A_SOURCE);

@@ -1,6 +1,7 @@
 //! Which of a few sources each point of the image sees.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::random::seed
+#import lightgraph::rounds::salt
 #import lightgraph::seen::seen_at
 #import lightgraph::sources::{CANDIDATES, choose, sees, source_at, source_count}
 #import lightgraph::surface::{is_lit, read_record}
@@ -14,7 +15,7 @@ var<uniform> rays: u32;
 var<storage, read_write> shown: array<vec2u>;
 
 /// What a point of the image sees of a source that it chooses from a run of them.
-fn looked(at: vec2u, first: u32, salt: u32) -> vec2u {
+fn looked(at: vec2u, first: u32, chance: u32) -> vec2u {
     let pixel = point_pixel(at);
     let seen = seen_at(pixel);
     if !is_lit(seen.albedo) || source_count.count == 0u {
@@ -22,7 +23,7 @@ fn looked(at: vec2u, first: u32, salt: u32) -> vec2u {
     }
     let ray = pixel_ray(pixel);
     let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
-    let choice = choose(s.position, s.normal, first, seed(at, salt));
+    let choice = choose(s.position, s.normal, first, seed(at, chance + salt()));
     // What it gives the point may be nothing where neighbours get some.
     let free = sees(leave(s.position, s.normal + s.view), source_at(choice.row));
     return select(vec2u(0u), vec2u(choice.row, bitcast<u32>(choice.weight)), free);
@@ -46,7 +47,7 @@ fn connect_points(@builtin(global_invocation_id) id: vec3u) {
     }
     let across = points_across();
     let at = vec2u(point % across.x, point / across.x);
-    shown[COUNT + id.x] = looked(at, seed(at, 4u) + id.x * CANDIDATES, id.x + 1u);
+    shown[COUNT + id.x] = looked(at, seed(at, 4u + salt()) + id.x * CANDIDATES, id.x + 1u);
 }
 #else
 @compute @workgroup_size(8, 8)
@@ -58,7 +59,7 @@ fn connect_points(@builtin(global_invocation_id) id: vec3u) {
     let index = (id.y * across.x + id.x) * rays + id.z;
     // Points of each 4x4 have runs side by side.
     let place = id.x % 4u + 4u * (id.y % 4u);
-    let first = seed(id.xy / 4u, 0u) + (place * rays + id.z) * CANDIDATES;
+    let first = seed(id.xy / 4u, salt()) + (place * rays + id.z) * CANDIDATES;
     shown[index] = looked(id.xy, first, id.z + 1u);
 }
 #endif

@@ -5,6 +5,7 @@
 #import lightgraph::find_cell::find
 #import lightgraph::random::scramble
 #import lightgraph::rays::unpack
+#import lightgraph::rounds::salt
 
 const COUNT: u32 = #{COUNT}u;
 const SCOUTS: u32 = #{SCOUTS}u;
@@ -21,7 +22,7 @@ fn keep(place: u32, index: u32) {
     }
     for (var i = 0u; i < KEPT; i++) {
         let first = select(0x80000000u, 0u, index >= SCOUTS || i % 2u == 0u);
-        atomicMin(&kept[place * KEPT + i], first | (scramble(index + (i << 24u)) & 0x7fc00000u) | index);
+        atomicMin(&kept[place * KEPT + i], first | (scramble(index + (i << 24u) + salt()) & 0x7fc00000u) | index);
     }
 }
 #endif

@@ -6,6 +6,7 @@
 #import lightgraph::hit::look
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rays::{Ray, pack}
+#import lightgraph::rounds::round
 #import lightgraph::sampling::cosine_direction
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
@@ -33,7 +34,7 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
         let ray = pixel_ray(pixel);
         let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
         let place = id.x % 4u + 4u * (id.y % 4u);
-        let u = even_pair(place * rays + id.z, seed(id.xy / 4u, 0u));
+        let u = even_pair((16u * round() + place) * rays + id.z, seed(id.xy / 4u, 0u));
         let direction = cosine_direction(s.normal, u);
         let met = look(leave(s.position, s.normal + s.view), direction);
         // Where nothing is met the way it went, as if from far away.

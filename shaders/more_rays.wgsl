@@ -5,6 +5,7 @@
 #import lightgraph::hit::look
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rays::{Ray, pack}
+#import lightgraph::rounds::salt
 #import lightgraph::sampling::cosine_direction
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
@@ -35,7 +36,7 @@ fn more_rays(@builtin(global_invocation_id) id: vec3u) {
         let ray = pixel_ray(pixel);
         let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
         // A point's rays stand in a row: a run of one sequence.
-        let direction = cosine_direction(s.normal, even_pair(id.x, seed(at, 3u)));
+        let direction = cosine_direction(s.normal, even_pair(id.x, seed(at, 3u + salt())));
         let met = look(leave(s.position, s.normal + s.view), direction);
         found.position = s.position + min(met.distance, 1e4) * direction;
         found.normal = -direction;

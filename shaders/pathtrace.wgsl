@@ -33,6 +33,7 @@ struct Progress {
     paths: u32,
     next: u32,
     content: u32,
+    round: u32,
 }
 var<storage, read> progress: Progress;
 var direct_before: texture_2d<f32>;
@@ -43,6 +44,10 @@ var indirect: texture_storage_2d<rgba32float, write>;
 struct Light {
     direct: vec3f,
     indirect: vec3f,
+#ifdef MOMENTS
+    /// Square of the sum of the channels of `indirect`.
+    square: f32,
+#endif
 }
 
 fn add(light: ptr<function, Light>, amount: vec3f, bounce: u32) {
@@ -217,6 +222,10 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
 #endif
                 sum.direct += light.direct;
                 sum.indirect += light.indirect;
+#ifdef MOMENTS
+                let bright = dot(light.indirect, vec3f(1.0));
+                sum.square += bright * bright;
+#endif
             }
             rounds++;
         }
@@ -233,8 +242,12 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
 #endif
 #endif
     let share = f32(paths) / f32(progress.next);
+    var second = 1.0;
+#ifdef MOMENTS
+    second = sum.square / f32(paths);
+#endif
     let direct_mean = mix(textureLoad(direct_before, id.xy, 0).rgb, sum.direct, share);
-    let indirect_mean = mix(textureLoad(indirect_before, id.xy, 0).rgb, sum.indirect, share);
+    let indirect_mean = mix(textureLoad(indirect_before, id.xy, 0), vec4f(sum.indirect, second), share);
     textureStore(direct, id.xy, vec4f(direct_mean, 1.0));
-    textureStore(indirect, id.xy, vec4f(indirect_mean, 1.0));
+    textureStore(indirect, id.xy, indirect_mean);
 }

@@ -11,6 +11,7 @@
 #import lightgraph::photons::{PHOTONS, sum_of}
 #import lightgraph::random::{even_pair, scramble, unit}
 #import lightgraph::rays::pack_normal
+#import lightgraph::rounds::round
 #import lightgraph::sampling
 #import lightgraph::trace::leave
 #ifdef LIGHTS
@@ -109,11 +110,12 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= PHOTONS {
         return;
     }
+    let number = round() * PHOTONS + id.x;
     let all = powers();
     let whole = all.lights + all.emitters;
     // Any run of photons covers all lights and emitters evenly: steps of the golden ratio.
-    let chosen = unit(id.x * 2654435769u) * whole;
-    let u = even_pair(id.x, 0u);
+    let chosen = unit(number * 2654435769u) * whole;
+    let u = even_pair(number, 0u);
     var origin = vec3f(0.0);
     var direction = vec3f(0.0, 1.0, 0.0);
     var flux = vec3f(0.0);
@@ -153,7 +155,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
         let at = sampling::triangle(u);
         let normal = normalize(cross(e.b - e.a, e.c - e.a));
         origin = leave(e.a + at.x * (e.b - e.a) + at.y * (e.c - e.a), normal);
-        var state = scramble(id.x ^ 0x9e3779b9u);
+        var state = scramble(number ^ 0x9e3779b9u);
         direction = sampling::cosine_direction(normal, next_pair(&state));
         flux = e.radiance / sum_of(e.radiance) * whole / f32(PHOTONS);
     }
@@ -185,7 +187,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
 #endif
 #ifdef EMITTERS
         if cell == NO_CELL {
-            arrived += sum_of(from_emitters(met.start, normal, id.x));
+            arrived += sum_of(from_emitters(met.start, normal, number));
         }
 #endif
     }

@@ -28,6 +28,8 @@ struct Progress {
     next: u32,
     /// A hash of all that the image depends on.
     content: u32,
+    /// Frames before this one that show the same.
+    round: u32,
 }
 var<storage, read_write> progress: Progress;
 
@@ -61,5 +63,6 @@ fn main() {
 #ifdef WAITS
     progress.next = select(0u, progress.next, same);
 #endif
+    progress.round = select(0u, progress.round + 1u, same);
     progress.content = hash;
 }

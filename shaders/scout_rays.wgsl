@@ -7,6 +7,7 @@
 #import lightgraph::hit::look
 #import lightgraph::random::{next_pair, scramble}
 #import lightgraph::rays::{Ray, pack, unpack}
+#import lightgraph::rounds::salt
 #import lightgraph::sampling::cosine_direction
 #import lightgraph::trace::leave
 
@@ -24,7 +25,7 @@ fn scout_rays(@builtin(global_invocation_id) id: vec3u) {
     }
     let index = id.x * EACH + id.x % EACH;
     var here = unpack(gathered[2u * index], gathered[2u * index + 1u]);
-    var state = scramble(index);
+    var state = scramble(index + salt());
     for (var i = 0u; i < SEGMENTS; i++) {
         var found = Ray();
         if here.cell != 0u {

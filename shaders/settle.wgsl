@@ -1,16 +1,23 @@
-//! The image of a scene that stays as it is: what the frame gathered counts as so many paths, and paths take its
-//! place as they come.
+//! The image of a scene that stays as it is: the mean of what its frames gathered, with what their paths say beyond it.
+#import lightgraph::camera::pixel_ray
+#import lightgraph::residual::color_of
+#import lightgraph::seen::seen_at
+#import lightgraph::surface::{is_lit, read_record}
+
 struct Progress {
     paths: u32,
     next: u32,
     content: u32,
+    round: u32,
 }
 var<storage, read> progress: Progress;
-var<uniform> trust: f32;
-var first_direct: texture_2d<f32>;
-var first_indirect: texture_2d<f32>;
+var mean_direct: texture_2d<f32>;
+var mean_indirect: texture_2d<f32>;
 var path_direct: texture_2d<f32>;
-var path_indirect: texture_2d<f32>;
+var settled: texture_2d<f32>;
+
+/// Paths that are worth a frame's own direct light.
+const ALIKE: u32 = 16u;
 
 struct Image {
     @location(0) direct: vec4f,
@@ -21,8 +28,20 @@ struct Image {
 @fragment
 fn fragment(@builtin(position) position: vec4f) -> Image {
     let pixel = vec2u(position.xy);
-    let share = f32(progress.next) / (f32(progress.next) + trust);
-    let direct = mix(textureLoad(first_direct, pixel, 0).rgb, textureLoad(path_direct, pixel, 0).rgb, share);
-    let indirect = mix(textureLoad(first_indirect, pixel, 0).rgb, textureLoad(path_indirect, pixel, 0).rgb, share);
+#ifdef LOBES
+    // Gathered light has no lobes: paths take its place.
+    let alike = ALIKE;
+#else
+    let alike = ALIKE * (progress.round + 1u);
+#endif
+    let share = f32(progress.next) / f32(progress.next + alike);
+    let direct = mix(textureLoad(mean_direct, pixel, 0).rgb, textureLoad(path_direct, pixel, 0).rgb, share);
+    var indirect = textureLoad(mean_indirect, pixel, 0).rgb;
+    let seen = seen_at(pixel);
+    if is_lit(seen.albedo) {
+        let ray = pixel_ray(pixel);
+        let albedo = color_of(read_record(seen.albedo, seen.normal, ray.origin, ray.direction));
+        indirect = max(indirect + albedo * textureLoad(settled, pixel, 0).rgb, vec3f(0.0));
+    }
     return Image(vec4f(direct, 1.0), vec4f(indirect, 1.0), vec4f(direct + indirect, 1.0));
 }

@@ -1,5 +1,6 @@
 //! How many more rays each point of the image has: its share of all by its doubt, rounded by chance.
 #import lightgraph::random::{seed, unit}
+#import lightgraph::rounds::salt
 #import lightgraph::tiles::points_across
 
 const MORE: u32 = #{MORE}u;
@@ -41,7 +42,7 @@ fn share_out(
     var count = 0u;
     if here && sums[0] > 0.0 {
         let share = wanted[id.y * across.x + id.x] / sums[0] * (SURE * f32(MORE));
-        count = u32(min(floor(share + unit(seed(id.xy, 5u))), MOST));
+        count = u32(min(floor(share + unit(seed(id.xy, 5u + salt()))), MOST));
     }
     counts[lane] = count;
     workgroupBarrier();

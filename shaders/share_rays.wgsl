@@ -10,6 +10,7 @@
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, from_source, unpack_source}
 #import lightgraph::rays::unpack_normal
+#import lightgraph::rounds::round
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{Surface, is_lit, read_record}
 #import lightgraph::tiles::{NO_POINT, TILE, point_pixel, points_across}
@@ -51,6 +52,14 @@ const MOST: f32 = 4.0;
 /// Steps of distance, each twice the one before.
 const STEPS: u32 = 8u;
 
+/// Rounds with the whole reach. Later ones have noise enough taken off by their number, and share with the nearest points alone.
+const WIDE_ROUNDS: u32 = 8u;
+
+/// Points to each side that are shared with in this round.
+fn reach() -> i32 {
+    return i32(select(min(params.reach, 1u), params.reach, round() < WIDE_ROUNDS));
+}
+
 /// A point of the image, as a pixel sees it.
 struct Neighbour {
     /// 0 for one that lies elsewhere.
@@ -90,7 +99,7 @@ fn neighbour(s: Surface, tile: vec2i, step: vec2i) -> Neighbour {
     if abs(dot(offset, s.normal)) > SAME_PLANE * way {
         return n;
     }
-    let edge = vec2i(i32(params.reach));
+    let edge = vec2i(reach());
     n.weight = select(1.0, 0.5, abs(step.x) == edge.x) * select(1.0, 0.5, abs(step.y) == edge.y);
     n.step = step_of(FAR_ENOUGH * way);
 #ifndef DOUBT
@@ -178,7 +187,7 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     let beside = pixel_ray(pixel + vec2u(1u, 0u));
     footprint = length(beside.origin + seen.normal.w * beside.direction - s.position);
     let tile = vec2i(pixel / TILE);
-    let edge = i32(params.reach);
+    let edge = reach();
     // How many rays are shared that end as far as a step says; then one over that.
     var sharing = array<f32, STEPS>();
     for (var y = -edge; y <= edge; y++) {

@@ -1,6 +1,7 @@
 //! Direct light in the image, with traced shadows: emission, and the first bounce from lights, emitters and the environment.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::random::seed
+#import lightgraph::rounds::salt
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, is_nothing, read_record}
 #import lightgraph::trace::leave
@@ -35,10 +36,10 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
         light += traced_light(s, start);
 #endif
 #ifdef EMITTERS
-        light += reflected_emitters(s, start, emitter_samples, seed(id.xy, 0u));
+        light += reflected_emitters(s, start, emitter_samples, seed(id.xy, salt()));
 #endif
 #ifdef ENVIRONMENT
-        light += reflected_environment(s, start, environment_samples, seed(id.xy, 1u));
+        light += reflected_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));
 #endif
     }
 #ifdef ENVIRONMENT

@@ -1,0 +1,22 @@
+//! The mean of what the rounds gathered that show the same.
+#import lightgraph::rounds::round
+
+var first_direct: texture_2d<f32>;
+var first_indirect: texture_2d<f32>;
+var mean_direct_before: texture_2d<f32>;
+var mean_indirect_before: texture_2d<f32>;
+
+struct Means {
+    @location(0) mean_direct: vec4f,
+    @location(1) mean_indirect: vec4f,
+}
+
+@fragment
+fn add_round(@builtin(position) position: vec4f) -> Means {
+    let pixel = vec2u(position.xy);
+    let share = 1.0 / f32(round() + 1u);
+    return Means(
+        mix(textureLoad(mean_direct_before, pixel, 0), textureLoad(first_direct, pixel, 0), share),
+        mix(textureLoad(mean_indirect_before, pixel, 0), textureLoad(first_indirect, pixel, 0), share),
+    );
+}
