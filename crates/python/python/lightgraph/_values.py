@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import numbers
+import operator
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -40,9 +41,9 @@ def seconds(time: Any) -> float | None:
 def pixels(size: Any) -> tuple[int, int]:
     """Width and height."""
     try:
-        width, height = (int(n) for n in size)
+        width, height = (operator.index(n) for n in size)
     except (TypeError, ValueError):
-        raise TypeError(f"size = {size!r}: give width and height in pixels, such as (640, 480)") from None
+        raise TypeError(f"size = {size!r}: give width and height in whole pixels, such as (640, 480)") from None
     if not (0 < width < 2**32 and 0 < height < 2**32):
         raise ValueError(f"size = {size!r}: both must be at least 1")
     return width, height

@@ -116,7 +116,7 @@ class Renderer:
             adapter,
             (bool(skip), bool(verify), bool(watch)),
         )
-        if isinstance(camera, Camera):
+        if camera is not None and not isinstance(camera, str):
             self.camera = camera
         self._said()
 
