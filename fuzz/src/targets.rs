@@ -99,7 +99,7 @@ pub fn wgsl(bytes: &[u8]) {
     let Some(text) = text(bytes) else { return };
     let mut library = builtin();
     library.files.insert("fuzzed.wgsl".into(), Source::new("fuzzed.wgsl", text));
-    shown(compose(&library, "fuzzed.wgsl", &Defs::new()));
+    shown(compose(&library, "fuzzed.wgsl", &Defs::new(), &[]));
 }
 
 /// A glTF or GLB file.

@@ -97,7 +97,7 @@ impl Sketch {
         let path = format!("{name}.wgsl");
         let mut library = Library::default();
         library.files.insert(path.clone(), Source::new(path.clone(), wgsl));
-        let shader = compose(&library, &path, &Defs::new()).unwrap_or_else(|f| panic!("{f}"));
+        let shader = compose(&library, &path, &Defs::new(), &[]).unwrap_or_else(|f| panic!("{f}"));
         let mut bindings = vec![];
         for v in &shader.interface.variables {
             bindings.push(match &v.kind {

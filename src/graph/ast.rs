@@ -129,6 +129,8 @@ pub struct Pass {
     /// The instances that run again when nothing but certain inputs changed.
     pub only: Option<Dirty>,
     pub defines: Vec<(Name, Expr)>,
+    /// The entry points of its shader that it runs, where the text has several of a stage.
+    pub entry: Vec<Name>,
     /// Shader variable, resource.
     pub bind: Vec<(Name, Name)>,
     /// Values of its shader's uniforms by name, before all others of that name.
@@ -160,6 +162,11 @@ impl Scope {
 }
 
 impl Pass {
+    /// The names of the entry points that it asks for.
+    pub fn entries(&self) -> Vec<String> {
+        self.entry.iter().map(|name| name.value.clone()).collect()
+    }
+
     /// What a variable of its shader is bound to, and the binding that says so.
     pub fn target(&self, variable: &str) -> (String, Option<&Name>) {
         match self.bind.iter().find(|(from, _)| from.value == variable) {

@@ -1,6 +1,6 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
-use super::ast::{Dirty, Graph, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride};
+use super::ast::{Dirty, Graph, Name, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride};
 use super::expr::Expr;
 use super::param::parse_vector;
 use super::read::{Fields, Reader};
@@ -255,7 +255,7 @@ impl Reader {
         let when = f.get("when").and_then(|n| self.expr(n));
         let group = f.get("group").and_then(|n| self.text(n));
         let (mut each, mut only) = (None, None);
-        let (mut defines, mut bind, mut set) = (vec![], vec![], vec![]);
+        let (mut defines, mut entry, mut bind, mut set) = (vec![], vec![], vec![], vec![]);
         if !matches!(word, "Loop" | "For" | "Fastest") {
             each = f.get("each").and_then(|n| self.expr(n));
         }
@@ -264,6 +264,7 @@ impl Reader {
         }
         if matches!(word, "Draw" | "Screen" | "Compute" | "Reduce") {
             defines = self.exprs(f.get("defines"));
+            entry = self.entries(f.get("entry"));
             bind = self.names(f.get("bind"));
             set = self.exprs(f.get("set"));
         }
@@ -281,12 +282,21 @@ impl Reader {
             each,
             only,
             defines,
+            entry,
             bind,
             set,
             scope: None,
             indices: vec![],
             kind: kind?,
         })
+    }
+
+    /// One name, or a list with that of each stage.
+    fn entries(&mut self, node: Option<&Node>) -> Vec<Name> {
+        match node {
+            Some(Node { kind: Kind::List(names), .. }) => names.iter().filter_map(|n| self.text(n)).collect(),
+            node => node.and_then(|n| self.text(n)).into_iter().collect(),
+        }
     }
 
     /// `Dirty(bits: "b", of: ["r"])`.

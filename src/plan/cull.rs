@@ -44,7 +44,7 @@ fn culler() -> Checked<Arc<Shader>> {
     static COMPOSED: LazyLock<Checked<Arc<Shader>>> = LazyLock::new(|| {
         let mut library = Library::default();
         library.files.insert(SHADER.into(), Source::new(SHADER, include_str!("cull.wgsl")));
-        compose(&library, SHADER, &Defs::new()).map(Arc::new)
+        compose(&library, SHADER, &Defs::new(), &[]).map(Arc::new)
     });
     COMPOSED.clone()
 }

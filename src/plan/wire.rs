@@ -325,8 +325,22 @@ impl<'g> Wirer<'g, '_> {
         if shader.interface.entry(need).is_none() {
             let word = format!("{need:?}").to_lowercase();
             let d = Diagnostic::error(format!("`{}` has no @{word} entry point", name.value)).at(&name.span, "");
-            self.faults.push(d.help(format!("a {} needs one", pass.kind.word())));
+            let also = if pass.entry.is_empty() { "" } else { ": name it in `entry` too" };
+            self.faults.push(d.help(format!("a {} needs one{also}", pass.kind.word())));
             return None;
+        }
+        let has =
+            |entry: &Name, stage| shader.interface.entries.iter().any(|e| e.name == entry.value && stage == e.stage);
+        for entry in pass.entry.iter().filter(|entry| !stages.iter().any(|stage| has(entry, *stage))) {
+            let words: Vec<String> = stages.iter().map(|s| format!("@{s:?}").to_lowercase()).collect();
+            let d = Diagnostic::error(format!(
+                "`{}` has no {} entry point `{}`",
+                name.value,
+                words.join(" or "),
+                entry.value
+            ));
+            let there = shader.interface.entries.iter().filter(|e| stages.contains(&e.stage)).map(|e| e.name.as_str());
+            self.faults.push(d.at(&entry.span, "").nearest(&entry.value, there));
         }
         for stage in stages {
             let mut entries = shader.interface.entries.iter().filter(|e| e.stage == *stage).skip(1);
@@ -334,7 +348,7 @@ impl<'g> Wirer<'g, '_> {
                 let word = format!("{stage:?}").to_lowercase();
                 let d = Diagnostic::error(format!("`{}` has more than one @{word} entry point", name.value));
                 let d = d.at(&name.span, "").at(&self.locate(pass, &shader, &second.name), "the second");
-                self.faults.push(d.help("give each a file, or leave one out by `#ifdef` and `defines`"));
+                self.faults.push(d.help(format!("say which by `entry: \"{}\"`", second.name)));
             }
         }
         self.variables(&mut wired, &shader, stages);
@@ -361,15 +375,15 @@ impl<'g> Wirer<'g, '_> {
     /// Composes the shaders of all passes that may run, on all cores: the library keeps them for [`Wirer::shader`], which
     /// finds their faults again.
     fn compose_ahead(&mut self) {
-        let mut asked: Vec<(&'g str, Defs)> = vec![];
+        let mut asked: Vec<(&'g str, Defs, Vec<String>)> = vec![];
         self.each_pass_that_may_run(&mut |w, pass, name| {
-            let shader = (name.value.as_str(), w.defs(pass, name, &mut vec![]));
+            let shader = (name.value.as_str(), w.defs(pass, name, &mut vec![]), pass.entries());
             if !asked.contains(&shader) {
                 asked.push(shader);
             }
         });
         let texts = self.request.texts;
-        parallel::each(0..asked.len(), |i| drop(texts.shader(asked[i].0, &asked[i].1)));
+        parallel::each(0..asked.len(), |i| drop(texts.shader(asked[i].0, &asked[i].1, &asked[i].2)));
     }
 
     /// Finds the strides of buffers whose elements are structs of shaders.
@@ -379,7 +393,7 @@ impl<'g> Wirer<'g, '_> {
         }
         self.each_pass_that_may_run(&mut |w, pass, name| {
             let defs = w.defs(pass, name, &mut vec![]);
-            let Ok(shader) = w.request.texts.shader(&name.value, &defs) else { return };
+            let Ok(shader) = w.request.texts.shader(&name.value, &defs, &pass.entries()) else { return };
             for v in &shader.interface.variables {
                 if let Some((stride, ElementType::Struct(element))) = v.kind.elements() {
                     w.sizes.learn(&pass.target(&v.name).0, element, stride);
@@ -440,10 +454,12 @@ impl<'g> Wirer<'g, '_> {
         let mut faults = vec![];
         let defs = self.defs(pass, name, &mut faults);
         self.faults.append(&mut faults);
-        if let Some(i) = self.out.shaders.iter().position(|s| s.path == name.value && s.defs == defs) {
+        let wanted = pass.entries();
+        let same = |s: &Arc<Shader>| s.path == name.value && s.defs == defs && s.wanted == wanted;
+        if let Some(i) = self.out.shaders.iter().position(same) {
             return Some((i, self.out.shaders[i].clone()));
         }
-        match self.request.texts.shader(&name.value, &defs) {
+        match self.request.texts.shader(&name.value, &defs, &wanted) {
             Ok(shader) => {
                 self.out.shaders.push(shader);
                 let i = self.out.shaders.len() - 1;

@@ -35,6 +35,8 @@ pub struct Shader {
     /// The path in the library.
     pub path: String,
     pub defs: Defs,
+    /// The entry points that were asked for; none: all of the text.
+    pub wanted: Vec<String>,
     /// Valid, without anything that no entry point uses.
     pub module: naga::Module,
     pub interface: Interface,
@@ -45,7 +47,8 @@ pub struct Shader {
     pub content: u128,
 }
 
-/// Composes `path` with `defs`.
+/// Composes `path` with `defs`, for the entry points in `wanted` alone, or for all where it is empty or names one that is not
+/// there.
 ///
 /// Resource variables need no `@group` or `@binding`: those that an entry point uses get group 0 and, as binding,
 /// their place among their names in order. Attributes that are written are ignored.
@@ -53,7 +56,7 @@ pub struct Shader {
 /// # Errors
 /// Unknown path, faulty directives and imports (all of them), the first parse error, the first validation error, two
 /// variables of one name, types that nothing can be bound to; each with its place in the file that the user wrote.
-pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
+pub fn compose(library: &Library, path: &str, defs: &Defs, wanted: &[String]) -> Checked<Shader> {
     let units = gather(library, path, defs)?;
     let mut faults = vec![];
     for unit in &units {
@@ -68,20 +71,29 @@ pub fn compose(library: &Library, path: &str, defs: &Defs) -> Checked<Shader> {
     }
     faults.extend(check(&units));
     Faults::check(faults, ())?;
-    on_deep_stack(|| joined_and_reflected(library, path, defs, &units))?
+    on_deep_stack(|| joined_and_reflected(library, (path, defs, wanted), &units))?
 }
 
-fn joined_and_reflected(library: &Library, path: &str, defs: &Defs, units: &[Unit]) -> Checked<Shader> {
+fn joined_and_reflected(
+    library: &Library,
+    (path, defs, wanted): (&str, &Defs, &[String]),
+    units: &[Unit],
+) -> Checked<Shader> {
     let mut bindings = 0;
     let mut sources: Vec<String> = units.iter().map(|u| u.path.clone()).collect();
     sources.sort();
     let file = |unit: &Unit| sources.binary_search(&unit.path).unwrap_or(0);
     let written: Vec<_> = units.iter().map(|unit| write(unit, defs, file(unit), &mut bindings)).collect();
-    let module = joined(&written, || library.memo.with_oil(|oil| join(oil, units, &written)))?;
+    let mut module = joined(&written, || library.memo.with_oil(|oil| join(oil, units, &written)))?;
+    let points = &mut module.entry_points;
+    if !wanted.is_empty() && wanted.iter().all(|name| points.iter().any(|p| p.name == *name)) {
+        points.retain(|p| wanted.contains(&p.name));
+    }
     let bound = bind(module, units)?;
     let interface = reflect(&bound, units)?;
     let content = content(&bound, units, defs);
-    Ok(Shader { path: path.to_owned(), defs: defs.clone(), module: bound.module, interface, sources, content })
+    let (path, defs, wanted) = (path.to_owned(), defs.clone(), wanted.to_vec());
+    Ok(Shader { path, defs, wanted, module: bound.module, interface, sources, content })
 }
 
 fn content(bound: &Bound, units: &[Unit], defs: &Defs) -> u128 {

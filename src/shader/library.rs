@@ -58,15 +58,15 @@ impl Library {
         self.memo.index(self)
     }
 
-    /// As [`compose`], once for the same texts and definitions.
+    /// As [`compose`], once for the same texts, definitions and entry points.
     ///
     /// # Errors
     /// As [`compose`].
-    pub fn shader(&self, path: &str, defs: &Defs) -> Checked<Arc<Shader>> {
-        if let Some(shader) = self.memo.shader(self, path, defs) {
+    pub fn shader(&self, path: &str, defs: &Defs, wanted: &[String]) -> Checked<Arc<Shader>> {
+        if let Some(shader) = self.memo.shader(self, path, defs, wanted) {
             return Ok(shader);
         }
-        let shader = Arc::new(compose(self, path, defs)?);
+        let shader = Arc::new(compose(self, path, defs, wanted)?);
         self.memo.keep(self, &shader);
         Ok(shader)
     }

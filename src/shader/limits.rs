@@ -346,7 +346,7 @@ mod tests {
             library.files.insert((*name).into(), Source::new(*name, text.as_str()));
         }
         // As small a stack as any thread has that asks for a shader.
-        let run = || compose(&library, files[0].0, &Defs::new()).map(drop);
+        let run = || compose(&library, files[0].0, &Defs::new(), &[]).map(drop);
         match std::thread::scope(|s| s.spawn(run).join().unwrap()) {
             Ok(()) => String::new(),
             Err(Faults(faults)) => {

@@ -106,12 +106,13 @@ impl Memo {
         result
     }
 
-    /// A shader composed before from the same texts, with the same definitions.
-    pub(super) fn shader(&self, library: &Library, path: &str, defs: &Defs) -> Option<Arc<Shader>> {
+    /// A shader composed before from the same texts, with the same definitions and entry points.
+    pub(super) fn shader(&self, library: &Library, path: &str, defs: &Defs, wanted: &[String]) -> Option<Arc<Shader>> {
         let modules = self.index(library).modules.clone();
         let same = |kept: &Kept| {
             kept.shader.path == path
                 && kept.shader.defs == *defs
+                && kept.shader.wanted == wanted
                 && (Arc::ptr_eq(&kept.modules, &modules) || kept.modules == modules)
                 && kept.shader.sources.iter().zip(&kept.sources).all(|(path, source)| {
                     library.files.get(path).is_some_and(|s| Arc::ptr_eq(s, source) || s.text == source.text)

@@ -119,7 +119,7 @@ fn edits(variant: &[u8]) -> Option<Vec<u8>> {
 fn modules() -> Vec<Vec<u8>> {
     let library = Library::load(&[repository("shaders")]).unwrap();
     let small = library.files.iter().filter(|(path, source)| !path.contains('/') && source.text.len() < 3000);
-    let composed = small.filter_map(|(path, _)| compose(&library, path, &Defs::new()).ok());
+    let composed = small.filter_map(|(path, _)| compose(&library, path, &Defs::new(), &[]).ok());
     let modules: Vec<_> = composed.map(|shader| postcard::to_allocvec(&shader.module).unwrap()).collect();
     assert!(modules.len() > 3, "too few shaders compose without definitions");
     modules

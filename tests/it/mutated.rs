@@ -147,7 +147,7 @@ fn damaged_shaders_give_faults_with_places() {
             let what = format!("{path}:\n{text}");
             damaged.files.insert(path.clone(), Source::new(path.as_str(), text));
             let defs = Defs::new();
-            if let Err(faults) = survives(&what, || compose(&damaged, path, &defs)) {
+            if let Err(faults) = survives(&what, || compose(&damaged, path, &defs, &[])) {
                 placed(&what, &faults);
             }
         }

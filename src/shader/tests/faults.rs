@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn unknown_paths_and_imports_name_the_nearest() {
     let files = library(&[("main.wgsl", "")]);
-    let faults = compose(&files, "man.wgsl", &Defs::new()).expect_err("an unknown path");
+    let faults = compose(&files, "man.wgsl", &Defs::new(), &[]).expect_err("an unknown path");
     assert!(faults.to_string().contains("did you mean `main.wgsl`?"), "{faults}");
     let files = |main| [("lib/scene.wgsl", SCENE), ("lib/bare.wgsl", "fn f() {}"), ("main.wgsl", main)];
     let cases: [(&str, &[&str]); 9] = [
@@ -216,11 +216,11 @@ fn no_text_panics() {
     ];
     for text in texts {
         // A fault or not; never a panic, not in an import either.
-        let _ = compose(&library(&[("main.wgsl", text)]), "main.wgsl", &Defs::new());
+        let _ = compose(&library(&[("main.wgsl", text)]), "main.wgsl", &Defs::new(), &[]);
         let lib = format!("#define_import_path lib\nfn ok() {{}}\n{text}");
         let main = "#import lib::ok\n@compute @workgroup_size(1) fn main() { ok(); }";
         let files = library(&[("lib.wgsl", &lib), ("main.wgsl", main)]);
-        if let Err(faults) = compose(&files, "main.wgsl", &Defs::new()) {
+        if let Err(faults) = compose(&files, "main.wgsl", &Defs::new(), &[]) {
             assert!(!faults.to_string().contains("gave up"), "{text:?}: {faults}");
         }
         files.index().mentioned(["main.wgsl"]);
@@ -233,7 +233,7 @@ fn cut_texts_do_not_panic() {
     let cuts = whole.char_indices().map(|(at, _)| at).filter(|at| at % 3 == 0);
     for at in cuts {
         let files = library(&[("lib.wgsl", SCENE), ("main.wgsl", &whole[..at])]);
-        if let Err(faults) = compose(&files, "main.wgsl", &defs(&[("N", Def::Int(1))])) {
+        if let Err(faults) = compose(&files, "main.wgsl", &defs(&[("N", Def::Int(1))]), &[]) {
             assert!(!faults.to_string().contains("gave up"), "{faults}");
         }
     }

@@ -21,7 +21,7 @@ fn defs(list: &[(&str, Def)]) -> Defs {
 
 /// The shader `main.wgsl` among `files`; fails with the faults as shown to a user.
 fn composed(files: &[(&str, &str)], definitions: &[(&str, Def)]) -> Shader {
-    match compose(&library(files), "main.wgsl", &defs(definitions)) {
+    match compose(&library(files), "main.wgsl", &defs(definitions), &[]) {
         Ok(shader) => shader,
         Err(faults) => panic!("{faults}"),
     }
@@ -33,7 +33,7 @@ fn interface(text: &str) -> Interface {
 
 /// Composing `main.wgsl` shows each of `expected`.
 fn check_files(files: &[(&str, &str)], definitions: &[(&str, Def)], expected: &[&str]) {
-    let shown = match compose(&library(files), "main.wgsl", &defs(definitions)) {
+    let shown = match compose(&library(files), "main.wgsl", &defs(definitions), &[]) {
         Ok(_) => panic!("no fault"),
         Err(faults) => {
             assert!(faults.0.iter().all(|d| !d.labels.is_empty()), "a fault without a place: {faults}");
@@ -72,7 +72,7 @@ fn a_shader_is_composed_once_for_the_same_texts() {
             @compute @workgroup_size(1) fn main() { out[0] = twice(out[1]); }";
         library(&[("main.wgsl", main), ("part.wgsl", &part), ("other.wgsl", "fn f() {}")])
     };
-    let shader = |library: &Library| library.shader("main.wgsl", &Defs::new()).unwrap_or_else(|f| panic!("{f}"));
+    let shader = |library: &Library| library.shader("main.wgsl", &Defs::new(), &[]).unwrap_or_else(|f| panic!("{f}"));
     let first = text("2.0", "");
     let made = shader(&first);
     assert!(std::sync::Arc::ptr_eq(&made, &shader(&first.clone())));
@@ -87,5 +87,5 @@ fn a_shader_is_composed_once_for_the_same_texts() {
     // A second file of the same name is a fault, though neither text of the first two has changed.
     let mut twins = again.clone();
     twins.files.insert("twin.wgsl".into(), Source::new("twin.wgsl", "#define_import_path part\n"));
-    twins.shader("main.wgsl", &Defs::new()).expect_err("two files called `part`");
+    twins.shader("main.wgsl", &Defs::new(), &[]).expect_err("two files called `part`");
 }
