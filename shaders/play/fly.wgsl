@@ -1,22 +1,13 @@
-//! Moves particles by a step of time, and counts their light in the pixels where they are.
+//! Moves particles by a step of time.
 #import lightgraph::random::{next, next_pair, scramble}
+#import play::particle::Particle
 
-struct Particle {
-    /// In heights of the image, from the middle of its lower edge.
-    position: vec2f,
-    velocity: vec2f,
-    color: vec3f,
-    /// Seconds left.
-    life: f32,
-}
 var<storage, read_write> particles: array<Particle>;
-var<storage, read_write> hits: array<atomic<u32>>;
 
 struct Params {
     gravity: f32,
     step: f32,
     frame: u32,
-    screen: vec2u,
 }
 var<uniform> params: Params;
 
@@ -51,14 +42,4 @@ fn fly(@builtin(global_invocation_id) id: vec3u) {
         p.velocity *= vec2f(0.7, -0.5);
     }
     particles[id.x] = p;
-    let size = vec2f(params.screen);
-    let pixel = vec2f(0.5 * size.x + p.position.x * size.y, size.y * (1.0 - p.position.y));
-    if all(pixel >= vec2f(0.0)) && all(pixel < size) {
-        let at = 3u * (u32(pixel.y) * params.screen.x + u32(pixel.x));
-        // 256 to a unit of light: a pixel holds 16 million of them.
-        let light = vec3u(256.0 * p.color * min(p.life, 1.0));
-        atomicAdd(&hits[at], light.x);
-        atomicAdd(&hits[at + 1u], light.y);
-        atomicAdd(&hits[at + 2u], light.z);
-    }
 }

@@ -202,7 +202,7 @@ impl Source<'_> {
     ) -> Checked<()> {
         let Built::Render { first, rest, attributes } = built else { return Ok(()) };
         let mesh = match draw.geometry {
-            Geometry::Screen => None,
+            Geometry::Screen | Geometry::Vertices { .. } => None,
             Geometry::Scene { .. } => match &self.scene.mesh {
                 Some(mesh) => Some(mesh),
                 None => return Ok(()),
@@ -252,7 +252,10 @@ impl Source<'_> {
                         render.multi_draw_indexed_indirect(buffer, at * DRAW_BYTES, draws.len() as u32);
                     }
                     (Some(_), None, None) => render.draw_indexed(indices.clone(), 0, instance),
-                    (None, None, _) => render.draw(0..3, instance),
+                    (None, None, _) => match draw.geometry {
+                        Geometry::Vertices { count, instances, .. } => render.draw(0..count, 0..instances),
+                        Geometry::Screen | Geometry::Scene { .. } => render.draw(0..3, instance),
+                    },
                 }
             }
         }

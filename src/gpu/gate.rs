@@ -261,9 +261,16 @@ fn state(bytes: &[u8]) -> State {
 /// clears its targets. `u32`s: four a draw without indices, five with.
 fn draw_sizes(draw: &Draw, scene: &SceneData) -> Vec<u32> {
     let mut words: Vec<u32> = draw.members.iter().flat_map(|_| [3, 1, 0, 0]).collect();
-    let Geometry::Scene { cull } = draw.geometry else {
-        words.extend(draw.members.iter().flat_map(|m| [3, 1, 0, m.index]));
-        return words;
+    let cull = match draw.geometry {
+        Geometry::Scene { cull } => cull,
+        Geometry::Screen => {
+            words.extend(draw.members.iter().flat_map(|m| [3, 1, 0, m.index]));
+            return words;
+        }
+        Geometry::Vertices { count, instances, .. } => {
+            words.extend(draw.members.iter().flat_map(|_| [count, instances, 0, 0]));
+            return words;
+        }
     };
     let Some(mesh) = &scene.mesh else { return words };
     // First index and number of indices.

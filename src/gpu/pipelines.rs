@@ -201,11 +201,15 @@ impl<'a> Job<'a> {
                 }
                 Kind::Render(r) => {
                     let make = |cull| r.pipeline(gpu, label, &pipeline_layout, (module, screen), cull);
-                    let (first, rest) = match r.geometry {
-                        Geometry::Screen | Geometry::Scene { cull: Cull::None } => (make(None), None),
-                        Geometry::Scene { cull: Cull::Front } => (make(Some(wgpu::Face::Front)), None),
-                        Geometry::Scene { cull: Cull::Back } => (make(Some(wgpu::Face::Back)), None),
-                        Geometry::Scene { cull: Cull::Material } => (make(Some(wgpu::Face::Back)), Some(make(None))),
+                    let cull = match r.geometry {
+                        Geometry::Screen => Cull::None,
+                        Geometry::Scene { cull } | Geometry::Vertices { cull, .. } => cull,
+                    };
+                    let (first, rest) = match cull {
+                        Cull::None => (make(None), None),
+                        Cull::Front => (make(Some(wgpu::Face::Front)), None),
+                        Cull::Back => (make(Some(wgpu::Face::Back)), None),
+                        Cull::Material => (make(Some(wgpu::Face::Back)), Some(make(None))),
                     };
                     Built::Render { first, rest, attributes: !r.attributes.is_empty() }
                 }
@@ -242,7 +246,15 @@ impl Render {
                 compilation_options: Default::default(),
                 buffers: if self.attributes.is_empty() { &[] } else { std::slice::from_ref(&vertices) },
             },
-            primitive: wgpu::PrimitiveState { front_face: wgpu::FrontFace::Ccw, cull_mode, ..Default::default() },
+            primitive: wgpu::PrimitiveState {
+                topology: match self.geometry {
+                    Geometry::Vertices { topology, .. } => topology,
+                    Geometry::Scene { .. } | Geometry::Screen => wgpu::PrimitiveTopology::TriangleList,
+                },
+                front_face: wgpu::FrontFace::Ccw,
+                cull_mode,
+                ..Default::default()
+            },
             depth_stencil: self.depth.clone(),
             multisample: wgpu::MultisampleState::default(),
             fragment: self.fragment.as_ref().map(|name| wgpu::FragmentState {
@@ -274,7 +286,7 @@ fn render(plan: &Plan, step: &Step, draw: &Draw) -> Checked<Render> {
                 .help("write an entry point marked `@vertex`")
                 .into());
         }
-        (_, Geometry::Screen) => vec![],
+        (_, Geometry::Screen | Geometry::Vertices { .. }) => vec![],
     };
     let targets = by_location(&draw.color).into_iter().map(|t| {
         t.map(|t| wgpu::ColorTargetState { format: t.format, blend: t.blend, write_mask: wgpu::ColorWrites::ALL })
@@ -282,7 +294,11 @@ fn render(plan: &Plan, step: &Step, draw: &Draw) -> Checked<Render> {
     Ok(Render {
         vertex: draw.vertex.clone(),
         fragment: draw.fragment.clone(),
-        geometry: draw.geometry,
+        geometry: match draw.geometry {
+            // How many there are is nothing to a pipeline.
+            Geometry::Vertices { topology, cull, .. } => Geometry::Vertices { count: 0, instances: 0, topology, cull },
+            geometry => geometry,
+        },
         attributes,
         targets: targets.collect(),
         depth: draw.depth.as_ref().map(depth_state),

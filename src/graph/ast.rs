@@ -235,6 +235,8 @@ pub struct Raster {
     pub depth: Option<Name>,
     pub depth_compare: wgpu::CompareFunction,
     pub depth_write: bool,
+    /// What is drawn instead of the scene.
+    pub vertices: Option<Vertices>,
     /// What each member sees: a buffer of matrices, or a table of the scene that has them.
     pub frusta: Option<Name>,
     /// Leaves out what can hide nothing of the scene from the eyes of the frusta.
@@ -249,6 +251,23 @@ pub struct Raster {
     pub layer: Option<Expr>,
     /// Layers that each member draws to at once, through a view each.
     pub views: Option<Expr>,
+}
+
+/// Vertices that a vertex entry makes up from their numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vertices {
+    /// Of one instance.
+    pub count: Expr,
+    /// `None`: one.
+    pub instances: Option<Expr>,
+    pub topology: wgpu::PrimitiveTopology,
+}
+
+impl Vertices {
+    /// The expressions in it.
+    pub fn exprs(&self) -> impl Iterator<Item = &Expr> {
+        std::iter::once(&self.count).chain(&self.instances)
+    }
 }
 
 impl PassKind {

@@ -351,6 +351,9 @@ impl<'g> Check<'g> {
         if let Some(tolerance) = &r.tolerance {
             self.names(tolerance, Scope::Values);
         }
+        for expr in r.vertices.iter().flat_map(|v| v.exprs()) {
+            self.names(expr, Scope::Values);
+        }
         if let Some(frusta) = &r.frusta {
             self.frusta(frusta);
         }

@@ -1,6 +1,6 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
-use super::ast::{Dirty, Graph, Name, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride};
+use super::ast::{Dirty, Graph, Name, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride, Vertices};
 use super::expr::Expr;
 use super::param::parse_vector;
 use super::read::{Fields, Reader};
@@ -361,6 +361,45 @@ impl Reader {
         }
     }
 
+    /// `vertices`, `instances` and `topology` of a draw without the scene.
+    fn vertices(&mut self, f: &mut Fields) -> Option<Vertices> {
+        let (count, instances, topology) = (f.get("vertices"), f.get("instances"), f.get("topology"));
+        let Some(count) = count else {
+            for (name, node) in [("instances", instances), ("topology", topology)] {
+                if let Some(node) = node {
+                    let d = Diagnostic::error(format!("`{name}` without `vertices`")).at(&node.span, "");
+                    self.fault(d.help("say how many vertices an instance has; a draw without them is of the scene"));
+                }
+            }
+            return None;
+        };
+        for name in ["each", "only", "frusta", "occluders", "tolerance"] {
+            if let Some(node) = f.get(name) {
+                let d = Diagnostic::error(format!("`{name}` in a draw that has `vertices` of its own"));
+                let help = match name {
+                    "each" => "its `instances` say how often it draws them",
+                    _ => "leave one of them out: it is for draws of the scene",
+                };
+                self.fault(d.at(&node.span, "").at(&count.span, "").help(help));
+            }
+        }
+        if let Some(node) = f.choice("cull").filter(|n| n.word() == Some("Material")) {
+            let d = Diagnostic::error("vertices of a draw's own have no material").at(&node.span, "");
+            self.fault(d.help("cull None, Front or Back"));
+        }
+        let instances = instances.map(|n| self.expr(n));
+        use wgpu::PrimitiveTopology as T;
+        let topologies = [
+            ("Triangles", T::TriangleList),
+            ("TriangleStrip", T::TriangleStrip),
+            ("Lines", T::LineList),
+            ("LineStrip", T::LineStrip),
+            ("Points", T::PointList),
+        ];
+        let topology = self.word(topology, &topologies, T::TriangleList);
+        Some(Vertices { count: self.expr(count)?, instances: instances.flatten(), topology })
+    }
+
     fn raster(&mut self, f: &mut Fields, geometry: bool) -> Option<Raster> {
         let shader = self.need(f, "shader").and_then(|n| self.text(n));
         let color = f.get("color").and_then(|n| self.name(n));
@@ -368,7 +407,9 @@ impl Reader {
         let depth_compare = self.compare(f.get("depth_compare"), wgpu::CompareFunction::Less);
         let depth_write = self.bool(f.get("depth_write"), true);
         let culls = [("None", Cull::None), ("Front", Cull::Front), ("Back", Cull::Back), ("Material", Cull::Material)];
-        let cull = if geometry { self.word(f.choice("cull"), &culls, Cull::Material) } else { Cull::None };
+        let vertices = if geometry { self.vertices(f) } else { None };
+        let usual = if geometry && vertices.is_none() { Cull::Material } else { Cull::None };
+        let cull = if geometry { self.word(f.choice("cull"), &culls, usual) } else { usual };
         let frusta = if geometry { f.get("frusta").and_then(|n| self.name(n)) } else { None };
         let occluders = if geometry { f.get("occluders") } else { None };
         if let (None, Some(wanted)) = (&frusta, occluders) {
@@ -401,6 +442,7 @@ impl Reader {
             depth,
             depth_compare,
             depth_write,
+            vertices,
             frusta,
             occluders,
             cull,

@@ -93,6 +93,9 @@ pub fn exprs(p: &mut Pass) -> Vec<&mut Expr> {
     match &mut p.kind {
         PassKind::Draw(r) | PassKind::Screen(r) => {
             all.extend(r.layer.iter_mut().chain(&mut r.views).chain(&mut r.tolerance));
+            if let Some(v) = &mut r.vertices {
+                all.extend(std::iter::once(&mut v.count).chain(&mut v.instances));
+            }
         }
         PassKind::Compute { over: Size::One(e), .. } => all.push(e),
         PassKind::Compute { over: Size::Axes(axes, _), .. } => all.extend(axes),

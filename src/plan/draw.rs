@@ -3,11 +3,11 @@
 use super::expand::Expander;
 use super::wire::Wired;
 use super::{
-    ColorTarget, DepthTarget, Desc, Draw, Geometry, Member, Place, Resource, ResourceId, TextureDesc, TextureKind,
-    request,
+    ColorTarget, Cull, DepthTarget, Desc, Draw, Geometry, Member, Place, Resource, ResourceId, TextureDesc,
+    TextureKind, request,
 };
 use crate::diag::Diagnostic;
-use crate::graph::ast::{PassKind, Raster};
+use crate::graph::ast::{PassKind, Raster, Vertices};
 use crate::graph::expr::{Expr, Val};
 use crate::shader::Stage;
 use std::collections::BTreeSet;
@@ -37,7 +37,10 @@ impl Expander<'_, '_> {
         let index = w.shader?;
         let interface = &self.shaders[index].interface;
         let geometry = match w.pass.kind {
-            PassKind::Draw(_) => Geometry::Scene { cull: r.cull },
+            PassKind::Draw(_) => match &r.vertices {
+                Some(vertices) => self.vertices(vertices, r.cull)?,
+                None => Geometry::Scene { cull: r.cull },
+            },
             _ => Geometry::Screen,
         };
         let screen = geometry == Geometry::Screen;
@@ -78,6 +81,25 @@ impl Expander<'_, '_> {
             None => None,
         };
         Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, indirect, views, level })
+    }
+
+    /// How many vertices and instances a draw without the scene has.
+    fn vertices(&mut self, v: &Vertices, cull: Cull) -> Option<Geometry> {
+        let count = request::count(&v.count, self.values, "a number of vertices");
+        let count = self.keep(count)?;
+        let instances = match &v.instances {
+            Some(instances) => {
+                let instances = request::count(instances, self.values, "a number of instances");
+                self.keep(instances)?
+            }
+            None => 1,
+        };
+        if count.checked_mul(instances).is_none() {
+            let d = Diagnostic::error(format!("{instances} instances of {count} vertices are beyond 32 bits"));
+            self.faults.push(d.at(&v.count.span, "").help("draw fewer, or in several passes"));
+            return None;
+        }
+        Some(Geometry::Vertices { count, instances, topology: v.topology, cull })
     }
 
     /// Layers that each member draws to at once: what the adapter can do, and the targets hold.

@@ -219,6 +219,10 @@ impl<'p> List<'p> {
                 self.all.push(Input::Geometry);
             }
             Geometry::Screen => self.fix(Kind::Target, "", &"screen"),
+            Geometry::Vertices { count, instances, topology, cull } => {
+                self.fix(Kind::Target, "", &(topology, cull));
+                self.fix(Kind::Extent, "", &(count, instances));
+            }
         }
         for ColorTarget { resource, location, format, clear, blend } in color {
             self.uses(*resource, Access::Bound);

@@ -24,6 +24,7 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
+                r.vertices.iter().flat_map(|v| v.exprs()).for_each(&mut note);
             }
             PassKind::Compute { over, .. } => over.exprs().iter().for_each(&mut note),
             PassKind::Reduce { factor, until, .. } => factor.iter().chain([until]).for_each(&mut note),

@@ -346,8 +346,17 @@ pub enum Frusta {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Geometry {
-    Scene { cull: Cull },
+    Scene {
+        cull: Cull,
+    },
     Screen,
+    /// What the vertex entry makes up. Never culled by material.
+    Vertices {
+        count: u32,
+        instances: u32,
+        topology: wgpu::PrimitiveTopology,
+        cull: Cull,
+    },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

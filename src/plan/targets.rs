@@ -3,7 +3,7 @@
 use super::wire::{How, Mode, Use, Wired, Wirer, by_name};
 use super::{Desc, request};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Pass, Raster};
+use crate::graph::ast::{Pass, PassKind, Raster};
 use crate::shader::{Output, OutputKind, Shader, Stage};
 use std::collections::BTreeSet;
 
@@ -12,6 +12,14 @@ impl<'g> Wirer<'g, '_> {
     pub(super) fn vertex_inputs(&mut self, pass: &Pass, shader: &Shader) {
         let Some(entry) = shader.interface.entry(Stage::Vertex) else { return };
         let known = crate::scene::VERTEX_ATTRIBUTES;
+        if let PassKind::Draw(Raster { vertices: Some(own), .. }) = &pass.kind {
+            for input in &entry.inputs {
+                let d = Diagnostic::error(format!("a draw without the scene has no attribute `{}`", input.name));
+                let d = d.at(&self.locate(pass, shader, &input.name), "").at(&own.count.span, "");
+                self.faults.push(d.help("make the vertex up from `@builtin(vertex_index)` and `instance_index`"));
+            }
+            return;
+        }
         for input in &entry.inputs {
             match known.iter().find(|a| a.0 == input.name) {
                 None => {

@@ -122,10 +122,15 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
         let all = plan.value("triangles").map_or(String::new(), |n| format!(" of {n}"));
         words.push(format!("{}{all} triangles, within {} m", level.triangles, level.tolerance));
     }
-    if let Geometry::Scene { cull } = d.geometry
-        && cull != Cull::Material
-    {
-        words.push(format!("cull {cull:?}"));
+    match d.geometry {
+        Geometry::Scene { cull: Cull::Material } | Geometry::Screen => {}
+        Geometry::Scene { cull } => words.push(format!("cull {cull:?}")),
+        Geometry::Vertices { count, instances, cull, .. } => {
+            words.push(format!("{instances} × {count} vertices"));
+            if cull != Cull::None {
+                words.push(format!("cull {cull:?}"));
+            }
+        }
     }
     words.join(", ")
 }
