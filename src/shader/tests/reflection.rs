@@ -140,3 +140,24 @@ fn members_that_nobody_asks_for_are_told_apart() {
     assert_eq!(read("params"), expected(&[("asked", true), ("unasked", false), ("handed", true)]));
     assert_eq!(read("whole"), expected(&[("a", true), ("b", true)]), "all of it is loaded");
 }
+
+#[test]
+fn entry_points_that_nobody_asked_for_leave_with_what_only_they_use() {
+    let text = "var<storage, read_write> a: array<u32>;
+        var<storage, read_write> b: array<u32>;
+        @compute @workgroup_size(1) fn one() { a[0] = 1u; }
+        @compute @workgroup_size(1) fn two() { b[0] = 2u; }";
+    let files = library(&[("main.wgsl", text)]);
+    let found = |wanted: &[&str]| {
+        let wanted: Vec<String> = wanted.iter().map(|w| (*w).to_owned()).collect();
+        let interface = &files.shader("main.wgsl", &Defs::new(), &wanted).unwrap_or_else(|f| panic!("{f}")).interface;
+        let entries: Vec<_> = interface.entries.iter().map(|e| e.name.clone()).collect();
+        let variables: Vec<_> = interface.variables.iter().map(|v| v.name.clone()).collect();
+        (entries.join(" "), variables.join(" "))
+    };
+    let pair = |a: &str, b: &str| (a.to_owned(), b.to_owned());
+    assert_eq!(found(&[]), pair("one two", "a b"));
+    assert_eq!(found(&["two"]), pair("two", "b"));
+    assert_eq!(found(&["one"]), pair("one", "a"));
+    assert_eq!(found(&["three"]), pair("one two", "a b"), "the pass that asks says so, with all names at hand");
+}
