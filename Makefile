@@ -19,6 +19,7 @@ SHELL := /bin/bash
 test: display browser lint
 	scripts/install-python.sh
 	cargo build
+	target/debug/lightgraph fmt --check graphs scenes template tests/graphs tests/variants
 	$(VENV) target/python/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
 	target/python/venv/bin/python -m pytest --quiet crates/python/tests
 	cargo test
@@ -108,7 +109,7 @@ lint:
 	    fi; \
 	done
 	cargo fmt --check
-	cargo clippy --all-targets -- -D warnings
+	cargo clippy --workspace --all-targets -- -D warnings
 	@if cargo deny --version >/dev/null 2>&1; then \
 	    cargo deny check licenses bans sources; \
 	else \

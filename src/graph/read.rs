@@ -114,7 +114,7 @@ impl Reader {
     }
 
     /// Text in quotes, which may go on over several lines: what is white there is a space.
-    pub(super) fn prose(&mut self, node: &Node) -> Option<String> {
+    pub fn prose(&mut self, node: &Node) -> Option<String> {
         self.text(node).map(|text| text.value.split_whitespace().collect::<Vec<_>>().join(" "))
     }
 

@@ -151,7 +151,7 @@ struct Parser<'a> {
 impl Parser<'_> {
     fn test(&mut self, path: &Path, node: &Node) -> Option<Test> {
         let (_, mut f) = self.reader.named(node, &["Test"])?;
-        let about = self.reader.need(&mut f, "about").and_then(|n| self.reader.text(n));
+        let about = self.reader.need(&mut f, "about").and_then(|n| self.reader.prose(n));
         let graph = self.reader.need(&mut f, "graph").and_then(|n| self.file(n));
         let scene = f.get("scene").and_then(|n| self.file(n));
         let camera = f.get("camera").and_then(|n| self.reader.text(n));
@@ -178,7 +178,7 @@ impl Parser<'_> {
         let once = || vec![Step::Frames { count: 1, step: 0.0 }];
         Some(Test {
             path: path.to_path_buf(),
-            about: about?.value,
+            about: about?,
             span: node.span.clone(),
             start: Setup {
                 graph: graph?,
@@ -276,8 +276,8 @@ impl Parser<'_> {
         // A number that decides needs a reason; what is exact needs none.
         let exact = matches!(name, "Plan" | "Steps" | "Incremental");
         let reason = match exact {
-            true => f.get("reason").map_or(Some(String::new()), |n| self.reader.text(n).map(|t| t.value)),
-            false => self.reader.need(&mut f, "reason").and_then(|n| self.reader.text(n)).map(|t| t.value),
+            true => f.get("reason").map_or(Some(String::new()), |n| self.reader.prose(n)),
+            false => self.reader.need(&mut f, "reason").and_then(|n| self.reader.prose(n)),
         };
         let kind = self.check_kind(name, &mut f);
         self.reader.finish(&f);
