@@ -195,7 +195,7 @@ class Renderer:
             return
         if given.dtype.kind not in "fiu":
             raise TypeError(f"`{name}` is an image, given the dtype {given.dtype}: give float32")
-        self._native.lend_image(name, given.astype(np.float32, copy=False))
+        self._native.lend_image(name, np.require(given, np.float32, ["C_CONTIGUOUS", "ALIGNED"]))
 
     def move(self, name: str, *, by: Sequence[float] | None = None, to: Sequence[float] | None = None) -> None:
         """Moves a node with all that hangs from it, or a light: `by` so many metres from where it is, or `to` a place

@@ -99,7 +99,8 @@ def _pixels(what: str, image: Any) -> np.ndarray:
     found = np.asarray(image)
     if found.dtype.kind not in "fiu":
         raise TypeError(f"{what} has the dtype {found.dtype}: give float32")
-    return found.astype(np.float32, copy=False)
+    # What came over a wire may lie anywhere in memory; the native module reads floats where floats may lie.
+    return np.require(found, np.float32, ["C_CONTIGUOUS", "ALIGNED"])
 
 
 def _mask(mask: Any) -> list[bool]:
