@@ -108,7 +108,7 @@ lint:
 	        exit 1; \
 	    fi; \
 	done
-	cargo fmt --check
+	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	@if cargo deny --version >/dev/null 2>&1; then \
 	    cargo deny check licenses bans sources; \

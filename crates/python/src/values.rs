@@ -81,7 +81,9 @@ pub fn image(what: &str, array: &PyReadonlyArrayDyn<'_, f32>) -> PyResult<Image>
     let small =
         |n: usize| u32::try_from(n).map_err(|_| PyValueError::new_err(format!("{what} is too large: {shape:?}")));
     if !array.data().is_aligned() {
-        return Err(PyValueError::new_err(format!("{what} is not aligned to its numbers: give numpy.require(…, requirements=\"A\")")));
+        return Err(PyValueError::new_err(format!(
+            "{what} is not aligned to its numbers: give numpy.require(…, requirements=\"A\")"
+        )));
     }
     let data = match array.as_slice() {
         Ok(values) => values.to_vec(),
