@@ -1,10 +1,6 @@
 //! How many frames before this one show the same, for `lightgraph::rounds`.
-struct Progress {
-    paths: u32,
-    next: u32,
-    content: u32,
-    round: u32,
-}
+#import lightgraph::progress::Progress
+
 var<storage, read> progress: Progress;
 
 @fragment

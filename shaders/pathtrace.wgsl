@@ -1,4 +1,5 @@
 //! Path tracing: every batch adds some paths through the centre of each pixel to the mean of those before it.
+#import lightgraph::progress::Progress
 #import lightgraph::camera::{Ray, pixel_ray}
 #import lightgraph::hit::{Met, describe, look}
 #import lightgraph::lobe::{reflectance, scatter, scatter_density}
@@ -28,13 +29,6 @@ struct Params {
 }
 var<uniform> params: Params;
 
-struct Progress {
-    /// Before this batch, and with it.
-    paths: u32,
-    next: u32,
-    content: u32,
-    round: u32,
-}
 var<storage, read> progress: Progress;
 var direct_before: texture_2d<f32>;
 var indirect_before: texture_2d<f32>;

@@ -1,6 +1,6 @@
 //! How many paths show the same as the next batch and came before it: 0 after the camera, the scene or a parameter
-//! changed. With
-//! WAITS there is no batch in a frame in which something changed.
+//! changed. With WAITS there is no batch in a frame in which something changed.
+#import lightgraph::progress::Progress
 #import lightgraph::digest::{add, add_matrix}
 #import lightgraph::random::scramble
 #import lightgraph::geometry::{node_count, nodes}
@@ -22,15 +22,6 @@ struct View {
 }
 var<uniform> view: View;
 
-struct Progress {
-    /// Before this batch, and with it.
-    paths: u32,
-    next: u32,
-    /// A hash of all that the image depends on.
-    content: u32,
-    /// Frames before this one that show the same.
-    round: u32,
-}
 var<storage, read_write> progress: Progress;
 
 @compute @workgroup_size(1)

@@ -1,15 +1,10 @@
 //! What paths say of the light that surfaces receive beyond what was gathered, and how sure it is.
+#import lightgraph::progress::Progress
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::residual::{color_of, gray_of}
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
 
-struct Progress {
-    paths: u32,
-    next: u32,
-    content: u32,
-    round: u32,
-}
 var<storage, read> progress: Progress;
 var mean_indirect: texture_2d<f32>;
 /// In alpha the mean of the squares of paths, each the sum of its channels.

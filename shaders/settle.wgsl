@@ -1,15 +1,10 @@
 //! The image of a scene that stays as it is: the mean of what its frames gathered, with what their paths say beyond it.
+#import lightgraph::progress::Progress
 #import lightgraph::camera::pixel_ray
 #import lightgraph::residual::color_of
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
 
-struct Progress {
-    paths: u32,
-    next: u32,
-    content: u32,
-    round: u32,
-}
 var<storage, read> progress: Progress;
 var mean_direct: texture_2d<f32>;
 var mean_indirect: texture_2d<f32>;

@@ -52,7 +52,8 @@ const MOST: f32 = 4.0;
 /// Steps of distance, each twice the one before.
 const STEPS: u32 = 8u;
 
-/// Rounds with the whole reach. Later ones have noise enough taken off by their number, and share with the nearest points alone.
+/// Rounds with the whole reach. Later ones have noise enough taken off by their number, and share with the nearest
+/// points alone.
 const WIDE_ROUNDS: u32 = 8u;
 
 /// Points to each side that are shared with in this round.

@@ -1,6 +1,6 @@
-//! One scale of what paths say beyond what was gathered: what differs from the neighbours counts as far as it is more than
-//! chance, the rest goes to the next scale, twice as wide (after the wavelets of Dammertz et al., "Edge-Avoiding A-Trous Wavelet Transform for
-//! fast Global Illumination Filtering", 2010, each weighed as Wiener has it).
+//! One scale of what paths say beyond what was gathered: what differs from the neighbours counts as far as it is more
+//! than chance, the rest goes to the next scale, twice as wide (after the wavelets of Dammertz et al., "Edge-Avoiding
+//! A-Trous Wavelet Transform for fast Global Illumination Filtering", 2010, each weighed as Wiener has it).
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::residual::{color_of, gray_of}
 #import lightgraph::seen::seen_at

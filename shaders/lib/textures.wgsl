@@ -1,6 +1,7 @@
 //! The scene's images, of any size, on pages that have no filter and no wrapping of their own: both are done here, as glTF's samplers
 //! ask for them.
 #define_import_path lightgraph::textures
+#import lightgraph::srgb::decode
 
 /// How a material reads an image; see the table `textures`.
 struct Texture {
@@ -28,11 +29,6 @@ const NEAR_NEAREST: u32 = 16u;
 const FAR_NEAREST: u32 = 32u;
 const COLOR: u32 = 256u;
 
-/// Light of a colour in sRGB (IEC 61966-2-1).
-fn light_of(code: vec3f) -> vec3f {
-    return select(code / 12.92, pow((code + 0.055) / 1.055, vec3f(2.4)), code > vec3f(0.04045));
-}
-
 /// Where a coordinate lies in an image that goes on beyond 0 to 1, as near to it as neighbours need.
 fn inside(at: f32, wrap: u32) -> f32 {
     let repeated = at - floor(at);
@@ -52,7 +48,7 @@ fn texel(t: Texture, corner: vec2u, size: vec2i, at: vec2i) -> vec4f {
     let place = vec2u(wrapped(at.x, size.x, t.flags & 3u), wrapped(at.y, size.y, t.flags >> 2u & 3u));
     let found = textureLoad(scene_textures, corner + place, t.layer, 0);
     if (t.flags & COLOR) != 0u {
-        return vec4f(light_of(found.rgb), found.a);
+        return vec4f(decode(found.rgb), found.a);
     }
     return found;
 }

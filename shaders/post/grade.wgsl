@@ -1,4 +1,7 @@
-//! Looks the colours of an image up in a table, in the values of sRGB that a display gets: trilinear between its entries.
+//! Looks the colours of an image up in a table, in the values of sRGB that a display gets: trilinear between its
+//! entries.
+#import lightgraph::srgb::{decode, encode}
+
 var hdr: texture_2d<f32>;
 var table: texture_3d<f32>;
 var smooth_sampler: sampler;
@@ -12,21 +15,13 @@ struct Image {
     @location(0) graded: vec4f,
 }
 
-fn encoded(linear: vec3f) -> vec3f {
-    return select(1.055 * pow(linear, vec3f(1.0 / 2.4)) - 0.055, 12.92 * linear, linear <= vec3f(0.0031308));
-}
-
-fn decoded(code: vec3f) -> vec3f {
-    return select(pow((code + 0.055) / 1.055, vec3f(2.4)), code / 12.92, code <= vec3f(0.04045));
-}
-
 @fragment
 fn fragment(@builtin(position) at: vec4f) -> Image {
     let color = textureLoad(hdr, vec2u(at.xy), 0).rgb;
-    let shown = encoded(clamp(color, vec3f(0.0), vec3f(1.0)));
+    let shown = encode(clamp(color, vec3f(0.0), vec3f(1.0)));
     // Entries stand at the centres of texels, the first and the last included.
     let edge = vec3f(textureDimensions(table));
-    let found = decoded(textureSampleLevel(table, smooth_sampler, (shown * (edge - 1.0) + 0.5) / edge, 0.0).rgb);
+    let found = decode(textureSampleLevel(table, smooth_sampler, (shown * (edge - 1.0) + 0.5) / edge, 0.0).rgb);
     // What is brighter than a display can show stays so much brighter.
     let beyond = max(color - 1.0, vec3f(0.0));
     return Image(vec4f(mix(color, found + beyond, params.share), 1.0));
