@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes target/python/venv, an environment with what builds and tests the Python module. Where it is there already with the
-# same list of packages, nothing is done.
+# Makes target/python/venv, an environment with what builds and tests the Python module. Where it is there already with
+# the same list of packages, nothing is done.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

@@ -1,11 +1,13 @@
-//! The native half of the Python package `lightgraph`: frames, scenes and plans of the library, as plain as they can be.
-//! What people use, with its documentation, is the Python in `python/lightgraph`.
+//! The native half of the Python package `lightgraph`: frames, scenes and plans of the library, as plain as they can
+//! be. What people use, with its documentation, is the Python in `python/lightgraph`.
 //!
 //! - `faults`: faults of the library as Python's exceptions; `values`: what goes from one language to the other
-//! - `device`: the adapter that renderers share; `scene`, `plan`; `renderer`: a session and its frames, `flight` those under way
+//! - `device`: the adapter that renderers share; `scene`, `plan`; `renderer`: a session and its frames, `flight` those
+//!   under way
 //! - `tools`: checks and comparisons without a renderer
 //!
-//! What must stay true: the interpreter's lock is let go wherever work is done; no lock of ours is held while it is taken.
+//! What must stay true: the interpreter's lock is let go wherever work is done; no lock of ours is held while it is
+//! taken.
 
 #![forbid(unsafe_code)]
 

@@ -38,12 +38,6 @@ impl Scene {
         raised(py, loaded).map(Scene::from)
     }
 
-    /// A triangle and a light, for graphs that look at no scene.
-    #[staticmethod]
-    fn stand_in(py: Python<'_>) -> PyResult<Scene> {
-        raised(py, scene::stand_in()).map(Scene::from)
-    }
-
     #[getter]
     fn name(&self) -> &str {
         &self.scene.name

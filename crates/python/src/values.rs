@@ -27,8 +27,8 @@ pub fn value<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>>
     })
 }
 
-/// An array of the shape (height, width, channels), or (layers, height, width, channels) where there are several. Nobody may write to
-/// it: it is given out again as long as the image stays the same.
+/// An array of the shape (height, width, channels), or (layers, height, width, channels) where there are several.
+/// Nobody may write to it: it is given out again as long as the image stays the same.
 ///
 /// # Errors
 /// Those of Python.
@@ -73,7 +73,8 @@ pub fn image(what: &str, array: &PyReadonlyArrayDyn<'_, f32>) -> PyResult<Image>
         [height, width] => (height, width, 1),
         _ => {
             let text = format!(
-                "{what} has the shape {shape:?}; an image is (height, width), (height, width, channels) or (layers, height, width, channels)"
+                "{what} has the shape {shape:?}; an image is (height, width), (height, width, channels) or \
+                 (layers, height, width, channels)"
             );
             return Err(PyValueError::new_err(text));
         }

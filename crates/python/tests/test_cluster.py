@@ -160,3 +160,16 @@ def test_what_is_wrong_is_said(scenes, tmp_path):
         lg.render_many([view, view], out=tmp_path / "b")
     with pytest.raises(ValueError, match="View.name"):
         lg.render_many([lg.View("../a", GRAPHS[0], scene)], out=tmp_path / "b")
+
+
+def test_a_panic_on_a_worker_ends_in_an_error():
+    class PanicException(BaseException):
+        pass
+
+    def panics():
+        raise PanicException("out of range")
+
+    from lightgraph.cluster import _tried
+
+    with pytest.raises(RuntimeError, match="PanicException: out of range"):
+        _tried({}, panics)

@@ -34,3 +34,8 @@ def test_views(scenes, tmp_path):
 def test_fit(scenes):
     found, wanted = example("fit")(str(scenes / "cornell_point.gltf"))
     np.testing.assert_allclose(found, wanted, atol=0.02)
+
+
+def test_frame_times(scenes):
+    found = example("frame_times")(str(scenes / "cornell_point.gltf"), 20)
+    assert found["nothing changed"][0] < found["the camera moved"][0]

@@ -361,6 +361,11 @@ def _tried(what: Mapping[str, Any], work: Callable[[], Entry]) -> Entry:
     except GraphError as error:
         # Another worker would find the same.
         done = {"fault": str(error)}
+    except (Exception, KeyboardInterrupt, SystemExit):
+        raise
+    except BaseException as error:
+        # A panic of the native module is no `Exception`: on a worker nobody would hear of it.
+        raise RuntimeError(f"{type(error).__name__}: {error}") from error
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     return {**what, **done, "worker": os.getpid(), "machine": platform.node(), "load": load}
 
