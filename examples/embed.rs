@@ -1,6 +1,6 @@
-//! Graphs within another program's frame. The program shares its device, its encoder, its camera and its textures. It shows two
-//! pictures: a room that a graph lights, and lamps that the program draws and lends to another graph, which makes them glow.
-//! Nothing waits before a frame is handed over. `cargo run --example embed -- out/embed.png`.
+//! Graphs within another program's frame. The program shares its device, its encoder, its camera and its textures. It
+//! shows two pictures: a room that a graph lights, and lamps that the program draws and lends to another graph, which
+//! makes them glow. Nothing waits before a frame is handed over. `cargo run --example embed -- out/embed.png`.
 
 use lightgraph::diag::{Checked, Diagnostic};
 use lightgraph::gpu::{FrameReport, Gpu, Memory, Recorded};

@@ -8,8 +8,9 @@
 //! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
 //! ```
 //!
-//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is asked for again, `parallel` works on all cores, `caches` keeps what can be made again, `caught` turns panics of other
-//!   code into faults, [`files`] reads regular files up to a size
+//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is
+//!   asked for again, `parallel` works on all cores, `caches` keeps what can be made again, `caught` turns panics of
+//!   other code into faults, [`files`] reads regular files up to a size
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, sub-graphs, repetitions, names, layout
 //! - [`shader`]: composition, bindings, reflection, byte layouts
@@ -17,8 +18,9 @@
 //! - [`plan`]: wiring, liveness, sets and reductions, dirty bits, order, lifetimes and shared memory, where loops end, the inputs
 //!   of each step and the fingerprints made from them, what changed, how much work it is
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback, lists of dirty instances
-//! - [`session`]: from files to frames; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that change; [`verify`]: the proof that leaving steps out changes nothing
-//! - [`image`]: EXR, PNG, error metrics; [`math`]: the CPU twins of what shaders compute
+//! - [`session`]: from files to frames; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that change;
+//!   [`verify`]: the proof that leaving steps out changes nothing
+//! - [`image`]: EXR, PNG, texels of formats, files as textures of graphs, error metrics; [`math`]: the CPU twins of what shaders compute
 //! - [`builtin`]: the graphs and shaders that the binary carries
 //!
 //! The command, its bench, tests of graphs, stress cases and window stand in `crates/cli`, on what is public here.

@@ -401,8 +401,8 @@ impl Session {
         self.prepared.pool.memory(&self.plan, id)
     }
 
-    /// What an output holds after the frames so far, as a hash of all that it was made from: while this stays the same, so does the
-    /// content. `None`: nothing is known of it, as before the first frame.
+    /// What an output holds after the frames so far, as a hash of all that it was made from: while this stays the same,
+    /// so does the content. `None`: nothing is known of it, as before the first frame.
     ///
     /// # Errors
     /// An unknown output.

@@ -9,11 +9,11 @@ use super::{
     prepare::{Pass, Ready, Shaded},
     record::Record,
     scene_data::SceneData,
-    texel,
     timing::Pair,
     uniforms::Uniforms,
 };
 use crate::diag::{Checked, Diagnostic};
+use crate::image::texel;
 use crate::plan::cull::DRAW_BYTES;
 use crate::plan::{Action, Draw, Geometry, Member, Place, Plan, ResourceId, StepId};
 

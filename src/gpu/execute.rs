@@ -1,23 +1,23 @@
 //! A frame: uploads, then the plan's order, step by step.
 
-use super::numerics::{Numerics, Watch};
+use super::numerics::Watch;
+use super::recorded::{FrameReport, LoopReport, Recorded, StepTime};
 use super::{
     device::Gpu,
     encode::{Run, Source},
-    gate::{Gate, Gates, State, on_device, states},
+    gate::{Gate, Gates, State, on_device},
     later::Later,
     prepare::Prepared,
     readback::map,
     record::Record,
-    reports::{Reports, failed},
+    reports::Reports,
     scope::Scope,
-    timing::{Taken, Timer, Timing},
+    timing::{Timer, Timing},
 };
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::change::Selection;
 use crate::plan::{Action, Ending, Loop, Node, Plan, StepId, Until};
 use crate::scene::Table;
-use crate::shader::report::Failed;
 use crate::value::Values;
 use std::time::Instant;
 
@@ -41,49 +41,6 @@ pub struct Frame<'a> {
     pub timing: Timing,
     /// Each step is waited for by itself, so that one that never ends is known by its name.
     pub careful: bool,
-}
-
-/// What a frame took.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct FrameReport {
-    /// The steps that ran, in the order of their first run.
-    pub steps: Vec<StepTime>,
-    /// Every run of every loop, in the order of their ends; an inner loop has one entry for each iteration of the outer.
-    pub loops: Vec<LoopReport>,
-    /// What went on, but probably not as meant.
-    pub warnings: Vec<Diagnostic>,
-    /// What the checks of numbers found; `None` without [`Prepared::watch`].
-    pub numerics: Option<Numerics>,
-    /// Checks in shaders that do not hold, by step: as of its last run.
-    pub failed: Vec<(StepId, Failed)>,
-    /// From the begin of the first timed step to the end of the last one, by the device's clock; `None` where it has none.
-    pub device_ms: Option<f64>,
-    /// From the call to the end of the device's work, in milliseconds.
-    pub wall_ms: f64,
-}
-
-/// The time of one step, summed over the iterations of the loops around it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepTime {
-    /// Index into [`Plan::steps`].
-    pub step: usize,
-    pub runs: u32,
-    /// Of a step that ran in part: for how many instances.
-    pub instances: Option<u32>,
-    /// On the device; `None` where it can't say.
-    pub gpu_ms: Option<f64>,
-    /// To encode.
-    pub cpu_ms: f64,
-}
-
-/// How a loop went.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LoopReport {
-    pub name: String,
-    /// How many it took.
-    pub iterations: u32,
-    /// The number tested last; `None` without a test or an iteration.
-    pub last: Option<f32>,
 }
 
 /// Runs one frame and waits for it.
@@ -192,65 +149,6 @@ fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, reco
     Ok(Recorded { times, first_runs, loops, warnings, gated, numerics, taken, period, reporting, places, later, start })
 }
 
-/// A frame that was recorded, whose times and counts arrive later.
-#[derive(Debug)]
-pub struct Recorded {
-    times: Vec<Option<StepTime>>,
-    first_runs: Vec<StepId>,
-    loops: Vec<LoopReport>,
-    warnings: Vec<Diagnostic>,
-    gated: Vec<Gated>,
-    numerics: Option<Numerics>,
-    taken: Taken,
-    /// Nanoseconds of a tick.
-    period: f32,
-    /// The steps whose shaders check themselves.
-    reporting: Vec<StepId>,
-    /// Of steps that ran in part: where their counts are.
-    places: Vec<(StepId, usize)>,
-    later: Later,
-    start: Instant,
-}
-
-impl Recorded {
-    /// What the frame took, once the device has done it; never waits. The frame must have been submitted.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn arrived(&mut self, gpu: &Gpu) -> Checked<Option<FrameReport>> {
-        Ok(self.later.arrived(gpu)?.map(|bytes| self.report(&bytes)))
-    }
-
-    fn report(&mut self, bytes: &[Vec<u8>]) -> FrameReport {
-        let part = |i: usize| bytes.get(i).map_or(&[][..], Vec::as_slice);
-        let taken = self.taken.read(part(0), self.period, self.times.len());
-        for ((ms, timed), time) in taken.steps.into_iter().zip(&mut self.times) {
-            if let Some(time) = time {
-                time.gpu_ms = (timed == time.runs).then_some(ms);
-            }
-        }
-        for (run, state) in self.gated.iter().zip(states(part(2))) {
-            run.settle(&state, &mut self.times, &mut self.loops, &mut self.warnings);
-        }
-        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(part(3));
-        for (id, place) in &self.places {
-            if let Some(Some(time)) = self.times.get_mut(id.0) {
-                time.instances = counts.get(*place).copied();
-            }
-        }
-        let times = &self.times;
-        FrameReport {
-            steps: self.first_runs.iter().filter_map(|s| times.get(s.0).copied().flatten()).collect(),
-            loops: std::mem::take(&mut self.loops),
-            warnings: std::mem::take(&mut self.warnings),
-            numerics: self.numerics.take(),
-            failed: failed(&self.reporting, part(1)),
-            device_ms: taken.whole,
-            wall_ms: ms_since(self.start),
-        }
-    }
-}
-
 /// The state of a walk along the order.
 struct Walk<'a> {
     source: Source<'a>,
@@ -282,7 +180,7 @@ struct Walk<'a> {
 
 /// A run of a loop that ended on the device, to be settled when the frame is done.
 #[derive(Debug)]
-struct Gated {
+pub(super) struct Gated {
     /// Its place among the reports.
     report: usize,
     /// Iterations handed over.
@@ -292,7 +190,7 @@ struct Gated {
 
 impl Gated {
     /// Says what happened in place of what was handed over.
-    fn settle(
+    pub(super) fn settle(
         &self,
         state: &State,
         times: &mut [Option<StepTime>],
@@ -523,6 +421,6 @@ fn selected(node: &Node, run: &[bool]) -> bool {
     }
 }
 
-fn ms_since(start: Instant) -> f64 {
+pub(super) fn ms_since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
 }

@@ -16,7 +16,8 @@ const MOST_FILLS: usize = 32;
 /// Pipelines that check numbers: one for each way to read a resource.
 const MOST_CHECKS: usize = 4;
 
-/// As [`PLANS`], for images of files: a plan and the one before it, a second memory that verifies, and what stands beside.
+/// As [`PLANS`], for images of files: a plan and the one before it, a second memory that verifies, and what stands
+/// beside.
 const IMAGE_PLANS: u64 = 4;
 
 const MOST_SAMPLERS: usize = 32;

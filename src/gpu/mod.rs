@@ -18,6 +18,7 @@ mod pool;
 mod prepare;
 mod readback;
 mod record;
+mod recorded;
 mod reports;
 mod scene_data;
 mod scope;
@@ -25,17 +26,17 @@ mod scope;
 mod testing;
 #[cfg(test)]
 mod tests;
-mod texel;
 mod timing;
 mod uniforms;
 mod upload;
 mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, set_patience, wanted_adapter};
-pub use execute::{Frame, FrameReport, LoopReport, Recorded, StepTime, execute, record};
+pub use execute::{Frame, execute, record};
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};
 pub use prepare::{Prepared, prepare, prepare_after};
 pub use readback::{ArrivingImage, read_buffer, read_bytes, read_content, read_image, read_image_later, read_plane};
+pub use recorded::{FrameReport, LoopReport, Recorded, StepTime};
 pub use timing::Timing;
 pub use upload::{upload_bytes, upload_image};

@@ -1,6 +1,6 @@
 //! The memory of a plan: one texture or buffer a slot, and views of it.
 
-use super::{device::Gpu, encode::clear_texture, scope::scoped};
+use super::{device::Gpu, encode::clear_texture, scope::scoped, upload::write_levels};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::image::texture::Texture;
 use crate::plan::{Desc, Plan, ResourceId, TextureDesc, TextureKind};
@@ -249,21 +249,7 @@ fn uploaded(gpu: &Gpu, image: &Texture, t: &TextureDesc, label: &str) -> wgpu::T
     let mut wanted = texture(t, label);
     wanted.usage |= wgpu::TextureUsages::COPY_DST;
     let made = gpu.device.create_texture(&wanted);
-    let texel = t.format.block_copy_size(None).unwrap_or(4);
-    for (mip, bytes) in (0..).zip(&image.levels) {
-        let size = made.size().mip_level_size(mip, made.dimension());
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(size.width * texel),
-            rows_per_image: Some(size.height),
-        };
-        gpu.queue.write_texture(
-            wgpu::TexelCopyTextureInfo { mip_level: mip, ..made.as_image_copy() },
-            bytes,
-            layout,
-            size,
-        );
-    }
+    write_levels(gpu, &made, &image.levels);
     kept.keep(Uploaded { hash: image.hash, desc: t.clone(), texture: made.clone() });
     made
 }

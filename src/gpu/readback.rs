@@ -1,8 +1,8 @@
 //! What the device computed, back on the CPU.
 
-use super::{device::Gpu, later::Later, pool::Memory, prepare::Prepared, scope::scoped, texel};
+use super::{device::Gpu, later::Later, pool::Memory, prepare::Prepared, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::image::Image;
+use crate::image::{Image, texel};
 use crate::plan::{Plan, ResourceId};
 use std::ops::Range;
 

@@ -1,6 +1,6 @@
 //! The scene on the device: vertices, indices, tables in the layout that shaders ask for, base-colour textures.
 
-use super::{device::Gpu, scope::scoped};
+use super::{device::Gpu, scope::scoped, upload::write_levels};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::tables::{pack, rows, stride};
@@ -223,16 +223,7 @@ fn upload_textures(gpu: &Gpu, textures: Option<&TextureArray>) -> Checked<wgpu::
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });
-        for (level, bytes) in t.mips.iter().enumerate() {
-            let e = mip(level);
-            let info = wgpu::TexelCopyTextureInfo { mip_level: level as u32, ..texture.as_image_copy() };
-            let rows = wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(4 * e.width),
-                rows_per_image: Some(e.height),
-            };
-            gpu.queue.write_texture(info, bytes, rows, e);
-        }
+        write_levels(gpu, &texture, &t.mips);
         texture.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()

@@ -48,18 +48,8 @@ impl Sketch {
     fn resource(&mut self, name: &str, desc: Desc, bytes: u64) -> ResourceId {
         let slot = self.plan.slots.len();
         self.plan.slots.push(Slot { desc: desc.clone(), bytes });
-        self.plan.resources.push(Resource {
-            name: name.into(),
-            desc,
-            slot,
-            alive: (0, usize::MAX),
-            history: false,
-            bits: false,
-            initial: None,
-            image: None,
-            min: None,
-            max: None,
-        });
+        let made = Resource { slot, alive: (0, usize::MAX), ..Resource::new(name.into(), desc) };
+        self.plan.resources.push(made);
         ResourceId(self.plan.resources.len() - 1)
     }
 

@@ -1,18 +1,18 @@
 //! What the host holds, in memory of the device that a graph's input can be lent.
 
 use super::pool::Memory;
-use super::{device::Gpu, pool, scope::scoped, texel};
+use super::{device::Gpu, pool, scope::scoped};
 use crate::diag::{Checked, Diagnostic};
-use crate::image::Image;
+use crate::image::{Image, texel};
 use crate::plan::{Desc, TextureDesc};
 
 /// A texture like `desc` that holds an image, for [`crate::session::Session::import`]. Values are linear light, as
-/// [`super::read_image`] gives them; the layers of the image are those of the texture, the slices of a 3D texture, or the faces of
-/// a cube (+X, −X, +Y, −Y, +Z, −Z). `name` is the input's in faults.
+/// [`super::read_image`] gives them; the layers of the image are those of the texture, the slices of a 3D texture, or
+/// the faces of a cube (+X, −X, +Y, −Y, +Z, −Z). `name` is the input's in faults.
 ///
 /// # Errors
-/// The input is a buffer or has mip levels, its format can't be written, the image has another size, other layers or channels, or no memory
-/// is left.
+/// The input is a buffer or has mip levels, its format can't be written, the image has another size, other layers or
+/// channels, or no memory is left.
 pub fn upload_image(gpu: &Gpu, desc: &Desc, name: &str, image: &Image) -> Checked<Memory> {
     image.check(&format!("what is given as `{name}`"))?;
     let t = match desc {
@@ -28,17 +28,33 @@ pub fn upload_image(gpu: &Gpu, desc: &Desc, name: &str, image: &Image) -> Checke
     };
     fits(t, name, image)?;
     let bytes = texel::encode_rows(t.format, &image.data);
-    let size = wgpu::Extent3d { width: t.width, height: t.height, depth_or_array_layers: t.layers };
     let wanted = Desc::Texture(TextureDesc { usage: t.usage | wgpu::TextureUsages::COPY_DST, ..t.clone() });
     scoped(gpu, &format!("upload `{name}`"), || {
         let memory = pool::blank(gpu, &wanted, name);
         if let Memory::Texture(texture) = &memory {
-            let row = u32::try_from(bytes.len() / (t.height as usize * t.layers as usize)).ok();
-            let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: row, rows_per_image: Some(t.height) };
-            gpu.queue.write_texture(texture.as_image_copy(), &bytes, layout, size);
+            write_levels(gpu, texture, &[bytes]);
         }
         memory
     })
+}
+
+/// Writes levels of a texture, the largest first: layers one after another, rows from the top, without padding.
+pub(super) fn write_levels(gpu: &Gpu, texture: &wgpu::Texture, levels: &[Vec<u8>]) {
+    let texel = texture.format().block_copy_size(None).unwrap_or(4);
+    for (mip_level, bytes) in (0..).zip(levels) {
+        let size = texture.size().mip_level_size(mip_level, texture.dimension());
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(size.width * texel),
+            rows_per_image: Some(size.height),
+        };
+        gpu.queue.write_texture(
+            wgpu::TexelCopyTextureInfo { mip_level, ..texture.as_image_copy() },
+            bytes,
+            layout,
+            size,
+        );
+    }
 }
 
 /// A buffer like `desc` that holds these bytes. `name` is the input's in faults.

@@ -2,10 +2,10 @@
 //!
 //! What a person decides stays: which items share a line, empty lines (one at most), comments. The rest follows: four
 //! spaces for each bracket that is open, a space after commas and colons, a comma after the last item of a bracket that
-//! ends on a line of its own, and lines of at most [`WIDTH`] columns: longer ones are broken at items and between words of texts and
-//! comments, and what `about` says is filled. A layout of a layout is itself.
+//! ends on a line of its own, and lines of at most [`WIDTH`] columns: longer ones are broken at items and between words
+//! of texts and comments, and what `about` says is filled. A layout of a layout is itself.
 
-use super::tree::{Kind, Node, parse};
+use super::tree::{Kind, Node, comment, parse};
 use crate::diag::{Checked, Source, Span};
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ impl<'t> Gap<'t> {
         while let Some(c) = rest.chars().next() {
             let length = match c {
                 '/' if rest.starts_with("//") => rest.find('\n').unwrap_or(rest.len()),
-                '/' => block(rest),
+                '/' => comment(rest).unwrap_or(rest.len()),
                 _ => {
                     newlines += usize::from(c == '\n');
                     broken |= c == '\n';
@@ -109,25 +109,6 @@ impl<'t> Gap<'t> {
 fn mark(comment: &str) -> &str {
     let marks = comment.len() - comment.trim_start_matches(['/', '!']).len();
     if comment.starts_with("//") { &comment[..marks] } else { "" }
-}
-
-/// The length of the block comment that a text begins with; comments in it count.
-fn block(text: &str) -> usize {
-    let (mut depth, mut at) = (0usize, 0);
-    while at < text.len() {
-        let rest = &text.as_bytes()[at..];
-        let (step, change) = match rest {
-            [b'/', b'*', ..] => (2, 1),
-            [b'*', b'/', ..] => (2, -1),
-            _ => (1, 0),
-        };
-        at += step;
-        depth = depth.saturating_add_signed(change);
-        if depth == 0 && change < 0 {
-            break;
-        }
-    }
-    at
 }
 
 /// What may be done with the white space of a text.
@@ -175,8 +156,8 @@ impl<'t> Layout<'t> {
         self.column = indent;
     }
 
-    /// Comments on lines of their own. A paragraph of them in which a line is too long is filled anew. `inside`: something
-    /// stands above, so that an empty line may.
+    /// Comments on lines of their own. A paragraph of them in which a line is too long is filled anew. `inside`:
+    /// something stands above, so that an empty line may.
     fn comments(&mut self, lines: &[(bool, &str)], indent: usize, inside: bool) {
         let mut at = 0;
         while at < lines.len() {

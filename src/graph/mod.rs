@@ -1,9 +1,8 @@
 //! The graph file: text to a checked [`Graph`]. No device.
 //!
-//! `tree` keeps places, `variant` lays a variant over its base, `read` reads single values, `parse` knows the fields, `image` reads
-//! the files of images, `join`
-//! puts sub-graphs in with other names (`rename`), `limits` counts, `check` resolves names, and `unroll`, when values are
-//! known, repeats passes. `format` lays a file out.
+//! `tree` keeps places, `variant` lays a variant over its base, `read` reads single values, `parse` knows the fields,
+//! `image` reads the files of images, `join` puts sub-graphs in with other names (`rename`), `limits` counts, `check`
+//! resolves names, and `unroll`, when values are known, repeats passes. `format` lays a file out.
 
 pub mod ast;
 pub mod check;

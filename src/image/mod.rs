@@ -11,6 +11,8 @@ pub mod mask;
 pub mod metrics;
 pub mod mips;
 pub mod png;
+pub mod srgb;
+pub mod texel;
 pub mod texture;
 
 use crate::diag::{Checked, Diagnostic};

@@ -1,6 +1,6 @@
 //! PNG files: 8-bit sRGB pictures of linear images, for people to look at. Errors are measured on linear values.
 
-use super::{Image, file::write_atomically};
+use super::{Image, file::write_atomically, srgb};
 use crate::diag::{Checked, Diagnostic};
 use ::image::{
     ExtendedColorType, ImageEncoder,
@@ -63,17 +63,7 @@ pub fn to_bytes(color: [f32; 3], tone_map: ToneMap, exposure: f32) -> [u8; 3] {
         ToneMap::None => exposed,
         ToneMap::Neutral => neutral(exposed),
     };
-    mapped.map(|v| (encode_srgb(v.clamp(0.0, 1.0)) * 255.0).round() as u8)
-}
-
-/// The sRGB transfer function (IEC 61966-2-1) for a linear value from 0 to 1.
-pub fn encode_srgb(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// The linear value of an encoded one from 0 to 1: [`encode_srgb`] the other way round.
-pub fn decode_srgb(code: f32) -> f32 {
-    if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
+    mapped.map(|v| (srgb::encode(v.clamp(0.0, 1.0)) * 255.0).round() as u8)
 }
 
 /// Khronos PBR Neutral tone mapper (github.com/KhronosGroup/ToneMapping, `PBR_Neutral`), linear in and out.

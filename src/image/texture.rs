@@ -1,10 +1,10 @@
 //! Images of files as the texture that a graph declares by `Image`.
 //!
-//! One file is a flat texture, a `.cube` table a solid one; six files, or a panorama and the edge of a face, are a cube.
+//! One file is a flat texture, a `.cube` table a solid one; six files, or a panorama and the edge of a face, are a
+//! cube.
 
 use super::decode::{Decoded, Numbers, decode};
-use super::png::{decode_srgb, encode_srgb};
-use super::{Image, mips::halved};
+use super::{Image, mips::halved, srgb, texel};
 use crate::builtin;
 use crate::content::hash;
 use crate::diag::Diagnostic;
@@ -14,7 +14,7 @@ use crate::parallel;
 use half::f16;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use wgpu::TextureFormat as F;
 
 /// Texels of all files and faces of one texture at most: 8192 × 4096. A small file can state any size.
@@ -223,10 +223,10 @@ fn join(wanted: &Wanted, decoded: Vec<Decoded>, numbers: Numbers) -> Result<(Sha
     }
 }
 
-/// The same with other channels, as [`texel`] gives them.
+/// The same with other channels, as [`color`] gives them.
 fn like(image: &Image, channels: u32) -> Image {
     let own = image.channels.max(1) as usize;
-    let data = image.data.chunks_exact(own).flat_map(|p| texel(p).into_iter().take(channels as usize)).collect();
+    let data = image.data.chunks_exact(own).flat_map(|p| color(p).into_iter().take(channels as usize)).collect();
     Image { channels, data, ..*image }
 }
 
@@ -237,7 +237,7 @@ fn linearize(image: &mut Image, curved: bool) {
         for (i, v) in pixel.iter_mut().enumerate() {
             *v = match *v {
                 v if !v.is_finite() => 0.0,
-                v if curved && i < colors => decode_srgb(v),
+                v if curved && i < colors => srgb::decode(v),
                 v => v,
             };
         }
@@ -280,7 +280,7 @@ fn between(image: &Image, place: glam::Vec2, share: f32, to: &mut [f32]) {
 }
 
 /// A pixel as red, green, blue and alpha: one channel is grey, two are grey and alpha.
-fn texel(pixel: &[f32]) -> [f32; 4] {
+fn color(pixel: &[f32]) -> [f32; 4] {
     match *pixel {
         [y] => [y, y, y, 1.0],
         [y, a] => [y, y, y, a],
@@ -290,32 +290,14 @@ fn texel(pixel: &[f32]) -> [f32; 4] {
     }
 }
 
-/// The texels of a format. What it can't hold becomes the nearest that it can.
+/// The bytes of texels of a format. What it can't hold becomes the nearest that it can.
 fn packed(image: &Image, format: F) -> Vec<u8> {
-    let channels = usize::from(format.components());
-    let pixels = image.data.chunks_exact(image.channels.max(1) as usize).map(texel);
-    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
-    match format {
-        F::Rgba8UnormSrgb => pixels.flat_map(|[r, g, b, a]| [code(r), code(g), code(b), byte(a)]).collect(),
-        F::R8Unorm | F::Rg8Unorm | F::Rgba8Unorm => {
-            pixels.flat_map(|p| p.map(byte).into_iter().take(channels)).collect()
-        }
-        F::R16Float | F::Rg16Float | F::Rgba16Float => {
-            let most = f16::MAX.to_f32();
-            let word = |v: f32| f16::from_f32(v.clamp(-most, most)).to_le_bytes();
-            pixels.flat_map(|p| p.map(word).into_iter().take(channels)).flatten().collect()
-        }
-        _ => pixels.flat_map(|p| p.map(f32::to_le_bytes).into_iter().take(channels)).flatten().collect(),
+    let mut image = like(image, format.components().into());
+    if matches!(format, F::R16Float | F::Rg16Float | F::Rgba16Float) {
+        let most = f16::MAX.to_f32();
+        image.data.iter_mut().for_each(|v| *v = v.clamp(-most, most));
     }
-}
-
-/// The code in sRGB that is nearest to a linear value.
-fn code(linear: f32) -> u8 {
-    /// The linear values half-way between codes.
-    static MIDDLES: LazyLock<[f32; 255]> =
-        LazyLock::new(|| std::array::from_fn(|i| decode_srgb((i as f32 + 0.5) / 255.0)));
-    debug_assert!(encode_srgb(0.0) == 0.0, "the curve begins at black");
-    MIDDLES.partition_point(|m| *m < linear) as u8
+    texel::encode_rows(format, &image.data)
 }
 
 #[cfg(test)]

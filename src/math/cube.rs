@@ -77,8 +77,8 @@ pub fn solid_angle(texel: [u32; 2], edge: u32) -> f64 {
     corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
 }
 
-/// A place on a panorama, in 0..1 from its left and its top, of a direction: straight ahead (−Z) in the middle, +X to the right of that, up at
-/// the top.
+/// A place on a panorama, in 0..1 from its left and its top, of a direction: straight ahead (−Z) in the middle, +X to
+/// the right of that, up at the top.
 pub fn panorama_place(d: Vec3) -> Vec2 {
     let bearing = d.x.atan2(-d.z) / (2.0 * PI);
     let height = d.y.clamp(-1.0, 1.0).asin() / (PI);

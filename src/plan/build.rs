@@ -9,14 +9,12 @@ use super::wire::{Item, any_use, wire};
 use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, dirty, ending, fastest, lint, memory};
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::graph::Graph;
-use crate::graph::ast::{Name, Resource, ResourceKind, set_of};
+use crate::graph::ast::{Resource, ResourceKind, set_of};
 use crate::graph::expr::Val;
 use crate::graph::unroll::unroll;
-use crate::image::texture::Texture;
 use crate::value::{Value, Values};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 /// A plan and what the user should know about it.
 #[derive(Debug, Clone)]
@@ -235,22 +233,6 @@ fn inputs(graph: &Graph, resources: &mut [super::Resource], steps: &[Step]) -> V
     inputs
 }
 
-/// A resource that no step of the graph uses.
-fn unwritten_resource(name: &Name, declared: &Resource, desc: Desc, image: Option<Arc<Texture>>) -> super::Resource {
-    super::Resource {
-        name: name.value.clone(),
-        desc,
-        slot: 0,
-        alive: (0, 0),
-        history: false,
-        initial: declared.initial,
-        image,
-        bits: false,
-        min: declared.min,
-        max: declared.max,
-    }
-}
-
 /// Steps that give resources their initial content each frame, where the frame begins with it.
 /// Those with history get it once, on allocation.
 fn initial_clears(
@@ -264,14 +246,14 @@ fn initial_clears(
 ) -> Vec<StepId> {
     let mut cleared = vec![];
     for (name, declared) in &graph.resources {
-        if let ResourceKind::Image(image) = &declared.kind
+        if matches!(declared.kind, ResourceKind::Image(_))
             && wanted.contains(&name.value)
             && !ids.contains_key(&name.value)
             && let Some(Ok(sized)) = sizes.of(&name.value)
         {
             // An output that no pass reads either.
             ids.insert(name.value.clone(), super::ResourceId(resources.len()));
-            resources.push(unwritten_resource(name, declared, sized.desc, Some(image.clone())));
+            resources.push(super::Resource::declared(name.value.clone(), sized.desc, declared));
         }
         let Some(value) = declared.initial else { continue };
         let kept = || ids.get(&name.value).is_some_and(|id| resources[id.0].history);
@@ -283,7 +265,7 @@ fn initial_clears(
             // An output that nothing writes is its initial content.
             let Some(Ok(sized)) = sizes.of(&name.value) else { continue };
             ids.insert(name.value.clone(), super::ResourceId(resources.len()));
-            resources.push(unwritten_resource(name, declared, sized.desc, None));
+            resources.push(super::Resource::declared(name.value.clone(), sized.desc, declared));
         } else if starts != Some(true) {
             continue;
         }

@@ -219,18 +219,7 @@ impl Expander<'_, '_> {
         let name = format!("{name}.draws");
         let fits = super::sizes::limits(&name, &desc, span, self.limits);
         self.keep(fits)?;
-        self.out.resources.push(Resource {
-            name,
-            desc,
-            slot: 0,
-            alive: (0, 0),
-            history: false,
-            initial: None,
-            image: None,
-            bits: false,
-            min: None,
-            max: None,
-        });
+        self.out.resources.push(Resource::new(name, desc));
         Some(ResourceId(self.out.resources.len() - 1))
     }
 }

@@ -7,7 +7,7 @@ use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
 use super::{Action, Binding, Desc, Ending, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{PassKind, ResourceKind, Size};
+use crate::graph::ast::{PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
@@ -112,22 +112,8 @@ impl Expander<'_, '_> {
         self.out.ids.insert(name.to_string(), first);
         for m in 0..sized.members.unwrap_or(1) {
             let name = if sized.members.is_some() { format!("{name}[{m}]") } else { name.to_string() };
-            let initial = if declared.history { Some(declared.initial.unwrap_or([0.0; 4])) } else { declared.initial };
-            self.out.resources.push(Resource {
-                name,
-                desc: sized.desc.clone(),
-                slot: 0,
-                alive: (0, 0),
-                history: declared.history,
-                initial,
-                image: match &declared.kind {
-                    ResourceKind::Image(image) => Some(image.clone()),
-                    _ => None,
-                },
-                bits,
-                min: declared.min,
-                max: declared.max,
-            });
+            let made = Resource::declared(name, sized.desc.clone(), declared);
+            self.out.resources.push(Resource { bits, ..made });
         }
         self.member(name, first, sized.members, member, span)
     }

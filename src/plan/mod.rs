@@ -20,18 +20,22 @@ pub mod memory;
 pub mod order;
 mod reduce;
 pub mod request;
+mod resource;
 pub mod scene_inputs;
+mod shaders;
 pub mod show;
 pub mod sizes;
 pub mod tables;
 mod targets;
 #[cfg(test)]
 mod tests;
+mod uniforms;
 mod volatility;
 pub mod wire;
 mod work;
 
-use crate::image::texture::Texture;
+pub use resource::{Desc, Resource, Slot, TextureDesc, TextureKind, Tiles, clear_usage};
+
 use crate::shader::{Layout, Shader};
 use crate::value::{Value, Values};
 use std::sync::Arc;
@@ -128,83 +132,6 @@ impl Comparison {
             Comparison::GreaterEqual => a >= b,
         }
     }
-}
-
-/// A texture or buffer of the plan.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Resource {
-    /// The graph's name; `name[i]` for a member of a set, `pass.i` for a reduction's intermediate.
-    pub name: String,
-    pub desc: Desc,
-    /// Where it lives. Valid for every resource.
-    pub slot: usize,
-    /// First and last place in the order (whole loops count as one range) at which it holds something needed.
-    pub alive: (usize, usize),
-    /// Keeps its content from frame to frame.
-    pub history: bool,
-    /// Content before anything is written; `Some` also clears it on allocation.
-    pub initial: Option<[f64; 4]>,
-    /// What files hold; no step writes it.
-    pub image: Option<Arc<Texture>>,
-    /// Holds dirty bits: what they say is for one frame.
-    pub bits: bool,
-    /// What the graph says that its numbers lie between.
-    pub min: Option<f64>,
-    pub max: Option<f64>,
-}
-
-/// Memory for one or more resources of the same [`Desc`] (usages united).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Slot {
-    pub desc: Desc,
-    pub bytes: u64,
-}
-
-/// What to allocate.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub enum Desc {
-    Texture(TextureDesc),
-    /// Size in bytes, a multiple of 4.
-    Buffer {
-        size: u64,
-        usage: wgpu::BufferUsages,
-    },
-}
-
-/// A texture to allocate.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct TextureDesc {
-    pub kind: TextureKind,
-    pub format: wgpu::TextureFormat,
-    pub width: u32,
-    pub height: u32,
-    /// Depth of a 3D texture, layers of any other (a cube has 6 for each).
-    pub layers: u32,
-    pub mips: u32,
-    pub usage: wgpu::TextureUsages,
-    /// An atlas: square tiles in rows, each the view of one member.
-    pub tiles: Option<Tiles>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum TextureKind {
-    /// 2D; an array when the graph gave it layers.
-    D2 {
-        array: bool,
-    },
-    /// A cube, or an array of cubes.
-    Cube {
-        array: bool,
-    },
-    D3,
-}
-
-/// The tiling of an atlas. Tile `i` has its corner at `(i % columns, i / columns) · edge`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Tiles {
-    pub edge: u32,
-    pub columns: u32,
-    pub count: u32,
 }
 
 /// A scene table in the layout of one shader's row type.
@@ -451,43 +378,5 @@ impl Plan {
     /// Bytes of all resources: as allocated, and if each had memory of its own.
     pub fn bytes(&self) -> (u64, u64) {
         (self.slots.iter().map(|s| s.bytes).sum(), self.resources.iter().map(|r| r.desc.bytes()).sum())
-    }
-}
-
-impl Desc {
-    /// Bytes of memory, without the driver's padding.
-    pub fn bytes(&self) -> u64 {
-        match self {
-            Desc::Buffer { size, .. } => *size,
-            Desc::Texture(t) => {
-                let texel = u64::from(t.format.block_copy_size(None).unwrap_or(4));
-                let level = |m: u32| {
-                    let side = |n: u32| u64::from((n >> m).max(1));
-                    let layers = if t.kind == TextureKind::D3 { side(t.layers) } else { u64::from(t.layers) };
-                    side(t.width).saturating_mul(side(t.height)).saturating_mul(layers).saturating_mul(texel)
-                };
-                (0..t.mips.min(32)).map(level).fold(0, u64::saturating_add)
-            }
-        }
-    }
-
-    /// The same without usages: what must agree for memory to be shared.
-    pub fn shape(&self) -> Desc {
-        match self {
-            Desc::Buffer { size, .. } => Desc::Buffer { size: *size, usage: wgpu::BufferUsages::empty() },
-            Desc::Texture(t) => {
-                Desc::Texture(TextureDesc { usage: wgpu::TextureUsages::empty(), tiles: None, ..t.clone() })
-            }
-        }
-    }
-}
-
-/// The usage by which a texture is cleared: as a target where its format can be one, else by a copy.
-pub fn clear_usage(t: &TextureDesc) -> wgpu::TextureUsages {
-    let able = t.format.guaranteed_format_features(wgpu::Features::empty()).allowed_usages;
-    if t.kind != TextureKind::D3 && able.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
-        wgpu::TextureUsages::RENDER_ATTACHMENT
-    } else {
-        wgpu::TextureUsages::COPY_DST
     }
 }

@@ -145,19 +145,7 @@ impl Expander<'_, '_> {
         let name = format!("{name}.{stage}");
         let fits = sizes::limits(&name, &desc, span, self.limits);
         self.keep(fits)?;
-        let (min, max) = (None, None);
-        self.out.resources.push(Resource {
-            name,
-            desc,
-            slot: 0,
-            alive: (0, 0),
-            history: false,
-            initial: None,
-            image: None,
-            bits: false,
-            min,
-            max,
-        });
+        self.out.resources.push(Resource::new(name, desc));
         Some(ResourceId(self.out.resources.len() - 1))
     }
 

@@ -44,8 +44,8 @@ pub(crate) fn previous(values: &Values) -> Values {
     values.iter().filter_map(|(name, v)| Some((format!("{PREVIOUS}{}", own(name)?), *v))).collect()
 }
 
-/// Where in its pixel a frame looks through, from its centre: -0.5 to 0.5 along x and y. The first 16 points of Halton's
-/// sequence to the bases 2 and 3, over and over.
+/// Where in its pixel a frame looks through, from its centre: -0.5 to 0.5 along x and y. The first 16 points of
+/// Halton's sequence to the bases 2 and 3, over and over.
 pub(crate) fn jitter(frame: u32) -> Vec2 {
     let at = |base: u32| {
         let (mut n, mut share, mut sum) = (frame % 16 + 1, 1.0, 0.0);

@@ -4,7 +4,7 @@ use super::{
     model::Scene,
     textures::{Texture, TextureArray, Wrap},
 };
-use crate::image::png::decode_srgb;
+use crate::image::srgb;
 use glam::{Mat2, Vec2, Vec3};
 use std::sync::Arc;
 
@@ -79,5 +79,5 @@ fn texel(pages: &TextureArray, t: &Texture, level: u32, at: Vec2) -> Vec3 {
     let page = pages.width as usize * pages.height as usize;
     let place = t.layer as usize * page + (top + y) as usize * pages.width as usize + (left + x) as usize;
     let texel = pages.mips.first().and_then(|page| page.get(4 * place..4 * place + 3));
-    texel.map_or(Vec3::ZERO, |t| Vec3::new(t[0].into(), t[1].into(), t[2].into()) / 255.0).map(decode_srgb)
+    texel.map_or(Vec3::ZERO, |t| Vec3::new(t[0].into(), t[1].into(), t[2].into()) / 255.0).map(srgb::decode)
 }

@@ -2,7 +2,7 @@
 
 use super::textures::Picture;
 use crate::image::mips::spans;
-use crate::image::png::decode_srgb;
+use crate::image::srgb;
 use std::sync::OnceLock;
 
 /// What an image's numbers are.
@@ -107,9 +107,9 @@ impl Codes {
         static BOTH: OnceLock<[Codes; 2]> = OnceLock::new();
         let [color, data] = BOTH.get_or_init(|| {
             let plain = |i: usize| i as f32 / 255.0;
-            let step = |i: u32| encoded(i as f32 / STEPS);
+            let step = |i: u32| srgb::nearest(i as f32 / STEPS);
             let color = Codes {
-                light: std::array::from_fn(|i| decode_srgb(plain(i))),
+                light: std::array::from_fn(|i| srgb::decode(plain(i))),
                 code: Some((0..=STEPS as u32).map(step).collect()),
             };
             [color, Codes { light: std::array::from_fn(plain), code: None }]
@@ -123,11 +123,6 @@ impl Codes {
             None => (light.clamp(0.0, 1.0) * 255.0 + 0.5) as u8,
         }
     }
-}
-
-fn encoded(x: f32) -> u8 {
-    let code = if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-    (code * 255.0).round() as u8
 }
 
 #[cfg(test)]

@@ -24,8 +24,8 @@ pub struct Project {
 }
 
 impl Project {
-    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then one and two folders up;
-    /// where the graph or a base is one of the binary's, then the binary's.
+    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then one and two
+    /// folders up; where the graph or a base is one of the binary's, then the binary's.
     ///
     /// # Errors
     /// Every fault of the graph file and its bases, and shader files that can't be read.
@@ -72,8 +72,8 @@ impl Project {
         names.find(|n| *n == "color").or(first)
     }
 
-    /// The faults and warnings of the graph for each of these scenes' facts ([`request::all_sample_facts`] for any scene),
-    /// whichever alternatives run; none of them twice. Needs no device.
+    /// The faults and warnings of the graph for each of these scenes' facts ([`request::all_sample_facts`] for any
+    /// scene), whichever alternatives run; none of them twice. Needs no device.
     pub fn faults(&self, params: &Values, facts: &[Values]) -> Vec<Diagnostic> {
         let (limits, features) = request::sample_device();
         let mut all: Vec<Diagnostic> = vec![];

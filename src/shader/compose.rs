@@ -47,8 +47,8 @@ pub struct Shader {
     pub content: u128,
 }
 
-/// Composes `path` with `defs`, for the entry points in `wanted` alone, or for all where it is empty or names one that is not
-/// there.
+/// Composes `path` with `defs`, for the entry points in `wanted` alone, or for all where it is empty or names one that
+/// is not there.
 ///
 /// Resource variables need no `@group` or `@binding`: those that an entry point uses get group 0 and, as binding,
 /// their place among their names in order. Attributes that are written are ignored.

@@ -7,7 +7,7 @@ use std::process::Output;
 /// Runs `lightgraph` in the repository. `adapter: false` hides every driver.
 pub fn lightgraph(args: &[&str], adapter: bool) -> Output {
     let mut command = crate::support::command();
-    command.args(args).current_dir(repository(""));
+    command.args(args);
     if !adapter {
         // Both names of the loader's variable, the old and the new.
         let nowhere = repository("tests/no-such-driver.json");
@@ -19,7 +19,7 @@ pub fn lightgraph(args: &[&str], adapter: bool) -> Output {
 /// As [`lightgraph`], with an adapter and variables of the environment.
 pub fn lightgraph_with(args: &[&str], variables: &[(&str, &Path)]) -> Output {
     let mut command = crate::support::command();
-    command.args(args).current_dir(repository("")).envs(variables.iter().copied());
+    command.args(args).envs(variables.iter().copied());
     command.output().unwrap_or_else(|e| panic!("can't start lightgraph: {e}"))
 }
 

@@ -164,7 +164,7 @@ fn a_base_that_leads_out_of_its_folder_is_refused() {
 fn a_full_disk_under_the_output_is_an_error() {
     for args in [&["plan", "graphs/direct.ron"][..], &["check", "graphs/direct.ron"], &["compare", "--help"]] {
         let mut command = crate::support::command();
-        command.args(args).current_dir(repository("")).stdout(File::options().write(true).open("/dev/full").unwrap());
+        command.args(args).stdout(File::options().write(true).open("/dev/full").unwrap());
         let output = command.output().unwrap();
         let text = String::from_utf8_lossy(&output.stderr);
         // Help is printed by the parser of arguments, which has its own code for it.
@@ -178,7 +178,7 @@ fn a_full_disk_under_the_output_is_an_error() {
 #[test]
 fn a_reader_that_goes_away_ends_the_output_only() {
     let mut command = crate::support::command();
-    command.args(["plan", "graphs/uniform_grid.ron"]).current_dir(repository(""));
+    command.args(["plan", "graphs/uniform_grid.ron"]);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
@@ -219,7 +219,6 @@ fn an_adapter_that_is_no_text_is_asked_for_too() {
     let output = crate::support::command()
         .args(["render", "graphs/direct.ron", "--scene", "scenes/lambert_plane.glb", "--size", "8x8", "--out"])
         .arg(Scratch::new("hostile-adapter").path().join("a.png"))
-        .current_dir(repository(""))
         .env("WGPU_ADAPTER_NAME", std::ffi::OsStr::from_bytes(b"\xff\xfe"))
         .output()
         .unwrap();

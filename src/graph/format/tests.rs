@@ -40,7 +40,7 @@ fn comments(text: &str) -> Vec<String> {
             step = rest.find('\n').unwrap_or(rest.len());
             found.extend(rest[..step].trim_start_matches(['/', '!']).split_whitespace().map(String::from));
         } else if !quoted && rest.starts_with("/*") {
-            step = block(rest);
+            step = comment(rest).unwrap_or(rest.len());
             found.push(rest[..step].into());
         }
         rest = &rest[step..];
@@ -59,10 +59,35 @@ fn holds(text: &str) {
 
 #[test]
 fn lines_and_comments_stay_and_the_rest_follows() {
-    let text = "// head\nGraph( about:\"x\",\n\n\n  m : {\"a\":Uint( default:4 ), // four\n /* b */ \"b\": true},\n l:[A(x:1),B,],\n)";
-    let told = "// head\nGraph(\n    about: \"x\",\n\n    m: {\n        \"a\": Uint(default: 4), // four\n        /* b */\n        \"b\": true,\n    },\n    l: [A(x: 1), B],\n)\n";
+    let text = r#"// head
+Graph( about:"x",
+
+
+  m : {"a":Uint( default:4 ), // four
+ /* b */ "b": true},
+  l:[A(x:1),B,],
+)"#;
+    let told = r#"// head
+Graph(
+    about: "x",
+
+    m: {
+        "a": Uint(default: 4), // four
+        /* b */
+        "b": true,
+    },
+    l: [A(x: 1), B],
+)
+"#;
     assert_eq!(formatted(text), told);
-    let hugged = "Graph(\n    passes: [\n        For(name: \"i\", count: \"n\", passes: [\n            Screen(name: \"a\"),\n        ]),\n    ],\n)\n";
+    let hugged = r#"Graph(
+    passes: [
+        For(name: "i", count: "n", passes: [
+            Screen(name: "a"),
+        ]),
+    ],
+)
+"#;
     assert_eq!(formatted(hugged), hugged);
     let long = format!("(a: \"{}\", b: 1)", "word ".repeat(30).trim());
     assert!(formatted(&long).lines().all(|l| l.len() <= WIDTH), "{}", formatted(&long));

@@ -217,7 +217,8 @@ fn rows_that_differ_are_those_of_what_moved() {
     }
 }
 
-/// Whether a table is the same after others as made anew, but for what tells of these others: what moved, and where nodes were.
+/// Whether a table is the same after others as made anew, but for what tells of these others: what moved, and where
+/// nodes were.
 pub(super) fn alike(a: &Table, b: &Table) -> bool {
     let rest = |t: &Table| {
         let columns = t.columns.iter().filter(|(name, _)| *name != PREVIOUS_TRANSFORM).cloned().collect();

@@ -1,5 +1,5 @@
-//! Chooses a graph and its setting for one scene: which of those measured nothing beats, which of them serves a wish, and
-//! the variant that makes it a graph of its own.
+//! Chooses a graph and its setting for one scene: the Pareto front of what was measured, the best of it under a budget
+//! of time or error, and the variant that sets it.
 
 use super::front::front;
 use lightgraph::value::Value;
@@ -111,8 +111,15 @@ mod tests {
     fn the_variant_says_what_differs() {
         let setting = vec![("rays".to_string(), Value::Uint(8)), ("cell".to_string(), Value::Float(0.5))];
         let candidate = Candidate { graph: "a.ron".into(), setting, ..all().remove(0) };
-        let expected = "Variant(\n    base: \"a.ron\",\n    about: \"fast\",\n    params: {\n        \"rays\": (default: 8),\n        \
-                        \"cell\": (default: 0.5),\n    },\n)\n";
+        let expected = "Variant(
+    base: \"a.ron\",
+    about: \"fast\",
+    params: {
+        \"rays\": (default: 8),
+        \"cell\": (default: 0.5),
+    },
+)
+";
         assert_eq!(variant(&candidate, "fast"), expected);
         assert_eq!(candidate.setting_text(), "rays=8 cell=0.5");
     }

@@ -21,7 +21,8 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Measures graphs and settings on a scene against a path tracer's image, and writes the one that serves best as a variant.
+/// Measures graphs and settings on a scene against a path tracer's image, and writes the one that serves best as a
+/// variant.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
     /// The scene: a glTF, GLB or scene RON; its ending may be left out
@@ -35,7 +36,8 @@ pub struct Args {
     /// Size of the image in pixels
     #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = size)]
     pub size: [u32; 2],
-    /// Choose the least error of what renders a frame within this time; without it and --error the least product of both
+    /// Choose the least error of what renders a frame within this time; without it and --error the least product of
+    /// both
     #[arg(long, value_name = "MS", value_parser = budget, conflicts_with = "error")]
     pub budget: Option<f64>,
     /// Choose the fastest of what errs no more than this

@@ -1,7 +1,7 @@
 //! The texels of a resource as colours.
 
 use lightgraph::image::Image;
-use lightgraph::image::png::encode_srgb;
+use lightgraph::image::srgb;
 use serde::{Deserialize, Serialize};
 
 /// How numbers become colours.
@@ -88,7 +88,7 @@ pub fn paint(image: &Image, look: Look) -> (Vec<u8>, Extent) {
             let [r, g, b] = scale(share(values[0]));
             [r, g, b, 255]
         } else {
-            let [r, g, b] = values.map(|v| (encode_srgb(f64::from(share(v))) * 255.0).round() as u8);
+            let [r, g, b] = values.map(|v| (srgb::encode(f64::from(share(v))) * 255.0).round() as u8);
             [r, g, b, 255]
         };
         out.extend(pixel);

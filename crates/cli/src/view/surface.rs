@@ -4,6 +4,7 @@ use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::{self, Gpu};
 use lightgraph::image::Image;
 use lightgraph::image::png::{ToneMap, write_png};
+use lightgraph::image::srgb;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -153,13 +154,8 @@ impl Screen {
             Faults(faults)
         })?;
         // The surface holds sRGB already, and the file wants light.
-        image.data.iter_mut().for_each(|v| *v = decode_srgb(*v));
+        image.data.iter_mut().for_each(|v| *v = srgb::decode(*v));
         let image = Image::new(image.width, image.height, image.channels, image.data)?;
         write_png(path, &image, ToneMap::None, 0.0, &BTreeMap::new())
     }
-}
-
-/// The inverse of [`lightgraph::image::png::encode_srgb`].
-fn decode_srgb(v: f32) -> f32 {
-    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }

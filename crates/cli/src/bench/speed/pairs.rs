@@ -9,6 +9,7 @@ use lightgraph::diag::{Checked, Diagnostic, Source, Span};
 use lightgraph::gpu::{Gpu, Timing};
 use lightgraph::graph::expr::{Expr, Val};
 use lightgraph::image::metrics::compare;
+use lightgraph::plan::Desc;
 use lightgraph::plan::Plan;
 use lightgraph::scene::{self, Scene, Shift};
 use lightgraph::session::{Project, Session, Settings};
@@ -171,7 +172,7 @@ impl Bench<'_> {
             let count = number(&scaling.per, plan)?.max(1.0);
             let counted = plan.resources.iter().filter(|r| {
                 // What the image takes doesn't grow with this, and cached content isn't counted.
-                let screen = matches!(&r.desc, lightgraph::plan::Desc::Texture(t) if [t.width, t.height] == timed.session.settings.size);
+                let screen = matches!(&r.desc, Desc::Texture(t) if [t.width, t.height] == timed.session.settings.size);
                 !screen && !scaling.without.contains(&r.name)
             });
             let slots: std::collections::BTreeSet<usize> = counted.map(|r| r.slot).collect();

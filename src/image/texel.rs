@@ -1,5 +1,6 @@
 //! Texels to numbers and back, format by format, as the Vulkan and WebGPU specifications lay them out.
 
+use super::srgb;
 use half::f16;
 use wgpu::TextureFormat as F;
 
@@ -117,13 +118,20 @@ pub fn encode(format: F, value: [f64; 4]) -> Option<Vec<u8>> {
     })
 }
 
-/// The bytes of texels that hold these values, one after the other: as many values a texel as [`channels`] says. Nothing where the
-/// format can't be written.
+/// The bytes of texels that hold these values, one after the other: as many values a texel as [`channels`] says.
+/// Nothing where the format can't be written.
 pub fn encode_rows(format: F, values: &[f32]) -> Vec<u8> {
     match (texel(format), channels(format)) {
         (Some(Texel::Plain { channel: Channel::Float32, bgra: false, .. }), _) => bytemuck::cast_slice(values).to_vec(),
         (Some(Texel::Plain { channel: Channel::Float16, bgra: false, .. }), _) => {
             values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect()
+        }
+        (Some(Texel::Plain { channel: Channel::Unorm8, bgra: false, .. }), _) => {
+            values.iter().map(|v| byte(f64::from(*v))).collect()
+        }
+        (Some(Texel::Plain { channel: Channel::Srgb8, bgra: false, .. }), _) => {
+            let code = |(i, v): (usize, &f32)| if i % 4 == 3 { byte(f64::from(*v)) } else { srgb::nearest(*v) };
+            values.iter().enumerate().map(code).collect()
         }
         (Some(_), Some(channels)) => {
             let texel = |values: &[f32]| {
@@ -135,6 +143,10 @@ pub fn encode_rows(format: F, values: &[f32]) -> Vec<u8> {
         }
         _ => vec![],
     }
+}
+
+fn byte(v: f64) -> u8 {
+    (v.clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
 fn texel(format: F) -> Option<Texel> {
@@ -201,7 +213,7 @@ impl Channel {
     fn decode(self, raw: [u8; 4], alpha: bool) -> f32 {
         let half = [raw[0], raw[1]];
         match self {
-            Channel::Srgb8 if !alpha => to_linear(f32::from(raw[0]) / 255.0),
+            Channel::Srgb8 if !alpha => srgb::decode(f32::from(raw[0]) / 255.0),
             Channel::Unorm8 | Channel::Srgb8 => f32::from(raw[0]) / 255.0,
             Channel::Snorm8 => (f32::from(raw[0] as i8) / 127.0).max(-1.0),
             Channel::Uint8 => f32::from(raw[0]),
@@ -221,8 +233,8 @@ impl Channel {
         let unit = v.clamp(0.0, 1.0);
         let signed = v.clamp(-1.0, 1.0);
         match self {
-            Channel::Srgb8 if !alpha => vec![(from_linear(unit) * 255.0).round() as u8],
-            Channel::Unorm8 | Channel::Srgb8 => vec![(unit * 255.0).round() as u8],
+            Channel::Srgb8 if !alpha => vec![srgb::nearest(unit as f32)],
+            Channel::Unorm8 | Channel::Srgb8 => vec![byte(unit)],
             Channel::Snorm8 => vec![(signed * 127.0).round() as i8 as u8],
             // `as` clamps to the range of the integer.
             Channel::Uint8 => vec![v as u8],
@@ -237,16 +249,6 @@ impl Channel {
             Channel::Float32 => (v as f32).to_le_bytes().to_vec(),
         }
     }
-}
-
-/// IEC 61966-2-1.
-fn to_linear(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
-/// IEC 61966-2-1.
-fn from_linear(v: f64) -> f64 {
-    if v <= 0.0031308 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
 fn word(bytes: &[u8]) -> u32 {
@@ -280,6 +282,16 @@ mod tests {
         assert_eq!(there_and_back(F::Rgba32Uint, [7.0, 0.0, 3.0, 9.0]), [7.0, 0.0, 3.0, 9.0]);
         assert_eq!(there_and_back(F::Rg8Sint, [-7.0, 100.0, 0.0, 0.0]), [-7.0, 100.0]);
         assert_eq!(there_and_back(F::Rgba8Snorm, [-1.0, 1.0, 0.0, -2.0]), [-1.0, 1.0, 0.0, -1.0]);
+    }
+
+    #[test]
+    fn many_texels_are_written_as_one_is() {
+        let values = [0.1f32, 0.5, 0.9, 0.3, 1.0, 0.0, 0.25, 0.75];
+        for format in [F::Rgba8Unorm, F::Rgba8UnormSrgb, F::Bgra8Unorm, F::Rgba16Float, F::Rgba32Float, F::Rgb10a2Unorm]
+        {
+            let one = |v: &[f32]| encode(format, [v[0], v[1], v[2], v[3]].map(f64::from)).unwrap();
+            assert_eq!(encode_rows(format, &values), [one(&values[..4]), one(&values[4..])].concat(), "{format:?}");
+        }
     }
 
     #[test]
