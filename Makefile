@@ -35,7 +35,7 @@ python: driver
 demo: driver
 	cargo build --release --package lightgraph-cli --no-default-features
 	mkdir -p out
-	target/release/lightgraph render graphs/uniform_grid.ron --scene scenes/hall --size 640x480 --out out/hall.png --output color=out/hall.exr
+	target/release/lightgraph render graphs/gi/uniform_grid.ron --scene scenes/hall --size 640x480 --out out/hall.png --output color=out/hall.exr
 
 # Every graph on eight scenes at twelve settings; then finer grids of those that gain by them; then the paper's scenes, its graph
 # and the fast one, in all phases.
@@ -48,9 +48,9 @@ bench: driver
 
 SWEEP := grid=2,3,4;face=8,16;bounces=1,4;samples=1,4,16,64;rays=1,2,4,16
 BENCHED := cornell_point,room_spot,room_area,empty_room,hall,corridor,two_rooms:lit,furnace_80,apartment,atrium,street,workshop
-FINE := graphs/fast_grid.ron,graphs/facing_probes.ron,graphs/inset_grid.ron,graphs/nonuniform_grid.ron,graphs/fast_grid_visible.ron
-SLOW := graphs/indirect_shadow.ron,graphs/moment_visibility.ron
-ROWS := graphs/uniform_grid.ron,graphs/fast_grid.ron,graphs/infinite_bounce.ron
+FINE := graphs/gi/fast_grid.ron,graphs/gi/facing_probes.ron,graphs/gi/inset_grid.ron,graphs/gi/nonuniform_grid.ron,graphs/gi/fast_grid_visible.ron
+SLOW := graphs/gi/indirect_shadow.ron,graphs/gi/moment_visibility.ron
+ROWS := graphs/gi/uniform_grid.ron,graphs/gi/fast_grid.ron,graphs/gi/infinite_bounce.ron
 
 stress: driver
 	cargo build --release

@@ -94,7 +94,7 @@ impl Program {
     fn pictures(&self) -> Checked<[Picture; 2]> {
         let room = scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.glb"))?.scene;
         Ok([
-            Picture::new(self, 0, "lightgraph:graphs/direct.ron", "direct", room)?,
+            Picture::new(self, 0, "lightgraph:graphs/gi/direct.ron", "direct", room)?,
             // A graph that looks at no scene takes any.
             Picture::new(self, 1, "lightgraph:graphs/post/bloom.ron", "color", scene::stand_in()?.scene)?,
         ])

@@ -16,7 +16,7 @@ fn main() -> Checked<()> {
 /// The Cornell box by one bounce of light.
 fn draw(out: &Path) -> Checked<()> {
     let gpu = Gpu::open()?;
-    let project = Project::open(Path::new("lightgraph:graphs/uniform_grid.ron"), &[])?;
+    let project = Project::open(Path::new("lightgraph:graphs/gi/uniform_grid.ron"), &[])?;
     let scene = scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.glb"))?.scene;
     let params = project.params(&["bounces=1".into(), "grid=3".into(), "face=8".into()])?;
     let settings = Settings { params, size: [96, 96], ..Settings::default() };

@@ -24,11 +24,11 @@ seed() {
     mkdir -p "$folder"
     find "$@" -maxdepth 1 -type f -size -64k -exec cp --backup=numbered -t "$folder" {} +
 }
-seed graph graphs/*.ron tests/bad/*.ron
-seed plan graphs/*.ron
-seed variant graphs/*.ron
+seed graph graphs/gi/*.ron tests/bad/*.ron
+seed plan graphs/gi/*.ron
+seed variant graphs/gi/*.ron
 seed scene scenes/*.ron
-seed test tests/graphs/*.ron
+seed test tests/graphs/gi/*.ron
 seed wgsl shaders/*.wgsl shaders/lib/*.wgsl
 seed gltf scenes/*.gltf scenes/*.glb
 seed image fuzz/seeds/*.exr

@@ -3,6 +3,7 @@
 //! A-Trous Wavelet Transform for fast Global Illumination Filtering", 2010, each weighed as Wiener has it).
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::residual::{color_of, gray_of}
+#import lightgraph::rounds::round
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
 
@@ -19,8 +20,9 @@ var settled_more: texture_storage_2d<rgba32float, write>;
 
 const SAME_NORMAL: f32 = 0.8;
 const SAME_PLANE: f32 = 0.2;
-/// What counts as chance, by how much chance does on the mean.
-const SURE: f32 = 1.5;
+/// Of one bright path among dark ones the scatter is not known: the n-th frame takes this by n more for chance than the
+/// paths' scatter tells, each coarser scale half of it.
+const UNSURE: f32 = 8.0;
 
 /// Neighbours' errors go together from the second scale on: how much more of the variance is left than if they did not.
 fn together(scale: u32) -> f32 {
@@ -29,7 +31,8 @@ fn together(scale: u32) -> f32 {
 
 /// The share of what was found with an energy that is not chance.
 fn sure_share(energy: f32, chance: f32) -> f32 {
-    return clamp(1.0 - SURE * chance / max(energy, 1e-30), 0.0, 1.0);
+    let doubt = 1.0 + UNSURE / f32((round() + 1u) << params.scale);
+    return clamp(1.0 - doubt * chance / max(energy, 1e-30), 0.0, 1.0);
 }
 
 @compute @workgroup_size(8, 8)

@@ -58,11 +58,11 @@ mod tests {
 
     #[test]
     fn files_of_the_binary_have_names_of_their_own() {
-        let found = read(Path::new("lightgraph:graphs/uniform_grid.ron")).unwrap().unwrap();
+        let found = read(Path::new("lightgraph:graphs/gi/uniform_grid.ron")).unwrap().unwrap();
         assert!(found.text.starts_with("// ") || found.text.starts_with("Graph("), "{}", found.text);
-        assert_eq!(read(Path::new("graphs/uniform_grid.ron")), None);
+        assert_eq!(read(Path::new("graphs/gi/uniform_grid.ron")), None);
         let faults = read(Path::new("lightgraph:graphs/uniform_gird.ron")).unwrap().unwrap_err();
-        assert!(faults.to_string().contains("did you mean `graphs/uniform_grid.ron`?"), "{faults}");
+        assert!(faults.to_string().contains("did you mean `graphs/gi/uniform_grid.ron`?"), "{faults}");
         assert!(shaders().any(|s| s.0 == "lib/sh.wgsl"));
         assert_eq!(join(Path::new("a"), "b.ron"), Path::new("a/b.ron"));
         assert_eq!(join(Path::new("a"), "lightgraph:b.ron"), Path::new("lightgraph:b.ron"));

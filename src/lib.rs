@@ -37,7 +37,7 @@
 //!
 //! fn main() -> Checked<()> {
 //!     let gpu = Gpu::open()?;
-//!     let project = Project::open(Path::new("graphs/uniform_grid.ron"), &[])?;
+//!     let project = Project::open(Path::new("graphs/gi/uniform_grid.ron"), &[])?;
 //!     let scene = scene::load(Path::new("scenes/hall"))?.scene;
 //!     let settings = Settings { size: [640, 480], skip: true, ..Settings::default() };
 //!     let mut session = Session::new(&gpu, &project, scene, settings)?;

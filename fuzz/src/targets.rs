@@ -18,7 +18,7 @@ use std::sync::Arc;
 const TRIANGLE: &[u8] = include_bytes!("../../scenes/lambert_plane.glb");
 
 /// What a variant stands on.
-const BASE: &str = include_str!("../../graphs/direct.ron");
+const BASE: &str = include_str!("../../graphs/gi/direct.ron");
 
 /// The input, where it is UTF-8.
 fn text(bytes: &[u8]) -> Option<&str> {

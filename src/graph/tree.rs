@@ -387,7 +387,7 @@ mod tests {
             agrees(&format!("{}1{}", "(".repeat(depth), ")".repeat(depth)));
         }
         agrees(&"[".repeat(100_000));
-        let graphs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs");
+        let graphs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs/gi");
         let mut seed = 1u64;
         let mut draw = move |n: usize| {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -162,7 +162,7 @@ fn try_plan(
 
 /// The names of the graphs of the repository.
 pub(super) fn all_shipped() -> Vec<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs/gi");
     let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
     names.retain(|n| n.ends_with(".ron"));
@@ -173,14 +173,14 @@ pub(super) fn all_shipped() -> Vec<String> {
 
 /// The plan of a graph of the repository, with every kind of light and material or with none.
 pub(super) fn shipped(graph: &str, params: &[(&str, Value)], full: bool, options: Options) -> Plan {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs").join(graph);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs/gi").join(graph);
     let project = Project::open(&path, &[]).unwrap_or_else(|f| panic!("{f}"));
     let params: Values = params.iter().map(|(n, v)| ((*n).to_string(), *v)).collect();
     let facts = sample_facts(full);
     let mut plan =
         try_plan(&project.graph, &project.texts, &params, &facts, options, None).unwrap_or_else(|f| panic!("{f}"));
     // Not the path of this machine.
-    plan.graph = format!("graphs/{graph}");
+    plan.graph = format!("graphs/gi/{graph}");
     plan
 }
 

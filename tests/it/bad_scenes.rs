@@ -60,7 +60,7 @@ fn refused(name: &str, quad: &Quad, words: &[&str]) {
 }
 
 fn refused_file(path: &std::path::Path, words: &[&str]) {
-    let output = lightgraph(&["check", "graphs/direct.ron", "--scene", path.to_str().unwrap()], false);
+    let output = lightgraph(&["check", "graphs/gi/direct.ron", "--scene", path.to_str().unwrap()], false);
     let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(text.starts_with("error: "), "{text}");

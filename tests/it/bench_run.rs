@@ -15,7 +15,7 @@ fn a_small_bench_from_end_to_end_resumes_and_repeats_its_errors() {
             &[
                 "bench",
                 "--graphs",
-                "graphs/uniform_grid.ron",
+                "graphs/gi/uniform_grid.ron",
                 "--scenes",
                 "furnace",
                 "--size",

@@ -13,7 +13,7 @@ use lightgraph::session::Project;
 use lightgraph::value::{Value, Values};
 use std::f64::consts::PI;
 
-const GRID: &str = "graphs/uniform_grid.ron";
+const GRID: &str = "graphs/gi/uniform_grid.ron";
 
 /// Every channel of every pixel lies within `share` of `expected`.
 fn uniform(image: &Image, expected: f64, share: f64, what: &str) {
@@ -29,7 +29,7 @@ fn uniform(image: &Image, expected: f64, share: f64, what: &str) {
 #[test]
 fn direct_light_on_a_plane_follows_its_closed_form() {
     let size = 64;
-    let [image] = Shot::new("graphs/direct.ron", "scenes/lambert_plane.glb", size).render(["direct"]);
+    let [image] = Shot::new("graphs/gi/direct.ron", "scenes/lambert_plane.glb", size).render(["direct"]);
     let scene = scene::load(&repository("scenes/lambert_plane.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let pose = scene.pose(0.0);
     let (values, _) = scene.camera_values(&pose, None, size, size).unwrap_or_else(|f| panic!("{f}"));
@@ -86,7 +86,7 @@ fn furnaces_reach_the_sum_of_their_bounces_in_every_pixel() {
 /// No light reaches a sealed room beside a lit one.
 #[test]
 fn direct_light_does_not_pass_a_wall() {
-    let shot = Shot::new("graphs/direct.ron", "scenes/two_rooms.glb", 64);
+    let shot = Shot::new("graphs/gi/direct.ron", "scenes/two_rooms.glb", 64);
     let [dark] = Shot { camera: Some("dark"), ..shot }.render(["direct"]);
     let brightest = dark.rgb().flatten().fold(0.0f32, f32::max);
     assert!(brightest == 0.0, "a pixel of the dark room holds {brightest}");

@@ -50,9 +50,9 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn check_and_plan_need_no_adapter() {
-    expect(&["check", "graphs/direct.ron", "graphs/uniform_grid.ron"], 0, &["no faults"]);
-    expect(&["plan", "graphs/uniform_grid.ron"], 0, &[]);
-    expect(&["plan", "graphs/direct.ron", "--scene", "scenes/room_spot.gltf"], 0, &[]);
+    expect(&["check", "graphs/gi/direct.ron", "graphs/gi/uniform_grid.ron"], 0, &["no faults"]);
+    expect(&["plan", "graphs/gi/uniform_grid.ron"], 0, &[]);
+    expect(&["plan", "graphs/gi/direct.ron", "--scene", "scenes/room_spot.gltf"], 0, &[]);
 }
 
 #[test]
@@ -61,16 +61,16 @@ fn faults_are_shown_with_place_caret_and_remedy() {
     expect(&["check", bad], 1, &["unknown name `gird`", "name_unknown.ron:", "^^^^", "help: did you mean `grid`?"]);
     expect(&["check", "tests/bad/wgsl_in_an_import.ron"], 1, &["lib/typed.wgsl:4:9"]);
     expect(&["plan", bad], 1, &["unknown name `gird`"]);
-    expect(&["check", "graphs/direct.ron", bad], 1, &["direct.ron: no faults", "unknown name `gird`"]);
+    expect(&["check", "graphs/gi/direct.ron", bad], 1, &["direct.ron: no faults", "unknown name `gird`"]);
     expect(&["check", "graphs/no_such_graph.ron"], 1, &["no_such_graph.ron"]);
-    expect(&["check", "graphs/direct.ron", "--set", "bais=2"], 2, &["did you mean `bias`?"]);
-    expect(&["check", "graphs/direct.ron", "--scene", "scenes/no_such_scene"], 1, &["no_such_scene"]);
-    expect(&["plan", "graphs/direct.ron", "--output", "colour"], 1, &["did you mean `color`?"]);
+    expect(&["check", "graphs/gi/direct.ron", "--set", "bais=2"], 2, &["did you mean `bias`?"]);
+    expect(&["check", "graphs/gi/direct.ron", "--scene", "scenes/no_such_scene"], 1, &["no_such_scene"]);
+    expect(&["plan", "graphs/gi/direct.ron", "--output", "colour"], 1, &["did you mean `color`?"]);
 }
 
 #[test]
 fn wrong_usage_is_told_from_faults() {
-    let graph = "graphs/direct.ron";
+    let graph = "graphs/gi/direct.ron";
     let scene = ["--scene", "scenes/lambert_plane.glb"];
     expect(&[], 2, &["Usage"]);
     expect(&["rendr"], 2, &["render"]);
@@ -88,7 +88,7 @@ fn wrong_usage_is_told_from_faults() {
 fn render_without_an_adapter_says_what_to_install() {
     let scratch = Scratch::new("no-adapter");
     let out = scratch.path().join("a.exr");
-    let args = ["render", "graphs/direct.ron", "--scene", "scenes/lambert_plane.glb", "--size", "16x16", "--out"];
+    let args = ["render", "graphs/gi/direct.ron", "--scene", "scenes/lambert_plane.glb", "--size", "16x16", "--out"];
     let args: Vec<&str> = args.into_iter().chain(out.to_str()).collect();
     expect(&args, 3, &["adapter", "help:"]);
     assert_eq!(names(scratch.path()), Vec::<String>::new());
@@ -96,7 +96,7 @@ fn render_without_an_adapter_says_what_to_install() {
 
 /// `render` of the smallest sound thing, with more arguments.
 fn render(more: &[&str]) -> (i32, String) {
-    let mut args = vec!["render", "graphs/direct.ron", "--scene", "scenes/lambert_plane.glb", "--size", "16x16"];
+    let mut args = vec!["render", "graphs/gi/direct.ron", "--scene", "scenes/lambert_plane.glb", "--size", "16x16"];
     args.extend(["--set", "shadow_size=64"]);
     args.extend(more);
     run(&args, true)
@@ -179,7 +179,7 @@ fn render_writes_images_and_statistics() {
 fn tune_writes_the_variant_that_serves_and_says_what_it_measured() {
     let scratch = Scratch::new("tuned");
     let (out, unserved) = (scratch.path().join("tuned.ron"), scratch.path().join("none.ron"));
-    let graphs = "lightgraph:graphs/direct.ron,lightgraph:graphs/first_bounce.ron";
+    let graphs = "lightgraph:graphs/gi/direct.ron,lightgraph:graphs/gi/first_bounce.ron";
     let tune = |wish: [&str; 2], out: &Path| {
         let out = out.display().to_string();
         let scene = ["tune", "--scene", "scenes/cornell_point", "--size", "16x16", "--reference-seconds", "1"];
@@ -190,9 +190,9 @@ fn tune_writes_the_variant_that_serves_and_says_what_it_measured() {
     for word in [
         "reference: ",
         "standard error",
-        "graphs/direct.ron",
+        "graphs/gi/direct.ron",
         "directions=2",
-        "wrote lightgraph:graphs/first_bounce.ron",
+        "wrote lightgraph:graphs/gi/first_bounce.ron",
     ] {
         assert!(text.contains(word), "{word}: {text}");
     }

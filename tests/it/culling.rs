@@ -20,7 +20,8 @@ enum Culled {
 }
 
 fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str], culled: Culled, outputs: &[&str]) -> Session {
-    let mut project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let mut project =
+        Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     walk_mut(&mut project.graph.passes, &mut |p| {
         if let PassKind::Draw(raster) = &mut p.kind {
             raster.occluders &= culled == Culled::Idle;

@@ -10,7 +10,7 @@ use lightgraph::scene::{self, Shift};
 use lightgraph::session::{Project, Session, Settings};
 
 fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str]) -> Session {
-    let project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let outputs = Some(vec!["color".to_string()]);
     open(gpu, &project, scene, set, Settings { outputs, ..Settings::default() })
 }
@@ -213,7 +213,7 @@ fn the_proof_catches_bits_that_say_too_little() {
     for (pass, bits, when, moved) in cases {
         let graph = format!(
             r#"Variant(
-                base: "lightgraph:graphs/fast_grid.ron",
+                base: "lightgraph:graphs/gi/fast_grid.ron",
                 passes: {{"{pass}": Compute(
                     shader: "none.wgsl", when: "{when}", bind: {{"bits": "{bits}"}}, over: (1, 1, 1),
                 )}},
@@ -363,7 +363,7 @@ fn a_shadow_moves_only_in_the_maps_that_see_it() {
 #[test]
 fn leaving_out_other_occluders_draws_the_shadow_map_again() {
     let gpu = &device::gpu();
-    let text = std::fs::read_to_string(support::repository("graphs/direct.ron")).unwrap();
+    let text = std::fs::read_to_string(support::repository("graphs/gi/direct.ron")).unwrap();
     assert!(text.contains(", occluders: true"));
     let scratch = support::Scratch::new("occluders");
     let file = scratch.path().join("direct.ron");

@@ -8,7 +8,7 @@ use lightgraph::session::{Project, Settings, plan_for};
 use lightgraph::value::Value;
 
 fn plan(gpu: &Gpu, graph: &str, scene: &Scene, set: &[&str]) -> Plan {
-    let project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
     let settings = Settings { params, size: [16, 12], ..Settings::default() };

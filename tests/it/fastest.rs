@@ -256,7 +256,7 @@ fn outputs_of(
 }
 
 fn fast_grid() -> PathBuf {
-    repository("graphs/fast_grid.ron")
+    repository("graphs/gi/fast_grid.ron")
 }
 
 fn loaded(name: &str) -> Arc<Scene> {

@@ -17,7 +17,7 @@ fn session(gpu: &Gpu) -> Session {
 
 /// With so many texels along a face, in place of another session.
 fn session_after(gpu: &Gpu, face: u32, previous: Option<&Session>) -> Session {
-    let project = Project::open(&repository("graphs/view_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let project = Project::open(&repository("graphs/gi/view_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
     let face = format!("face={face}");
     let set = ["coarse=2,2,2", "fine=6,5,4", "spacing=0.7", &face, "bounces=2", "epsilon=0"].map(String::from);
     let settings = Settings {
@@ -143,7 +143,7 @@ const WALK_STEP: f32 = 0.05;
 fn nothing_pops_in_a_fly_through() {
     let gpu = &device::gpu();
     let (still, moving) =
-        (walk(gpu, "graphs/facing_probes.ron", &["grid=4,3,4"]), walk(gpu, "graphs/view_grid.ron", &[]));
+        (walk(gpu, "graphs/gi/facing_probes.ron", &["grid=4,3,4"]), walk(gpu, "graphs/gi/view_grid.ron", &[]));
     let change =
         |walk: &[(f32, Image)], i: usize| flip(&walk[i].1, &walk[i - 1].1, None).unwrap_or_else(|f| panic!("{f}"));
     let (mut slabs, mut largest, mut by_motion) = (0, 0.0_f64, 0.0_f64);

@@ -162,7 +162,7 @@ fn a_base_that_leads_out_of_its_folder_is_refused() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_under_the_output_is_an_error() {
-    for args in [&["plan", "graphs/direct.ron"][..], &["check", "graphs/direct.ron"], &["compare", "--help"]] {
+    for args in [&["plan", "graphs/gi/direct.ron"][..], &["check", "graphs/gi/direct.ron"], &["compare", "--help"]] {
         let mut command = crate::support::command();
         command.args(args).stdout(File::options().write(true).open("/dev/full").unwrap());
         let output = command.output().unwrap();
@@ -178,7 +178,7 @@ fn a_full_disk_under_the_output_is_an_error() {
 #[test]
 fn a_reader_that_goes_away_ends_the_output_only() {
     let mut command = crate::support::command();
-    command.args(["plan", "graphs/uniform_grid.ron"]);
+    command.args(["plan", "graphs/gi/uniform_grid.ron"]);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
@@ -192,7 +192,7 @@ fn wrong_values_are_wrong_usage() {
     expect(scratch.path(), &["plan", "g.ron", "--set", "nothing"], 2, &["NAME=VALUE"]);
     let plane = repository("scenes/lambert_plane.glb");
     let plane = plane.to_str().unwrap();
-    let direct = repository("graphs/direct.ron");
+    let direct = repository("graphs/gi/direct.ron");
     let render = ["render", direct.to_str().unwrap(), "--scene", plane];
     let with = |more: &[&'static str]| [&render[..], more].concat();
     expect(scratch.path(), &with(&["--out", "n.exr", "--output", "direct=./n.exr"]), 2, &["both go to"]);
@@ -217,7 +217,7 @@ fn what_steers_a_terminal_does_not_reach_it() {
 fn an_adapter_that_is_no_text_is_asked_for_too() {
     use std::os::unix::ffi::OsStrExt;
     let output = crate::support::command()
-        .args(["render", "graphs/direct.ron", "--scene", "scenes/lambert_plane.glb", "--size", "8x8", "--out"])
+        .args(["render", "graphs/gi/direct.ron", "--scene", "scenes/lambert_plane.glb", "--size", "8x8", "--out"])
         .arg(Scratch::new("hostile-adapter").path().join("a.png"))
         .env("WGPU_ADAPTER_NAME", std::ffi::OsStr::from_bytes(b"\xff\xfe"))
         .output()

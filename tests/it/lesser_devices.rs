@@ -37,7 +37,7 @@ fn frame(gpu: &Gpu, graph: &Path) -> Checked<(FrameReport, Image)> {
 fn without_timestamps_the_image_is_the_same_and_the_hosts_times_are_left() {
     let full = device::gpu();
     let bare = bare(&full);
-    let render = |gpu: &Gpu| frame(gpu, &repository("graphs/direct.ron")).unwrap_or_else(|f| panic!("{f}"));
+    let render = |gpu: &Gpu| frame(gpu, &repository("graphs/gi/direct.ron")).unwrap_or_else(|f| panic!("{f}"));
     let ((_, expected), (untimed, image)) = (render(&full), render(&bare));
     assert_eq!(image.data, expected.data);
     assert!(untimed.steps.iter().all(|s| s.gpu_ms.is_none()), "{:?}", untimed.steps);

@@ -111,7 +111,8 @@ fn phong_lobes_keep_their_energy_and_take_no_light_from_behind() {
 fn metals_reflect_as_much_as_in_the_reference() {
     // Enough points on the lamp that its noise is not taken for a bias.
     let set = "grid=2,2,2 inset=0 highest_order=4 face=8 bounces=2 epsilon=0 emitter_samples=256";
-    let [color] = Shot { set, ..Shot::new("graphs/brdf_table.ron", "scenes/metal_balls.ron", 128) }.render(["color"]);
+    let [color] =
+        Shot { set, ..Shot::new("graphs/gi/brdf_table.ron", "scenes/metal_balls.ron", 128) }.render(["color"]);
     let reference = |what: &str| {
         let path = repository(&format!("tests/references/metal_balls_{what}.exr"));
         read_exr(&path).unwrap_or_else(|f| panic!("{f}"))
@@ -140,7 +141,7 @@ fn white_room(roughness: f32) -> Scene {
 /// Its image by paths, after some bounces: mean over the channels of each pixel.
 fn traced(scene: Scene, set: &[&str], size: u32) -> Vec<f64> {
     let gpu = gpu();
-    let project = Project::open(&repository("graphs/pathtrace.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let project = Project::open(&repository("graphs/gi/pathtrace.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
     let set: Vec<String> = set.iter().map(|s| s.to_string()).collect();
     let settings = Settings {
         params: project.params(&set).unwrap_or_else(|f| panic!("{f}")),

@@ -7,7 +7,7 @@ use lightgraph::image::metrics::{Metrics, compare};
 use lightgraph::scene::{self, Scene};
 use lightgraph::session::{Project, Settings, plan_for};
 
-const GRAPH: &str = "graphs/many_lights.ron";
+const GRAPH: &str = "graphs/gi/many_lights.ron";
 
 fn lamps(count: u32, size: u32, set: &'static str) -> Shot<'static> {
     let scene = match count {
@@ -35,7 +35,7 @@ fn each_light_by_itself_is_what_the_path_tracer_sums_up() {
     for count in [16, 1024] {
         let shot = lamps(count, 32, "error_seen=0 bounces=0");
         let [direct] = shot.render(["direct"]);
-        let traced = Shot { graph: "graphs/pathtrace.ron", set: "samples=1 bounces=0", ..shot };
+        let traced = Shot { graph: "graphs/gi/pathtrace.ron", set: "samples=1 bounces=0", ..shot };
         let [expected] = traced.render(["direct"]);
         let m = compared(&direct, &expected);
         println!("{count} lamps: bias {:+.4} %, 95 % within {:.2e}", m.bias_percent, m.p95_error);
@@ -82,7 +82,7 @@ fn the_work_grows_less_than_the_lights() {
 #[test]
 fn the_fast_grid_takes_as_many_lights_as_shadow_maps_have_layers() {
     let gpu = device::gpu();
-    let project = Project::open(&support::repository("graphs/fast_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let project = Project::open(&support::repository("graphs/gi/fast_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
     let loaded = scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}"));
     let mut scene = Scene::clone(&loaded.scene);
     let lamp = scene.lights[0].clone();

@@ -96,8 +96,8 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
         all.filter(|bytes| bytes.len() < 100_000).collect()
     };
     match kind {
-        "graph" | "plan" => read(files("graphs", &["ron"])),
-        "variant" => read(files("graphs", &["ron"])).iter().filter_map(|bytes| edits(bytes)).collect(),
+        "graph" | "plan" => read(files("graphs/gi", &["ron"])),
+        "variant" => read(files("graphs/gi", &["ron"])).iter().filter_map(|bytes| edits(bytes)).collect(),
         "wgsl" => read([files("shaders", &["wgsl"]), files("shaders/lib", &["wgsl"])].concat()),
         "gltf" => read(files("scenes", &["gltf", "glb"])),
         "scene" => read(files("scenes", &["ron"])),

@@ -71,7 +71,7 @@ fn placed(what: &str, faults: &Faults) {
 #[test]
 fn damaged_graphs_give_faults_with_places() {
     let mut random = Random(1);
-    let paths = files("graphs", &["ron"]);
+    let paths = files("graphs/gi", &["ron"]);
     for path in &paths {
         let path = path.clone();
         let project = Project::open(&path, &[]).unwrap_or_else(|f| panic!("{f}"));
@@ -103,7 +103,7 @@ fn damaged_graphs_give_faults_with_places() {
 
 #[test]
 fn graphs_cut_short_give_faults_with_places() {
-    for path in files("graphs", &["ron"]) {
+    for path in files("graphs/gi", &["ron"]) {
         let text = std::fs::read_to_string(&path).unwrap();
         for cut in (0..text.trim_end().len()).step_by(13).filter(|i| text.is_char_boundary(*i)) {
             let what = &text[..cut];

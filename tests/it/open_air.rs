@@ -52,10 +52,10 @@ fn image_of(scene: Scene, graph: &str, set: &str, size: u32) -> Image {
 #[test]
 fn a_ball_under_a_uniform_sky_shows_its_albedo() {
     for (graph, set, share) in [
-        ("graphs/pathtrace.ron", "samples=2048", 0.002),
+        ("graphs/gi/pathtrace.ron", "samples=2048", 0.002),
         // The smooth ball's facets hide up to 0.06 % of the sky from its shading normals.
-        ("graphs/direct.ron", "environment_samples=256", 0.002),
-        ("graphs/first_bounce.ron", "", 0.002),
+        ("graphs/gi/direct.ron", "environment_samples=256", 0.002),
+        ("graphs/gi/first_bounce.ron", "", 0.002),
     ] {
         let shot = Shot { set, ..Shot::new(graph, "scenes/sky_ball.ron", 24) };
         let [image] = shot.render(["color"]);
@@ -69,10 +69,10 @@ fn a_ball_under_a_uniform_sky_shows_its_albedo() {
 #[test]
 fn probes_gather_the_sky() {
     for (graph, set) in [
-        ("graphs/uniform_grid.ron", "grid=5,5,5 inset=0 face=16"),
-        ("graphs/fast_grid.ron", "grid=5,5,5 inset=0 face=16"),
-        ("graphs/facing_probes.ron", "grid=5,5,5 inset=0 face=16"),
-        ("graphs/raycast_capture.ron", "grid=5,5,5 inset=0 face=16"),
+        ("graphs/gi/uniform_grid.ron", "grid=5,5,5 inset=0 face=16"),
+        ("graphs/gi/fast_grid.ron", "grid=5,5,5 inset=0 face=16"),
+        ("graphs/gi/facing_probes.ron", "grid=5,5,5 inset=0 face=16"),
+        ("graphs/gi/raycast_capture.ron", "grid=5,5,5 inset=0 face=16"),
     ] {
         let [image] = Shot { set, ..Shot::new(graph, "scenes/sky_ball.ron", 24) }.render(["color"]);
         let share = middle(&image)[0] / ALBEDO[0];
@@ -95,7 +95,7 @@ fn a_sun_gives_its_illuminance_by_the_sine_of_its_height() {
         };
         let loaded = load("scenes/yard.glb", &additions);
         assert!(loaded.notices.is_empty(), "{}", render(&loaded.notices));
-        let image = image_of(loaded.scene, "graphs/direct.ron", "", 16);
+        let image = image_of(loaded.scene, "graphs/gi/direct.ron", "", 16);
         let e = f64::from(lux) * f64::from(elevation).to_radians().sin() / f64::from(PI);
         close(middle(&image), [0.55, 0.52, 0.48].map(|k| k * e), 1e-3, &format!("{elevation}°"));
     }
@@ -135,7 +135,7 @@ fn a_scene_without_light_gets_some_and_says_so() {
     }
     assert_eq!(loaded.scene.facts()["directional_lights"], Value::Uint(1));
     assert!(loaded.scene.environment.is_some());
-    let image = image_of(loaded.scene, "graphs/direct.ron", "", 32);
+    let image = image_of(loaded.scene, "graphs/gi/direct.ron", "", 32);
     let mean = middle(&image);
     assert!(mean.iter().all(|v| (0.05..2.0).contains(v)), "{mean:?}");
     let dark = load("scenes/yard.glb", &Additions { no_default_light: true, ..Additions::default() });
@@ -178,7 +178,7 @@ fn a_closed_room_gets_a_lamp_and_a_place_inside() {
     let scene = loaded.scene;
     let at = scene.pose(0.0).cameras[0].position;
     assert!(at.cmpgt(scene.bounds.min).all() && at.cmplt(scene.bounds.max).all(), "{at}");
-    let image = image_of(scene, "graphs/fast_grid.ron", "", 24);
+    let image = image_of(scene, "graphs/gi/fast_grid.ron", "", 24);
     let mean = middle(&image);
     assert!(mean.iter().all(|v| (0.05..4.0).contains(v)), "{mean:?}");
 }
@@ -204,7 +204,7 @@ fn the_camera_looks_through_backs() {
     // From outside, through the wall behind, to the wall before: both give 1.
     let camera = AddedCamera { at: [0.0, 0.5, 9.0], look_at: Some([0.0, 0.5, 0.0]), fov: 3.0 };
     let additions = Additions { cameras: vec![("outside".into(), camera)], ..Additions::default() };
-    for (graph, set) in [("graphs/pathtrace.ron", "bounces=0"), ("graphs/direct.ron", "")] {
+    for (graph, set) in [("graphs/gi/pathtrace.ron", "bounces=0"), ("graphs/gi/direct.ron", "")] {
         let image = image_of(load("scenes/furnace.glb", &additions).scene, graph, set, 8);
         let centre = middle(&image)[0];
         assert!(centre >= 1.0, "{graph}: {centre}");
@@ -232,7 +232,7 @@ fn a_scene_file_brings_lights_cameras_and_a_sky() {
     assert_eq!(names, ["sun", "lamp"]);
     assert_eq!(scene.cameras.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["gate", "corner"]);
     assert_eq!(scene.default_camera, Some(0));
-    let image = image_of(scene, "graphs/fast_grid.ron", "", 24);
+    let image = image_of(scene, "graphs/gi/fast_grid.ron", "", 24);
     assert!(middle(&image).iter().all(|v| *v > 0.01), "{:?}", middle(&image));
 }
 

@@ -12,7 +12,7 @@ use lightgraph::session::{Project, Session, Settings};
 use lightgraph::value::Value;
 
 fn open(graph: &str) -> Project {
-    Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"))
+    Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"))
 }
 
 /// A plan for a scene with these facts, besides those of a scene with nothing.

@@ -19,7 +19,7 @@ fn placed(scene: Scene) -> Vec<f32> {
     let scratch = Scratch::new("planes");
     let variant = scratch.path().join("variant.ron");
     for base in ["uniform_grid.ron", "fast_grid.ron", "facing_probes.ron", "nonuniform_grid.ron"] {
-        std::fs::copy(repository(&format!("graphs/{base}")), scratch.path().join(base)).unwrap();
+        std::fs::copy(repository(&format!("graphs/gi/{base}")), scratch.path().join(base)).unwrap();
     }
     let text = r#"Variant(base: "nonuniform_grid.ron", about: "for tests", outputs: {"probe_axes": "probe_axes"})"#;
     std::fs::write(&variant, text).unwrap();

@@ -15,7 +15,7 @@ use std::fs;
 const IN_FLIGHT: usize = 3;
 
 fn open(gpu: &Gpu, graph: &str, set: &[&str], settings: Settings) -> Session {
-    let project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
     let loaded = scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}"));

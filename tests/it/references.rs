@@ -19,7 +19,7 @@ fn reference(name: &str) -> Image {
 fn direct_light_agrees_with_the_references() {
     for scene in ["cornell_point", "room_spot", "room_area"] {
         let path = format!("scenes/{scene}.gltf");
-        let [direct] = Shot::new("graphs/direct.ron", &path, SIZE).render(["direct"]);
+        let [direct] = Shot::new("graphs/gi/direct.ron", &path, SIZE).render(["direct"]);
         let expected = reference(&format!("{scene}_direct"));
         let [normal, depth, albedo] = ["normal", "depth", "albedo"].map(|what| reference(&format!("{scene}_{what}")));
         let surfaces = edge_mask(&normal, &depth, &albedo).unwrap_or_else(|f| panic!("{f}"));
@@ -68,7 +68,7 @@ const BANDS: [Band; 6] = [
 fn indirect_errors(scene: &str, set: &str) -> (f64, f64) {
     let path = format!("scenes/{scene}.gltf");
     let settings = format!("{set} face=16 order=2 bounces=64 epsilon=0.001");
-    let shot = Shot { set: &settings, ..Shot::new("graphs/uniform_grid.ron", &path, SIZE) };
+    let shot = Shot { set: &settings, ..Shot::new("graphs/gi/uniform_grid.ron", &path, SIZE) };
     let [indirect] = shot.render(["indirect"]);
     let depth = reference(&format!("{scene}_depth"));
     let surfaces: Vec<bool> = depth.data.chunks(depth.channels as usize).map(|d| d[0] > 0.0).collect();
@@ -130,7 +130,7 @@ fn coefficient_error(scene: &str, which: &str, bounces: &str) -> f64 {
     let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
     let path = format!("scenes/{scene}.gltf");
     let set = format!("grid=4,4,4 inset=0.5 face=32 order=2 {bounces}");
-    let [sh] = Shot { set: &set, ..Shot::new("graphs/uniform_grid.ron", &path, 16) }.render(["sh"]);
+    let [sh] = Shot { set: &set, ..Shot::new("graphs/gi/uniform_grid.ron", &path, 16) }.render(["sh"]);
     assert_eq!((sh.width, sh.height, sh.layers), (4, 4, 36));
     let (mut error, mut terms, mut norm, mut norms) = (0.0, 0.0, 0.0, 0.0);
     for (i, probe) in json["probes"].as_array().unwrap().iter().enumerate() {

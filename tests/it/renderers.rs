@@ -15,7 +15,7 @@ fn rows(name: &str, script: &str) -> Vec<Row> {
     std::fs::write(peers.join("other.json"), peer.to_string()).unwrap();
     let list = folder.path().join("list.ron");
     let text = format!(
-        r#"(renderers: [(name: "other", peer: ("{}", "other"), run: (graph: "graphs/fast_grid.ron", scene: "scenes/cornell_point",
+        r#"(renderers: [(name: "other", peer: ("{}", "other"), run: (graph: "graphs/gi/fast_grid.ron", scene: "scenes/cornell_point",
             set: ["grid=2,2,2", "face=4", "bounces=1"], outputs: ["indirect"]), output: "indirect", image: (16, 16), ours: Frame,
             at_least: 10, moved_at_least: 50)])"#,
         peers.display()

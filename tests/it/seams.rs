@@ -70,7 +70,7 @@ fn jumps(image: &Image, walls: &[bool]) -> Jumps {
 fn hard_and_soft(set: &str, size: u32) -> [Jumps; 2] {
     let walls = walls("cornell_point");
     ["indirect_shadow", "moment_visibility"].map(|graph| {
-        let path = format!("graphs/{graph}.ron");
+        let path = format!("graphs/gi/{graph}.ron");
         let [indirect] = Shot { set, ..Shot::new(&path, "scenes/cornell_point.gltf", size) }.render(["indirect"]);
         let found = jumps(&indirect, &walls);
         println!("{graph}, {set}, {size} pixels: by the mean, seam {:.3}, step {:.3}", found.seam, found.step);

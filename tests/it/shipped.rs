@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// Those of global illumination, then sub-graphs.
 fn graphs() -> Vec<(PathBuf, Project)> {
-    ["graphs", "graphs/post", "graphs/play"].into_iter().flat_map(in_folder).collect()
+    ["graphs/gi", "graphs/post", "graphs/play"].into_iter().flat_map(in_folder).collect()
 }
 
 fn in_folder(folder: &str) -> Vec<(PathBuf, Project)> {
@@ -139,7 +139,7 @@ fn no_shader_binds_more_than_every_device_has_room_for() {
 fn every_graph_has_its_place_in_the_gallery() {
     let read = |path: &str| std::fs::read_to_string(repository(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
     let [pages, list, readme] = ["docs/gallery.md", "docs/gallery.ron", "README.md"].map(read);
-    for (path, _) in in_folder("graphs") {
+    for (path, _) in in_folder("graphs/gi") {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         assert!(pages.contains(&format!("\n## {name}\n")), "docs/gallery.md has no section `{name}`");
         assert!(list.contains(&format!("graph: \"{name}\"")), "docs/gallery.ron doesn't measure `{name}`");

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 /// A session on a small image that compares every frame with a full run.
 fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str]) -> Session {
-    let project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
     let loaded = scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
@@ -97,7 +97,7 @@ struct Stage {
 
 impl Stage {
     fn project(&self) -> Project {
-        let path = support::repository("graphs").join(&self.graph);
+        let path = support::repository("graphs/gi").join(&self.graph);
         let mut project = Project::open(&path, &[]).unwrap_or_else(|f| panic!("{f}"));
         if self.aside {
             let camera = project.texts.files.get_mut("lib/camera.wgsl").expect("a shader that all graphs import");
@@ -128,7 +128,7 @@ impl Stage {
 
 /// A parameter that differs from its default: the first number that is no count.
 fn other_parameter(graph: &str) -> String {
-    let project = Project::open(&support::repository("graphs").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let float = |(name, p): &(Name, Param)| match (p.default, p.min) {
         (Value::Float(x), Some(Value::Float(min))) => Some(format!("{}={}", name.value, (x + min) / 2.0)),
         _ => None,
@@ -158,7 +158,7 @@ const SCRIPT: [(&str, bool, Edit); 12] = [
 fn script_equals_full_runs(scene: &str) {
     let gpu = &device::gpu();
     let scene = scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}")).scene;
-    for graph in support::files("graphs", &["ron"]) {
+    for graph in support::files("graphs/gi", &["ron"]) {
         let graph = graph.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let set = TINY.iter().map(ToString::to_string).collect();
         let (scene, shift) = (scene.clone(), Shift::default());

@@ -18,7 +18,7 @@ const THRESHOLD: f64 = 2.0;
 #[test]
 fn snapshot_of_a_lit_box() {
     let set = "grid=4,4,4 face=8 bounces=3 epsilon=0 shadow_size=256";
-    let shot = Shot { set, ..Shot::new("graphs/uniform_grid.ron", "scenes/cornell.glb", 64) };
+    let shot = Shot { set, ..Shot::new("graphs/gi/uniform_grid.ron", "scenes/cornell.glb", 64) };
     let [actual] = shot.render(["color"]);
     let path = repository("tests/images/cornell_uniform_grid.exr");
     let none = BTreeMap::new();

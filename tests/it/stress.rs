@@ -64,7 +64,7 @@ fn no_case_fails() {
     let gpu = gpu();
     let scratch = Scratch::new("stress-four");
     let paths = ["uniform_grid", "direct", "indirect_shadow", "pathtrace"];
-    let paths = paths.map(|name| repository(&format!("graphs/{name}.ron")));
+    let paths = paths.map(|name| repository(&format!("graphs/gi/{name}.ron")));
     let graphs = paths.map(|p| Graph::open(&p, &[]).unwrap_or_else(|f| panic!("{f}")));
     let options = options(scratch.path(), None, 1);
     let report = run(&gpu, &cases(), &graphs, &options, &mut |_| ()).unwrap_or_else(|f| panic!("{f}"));
@@ -79,7 +79,7 @@ fn the_cases_that_matter_most_hold() {
     let gpu = gpu();
     let scratch = Scratch::new("stress-quick");
     let open = |p: &std::path::PathBuf| Graph::open(p, &[]).unwrap_or_else(|f| panic!("{f}"));
-    let graphs: Vec<Graph> = files("graphs", &["ron"]).iter().map(open).collect();
+    let graphs: Vec<Graph> = files("graphs/gi", &["ron"]).iter().map(open).collect();
     let options = options(scratch.path(), None, 1);
     let report = run(&gpu, &cases(), &graphs, &options, &mut |_| ()).unwrap_or_else(|f| panic!("{f}"));
     assert!(report.rows.len() > 60, "{} rows", report.rows.len());
@@ -127,7 +127,7 @@ fn a_failure_shrinks_to_what_causes_it_and_says_how_to_run_it_again() {
 fn the_command_writes_a_table_a_report_and_numbers() {
     let scratch = Scratch::new("stress-command");
     let out = scratch.path().display().to_string();
-    let args = ["stress", "--graphs", "graphs/direct.ron", "--quick", "--filter", "solid angles", "--out", &out];
+    let args = ["stress", "--graphs", "graphs/gi/direct.ron", "--quick", "--filter", "solid angles", "--out", &out];
     let output = lightgraph(&args, true);
     let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert_eq!(output.status.code(), Some(0), "{text}");

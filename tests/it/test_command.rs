@@ -224,11 +224,11 @@ fn a_project_can_name_what_the_binary_carries() {
     fs::write(&graph, text.replace("base: \"", "base: \"lightgraph:graphs/")).unwrap();
     let (code, text) = test(&folder, &[], true);
     assert_eq!(code, 0, "{text}");
-    let output = lightgraph(&["check", "lightgraph:graphs/phong.ron"], false);
+    let output = lightgraph(&["check", "lightgraph:graphs/gi/phong.ron"], false);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let output = lightgraph(&["check", "lightgraph:graphs/fong.ron"], false);
+    let output = lightgraph(&["check", "lightgraph:graphs/gi/fong.ron"], false);
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    says(&text, &["lightgraph comes with no `graphs/fong.ron`", "did you mean `graphs/phong.ron`?"]);
+    says(&text, &["lightgraph comes with no `graphs/gi/fong.ron`", "did you mean `graphs/gi/phong.ron`?"]);
 }
 
 #[test]

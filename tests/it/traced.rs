@@ -21,7 +21,7 @@ fn compared(test: &Image, expected: &Image, mask: Option<&[bool]>) -> Metrics {
 /// Direct light of an emissive rectangle within 1 %, two pixels round edges of surfaces and shadows left out.
 #[test]
 fn an_area_light_agrees_with_the_reference() {
-    let [direct] = Shot::new("graphs/direct.ron", "scenes/room_area.gltf", SIZE).render(["direct"]);
+    let [direct] = Shot::new("graphs/gi/direct.ron", "scenes/room_area.gltf", SIZE).render(["direct"]);
     let expected = reference("room_area_direct");
     let [normal, depth, albedo] = ["normal", "depth", "albedo"].map(|what| reference(&format!("room_area_{what}")));
     let mask = edge_mask(&normal, &depth, &albedo)
@@ -37,13 +37,13 @@ fn an_area_light_agrees_with_the_reference() {
 /// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
 #[test]
 fn a_furnace_gives_its_closed_form() {
-    let [direct] = Shot { set: "emitter_samples=4", ..Shot::new("graphs/direct.ron", "scenes/furnace_80.glb", 16) }
+    let [direct] = Shot { set: "emitter_samples=4", ..Shot::new("graphs/gi/direct.ron", "scenes/furnace_80.glb", 16) }
         .render(["direct"]);
     for x in direct.data.chunks(direct.channels as usize).flat_map(|pixel| &pixel[..3]) {
         assert!((x - 1.8).abs() <= 1e-4, "{x} is not 1 + 0.8");
     }
     let set = "samples=64 bounces=6";
-    let [color] = Shot { set, ..Shot::new("graphs/pathtrace.ron", "scenes/furnace_80.glb", 32) }.render(["color"]);
+    let [color] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", "scenes/furnace_80.glb", 32) }.render(["color"]);
     let pixels = color.pixel_count();
     let channels = color.data.chunks(color.channels as usize).flat_map(|pixel| &pixel[..3]);
     let mean = channels.map(|x| f64::from(*x)).sum::<f64>() / (3 * pixels) as f64;
@@ -55,7 +55,7 @@ fn a_furnace_gives_its_closed_form() {
 
 #[test]
 fn more_frames_are_less_noise() {
-    let shot = Shot { set: "samples=4", ..Shot::new("graphs/pathtrace.ron", "scenes/room_spot.gltf", SIZE) };
+    let shot = Shot { set: "samples=4", ..Shot::new("graphs/gi/pathtrace.ron", "scenes/room_spot.gltf", SIZE) };
     let expected = reference("room_spot_indirect");
     let error = |frames: u32| {
         let [image] = shot.render_frames(frames, ["indirect"]);
@@ -84,7 +84,7 @@ fn probes_captured_by_rays_are_those_drawn() {
             let [image] = Shot { set: &set, ..Shot::new(graph, &path, SIZE) }.render(["indirect"]);
             image
         };
-        let metrics = compared(&of("graphs/raycast_capture.ron"), &of("graphs/uniform_grid.ron"), None);
+        let metrics = compared(&of("graphs/gi/raycast_capture.ron"), &of("graphs/gi/uniform_grid.ron"), None);
         println!("{scene}, {grid}: rmse {:.4} %, bias {:+.4} %", metrics.rmse_percent, metrics.bias_percent);
         assert!(metrics.rmse_percent <= most, "{scene}, {grid}: {metrics:?}");
     }
@@ -113,7 +113,7 @@ fn probes_captured_through_six_views_are_those_drawn_face_by_face() {
         let [by_views, by_faces] = ["layered_capture", "uniform_grid"].map(|graph| {
             let out = folder.path().join(format!("{graph}_{scene}.exr"));
             let mut command = crate::support::command();
-            command.arg("render").arg(format!("graphs/{graph}.ron"));
+            command.arg("render").arg(format!("graphs/gi/{graph}.ron"));
             command.arg("--scene").arg(format!("scenes/{scene}.gltf")).args(["--size", "64x64", "--set", "bounces=1"]);
             command.arg("--output").arg(format!("indirect={}", out.display()));
             if let Some(driver) = driver {
@@ -135,7 +135,7 @@ fn a_first_bounce_by_rays_leaves_little_error() {
     for scene in ["cornell_point", "room_spot"] {
         let path = format!("scenes/{scene}.gltf");
         let set = "grid=8,8,8 directions=10";
-        let [indirect] = Shot { set, ..Shot::new("graphs/first_bounce.ron", &path, SIZE) }.render(["indirect"]);
+        let [indirect] = Shot { set, ..Shot::new("graphs/gi/first_bounce.ron", &path, SIZE) }.render(["indirect"]);
         let metrics = compared(&indirect, &reference(&format!("{scene}_indirect")), None);
         println!("{scene}: rmse {:.2} %, bias {:+.2} %", metrics.rmse_percent, metrics.bias_percent);
         assert!(metrics.rmse_percent <= 4.0 && metrics.bias_percent.abs() <= 1.0, "{scene}: {metrics:?}");
@@ -147,7 +147,7 @@ fn a_first_bounce_by_rays_leaves_little_error() {
 fn rays_that_pixels_share_and_cells_on_surfaces_leave_little_error() {
     let scenes = [("cornell_point.gltf", 9.0), ("room_spot.gltf", 6.0), ("room_area.gltf", 6.0), ("corridor.glb", 9.0)];
     for (file, most) in scenes {
-        let [indirect] = Shot::new("graphs/final_gather.ron", &format!("scenes/{file}"), SIZE).render(["indirect"]);
+        let [indirect] = Shot::new("graphs/gi/final_gather.ron", &format!("scenes/{file}"), SIZE).render(["indirect"]);
         let scene = file.split('.').next().unwrap_or(file);
         let metrics = compared(&indirect, &reference(&format!("{scene}_indirect")), None);
         println!("{scene}: rmse {:.2} %, bias {:+.2} %", metrics.rmse_percent, metrics.bias_percent);

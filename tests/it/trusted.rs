@@ -6,7 +6,7 @@ use lightgraph::image::Image;
 /// The coefficients that bounces without end lead to, near enough: 0.95 to the 300th is 2e-7.
 fn limit(scene: &str) -> Image {
     let set = "grid=2 face=8 bounces=300 epsilon=0";
-    let [sh] = Shot { set, ..Shot::new("graphs/uniform_grid.ron", scene, 8) }.render(["sh"]);
+    let [sh] = Shot { set, ..Shot::new("graphs/gi/uniform_grid.ron", scene, 8) }.render(["sh"]);
     sh
 }
 
@@ -29,7 +29,7 @@ fn a_trusted_end_leaves_out_no_more_than_epsilon() {
         for epsilon in [0.1, 0.01, 0.001] {
             let ended = |trusted: bool| {
                 let set = format!("grid=2 face=8 bounces=300 epsilon={epsilon} trusted={trusted}");
-                let [sh] = Shot { set: &set, ..Shot::new("graphs/uniform_grid.ron", scene, 8) }.render(["sh"]);
+                let [sh] = Shot { set: &set, ..Shot::new("graphs/gi/uniform_grid.ron", scene, 8) }.render(["sh"]);
                 distance(&sh, &limit)
             };
             let left_out = ended(true);

@@ -27,7 +27,7 @@ fn render<const N: usize>(bounces: u32, outputs: [&str; N]) -> [Image; N] {
     // A variant lies beside its base.
     let scratch = Scratch::new("twins");
     let variant = scratch.path().join("variant.ron");
-    std::fs::copy(repository("graphs/uniform_grid.ron"), scratch.path().join("uniform_grid.ron")).unwrap();
+    std::fs::copy(repository("graphs/gi/uniform_grid.ron"), scratch.path().join("uniform_grid.ron")).unwrap();
     std::fs::write(&variant, VARIANT).unwrap();
     let project = Project::open(&variant, &[repository("shaders")]);
     let project = project.unwrap_or_else(|f| panic!("{f}"));

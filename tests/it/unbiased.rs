@@ -57,7 +57,7 @@ impl Tracer {
         // A scene file, where there is one, names its glTF.
         let paths = ["ron", "glb", "gltf"].map(|e| repository(&format!("scenes/{}.{e}", listed.scene)));
         let path = paths.into_iter().find(|p| p.exists()).unwrap_or_else(|| panic!("no {}", listed.scene));
-        let project = Project::open(&repository("graphs/pathtrace.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+        let project = Project::open(&repository("graphs/gi/pathtrace.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
         let scene = Arc::new(scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene);
         Tracer { project, scene, camera: listed.camera.clone(), session: None }
     }

@@ -3,13 +3,14 @@
 //! - [`commands`]: the commands, one a file
 //! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - `view`: the window: graphs seen live, with what can be set, compared and looked into
-//! - `base64`: bytes as text, for reports
+//! - `base64`: bytes as text, for reports; `paths`: the files that a command line names
 
 #![forbid(unsafe_code)]
 
 mod base64;
 pub mod bench;
 pub mod commands;
+mod paths;
 pub mod snapshot;
 pub mod stress;
 #[cfg(feature = "window")]

@@ -18,9 +18,9 @@ SIZE = (64, 64)
 
 
 def main(scene: str, out: str, samples: int = 64) -> None:
-    tracer = lg.Renderer("lightgraph:graphs/pathtrace.ron", scene, SIZE, samples=samples)
+    tracer = lg.Renderer("lightgraph:graphs/gi/pathtrace.ron", scene, SIZE, samples=samples)
     references = {scene: tracer.frame()["color"]}
-    names = [f"lightgraph:graphs/{name}.ron" for name in GRAPHS]
+    names = [f"lightgraph:graphs/gi/{name}.ron" for name in GRAPHS]
     settings = {"grid": [(2, 2, 2), (3, 3, 3), (4, 4, 4)], "bounces": [4]}
     with tempfile.TemporaryDirectory() as folder:
         entries = lg.sweep(names, [scene], settings, out=folder, client=False, size=SIZE, references=references)

@@ -12,7 +12,7 @@ import lightgraph as lg
 
 
 def main(scene: str, steps: int = 60) -> tuple[np.ndarray, np.ndarray]:
-    renderer = lg.Renderer("lightgraph:graphs/direct.ron", scene, size=(48, 48))
+    renderer = lg.Renderer("lightgraph:graphs/gi/direct.ron", scene, size=(48, 48))
     light = renderer.scene.lights[0]
     start = np.array(renderer.position(light))
     wanted = start + (0.25, -0.2, 0.15)

@@ -6,7 +6,7 @@ import time
 
 import lightgraph as lg
 
-GRAPH = "lightgraph:graphs/fast_grid.ron"
+GRAPH = "lightgraph:graphs/gi/fast_grid.ron"
 
 
 def main(scene: str, frames: int = 500) -> dict[str, tuple[float, float]]:

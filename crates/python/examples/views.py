@@ -9,7 +9,7 @@ import numpy as np
 
 import lightgraph as lg
 
-GRAPH = "lightgraph:graphs/fast_grid.ron"
+GRAPH = "lightgraph:graphs/gi/fast_grid.ron"
 OUTPUTS = ["color", "surface_depth", "surface_normal"]
 
 

@@ -20,7 +20,7 @@ def scenes():
 def make(scenes):
     """A renderer of the direct light of a Cornell box, 32 pixels wide."""
 
-    def made(graph="lightgraph:graphs/direct.ron", **more):
+    def made(graph="lightgraph:graphs/gi/direct.ron", **more):
         return lg.Renderer(graph, scenes / "cornell_point.gltf", **{"size": (32, 24), **more})
 
     return made

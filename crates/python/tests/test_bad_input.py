@@ -31,7 +31,7 @@ import lightgraph as lg
 )
 def test_renderers_refuse(make, wrong, error, said):
     with pytest.raises(error, match=said):
-        make("lightgraph:graphs/fast_grid.ron", **wrong)
+        make("lightgraph:graphs/gi/fast_grid.ron", **wrong)
 
 
 def test_calls_refuse_and_change_nothing(make):

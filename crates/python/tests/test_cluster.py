@@ -13,7 +13,7 @@ import pytest
 
 import lightgraph as lg
 
-GRAPHS = ["lightgraph:graphs/direct.ron", "lightgraph:graphs/fast_grid.ron"]
+GRAPHS = ["lightgraph:graphs/gi/direct.ron", "lightgraph:graphs/gi/fast_grid.ron"]
 SETTINGS = {"grid": [(1, 1, 1), (2, 2, 2)], "bounces": [0, 1, 2, 4]}
 
 
@@ -123,7 +123,7 @@ def test_views_become_files(scenes, cluster, tmp_path):
 
 
 def test_parts_of_an_average_are_one_run(scenes, cluster, tmp_path):
-    scene, graph = scenes / "cornell_point.gltf", "lightgraph:graphs/pathtrace.ron"
+    scene, graph = scenes / "cornell_point.gltf", "lightgraph:graphs/gi/pathtrace.ron"
     more = {"size": (24, 16), "frames": 2, "samples": 8}
     mean, error = lg.average(graph, scene, range(4), out=tmp_path / "parts", client=cluster[0], **more)
     parts = [lg.read(tmp_path / "parts" / f"seed_{seed}.color.exr").astype(float) for seed in range(4)]

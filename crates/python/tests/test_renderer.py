@@ -14,7 +14,7 @@ import lightgraph as lg
 def test_a_frame_is_the_image_of_the_command_to_the_bit(make, command, scenes, tmp_path):
     out = tmp_path / "direct.exr"
     scene = scenes / "cornell_point.gltf"
-    command("render", "lightgraph:graphs/direct.ron", "--scene", scene, "--size", "32x24", "--output", f"direct={out}")
+    command("render", "lightgraph:graphs/gi/direct.ron", "--scene", scene, "--size", "32x24", "--output", f"direct={out}")
     exr = lg.read(out)
     image = make().frame(outputs=["direct"])["direct"]
     assert image.shape == (24, 32, 4) and image.dtype == np.float32
@@ -22,7 +22,7 @@ def test_a_frame_is_the_image_of_the_command_to_the_bit(make, command, scenes, t
 
 
 def test_nothing_changed_runs_nothing(make):
-    r = make("lightgraph:graphs/fast_grid.ron", grid=(2, 2, 2))
+    r = make("lightgraph:graphs/gi/fast_grid.ron", grid=(2, 2, 2))
     first = r.frame()["color"]
     assert r.frame()["color"] is first, "the same array comes back"
     assert r.stats["steps"] and not any(step["ran"] for step in r.stats["steps"])
@@ -38,7 +38,7 @@ def test_nothing_changed_runs_nothing(make):
 
 
 def test_what_is_set_is_set_or_nothing_is(make):
-    r = make("lightgraph:graphs/fast_grid.ron", grid=(2, 2, 2), bounces=1)
+    r = make("lightgraph:graphs/gi/fast_grid.ron", grid=(2, 2, 2), bounces=1)
     dark = r.frame()["color"].mean()
     r.set(bounces=4)
     assert r.params["bounces"] == 4
@@ -143,11 +143,11 @@ def test_faults_have_places_and_remedies(tmp_path, scenes):
     assert "^" in str(fault)
     assert [str(f) for f in lg.check(graph)] == [str(f) for f in caught.value.faults]
     with pytest.raises(lg.GraphError, match="scene"):
-        lg.Renderer("lightgraph:graphs/direct.ron")
+        lg.Renderer("lightgraph:graphs/gi/direct.ron")
     with pytest.raises(lg.GraphError, match="no_such"):
-        lg.Renderer("lightgraph:graphs/direct.ron", scenes / "no_such.glb")
+        lg.Renderer("lightgraph:graphs/gi/direct.ron", scenes / "no_such.glb")
     with pytest.raises((ValueError, TypeError, lg.GraphError)):
-        lg.Renderer("lightgraph:graphs/direct.ron", scenes / "cornell_point.gltf", size=(0, 4))
+        lg.Renderer("lightgraph:graphs/gi/direct.ron", scenes / "cornell_point.gltf", size=(0, 4))
 
 
 def test_plans_and_statistics(make):

@@ -18,7 +18,7 @@ def test_a_plane_under_a_point_light_is_lambert():
         lg.Camera((0.0, 3.0, 0.01), (0.0, 0.0, 0.0), fov=20),
     )
     assert "floor" in scene.nodes and scene.lights == ["lamp"]
-    r = lg.Renderer("lightgraph:graphs/direct.ron", scene, size=(33, 33))
+    r = lg.Renderer("lightgraph:graphs/gi/direct.ron", scene, size=(33, 33))
     middle = r.frame(outputs=["direct"])["direct"][16, 16, :3]
     # Radiance of a matte plane below a light: intensity times albedo over π, at one metre and straight on.
     np.testing.assert_allclose(middle, 10.0 * 0.5 / math.pi, rtol=1e-2)
@@ -60,7 +60,7 @@ def test_images_compare(tmp_path):
 
 
 def test_what_comes_with_the_package():
-    assert "lightgraph:graphs/final_gather.ron" in lg.builtin_graphs()
-    assert lg.parameters("lightgraph:graphs/fast_grid.ron")["bounces"]["type"] == "u32"
-    assert lg.check("lightgraph:graphs/direct.ron") == []
+    assert "lightgraph:graphs/gi/final_gather.ron" in lg.builtin_graphs()
+    assert lg.parameters("lightgraph:graphs/gi/fast_grid.ron")["bounces"]["type"] == "u32"
+    assert lg.check("lightgraph:graphs/gi/direct.ron") == []
     assert len(lg.adapter()) == 3

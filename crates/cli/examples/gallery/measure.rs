@@ -85,7 +85,7 @@ impl Bench<'_> {
     }
 
     fn run(&mut self, graph: &str, scene: &str, set: &str, size: [u32; 2]) -> Checked<Rendered> {
-        let project = Project::open(&Path::new("graphs").join(format!("{graph}.ron")), &[])?;
+        let project = Project::open(&Path::new("graphs/gi").join(format!("{graph}.ron")), &[])?;
         let known = |text: &&str| {
             let name = text.split('=').next().unwrap_or(text);
             project.graph.params.iter().any(|(n, _)| n.value == name)

@@ -7,6 +7,7 @@ use crate::bench::peers;
 use crate::bench::references::Manifest;
 use crate::bench::results::{Machine, Phase, Results};
 use crate::bench::sweep::Sweep;
+use crate::paths::ron_files;
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::fastest::Policy;
 use lightgraph::gpu::Gpu;
@@ -17,8 +18,8 @@ use std::time::Instant;
 /// Times every graph on every scene at many settings, compares the images with references and writes a report.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// Graph files, separated by commas [default: all of graphs/]
-    #[arg(long, value_name = "FILES", value_delimiter = ',')]
+    /// Graph files, or folders that hold some, separated by commas
+    #[arg(long, value_name = "FILES", value_delimiter = ',', default_value = "graphs/gi")]
     pub graphs: Vec<PathBuf>,
     /// Scenes, as FILE or FILE:CAMERA, separated by commas [default: all that have references]
     #[arg(long, value_name = "SCENES", value_delimiter = ',')]
@@ -137,15 +138,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 fn graphs(args: &Args) -> Checked<Vec<Named>> {
-    let mut paths = args.graphs.clone();
-    if paths.is_empty() {
-        let folder = Path::new("graphs");
-        let list = std::fs::read_dir(folder)
-            .map_err(|e| Diagnostic::error(format!("can't read {}: {e}", folder.display())).help("give --graphs"))?;
-        paths =
-            list.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == "ron")).collect();
-        paths.sort();
-    }
+    let paths = ron_files(&args.graphs)?;
     let (mut graphs, mut faults): (Vec<Named>, Vec<Diagnostic>) = (vec![], vec![]);
     for path in &paths {
         let start = Instant::now();

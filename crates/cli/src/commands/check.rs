@@ -1,6 +1,7 @@
 //! `lightgraph check`: every fault of graphs and their shaders. No device.
 
 use super::{Failure, ShaderFolders, notices, print};
+use crate::paths::ron_files;
 use lightgraph::diag::{Checked, Diagnostic, Faults, Severity};
 use lightgraph::plan::lint;
 use lightgraph::plan::request::all_sample_facts;
@@ -12,7 +13,7 @@ use std::path::PathBuf;
 /// Reports every fault of graphs and their shaders.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// Graph files
+    /// Graph files, or folders that hold some
     #[arg(value_name = "GRAPH", required = true)]
     pub graphs: Vec<PathBuf>,
     /// Check for this scene, rather than for one that has everything and one that has nothing
@@ -38,7 +39,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         None => all_sample_facts(),
     };
     let mut code = 0;
-    for path in &args.graphs {
+    for path in &ron_files(&args.graphs)? {
         let mut faults = match check(path, args, &facts) {
             Ok(faults) => faults,
             Err(Faults(faults)) => {

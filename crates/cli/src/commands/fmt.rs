@@ -1,7 +1,8 @@
 //! `lightgraph fmt`: one layout for graphs, variants, scenes and tests. No device.
 
 use super::{Failure, notices, print, print_data};
-use lightgraph::diag::{Checked, Diagnostic, Faults, Source};
+use crate::paths::ron_files;
+use lightgraph::diag::{Diagnostic, Faults, Source};
 use lightgraph::files;
 use lightgraph::graph::format::format;
 use lightgraph::image::file::write_atomically;
@@ -39,10 +40,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
             }
             continue;
         }
-        let mut found = vec![];
-        gather(path, &mut found)?;
-        for file in &found {
-            code = code.max(one(file, args.check)?);
+        for file in ron_files(std::slice::from_ref(path))? {
+            code = code.max(one(&file, args.check)?);
         }
     }
     Ok(code)
@@ -68,25 +67,4 @@ fn one(path: &Path, check: bool) -> Result<u8, Failure> {
             Ok(1)
         }
     }
-}
-
-/// A file, or every `.ron` file of a folder and below it, by name.
-fn gather(path: &Path, found: &mut Vec<PathBuf>) -> Checked<()> {
-    if !path.is_dir() {
-        found.push(path.into());
-        return Ok(());
-    }
-    let fault = |e| Diagnostic::error(format!("can't read {}: {e}", path.display()));
-    let entries = std::fs::read_dir(path).and_then(Iterator::collect::<Result<Vec<_>, _>>);
-    let mut entries: Vec<PathBuf> = entries.map_err(fault)?.into_iter().map(|e| e.path()).collect();
-    entries.sort();
-    for entry in entries {
-        // A link to a folder may lead back here.
-        if entry.is_dir() && !entry.is_symlink() {
-            gather(&entry, found)?;
-        } else if entry.extension().is_some_and(|e| e == "ron") {
-            found.push(entry);
-        }
-    }
-    Ok(())
 }

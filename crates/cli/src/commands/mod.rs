@@ -37,7 +37,7 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 /// The graph of a command that is given none.
-const DEFAULT_GRAPH: &str = "lightgraph:graphs/final_gather.ron";
+const DEFAULT_GRAPH: &str = "lightgraph:graphs/gi/final_gather.ron";
 
 /// A data-driven render-graph framework: graphs in RON, shaders in WGSL.
 #[derive(Debug, clap::Parser)]
@@ -219,7 +219,8 @@ fn seconds(text: &str) -> Result<Duration, String> {
 /// Where a graph's shaders are looked for besides the usual places.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ShaderFolders {
-    /// A folder of shaders, looked into before `shaders` and `../shaders` beside the graph (may be repeated)
+    /// A folder of shaders, looked into before `shaders`, `../shaders` and `../../shaders` beside the graph (may be
+    /// repeated)
     #[arg(long = "shaders", value_name = "DIR")]
     pub folders: Vec<std::path::PathBuf>,
 }

@@ -1,16 +1,17 @@
 //! `lightgraph stress`: numerical stability.
 
 use super::{Failure, ShaderFolders, print};
+use crate::paths::ron_files;
 use crate::stress::{self, Cases, Graph, Options, State};
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::Gpu;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Runs every graph through cases whose answers are known, random parameters, a long flight and other adapters.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// Graph files, separated by commas [default: all of graphs/]
-    #[arg(long, value_name = "FILES", value_delimiter = ',')]
+    /// Graph files, or folders that hold some, separated by commas
+    #[arg(long, value_name = "FILES", value_delimiter = ',', default_value = "graphs/gi")]
     pub graphs: Vec<PathBuf>,
     /// The time to spend; without it, all cases and random parameters once
     #[arg(long, value_name = "N", value_parser = seconds)]
@@ -76,16 +77,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 
 /// The graphs that are meant, all of them or none.
 fn graphs(args: &Args) -> Checked<Vec<Graph>> {
-    let mut paths = args.graphs.clone();
-    if paths.is_empty() {
-        let folder = Path::new("graphs");
-        let fault = |e: std::io::Error| Diagnostic::error(format!("can't read {}: {e}", folder.display()));
-        for entry in std::fs::read_dir(folder).map_err(fault)? {
-            paths.push(entry.map_err(fault)?.path());
-        }
-        paths.retain(|p| p.extension().is_some_and(|e| e == "ron"));
-        paths.sort();
-    }
+    let paths = ron_files(&args.graphs)?;
     let mut faults = vec![];
     let mut graphs = vec![];
     for path in &paths {

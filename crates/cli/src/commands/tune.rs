@@ -8,6 +8,7 @@ use crate::bench::results::{Entry, Phase};
 use crate::bench::score::change;
 use crate::bench::sweep::Sweep;
 use crate::bench::tune::{Candidate, Wish, choose, unbeaten, variant};
+use crate::paths::ron_files;
 use lightgraph::builtin;
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::fastest::Policy;
@@ -43,7 +44,7 @@ pub struct Args {
     /// Choose the fastest of what errs no more than this
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub error: Option<f64>,
-    /// Graph files, separated by commas [default: half a dozen of those that come with lightgraph]
+    /// Graph files, or folders that hold some, separated by commas [default: half a dozen of those that come with lightgraph]
     #[arg(long, value_name = "FILES", value_delimiter = ',')]
     pub graphs: Vec<PathBuf>,
     /// Settings to try besides each graph's own; each graph takes the parameters it has
@@ -60,7 +61,7 @@ pub struct Args {
 }
 
 /// What makes the image that all are held against.
-const TRUTH: &str = "lightgraph:graphs/pathtrace.ron";
+const TRUTH: &str = "lightgraph:graphs/gi/pathtrace.ron";
 
 /// What is tried where nothing is asked for.
 const USUAL: [&str; 6] =
@@ -143,8 +144,8 @@ fn based(graph: &str, variant: &Path) -> String {
 }
 
 fn graphs(args: &Args) -> Checked<Vec<(PathBuf, Project)>> {
-    let usual = || USUAL.map(|name| PathBuf::from(format!("{}graphs/{name}.ron", builtin::PREFIX))).to_vec();
-    let paths = if args.graphs.is_empty() { usual() } else { args.graphs.clone() };
+    let usual = || USUAL.map(|name| PathBuf::from(format!("{}graphs/gi/{name}.ron", builtin::PREFIX))).to_vec();
+    let paths = if args.graphs.is_empty() { usual() } else { ron_files(&args.graphs)? };
     let (mut graphs, mut faults) = (vec![], vec![]);
     for path in paths {
         match Project::open(&path, &args.shaders.folders) {

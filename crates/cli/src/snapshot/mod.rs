@@ -4,7 +4,7 @@
 //! ```ron
 //! Test(
 //!     about: "One sentence.",
-//!     graph: "../../graphs/uniform_grid.ron",   // paths begin at this file
+//!     graph: "../../graphs/gi/uniform_grid.ron",   // paths begin at this file
 //!     scene: "../../scenes/cornell.glb",        // left out for a graph that uses none
 //!     camera: "front",                          // without it, the scene's own
 //!     size: (48, 48),

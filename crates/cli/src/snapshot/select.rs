@@ -1,5 +1,6 @@
 //! Which tests there are, and which of them are meant.
 
+use crate::paths::gather;
 use lightgraph::diag::{Checked, Diagnostic};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -41,7 +42,9 @@ pub fn find(paths: &[PathBuf]) -> Checked<Vec<(String, PathBuf)>> {
     for path in paths {
         let before = tests.len();
         if path.is_dir() {
-            walk(path, path, &mut tests)?;
+            let mut files = vec![];
+            gather(path, &mut files)?;
+            tests.extend(files.into_iter().map(|file| (name(&file, path), file)));
             tests[before..].sort();
         } else if path.is_file() {
             tests.push((name(path, path.parent().unwrap_or(Path::new(""))), path.clone()));
@@ -61,19 +64,6 @@ pub fn find(paths: &[PathBuf]) -> Checked<Vec<(String, PathBuf)>> {
         }
     }
     Ok(tests)
-}
-
-fn walk(folder: &Path, root: &Path, tests: &mut Vec<(String, PathBuf)>) -> Checked<()> {
-    let fault = |e: std::io::Error| Diagnostic::error(format!("can't read {}: {e}", folder.display()));
-    for entry in std::fs::read_dir(folder).map_err(fault)? {
-        let path = entry.map_err(fault)?.path();
-        if path.is_dir() {
-            walk(&path, root, tests)?;
-        } else if path.extension().is_some_and(|e| e == "ron") {
-            tests.push((name(&path, root), path));
-        }
-    }
-    Ok(())
 }
 
 fn name(path: &Path, root: &Path) -> String {

@@ -78,11 +78,11 @@ mod tests {
     #[test]
     fn graphs_that_share_an_output_are_found_by_name() {
         let root = crate::repository("");
-        let found = beside(&root.join("graphs/direct.ron"));
+        let found = beside(&root.join("graphs/gi/direct.ron"));
         let names: Vec<&str> = found.iter().map(|v| v.name.as_str()).collect();
         assert!(names.len() > 1, "{names:?}");
         assert!(names.is_sorted());
-        assert!(found.iter().any(|v| v.path == root.join("graphs/direct.ron")));
+        assert!(found.iter().any(|v| v.path == root.join("graphs/gi/direct.ron")));
         let shares = |v: &Variant| v.outputs.iter().any(|o| o == "color" || o == "direct");
         assert!(found.iter().all(|v| v.broken || shares(v)), "{found:?}");
     }

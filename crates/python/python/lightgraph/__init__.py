@@ -1,7 +1,7 @@
 """Data-driven render graphs: RON graphs, WGSL shaders, headless global illumination, frames as numpy arrays.
 
 import lightgraph as lg
-r = lg.Renderer("lightgraph:graphs/fast_grid.ron", "hall.glb", size=(640, 480), grid=(8, 8, 8))
+r = lg.Renderer("lightgraph:graphs/gi/fast_grid.ron", "hall.glb", size=(640, 480), grid=(8, 8, 8))
 image = r.frame()["color"]  # float32 (height, width, 4), linear light
 """
 

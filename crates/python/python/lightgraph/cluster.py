@@ -177,7 +177,7 @@ def average(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The mean of a graph's image over seeds, a part of `frames` frames for each, and the standard error of this mean:
     float64 of the shape (height, width, channels). The graph must have a parameter `seed`, as
-    `lightgraph:graphs/pathtrace.ron` does.
+    `lightgraph:graphs/gi/pathtrace.ron` does.
 
     The parts are `OUT/seed_N.OUTPUT.exr`, rendered as `render_many` does; further seeds are added by `resume`. Their
     mean is the same to the last bit, however many workers there were.
