@@ -11,6 +11,9 @@
 # make deny    licences, duplicates, sources and advisories of dependencies; needs cargo-deny
 # make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
 
+# Drivers look for a display there, and complain where it is not set.
+export XDG_RUNTIME_DIR ?= /tmp
+
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
@@ -35,7 +38,7 @@ python: driver
 demo: driver
 	cargo build --release --package lightgraph-cli --no-default-features
 	mkdir -p out
-	target/release/lightgraph render graphs/gi/uniform_grid.ron --scene scenes/hall --size 640x480 --out out/hall.png --output color=out/hall.exr
+	target/release/lightgraph render graphs/gi/final_gather.ron --scene scenes/hall --size 640x480 --frames 8 --out out/hall.png --output color=out/hall.exr
 
 # Every graph on eight scenes at twelve settings; then finer grids of those that gain by them; then the paper's scenes, its graph
 # and the fast one, in all phases.

@@ -15,6 +15,7 @@
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
 //! - `reloads`: random edits end in what a fresh start gives
 //! - `report_page`: the page of results in a browser
+//! - `tutorial`: docs/tutorial.md does what it says
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `large_graph`: 1,000 passes, parsed and planned in time
@@ -95,6 +96,7 @@ mod test_command;
 mod toggles;
 mod traced;
 mod trusted;
+mod tutorial;
 mod twins;
 mod unbiased;
 // A virtual display is a thing of X11.

@@ -145,12 +145,25 @@ fn every_graph_has_its_place_in_the_gallery() {
         assert!(list.contains(&format!("graph: \"{name}\"")), "docs/gallery.ron doesn't measure `{name}`");
         assert!(readme.contains(&format!("`{name}`")), "README.md doesn't name `{name}`");
     }
-    for (text, folder) in [(&pages, "docs/"), (&readme, "")] {
+}
+
+#[test]
+fn links_of_documents_lead_to_files() {
+    let mut documents = files("docs", &["md"]);
+    documents.extend(["README.md", "CHANGELOG.md", "scenes/README.md", "tests/references/README.md"].map(repository));
+    documents.push(repository("docs/results/README.md"));
+    let mut links = 0;
+    for path in &documents {
+        let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         for link in text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(link, _)| link) {
-            let file = repository(&format!("{folder}{link}"));
-            assert!(!link.ends_with(".png") || file.exists(), "{} is missing", file.display());
+            let file = link.split('#').next().unwrap_or_default();
+            if !file.is_empty() && !file.contains("://") {
+                links += 1;
+                assert!(path.parent().is_some_and(|f| f.join(file).exists()), "{}: {link}", path.display());
+            }
         }
     }
+    assert!(links > 100, "{links} links");
 }
 
 #[test]
