@@ -1,5 +1,7 @@
 # make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
 # make python  the Python module, built and installed into target/python/venv
+# make blender the add-on for Blender, with the Python module inside, to out/lightgraph_blender.zip
+# make test-blender  the add-on in Blender, against Cycles; installs Blender as a Python module (400 MB) into target/blender
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
 # make bench   run time against error: all graphs on eight scenes in a quarter to half an hour, to out/bench/report.html
 # make stress  every graph under what scenes and parameters can do, at most a quarter of an hour, to out/stress/report.html
@@ -17,7 +19,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test python demo bench stress scenes peers references mutants fuzz soak deny driver display browser lint
+.PHONY: test python blender test-blender demo bench stress scenes peers references mutants fuzz soak deny driver display browser lint
 
 test: display browser lint
 	scripts/install-python.sh
@@ -33,6 +35,16 @@ python: driver
 	scripts/install-python.sh
 	$(VENV) target/python/venv/bin/maturin develop --quiet --release --manifest-path crates/python/Cargo.toml
 	target/python/venv/bin/python -c 'import lightgraph; print("lightgraph", lightgraph.__version__, "is in target/python/venv")'
+
+blender:
+	scripts/install-python.sh
+	scripts/blender-addon.sh
+
+test-blender: driver
+	scripts/install-blender.sh
+	VIRTUAL_ENV="$(CURDIR)/target/blender/venv" target/blender/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
+	target/blender/venv/bin/python -m pytest --quiet editors/blender/tests
+	scripts/blender-window.sh
 
 # Without the window, which takes a third of the time to build.
 demo: driver

@@ -299,6 +299,7 @@ fn orbit(scene: &Scene, angle: f32) -> View {
     View {
         place: CameraPose { position: center + distance * back, forward: -back, up: glam::Vec3::Y },
         lens: Lens::Perspective { yfov: 0.6, near: 0.01, far: None },
+        shift: glam::Vec2::ZERO,
     }
 }
 

@@ -82,14 +82,14 @@ impl Scene {
             return Err(Diagnostic::error(format!("an image of {width}×{height} has no pixels")).into());
         }
         let aspect = width as f32 / height as f32;
-        let (View { place, lens }, name) = self.view(pose, camera, aspect)?;
+        let (View { place, lens, shift }, name) = self.view(pose, camera, aspect)?;
         let mut notices = vec![];
         if name.is_none() && pose.view.is_none() {
             let d = Diagnostic::note(format!("{}: the scene has no camera; the view frames its bounds", self.name));
             notices.push(d.help("add a camera to the glTF"));
         }
         let (near, far) = self.depths(lens, place.position);
-        let (view, projection) = (view(place), projection(lens, (near, far), aspect));
+        let (view, projection) = (view(place), projection(lens, shift, (near, far), aspect));
         let (position, name) = (place.position, name.unwrap_or("default"));
         // In f64: with near and far four decades apart, an f32 product and inverse lose most of their digits.
         let (exact_view, exact_projection) = (view.as_dmat4(), projection.as_dmat4());
@@ -124,7 +124,7 @@ impl Scene {
         };
         let chosen = found.and_then(|i| Some((self.cameras.get(i)?, *pose.cameras.get(i)?)));
         let (seen, name) = match chosen {
-            Some((camera, place)) => (View { place, lens: camera.lens }, Some(camera.name.as_str())),
+            Some((camera, place)) => (View { place, lens: camera.lens, shift: Vec2::ZERO }, Some(camera.name.as_str())),
             None => (self.framing(aspect), None),
         };
         Ok((pose.view.unwrap_or(seen), name))
@@ -171,7 +171,8 @@ impl Scene {
         let up = (Vec3::Y - forward * Vec3::Y.dot(forward)).normalize();
         let place = CameraPose { position: self.bounds.center() + back * distance, forward, up };
         let near = (distance - radius).max(distance * 1e-3) * 0.9;
-        View { place, lens: Lens::Perspective { yfov: DEFAULT_YFOV, near, far: Some((distance + radius) * 1.01) } }
+        let lens = Lens::Perspective { yfov: DEFAULT_YFOV, near, far: Some((distance + radius) * 1.01) };
+        View { place, lens, shift: Vec2::ZERO }
     }
 }
 
@@ -179,12 +180,15 @@ fn view(place: CameraPose) -> Mat4 {
     Mat4::look_to_rh(place.position, place.forward, place.up)
 }
 
-fn projection(lens: Lens, (near, far): (f32, f32), aspect: f32) -> Mat4 {
-    match lens {
+fn projection(lens: Lens, shift: Vec2, (near, far): (f32, f32), aspect: f32) -> Mat4 {
+    let straight = match lens {
         Lens::Perspective { yfov, .. } => Mat4::perspective_rh(yfov, aspect, near, far),
         Lens::Orthographic { ymag, .. } => {
             let xmag = ymag * aspect;
             Mat4::orthographic_rh(-xmag, xmag, -ymag, ymag, near, far)
         }
-    }
+    };
+    // The image is two units high.
+    let by = Vec2::new(shift.x / aspect, shift.y) * -2.0;
+    if shift == Vec2::ZERO { straight } else { Mat4::from_translation(by.extend(0.0)) * straight }
 }

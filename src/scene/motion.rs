@@ -4,7 +4,8 @@ use super::{
     deform::{Deformed, Skinned},
     model::{Bounds, Keyframe, Lens, Node, Scene},
 };
-use glam::{Mat3, Mat4, Quat, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec2, Vec3};
+use std::collections::BTreeMap;
 
 /// A scene at a time, in world space.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +50,9 @@ pub struct CameraPose {
 pub struct View {
     pub place: CameraPose,
     pub lens: Lens,
+    /// How far the image's centre lies from the line of sight, to the right and up, in heights of the image (lens shift).
+    #[serde(default)]
+    pub shift: Vec2,
 }
 
 /// A pose's distance from what the scene file says, in metres, world space: for whoever flies, drags or measures.
@@ -62,6 +66,8 @@ pub struct Shift {
     pub single_lights: Vec<(usize, Vec3)>,
     /// Of nodes, by index, with all that hangs from them; lights and cameras excepted.
     pub nodes: Vec<(usize, Vec3)>,
+    /// Node to world, by index, in place of what the scene says. All that hangs from them follows, lights and cameras too.
+    pub places: BTreeMap<usize, Mat4>,
     /// Takes the place of all cameras, the one made up for a scene without any included.
     pub view: Option<View>,
 }
@@ -85,7 +91,7 @@ const MAX_SWEPT_POINTS: usize = 4096;
 impl Scene {
     /// The scene at a time in seconds. A time that is not finite counts as 0.
     pub fn pose(&self, time: f32) -> Pose {
-        let mut pose = self.pose_of_nodes(time);
+        let mut pose = self.pose_of_nodes(time, &BTreeMap::new());
         self.deform(&mut pose);
         pose
     }
@@ -100,13 +106,17 @@ impl Scene {
         pose.nodes.extend(rows);
     }
 
-    fn pose_of_nodes(&self, time: f32) -> Pose {
+    fn pose_of_nodes(&self, time: f32, places: &BTreeMap<usize, Mat4>) -> Pose {
         let time = if time.is_finite() { time } else { 0.0 };
         let mut nodes: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
-        for node in &self.nodes {
-            let local = local(node, time);
+        for (i, node) in self.nodes.iter().enumerate() {
             // Parents come first, so theirs are already there.
-            nodes.push(node.parent.map_or(local, |p| nodes[p] * local));
+            let said = || {
+                let local = local(node, time);
+                node.parent.map_or(local, |p| nodes[p] * local)
+            };
+            let world = places.get(&i).copied().unwrap_or_else(said);
+            nodes.push(world);
         }
         let forward = |m: &Mat4| (-m.z_axis.truncate()).try_normalize().unwrap_or(Vec3::NEG_Z);
         let lights = self.lights.iter().map(|light| {
@@ -125,7 +135,7 @@ impl Scene {
 
     /// The scene at a time, moved from where it says. Indices of nodes and lights that are not there are ignored.
     pub fn pose_shifted(&self, time: f32, shift: &Shift) -> Pose {
-        let mut pose = self.pose_of_nodes(time);
+        let mut pose = self.pose_of_nodes(time, &shift.places);
         for (moved, by) in &shift.nodes {
             for (i, node) in pose.nodes.iter_mut().enumerate() {
                 if self.hangs_from(i, *moved) {

@@ -1,6 +1,7 @@
 //! Panoramas: pictures of everything around a point, twice as wide as high.
 
 use super::environment::{Environment, LARGEST_EDGE};
+use crate::diag::{Checked, Diagnostic};
 use crate::files;
 use crate::image::{Image, exr::read_exr};
 use crate::math::cube::panorama_place;
@@ -46,31 +47,45 @@ pub(super) fn read(path: &Path) -> Result<Panorama, String> {
             let decoder = reader.into_decoder().map_err(|e| format!("can't read {shown}: {e}"))?;
             let (width, height) = decoder.dimensions();
             if u64::from(width) * u64::from(height) > MAX_PIXELS {
-                return Err(too_large(path, width, height));
+                return Err(format!("{shown} {}", too_large(width, height)));
             }
             let image = DynamicImage::from_decoder(decoder).map_err(|e| format!("can't read {shown}: {e}"))?;
             (width, height, image.into_rgb32f().as_raw().as_chunks::<3>().0.iter().map(|p| Vec3::from(*p)).collect())
         }
         _ => return Err(format!("{shown}: an environment is a .hdr or .exr panorama")),
     };
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(too_large(path, width, height));
-    }
-    if width != 2 * height || pixels.len() != (width * height) as usize {
-        return Err(format!(
-            "{shown} has {width}×{height} pixels: a panorama of all directions is twice as wide as high"
-        ));
-    }
-    let sound = |x: f32| if x.is_finite() { x.max(0.0) } else { 0.0 };
-    let pixels = pixels.into_iter().map(|p| Vec3::new(sound(p.x), sound(p.y), sound(p.z))).collect();
-    Ok(Panorama { width, height, pixels })
+    Panorama::new(width, height, pixels).map_err(|why| format!("{shown} {why}"))
 }
 
-fn too_large(path: &Path, width: u32, height: u32) -> String {
-    format!("{} has {width}×{height} pixels, more than {MAX_PIXELS}; make it smaller", path.display())
+fn too_large(width: u32, height: u32) -> String {
+    format!("has {width}×{height} pixels, more than {MAX_PIXELS}; make it smaller")
+}
+
+impl Environment {
+    /// Light by direction as a picture has it: its middle is seen towards −Z, its upper edge is up.
+    ///
+    /// # Errors
+    /// As of a panorama's file.
+    pub fn panorama(image: &Image) -> Checked<Environment> {
+        let pixels = image.rgb().map(Vec3::from).collect();
+        let made = Panorama::new(image.width, image.height, pixels).map_err(|why| format!("the panorama {why}"));
+        Ok(made.map_err(Diagnostic::error)?.environment(0.0, 1.0))
+    }
 }
 
 impl Panorama {
+    fn new(width: u32, height: u32, pixels: Vec<Vec3>) -> Result<Panorama, String> {
+        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+            return Err(too_large(width, height));
+        }
+        if width != height.saturating_mul(2) || pixels.is_empty() || pixels.len() != (width * height) as usize {
+            return Err(format!("has {width}×{height} pixels: a panorama of all directions is twice as wide as high"));
+        }
+        let sound = |x: f32| if x.is_finite() { x.max(0.0) } else { 0.0 };
+        let pixels = pixels.into_iter().map(|p| Vec3::new(sound(p.x), sound(p.y), sound(p.z))).collect();
+        Ok(Panorama { width, height, pixels })
+    }
+
     /// Turned by an angle in radians towards the east, and made stronger.
     pub fn environment(&self, rotation: f32, strength: f32) -> Environment {
         let count = self.width * self.height;

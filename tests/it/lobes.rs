@@ -194,7 +194,7 @@ fn rough_metals_reflect_what_their_lobe_integrates_to() {
     for roughness in [0.4, 0.7, 1.0] {
         let scene = white_room(roughness);
         let (eye, bounds) = (scene.view(&scene.pose(0.0), None, 1.0), scene.bounds);
-        let View { place, lens } = eye.unwrap_or_else(|f| panic!("{f}")).0;
+        let View { place, lens, .. } = eye.unwrap_or_else(|f| panic!("{f}")).0;
         let Lens::Perspective { yfov, .. } = lens else { panic!("{lens:?}") };
         let (tangent, right) = ((0.5 * yfov).tan(), place.forward.cross(place.up));
         let expected = (0..SIZE * SIZE).map(|i| {

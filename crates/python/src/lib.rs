@@ -34,5 +34,5 @@ mod _native {
     #[pymodule_export]
     use crate::scene::Scene;
     #[pymodule_export]
-    use crate::tools::{allow_outside, builtin_files, check, compare, flip, parameters, read, version, write};
+    use crate::tools::{allow_outside, builtin_files, check, compare, flip, outputs, parameters, read, version, write};
 }

@@ -14,6 +14,7 @@ use lightgraph::gpu::{FrameReport, upload_bytes, upload_image};
 use lightgraph::image::Image;
 use lightgraph::plan::keys::Version;
 use lightgraph::plan::{Desc, lint};
+use lightgraph::scene::{CameraPose, View};
 use lightgraph::session::{Project, Session, Settings};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
@@ -361,6 +362,32 @@ impl Renderer {
 
     fn move_to(&self, py: Python<'_>, name: String, to: [f32; 3]) -> PyResult<()> {
         self.with(py, |state| seen::shift(&mut state.session, &name, seen::Step::To(to.into()), state.time))
+    }
+
+    /// Puts nodes where matrices say, column by column.
+    fn place(&self, py: Python<'_>, all: Vec<(String, [f32; 16])>) -> PyResult<()> {
+        self.with(py, |state| seen::place(&mut state.session, &all))
+    }
+
+    /// Shows another scene, seen as before. What was found from earlier frames is forgotten; the next one has the number 0.
+    fn show(&self, py: Python<'_>, scene: &Scene) -> PyResult<()> {
+        let scene = scene.scene.clone();
+        self.with(py, |state| {
+            let settings = state.session.settings.clone();
+            let before = state.session.scene.clone();
+            if let Some(name) = &settings.camera {
+                scene.find_camera(name)?;
+            }
+            let mut session = Session::after(&self.device.gpu, &state.project, scene, settings, Some(&state.session))?;
+            session.shift.view = state.session.shift.view.map(|view| {
+                let position = view.place.position + before.origin - session.scene.origin;
+                View { place: CameraPose { position, ..view.place }, ..view }
+            });
+            session.forget();
+            state.fresh.extend(session.notices.iter().cloned());
+            (state.session, state.number) = (session, 0);
+            Ok(())
+        })
     }
 
     fn position(&self, py: Python<'_>, name: String) -> PyResult<[f32; 3]> {

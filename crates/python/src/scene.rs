@@ -1,9 +1,10 @@
 //! A scene that renderers look at.
 
 use crate::faults::{listed, raised};
-use crate::values::value;
+use crate::values::{image, value};
 use lightgraph::diag::Diagnostic;
-use lightgraph::scene::{self, Loaded};
+use lightgraph::scene::{self, Environment, Loaded};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::path::PathBuf;
@@ -36,6 +37,17 @@ impl Scene {
     fn from_bytes(py: Python<'_>, bytes: &[u8], name: &str, description: Option<&str>) -> PyResult<Scene> {
         let loaded = py.detach(|| scene::from_bytes(bytes, name, description));
         raised(py, loaded).map(Scene::from)
+    }
+
+    /// The same scene in the light of a panorama, (height, 2 × height, 3).
+    fn lit_by(&self, py: Python<'_>, panorama: PyReadonlyArrayDyn<'_, f32>) -> PyResult<Scene> {
+        let image = image("the panorama", &panorama)?;
+        let made = py.detach(|| {
+            let environment = Environment::panorama(&image)?;
+            let scene = scene::Scene { environment: Some(environment), ..(*self.scene).clone() };
+            Ok(Scene { scene: Arc::new(scene), notices: self.notices.clone() })
+        });
+        raised(py, made)
     }
 
     #[getter]

@@ -72,6 +72,14 @@ pub fn parameters<'py>(py: Python<'py>, graph: PathBuf, shaders: Vec<PathBuf>) -
     Ok(all)
 }
 
+/// The outputs of a graph.
+#[pyfunction]
+pub fn outputs(py: Python<'_>, graph: PathBuf, shaders: Vec<PathBuf>) -> PyResult<Vec<String>> {
+    let opened = py.detach(|| Project::open(&graph, &shaders));
+    let project = raised(py, opened)?;
+    Ok(project.graph.outputs.into_iter().map(|(name, _)| name.value).collect())
+}
+
 /// How far an image is from a reference, as numbers by name.
 #[pyfunction]
 pub fn compare<'py>(

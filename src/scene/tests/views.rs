@@ -3,10 +3,10 @@
 use super::fixture::{Fixture, QUAD};
 use crate::{
     diag::render,
-    scene::{FRAME_VALUES, Scene},
+    scene::{FRAME_VALUES, Scene, View},
     value::{Value, Values},
 };
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 use serde_json::json;
 
 /// A cube from −1 to 1 on every axis.
@@ -203,4 +203,23 @@ fn a_half_space_spot_is_a_notice() {
 fn a_scene_without_light_is_a_notice() {
     let (_, notices) = cube().read().unwrap();
     assert!(render(&notices).contains("the scene has no light"), "{notices:?}");
+}
+
+#[test]
+fn a_shifted_lens_moves_the_image_and_nothing_else() {
+    let scene = with_camera("eye", perspective()).scene();
+    let mut pose = scene.pose(0.0);
+    let (straight, _) = scene.view(&pose, None, 2.0).unwrap();
+    let shift = Vec2::new(0.25, -0.5);
+    pose.view = Some(View { shift, ..straight });
+    let (shifted, _) = scene.camera_values(&pose, None, 200, 100).unwrap();
+    let before = matrix(&values(&scene, None, 200, 100), "camera_view_projection");
+    let after = matrix(&shifted, "camera_view_projection");
+    for point in [Vec3::ZERO, Vec3::new(0.5, -0.25, 1.0), Vec3::new(-1.0, 1.0, -1.0)] {
+        // Clip space is two heights high, and as wide as the aspect says.
+        let expected = before.project_point3(point) - Vec3::new(shift.x / 2.0, shift.y, 0.0) * 2.0;
+        assert!((after.project_point3(point) - expected).length() < 1e-5, "{point}");
+    }
+    let inverse = matrix(&shifted, "camera_inverse_view_projection");
+    assert!((inverse * after - Mat4::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-4));
 }

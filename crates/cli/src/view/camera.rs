@@ -82,7 +82,7 @@ mod tests {
     fn view() -> View {
         let forward = Vec3::new(0.0, -0.6, -0.8);
         let place = CameraPose { position: Vec3::new(0.0, 3.0, 4.0), forward, up: Vec3::new(0.0, 0.8, -0.6) };
-        View { place, lens: Lens::Perspective { yfov: 1.0, near: 0.1, far: None } }
+        View { place, lens: Lens::Perspective { yfov: 1.0, near: 0.1, far: None }, shift: Vec2::ZERO }
     }
 
     fn sound(v: View) {

@@ -180,7 +180,7 @@ mod tests {
                 ("grid".into(), Value::UVec3([1, 2, 3].into())),
             ]),
             camera: Some("eye".into()),
-            view: Some(View { place, lens }),
+            view: Some(View { place, lens, shift: glam::Vec2::ZERO }),
             lights: BTreeMap::from([(0, Vec3::X)]),
             nodes: BTreeMap::from([(7, Vec3::NEG_Y)]),
             time: 1.5,

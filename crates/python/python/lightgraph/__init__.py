@@ -9,8 +9,8 @@ from ._native import version as _version
 from .cluster import View, average, render_many, sweep
 from .errors import Fault, GraphError, GraphWarning, NoAdapterError, Place
 from .renderer import Frame, Plan, Renderer
-from .scene import Camera, DirectionalLight, Material, Mesh, PointLight, Scene, SpotLight
-from .tools import Picture, adapter, allow_outside, builtin_graphs, check, compare, parameters, read, write
+from .scene import Camera, DirectionalLight, Material, Mesh, Node, PointLight, Scene, SpotLight
+from .tools import Picture, adapter, allow_outside, builtin_graphs, check, compare, outputs, parameters, read, write
 
 __version__ = _version()
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "Material",
     "Mesh",
     "NoAdapterError",
+    "Node",
     "Picture",
     "Place",
     "Plan",
@@ -37,6 +38,7 @@ __all__ = [
     "builtin_graphs",
     "check",
     "compare",
+    "outputs",
     "parameters",
     "read",
     "render_many",

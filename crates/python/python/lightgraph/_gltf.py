@@ -5,22 +5,23 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Mapping
+import zlib
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._values import vector
+from ._values import matrix, vector
 
 if TYPE_CHECKING:
-    from .scene import Camera, Material, Mesh
+    from .scene import Camera, Material, Mesh, Node
 
 _FLOAT, _UINT = 5126, 5125
 
 
 def glb(meshes: Mapping[str, Mesh], lights: Mapping[str, Any], cameras: Mapping[str, Camera]) -> bytes:
     """A glTF 2.0 file with one node for each mesh, light and camera."""
-    from .scene import Camera, Mesh
+    from .scene import Camera, Mesh, Node
 
     if not meshes:
         raise ValueError(
@@ -28,8 +29,11 @@ def glb(meshes: Mapping[str, Mesh], lights: Mapping[str, Any], cameras: Mapping[
         )
     build = _Build()
     for name, mesh in meshes.items():
-        _of_class(f"meshes[{name!r}]", mesh, Mesh)
-        build.mesh(name, mesh)
+        if isinstance(mesh, Node):
+            build.node(name, mesh)
+        else:
+            _of_class(f"meshes[{name!r}]", mesh, Mesh)
+            build.mesh(name, mesh)
     for name, light in lights.items():
         build.light(name, light)
     for name, camera in cameras.items():
@@ -53,9 +57,42 @@ class _Build:
         self.lights: list[dict[str, Any]] = []
         self.cameras: list[dict[str, Any]] = []
         self.nodes: list[dict[str, Any]] = []
+        self.images: list[dict[str, Any]] = []
+        # Things given again are written once: by identity, with what keeps that from being taken by another.
+        self.written: dict[tuple[int, ...], tuple[int, Any]] = {}
+
+    def once(self, key: tuple[int, ...], things: Any, write: Callable[[], int]) -> int:
+        if key not in self.written:
+            self.written[key] = (write(), things)
+        return self.written[key][0]
+
+    def node(self, name: str, node: Node) -> None:
+        from .scene import Mesh
+
+        at = f"meshes[{name!r}]"
+        parts = [node.meshes] if isinstance(node.meshes, Mesh) else list(node.meshes)
+        if not parts:
+            raise ValueError(f"{at} has no meshes: give at least one")
+        for i, part in enumerate(parts):
+            _of_class(f"{at}.meshes[{i}]", part, Mesh)
+            if any(vector(f"{at}.meshes[{i}].translation", part.translation)):
+                raise ValueError(f"{at}.meshes[{i}] has a translation: a node's `matrix` says where its meshes are")
+
+        def write() -> int:
+            primitives = [self.primitive(f"{at}.meshes[{i}]", part) for i, part in enumerate(parts)]
+            self.meshes.append({"name": name, "primitives": primitives})
+            return len(self.meshes) - 1
+
+        mesh = self.once(tuple(map(id, parts)), parts, write)
+        self.nodes.append({"name": name, "mesh": mesh, "matrix": matrix(f"{at}.matrix", node.matrix)})
 
     def mesh(self, name: str, mesh: Mesh) -> None:
         at = f"meshes[{name!r}]"
+        self.meshes.append({"name": name, "primitives": [self.primitive(at, mesh)]})
+        translation = vector(f"{at}.translation", mesh.translation)
+        self.nodes.append({"name": name, "mesh": len(self.meshes) - 1, "translation": translation})
+
+    def primitive(self, at: str, mesh: Mesh) -> dict[str, Any]:
         positions = _floats(f"{at}.positions", mesh.positions, (3,))
         count = len(positions)
         attributes = {"POSITION": self.accessor(positions, "VEC3", bounds=True)}
@@ -79,14 +116,22 @@ class _Build:
             primitive["indices"] = self.accessor(_indices(f"{at}.indices", mesh.indices, count).ravel(), "SCALAR")
         elif count % 3:
             raise ValueError(f"{at}.positions has {count} rows without `indices`: give three for each triangle")
-        self.meshes.append({"name": name, "primitives": [primitive]})
-        translation = vector(f"{at}.translation", mesh.translation)
-        self.nodes.append({"name": name, "mesh": len(self.meshes) - 1, "translation": translation})
+        return primitive
 
     def material(self, at: str, material: Material) -> int:
         from .scene import Material
 
         _of_class(at, material, Material)
+        return self.once((id(material),), material, lambda: self.material_entry(at, material))
+
+    def texture(self, at: str, pixels: Any) -> dict[str, int]:
+        def write() -> int:
+            self.images.append({"bufferView": self.view(png(at, pixels)), "mimeType": "image/png"})
+            return len(self.images) - 1
+
+        return {"index": self.once((id(pixels),), pixels, write)}
+
+    def material_entry(self, at: str, material: Material) -> int:
         color, emission = vector(f"{at}.color", material.color), vector(f"{at}.emission", material.emission)
         entry: dict[str, Any] = {
             "pbrMetallicRoughness": {
@@ -96,6 +141,13 @@ class _Build:
             },
             "doubleSided": bool(material.double_sided),
         }
+        if material.name:
+            entry["name"] = material.name
+        if material.color_texture is not None:
+            texture = self.texture(f"{at}.color_texture", material.color_texture)
+            entry["pbrMetallicRoughness"]["baseColorTexture"] = texture
+        if material.emission_texture is not None:
+            entry["emissiveTexture"] = self.texture(f"{at}.emission_texture", material.emission_texture)
         strength = max(emission)
         if min(emission) < 0:
             raise ValueError(f"{at}.emission = {material.emission!r}: light is not negative")
@@ -153,12 +205,16 @@ class _Build:
         matrix = _towards(eye, tuple(np.subtract(target, eye)), up, at)
         self.nodes.append({"name": name, "matrix": matrix, "camera": len(self.cameras) - 1})
 
+    def view(self, data: bytes) -> int:
+        self.views.append({"buffer": 0, "byteOffset": len(self.blob), "byteLength": len(data)})
+        self.blob += data + b"\0" * (-len(data) % 4)
+        return len(self.views) - 1
+
     def accessor(self, array: np.ndarray, kind: str, bounds: bool = False) -> int:
-        self.views.append({"buffer": 0, "byteOffset": len(self.blob), "byteLength": array.nbytes})
-        self.blob += array.tobytes()
+        view = self.view(array.tobytes())
         component = _UINT if array.dtype == np.uint32 else _FLOAT
         entry: dict[str, Any] = {
-            "bufferView": len(self.views) - 1,
+            "bufferView": view,
             "componentType": component,
             "count": len(array),
             "type": kind,
@@ -181,6 +237,9 @@ class _Build:
             "buffers": [{"byteLength": len(self.blob)}],
             "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_emissive_strength"],
         }
+        if self.images:
+            document["images"] = self.images
+            document["textures"] = [{"source": i} for i in range(len(self.images))]
         if self.cameras:
             document["cameras"] = self.cameras
         if self.lights:
@@ -190,6 +249,25 @@ class _Build:
         blob = bytes(self.blob) + b"\0" * (-len(self.blob) % 4)
         chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def png(name: str, pixels: Any) -> bytes:
+    """A PNG of a uint8 array of the shape (height, width, 3) or (height, width, 4)."""
+    found = np.asarray(pixels)
+    if found.dtype != np.uint8:
+        raise TypeError(f"{name} has the dtype {found.dtype}: give uint8")
+    if found.ndim != 3 or found.shape[2] not in (3, 4) or 0 in found.shape:
+        raise ValueError(f"{name} has the shape {found.shape}: give (height, width, 3) or (height, width, 4)")
+    height, width, channels = found.shape
+    rows = np.zeros((height, 1 + width * channels), np.uint8)
+    rows[:, 1:] = found.reshape(height, -1)
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = struct.pack(">IIBBBBB", width, height, 8, 2 if channels == 3 else 6, 0, 0, 0)
+    data = zlib.compress(rows.tobytes(), 1)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
 def _floats(name: str, array: Any, widths: tuple[int, ...]) -> np.ndarray:

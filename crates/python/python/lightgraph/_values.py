@@ -27,6 +27,18 @@ def vector(name: str, value: Any, length: int = 3) -> tuple[float, ...]:
     return numbers_
 
 
+def matrix(name: str, value: Any) -> list[float]:
+    """4 rows of 4 finite numbers, column by column."""
+    found = np.asarray(value)
+    if found.dtype.kind not in "fiu":
+        raise TypeError(f"{name} has the dtype {found.dtype}: give numbers")
+    if found.shape != (4, 4):
+        raise ValueError(f"{name} has the shape {found.shape}: give 4 rows of 4 numbers")
+    if not np.isfinite(found).all():
+        raise ValueError(f"{name} holds a NaN or an infinity: give finite numbers")
+    return found.T.ravel().tolist()
+
+
 def seconds(time: Any) -> float | None:
     """A time, or None."""
     if time is None:

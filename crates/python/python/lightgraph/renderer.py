@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from . import _native
-from ._values import names, pixels, say, seconds, texts, vector
+from ._values import matrix, names, pixels, say, seconds, texts, vector
 from .scene import Camera, Scene
 
 __all__ = ["Frame", "Plan", "Renderer"]
@@ -104,10 +104,10 @@ class Renderer:
         watch: bool = False,
         **params: Any,
     ) -> None:
-        self.scene = scene if scene is None or isinstance(scene, Scene) else Scene(scene)
+        self._scene = scene if scene is None or isinstance(scene, Scene) else Scene(scene)
         self._native = _native.Renderer(
             os.fspath(graph),
-            None if self.scene is None else self.scene._native,
+            None if self._scene is None else self._scene._native,
             pixels(size),
             texts(params),
             names("outputs", outputs),
@@ -206,6 +206,25 @@ class Renderer:
             self._native.move_by(name, vector("by", by))
         else:
             self._native.move_to(name, vector("to", to))
+
+    def place(self, places: Mapping[str, Any]) -> None:
+        """Puts nodes, with all that hangs from them, where matrices say: by name 4 rows of 4 numbers, node to world. A
+        matrix holds until the next one, and stands above `move`. All are placed or, where one can't be, none."""
+        self._native.place([(name, matrix(f"places[{name!r}]", given)) for name, given in places.items()])
+
+    @property
+    def scene(self) -> Scene | None:
+        """What is rendered. Set another `Scene` to show that from the next frame on, seen from the same place: what
+        `move` and `place` did is over then, and so is what earlier frames found. Shaders are not made again."""
+        return self._scene
+
+    @scene.setter
+    def scene(self, scene: Scene) -> None:
+        if not isinstance(scene, Scene):
+            raise TypeError(f"scene = {scene!r}: give a lightgraph.Scene")
+        self._native.show(scene._native)
+        self._scene = scene
+        self._said()
 
     def position(self, name: str) -> tuple[float, ...]:
         """Where a node or a light is (world, metres)."""

@@ -7,11 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from . import _native, _gltf
 from ._values import say, vector
 from .errors import Fault
 
-__all__ = ["Camera", "DirectionalLight", "Material", "Mesh", "PointLight", "Scene", "SpotLight"]
+__all__ = ["Camera", "DirectionalLight", "Material", "Mesh", "Node", "PointLight", "Scene", "SpotLight"]
 
 Vec3 = Sequence[float]
 
@@ -22,6 +24,8 @@ class Camera:
 
     `near` and `far` bound what is seen, in metres from the eye; where they are None the scene's size decides. With
     `height`, the image is flat (orthographic) and shows so many metres from top to bottom; `fov` plays no part then.
+    `shift`: how far the image's centre lies from `target`, to the right and up, in heights of the image; for what
+    `Renderer.camera` sees.
     """
 
     eye: Vec3
@@ -31,29 +35,37 @@ class Camera:
     near: float | None = None
     far: float | None = None
     height: float | None = None
+    shift: Sequence[float] = (0.0, 0.0)
 
     def _look(self) -> tuple[Any, ...]:
         extent = (float(self.fov), False) if self.height is None else (float(self.height) / 2, True)
         places = [vector("Camera." + n, getattr(self, n)) for n in ("eye", "target", "up")]
-        return (*places, extent, self.near, self.far)
+        return (*places, extent, self.near, self.far, vector("Camera.shift", self.shift, 2))
 
     @staticmethod
     def _of(look: tuple[Any, ...]) -> Camera:
-        eye, target, up, (extent, flat), near, far = look
+        eye, target, up, (extent, flat), near, far, shift = look
         if flat:
-            return Camera(eye, target, up=up, near=near, far=far, height=2 * extent)
-        return Camera(eye, target, extent, up, near, far)
+            return Camera(eye, target, up=up, near=near, far=far, height=2 * extent, shift=shift)
+        return Camera(eye, target, extent, up, near, far, shift=shift)
 
 
 @dataclass(frozen=True)
 class Material:
-    """A surface. Colours are linear, from 0 to 1; `emission` is radiance and leaves the front face."""
+    """A surface. Colours are linear, from 0 to 1; `emission` is radiance and leaves the front face.
+
+    Textures multiply what they belong to: uint8 arrays of the shape (height, width, 3) or (height, width, 4) in sRGB,
+    row 0 at the top, where v is 0.
+    """
 
     color: Vec3 = (0.8, 0.8, 0.8)
     emission: Vec3 = (0.0, 0.0, 0.0)
     roughness: float = 1.0
     metallic: float = 0.0
     double_sided: bool = False
+    name: str = ""
+    color_texture: Any = None
+    emission_texture: Any = None
 
 
 @dataclass(frozen=True)
@@ -73,6 +85,17 @@ class Mesh:
     colors: Any = None
     material: Material = Material()
     translation: Vec3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Node:
+    """Meshes, one for each of their materials, where `matrix` (4 rows of 4 numbers, node to world) puts them.
+
+    Meshes that several nodes share are kept once. `Renderer.place` puts a node elsewhere.
+    """
+
+    meshes: Mesh | Sequence[Mesh]
+    matrix: Any = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -134,27 +157,32 @@ class Scene:
     @classmethod
     def from_arrays(
         cls,
-        meshes: Mesh | Mapping[str, Mesh],
+        meshes: Mesh | Node | Mapping[str, Mesh | Node],
         lights: Light | Mapping[str, Light] | None = None,
         cameras: Camera | Mapping[str, Camera] | None = None,
-        environment: Vec3 | None = None,
+        environment: Any = None,
         name: str = "arrays",
     ) -> Scene:
         """A scene made of arrays.
 
         `meshes`, `lights` and `cameras` are single ones, or dictionaries by name: the names are what `Renderer.move`
-        and `Renderer.camera` know. `environment` is radiance from all around, (red, green, blue). Without light the
-        scene is dark.
+        and `Renderer.camera` know. `environment` is radiance from all around, (red, green, blue), or a panorama of it,
+        float32 of the shape (height, 2 × height, 3): its middle is towards −Z, row 0 above. Without light the scene is
+        dark.
 
         Raises `ValueError` for arrays of a wrong shape, `TypeError` for a wrong dtype, and `GraphError` for what no
         scene can be made of.
         """
         document = _gltf.glb(_named(meshes, "mesh"), _named(lights, "light"), _named(cameras, "camera"))
         description = None
-        if environment is not None:
+        panorama = np.ndim(environment) == 3
+        if environment is not None and not panorama:
             r, g, b = vector("environment", environment)
             description = f"Scene(environment: Constant(radiance: ({r}, {g}, {b})))"
-        return cls._wrapped(_native.Scene.from_bytes(document, name, description))
+        native = _native.Scene.from_bytes(document, name, description)
+        if panorama:
+            native = native.lit_by(np.require(environment, np.float32, ["C_CONTIGUOUS", "ALIGNED"]))
+        return cls._wrapped(native)
 
     @classmethod
     def from_bytes(cls, gltf: bytes, name: str = "scene", description: str | None = None) -> Scene:

@@ -14,7 +14,18 @@ from ._values import texts
 from .errors import Fault
 from .scene import Scene
 
-__all__ = ["Picture", "adapter", "allow_outside", "builtin_graphs", "check", "compare", "parameters", "read", "write"]
+__all__ = [
+    "Picture",
+    "adapter",
+    "allow_outside",
+    "builtin_graphs",
+    "check",
+    "compare",
+    "outputs",
+    "parameters",
+    "read",
+    "write",
+]
 
 
 def check(
@@ -52,6 +63,11 @@ def parameters(
     found = _native.parameters(os.fspath(graph), [os.fspath(s) for s in shaders])
     keys = ("type", "default", "min", "max", "about")
     return {name: dict(zip(keys, values)) for name, values in found.items()}
+
+
+def outputs(graph: str | os.PathLike[str], shaders: Iterable[str | os.PathLike[str]] = ()) -> list[str]:
+    """All outputs of a graph. Needs no adapter."""
+    return _native.outputs(os.fspath(graph), [os.fspath(s) for s in shaders])
 
 
 def builtin_graphs() -> list[str]:

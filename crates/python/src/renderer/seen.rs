@@ -1,12 +1,13 @@
 //! Where things are, and from where they are seen; in the coordinates of the scene's file.
 
-use glam::Vec3;
+use glam::{Mat4, Vec2, Vec3, Vec4};
 use lightgraph::diag::{Checked, Diagnostic};
 use lightgraph::scene::{CameraPose, Lens, Scene, View};
 use lightgraph::session::Session;
+use std::collections::HashMap;
 
-/// Eye, target, up; whole vertical angle in degrees, or half the height in metres and `true`; near; far.
-pub type Look = ([f32; 3], [f32; 3], [f32; 3], (f32, bool), Option<f32>, Option<f32>);
+/// Eye, target, up; whole vertical angle in degrees, or half the height in metres and `true`; near; far; lens shift.
+pub type Look = ([f32; 3], [f32; 3], [f32; 3], (f32, bool), Option<f32>, Option<f32>, [f32; 2]);
 
 /// How a thing is moved.
 pub enum Step {
@@ -64,6 +65,33 @@ pub fn shift(session: &mut Session, name: &str, step: Step, time: f32) -> Checke
     Ok(())
 }
 
+/// Puts nodes where matrices, column by column, say: node to world. All of them or, after a fault, none.
+pub fn place(session: &mut Session, all: &[(String, [f32; 16])]) -> Checked<()> {
+    let scene = &session.scene;
+    let known: HashMap<&str, usize> = scene.nodes.iter().enumerate().rev().map(|(i, n)| (n.name.as_str(), i)).collect();
+    let mut places = session.shift.places.clone();
+    let said = scene.pose(0.0).nodes;
+    for (name, matrix) in all {
+        let Some(&node) = known.get(name.as_str()) else {
+            let d = Diagnostic::error(format!("{}: there is no node \"{name}\"", scene.name));
+            return Err(d.nearest(name, known.keys().copied()).into());
+        };
+        let mut matrix = Mat4::from_cols_array(matrix);
+        if !matrix.is_finite() || matrix.row(3) != Vec4::W {
+            let d = Diagnostic::error(format!("\"{name}\" can't be placed by {matrix}"));
+            return Err(d.help("give finite numbers, and (0, 0, 0, 1) as the last row").into());
+        }
+        matrix.w_axis -= scene.origin.extend(0.0);
+        if matrix.determinant() * said[node].determinant() < 0.0 {
+            let d = Diagnostic::error(format!("\"{name}\" can't be placed by a matrix that mirrors it"));
+            return Err(d.help("make a scene with this matrix, and give it to `Renderer.scene`").into());
+        }
+        places.insert(node, matrix);
+    }
+    session.shift.places = places;
+    Ok(())
+}
+
 /// Where a thing is.
 pub fn position(session: &Session, name: &str, time: f32) -> Checked<[f32; 3]> {
     let scene = &session.scene;
@@ -85,7 +113,7 @@ pub fn look_through(session: &mut Session, camera: Option<String>) -> Checked<()
 }
 
 /// Sees from a place of its own.
-pub fn look(session: &mut Session, (eye, target, up, (extent, flat), near, far): &Look) -> Checked<()> {
+pub fn look(session: &mut Session, (eye, target, up, (extent, flat), near, far, shift): &Look) -> Checked<()> {
     let origin = session.scene.origin;
     let [eye, target, up] = [*eye, *target, *up].map(Vec3::from);
     let forward = (target - eye).try_normalize();
@@ -115,7 +143,11 @@ pub fn look(session: &mut Session, (eye, target, up, (extent, flat), near, far):
         }
         _ => return wrong(format!("a camera's extent of {extent}"), "`fov` lies between 0 and 180 degrees"),
     };
-    session.shift.view = Some(View { place: CameraPose { position: eye - origin, forward, up }, lens });
+    let shift = Vec2::from(*shift);
+    if !shift.is_finite() {
+        return wrong(format!("a lens shift of {shift}"), "give two finite numbers, in heights of the image");
+    }
+    session.shift.view = Some(View { place: CameraPose { position: eye - origin, forward, up }, lens, shift });
     Ok(())
 }
 
@@ -124,12 +156,20 @@ pub fn seen(session: &Session, time: f32) -> Checked<Look> {
     let scene = &session.scene;
     let pose = scene.pose_shifted(time, &session.shift);
     let [width, height] = session.settings.size;
-    let (View { place, lens }, _) =
+    let (View { place, lens, shift }, _) =
         scene.view(&pose, session.settings.camera.as_deref(), width as f32 / height as f32)?;
     let eye = place.position + scene.origin;
     let (extent, near, far) = match lens {
         Lens::Perspective { yfov, near, far } => ((yfov.to_degrees(), false), near, far),
         Lens::Orthographic { ymag, near, far } => ((ymag, true), near, Some(far)),
     };
-    Ok((eye.to_array(), (eye + place.forward).to_array(), place.up.to_array(), extent, Some(near), far))
+    Ok((
+        eye.to_array(),
+        (eye + place.forward).to_array(),
+        place.up.to_array(),
+        extent,
+        Some(near),
+        far,
+        shift.to_array(),
+    ))
 }

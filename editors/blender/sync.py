@@ -1,0 +1,299 @@
+"""From Blender's dependency graph to content, reading again only what it says has changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import bpy
+import lightgraph as lg
+import numpy as np
+
+from . import materials, meshes, units
+from .content import Content, Lamp, upright
+
+_MESHED = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+_UNKNOWN = {"VOLUME": "a volume", "CURVES": "hair", "POINTCLOUD": "a point cloud", "GREASEPENCIL": "a drawing"}
+
+
+class Sync:
+    """What was read so far. One for each view and for the final render."""
+
+    def __init__(self) -> None:
+        self.content = Content()
+        self.notices: list[str] = []
+        # By mesh in Blender's memory, with what tells it from another at its place.
+        self._meshes: dict[tuple, list[meshes.Part]] = {}
+        self._shapes: dict[tuple, tuple[tuple[lg.Mesh, ...], tuple]] = {}
+        self._materials: dict[str, tuple[lg.Material, list[str]]] = {}
+        self._images: dict[str, np.ndarray] = {}
+        self._panorama: tuple[Any, Any] = (None, None)
+        self._stale = True
+
+    def forget(self) -> None:
+        """Reads everything again next time, as after undo or another file. What comes out the same stays the same."""
+        self._stale = True
+
+    def read(self, depsgraph: bpy.types.Depsgraph, everything: bool = False) -> Content:
+        """The content as it is now. `everything`: don't trust what the dependency graph says has changed."""
+        all_of_it = everything or self._stale
+        self._stale = False
+        self._said: dict[str, None] = {}
+        objects, data, shading = _changes(depsgraph, self._images)
+        if all_of_it:
+            self._images.clear()
+        if all_of_it or shading:
+            self._reread_materials()
+        read: dict[tuple, list[meshes.Part]] = {}
+        shapes: dict[str, tuple[lg.Mesh, ...]] = {}
+        lamps: dict[str, Lamp] = {}
+        matrices, lamp_matrices, used = [], [], {}
+        for instance in depsgraph.object_instances:
+            if not instance.show_self:
+                continue
+            obj = instance.object
+            kind = obj.type
+            if kind in _MESHED:
+                changed = all_of_it or obj.name_full in objects or (obj.data is not None and obj.data.name_full in data)
+                shape = self._shape(obj, changed, read, used)
+                if shape:
+                    shapes[_name(instance, obj, shapes)] = shape
+                    matrices.append(units.node(np.array(instance.matrix_world)))
+            elif kind == "LIGHT":
+                matrix = units.node(np.array(instance.matrix_world))
+                name = _name(instance, obj, lamps)
+                if obj.data.type == "AREA":
+                    if not getattr(obj, "visible_camera", True):
+                        self._say(f"{obj.name}: its face is seen, too")
+                    shape = self._area(obj.data, matrix, used)
+                    if shape:
+                        shapes[name] = shape
+                        matrices.append(matrix)
+                else:
+                    lamps[name] = self._lamp(obj.data)
+                    lamp_matrices.append(upright(matrix))
+            elif kind in _UNKNOWN:
+                self._say(f"{obj.name}: {_UNKNOWN[kind]} is not drawn")
+        self._meshes, self._shapes = read, used
+        placed = np.array(matrices + lamp_matrices, dtype=np.float64).reshape(-1, 4, 4)
+        self.content = Content(shapes, lamps, placed, self._environment(depsgraph.scene))
+        self.notices = list(self._said)
+        return self.content
+
+    def _say(self, text: str) -> None:
+        self._said[text] = None
+
+    def _shape(self, obj: Any, changed: bool, read: dict, used: dict) -> tuple[lg.Mesh, ...]:
+        data = obj.data
+        key = (obj.type, data.as_pointer() if obj.type == "MESH" else obj.name_full)
+        slots = tuple(self._material(slot.material) for slot in obj.material_slots)
+        textured = any(m.color_texture is not None or m.emission_texture is not None for m in slots)
+        key += (textured,)
+        if key not in read:
+            before = self._meshes.get(key)
+            read[key] = before if before is not None and not changed else self._converted(obj, textured, before)
+        parts = read[key]
+        whole = (*key, *map(id, slots))
+        if whole in used:
+            return used[whole][0]
+        kept = self._shapes.get(whole)
+        if kept is not None and kept[1][0] is parts:
+            used[whole] = kept
+        else:
+            made = tuple(_mesh(part, slots) for part in parts)
+            # The arrays are kept with what was made of them, so that none takes the place of another.
+            used[whole] = (made, (parts, slots))
+        return used[whole][0]
+
+    def _converted(self, obj: Any, textured: bool, before: list | None) -> list[meshes.Part]:
+        if obj.type == "MESH":
+            found = meshes.parts(obj.data, textured)
+        else:
+            mesh = obj.to_mesh()
+            try:
+                found = meshes.parts(mesh, textured) if mesh is not None else []
+            finally:
+                obj.to_mesh_clear()
+        if before is not None and len(before) == len(found) and all(a.same(b) for a, b in zip(found, before)):
+            return before
+        return found
+
+    def _material(self, material: Any) -> lg.Material:
+        name = "" if material is None else material.name_full
+        if name not in self._materials:
+            self._materials[name] = self._made(name, material)
+        made, notices = self._materials[name]
+        for notice in notices:
+            self._say(f"{name}: {notice}")
+        return made
+
+    def _reread_materials(self) -> None:
+        """Those that are the same again stay the same objects."""
+        before, self._materials = self._materials, {}
+        for name, (made, _) in before.items():
+            material = bpy.data.materials.get(name) if name else None
+            if name and material is None:
+                continue
+            again, notices = self._made(name, material)
+            self._materials[name] = (made if _alike(made, again) else again, notices)
+
+    def _made(self, name: str, material: Any) -> tuple[lg.Material, list[str]]:
+        said = materials.surface(material)
+        made = lg.Material(
+            color=tuple(min(1.0, c) for c in said.color),
+            emission=said.emission,
+            roughness=min(max(said.roughness, 0.0), 1.0),
+            metallic=min(max(said.metallic, 0.0), 1.0),
+            double_sided=True,
+            name=name,
+            color_texture=self._image(said.color_image, said.notices),
+            emission_texture=self._image(said.emission_image, said.notices),
+        )
+        return made, said.notices
+
+    def _image(self, image: Any, notices: list[str]) -> np.ndarray | None:
+        if image is None:
+            return None
+        name = image.name_full
+        if name not in self._images:
+            pixels = _pixels(image)
+            if pixels is None:
+                notices.append(f'the image "{image.name}" can\'t be read')
+                return None
+            if image.is_float or image.colorspace_settings.name in ("Non-Color", "Linear Rec.709", "Linear"):
+                pixels = _encoded(pixels)
+            self._images[name] = (np.clip(pixels[:, :, :3], 0, 1) * 255 + 0.5).astype(np.uint8)
+        return self._images[name]
+
+    def _lamp(self, light: Any) -> Lamp:
+        energy = units.strength(light.energy, getattr(light, "exposure", 0.0))
+        color = _light_color(light)
+        if getattr(light, "shadow_soft_size", 0.0) > 0 and light.type != "SUN":
+            self._say(f"{light.name}: its radius is left out; it shines from a point")
+        if light.type == "SUN":
+            return Lamp("SUN", max(0.0, energy), color)
+        candela = units.intensity(max(0.0, energy))
+        if not getattr(light, "normalize", True):
+            candela *= 4 * np.pi * np.pi * light.shadow_soft_size**2 if light.shadow_soft_size > 0 else 1.0
+        if light.type == "SPOT":
+            if bpy.app.version < (4, 0):
+                self._say(f"{light.name}: it does not fade towards its rim, as Cycles' spots before 4.0 do")
+            outer, inner = units.spot_angles(light.spot_size, light.spot_blend)
+            return Lamp("SPOT", candela, color, outer, inner)
+        return Lamp("POINT", candela, color)
+
+    def _area(self, light: Any, matrix: np.ndarray, used: dict) -> tuple[lg.Mesh, ...] | None:
+        corners, triangles, area = meshes.face(light.shape, light.size, light.size_y)
+        area *= float(np.linalg.norm(np.cross(matrix[:3, 0], matrix[:3, 1])))
+        watts = units.strength(light.energy, getattr(light, "exposure", 0.0))
+        if not getattr(light, "normalize", True):
+            watts *= area
+        if area <= 0:
+            return None
+        if light.spread < np.pi - 1e-3:
+            self._say(f"{light.name}: its spread is left out; it shines to all sides")
+        radiance = units.radiance(max(0.0, watts), area, bpy.app.version)
+        emission = tuple(radiance * c for c in _light_color(light))
+        key = ("AREA", light.shape, light.size, light.size_y, emission)
+        if key not in used:
+            kept = self._shapes.get(key)
+            material = lg.Material((0.0, 0.0, 0.0), emission, name=light.name)
+            used[key] = kept or ((lg.Mesh(corners, triangles, material=material),), ())
+        return used[key][0]
+
+    def _environment(self, scene: Any) -> Any:
+        said = materials.sky(scene.world)
+        for notice in said.notices:
+            self._say(f"world: {notice}")
+        if said.image is None:
+            return said.color if max(said.color) > 0 else None
+        key = (said.image.name_full, said.color)
+        if self._panorama[0] != key or self._panorama[1] is None:
+            self._panorama = (key, self._sky_of(said))
+        return self._panorama[1]
+
+    def _sky_of(self, said: materials.Sky) -> Any:
+        pixels = _pixels(said.image)
+        if pixels is None or pixels.shape[1] != 2 * pixels.shape[0]:
+            self._say(f'world: the image "{said.image.name}" is no panorama twice as wide as high; it is left out')
+            return None
+        if not said.image.is_float and said.image.colorspace_settings.name == "sRGB":
+            pixels = _linear(pixels)
+        # The middle of Blender's panoramas is towards +x, that of lightgraph's towards −z, which is Blender's +y.
+        turned = np.roll(pixels[:, :, :3], pixels.shape[1] // 4, axis=1)
+        return np.ascontiguousarray(turned * np.array(said.color, np.float32), dtype=np.float32)
+
+
+def _changes(depsgraph: Any, images: dict) -> tuple[set[str], set[str], bool]:
+    """Names of objects and of meshes whose geometry changed, and whether any shading did."""
+    objects, data, shading = set(), set(), False
+    for update in depsgraph.updates:
+        changed = update.id
+        if isinstance(changed, bpy.types.Image):
+            images.pop(changed.name_full, None)
+        if update.is_updated_geometry:
+            (objects if isinstance(changed, bpy.types.Object) else data).add(changed.name_full)
+        if not isinstance(changed, (bpy.types.Object, bpy.types.Scene)):
+            shading = True
+        elif update.is_updated_shading:
+            shading = True
+    return objects, data, shading
+
+
+def _name(instance: Any, obj: Any, taken: dict) -> str:
+    name = obj.name_full
+    if instance.is_instance:
+        parent = instance.parent
+        ids = ".".join(str(i) for i in instance.persistent_id if i != 0x7FFFFFFF)
+        name = f"{parent.name_full if parent else ''}/{name}/{ids}"
+    while name in taken:
+        name += "'"
+    return name
+
+
+def _mesh(part: meshes.Part, slots: tuple[lg.Material, ...]) -> lg.Mesh:
+    material = slots[min(part.slot, len(slots) - 1)] if slots else _PLAIN
+    # Light leaves the front alone, in Blender both sides.
+    if max(material.emission) > 0 and not meshes.is_closed(part.indices):
+        part = meshes.both_sides(part)
+        material = replace(material, double_sided=False)
+    return lg.Mesh(part.positions, part.indices, part.normals, part.uvs, material=material)
+
+
+def _alike(a: lg.Material, b: lg.Material) -> bool:
+    for name in ("color", "emission", "roughness", "metallic"):
+        if getattr(a, name) != getattr(b, name):
+            return False
+    return a.color_texture is b.color_texture and a.emission_texture is b.emission_texture
+
+
+# Blender's own, where an object has none.
+_PLAIN = lg.Material(color=(0.8, 0.8, 0.8), double_sided=True, name="")
+
+
+def _light_color(light: Any) -> tuple[float, float, float]:
+    color = np.array(light.color[:3])
+    if getattr(light, "use_temperature", False):
+        color = color * np.array(light.temperature_color[:3])
+    return tuple(float(max(0.0, c)) for c in color)
+
+
+def _pixels(image: Any) -> np.ndarray | None:
+    """float32 (height, width, 4), row 0 on top; None for an image without."""
+    width, height = image.size
+    if width == 0 or height == 0 or image.channels not in (3, 4):
+        return None
+    pixels = np.empty(width * height * image.channels, dtype=np.float32)
+    image.pixels.foreach_get(pixels)
+    return pixels.reshape(height, width, image.channels)[::-1]
+
+
+def _encoded(linear: np.ndarray) -> np.ndarray:
+    """As sRGB has it (IEC 61966-2-1)."""
+    x = np.clip(linear, 0, 1)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
+
+
+def _linear(encoded: np.ndarray) -> np.ndarray:
+    x = np.maximum(encoded, 0)
+    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
