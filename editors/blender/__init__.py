@@ -57,6 +57,7 @@ def unregister() -> None:
         if one in handlers:
             handlers.remove(one)
     engine.forget()
+    viewport.close()
     del bpy.types.Scene.lightgraph
     for one in reversed(_classes):
         bpy.utils.unregister_class(one)

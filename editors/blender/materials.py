@@ -1,6 +1,7 @@
 """Materials and worlds as lightgraph's graphs know them: glTF's model.
 
-Needs no Blender: what is asked of a node is what `bpy.types.Node` has. What a material says beyond it becomes a notice, and the nearest that can be said is drawn.
+Needs no Blender: what is asked of a node is what `bpy.types.Node` has. What a material says beyond it becomes a notice,
+and the nearest that can be said is drawn.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ class Sky:
 
     color: tuple[float, float, float] = (0.0, 0.0, 0.0)
     image: Any = None
+    turn: float = 0.0
+    """Radians about the vertical by which directions are turned before they are looked up in the image."""
     notices: list[str] = field(default_factory=list)
 
 
@@ -87,6 +90,8 @@ def sky(world: Any) -> Sky:
         return found
     strength = _number(node, "Strength", found.notices)
     color, found.image = _tinted(node, "Color", found.notices, "ShaderNodeTexEnvironment")
+    if found.image is not None:
+        found.turn = _turn(_source(_socket(node, "Color"))) or 0.0
     found.color = _times(color, strength)
     return found
 
@@ -179,7 +184,7 @@ def _tinted(node: Any, name: str, notices: list[str], textures: str = "ShaderNod
     if source is None:
         return _color(socket.default_value), None
     if source.bl_idname == textures and source.image is not None:
-        if not _plain_coordinates(source):
+        if not _plain_coordinates(source) and _turn(source) is None:
             notices.append(f"{name}: the coordinates of {_called(source)} are not read; the active ones are taken")
         return (1.0, 1.0, 1.0), source.image
     if source.bl_idname == "ShaderNodeRGB":
@@ -188,15 +193,30 @@ def _tinted(node: Any, name: str, notices: list[str], textures: str = "ShaderNod
     return _color(socket.default_value), None
 
 
-def _plain_coordinates(texture: Any) -> bool:
-    """Whether an image is read where nothing else is said."""
+def _plain_coordinates(texture: Any, wanted: str | None = None) -> bool:
+    """Whether a node takes the coordinates that it would take if nothing were said."""
     socket = _socket(texture, "Vector")
     source = _source(socket)
     if source is None or source.bl_idname == "ShaderNodeUVMap":
         return True
     said = getattr(socket.links[0], "from_socket", None)
-    wanted = "Generated" if texture.bl_idname == "ShaderNodeTexEnvironment" else "UV"
+    wanted = wanted or ("Generated" if texture.bl_idname == "ShaderNodeTexEnvironment" else "UV")
     return source.bl_idname == "ShaderNodeTexCoord" and getattr(said, "name", None) == wanted
+
+
+def _turn(texture: Any) -> float | None:
+    """The turn about the vertical that a mapping gives a panorama; None where it does more than that, or is none."""
+    mapping = _source(_socket(texture, "Vector"))
+    if texture.bl_idname != "ShaderNodeTexEnvironment" or mapping is None or mapping.bl_idname != "ShaderNodeMapping":
+        return None
+    if getattr(mapping, "vector_type", "POINT") != "POINT" or not _plain_coordinates(mapping, "Generated"):
+        return None
+    values = {n: _socket(mapping, n) for n in ("Location", "Rotation", "Scale")}
+    if any(s is None or s.is_linked for s in values.values()):
+        return None
+    rotation, scale = tuple(values["Rotation"].default_value), tuple(values["Scale"].default_value)
+    plain = tuple(values["Location"].default_value) == (0, 0, 0) and scale == (1, 1, 1) and rotation[:2] == (0, 0)
+    return float(rotation[2]) if plain else None
 
 
 def _number(node: Any, name: str, notices: list[str]) -> float:

@@ -142,3 +142,12 @@ def face(shape: str, size: float, size_y: float) -> tuple[np.ndarray, np.ndarray
 
 # Corners of what stands for an ellipse.
 SIDES = 48
+
+
+def rolled(panorama: np.ndarray, turns: float) -> np.ndarray:
+    """A panorama moved to the right by a share of its width, what leaves it on one side coming in at the other."""
+    columns = turns * panorama.shape[1]
+    whole = int(np.floor(columns))
+    share = np.float32(columns - whole)
+    moved = np.roll(panorama, whole, axis=1)
+    return moved if share < 1e-3 else moved * (1 - share) + np.roll(panorama, whole + 1, axis=1) * share

@@ -34,8 +34,9 @@ class Sync:
         """Reads everything again next time, as after undo or another file. What comes out the same stays the same."""
         self._stale = True
 
-    def read(self, depsgraph: bpy.types.Depsgraph, everything: bool = False) -> Content:
-        """The content as it is now. `everything`: don't trust what the dependency graph says has changed."""
+    def read(self, depsgraph: bpy.types.Depsgraph, everything: bool = False, space: Any = None) -> Content:
+        """The content as it is now. `everything`: don't trust what the dependency graph says has changed. `space`: the
+        3D view that shows it, for what is hidden there alone."""
         all_of_it = everything or self._stale
         self._stale = False
         self._said: dict[str, None] = {}
@@ -48,10 +49,15 @@ class Sync:
         shapes: dict[str, tuple[lg.Mesh, ...]] = {}
         lamps: dict[str, Lamp] = {}
         matrices, lamp_matrices, used = [], [], {}
+        local = space is not None and space.local_view is not None
         for instance in depsgraph.object_instances:
             if not instance.show_self:
                 continue
             obj = instance.object
+            if local:
+                shown = instance.parent if instance.is_instance else obj
+                if not shown.visible_in_viewport_get(space):
+                    continue
             kind = obj.type
             if kind in _MESHED:
                 changed = all_of_it or obj.name_full in objects or (obj.data is not None and obj.data.name_full in data)
@@ -207,7 +213,7 @@ class Sync:
             self._say(f"world: {notice}")
         if said.image is None:
             return said.color if max(said.color) > 0 else None
-        key = (said.image.name_full, said.color)
+        key = (said.image.name_full, said.color, said.turn)
         if self._panorama[0] != key or self._panorama[1] is None:
             self._panorama = (key, self._sky_of(said))
         return self._panorama[1]
@@ -220,7 +226,7 @@ class Sync:
         if not said.image.is_float and said.image.colorspace_settings.name == "sRGB":
             pixels = _linear(pixels)
         # The middle of Blender's panoramas is towards +x, that of lightgraph's towards −z, which is Blender's +y.
-        turned = np.roll(pixels[:, :, :3], pixels.shape[1] // 4, axis=1)
+        turned = meshes.rolled(pixels[:, :, :3], 0.25 + said.turn / (2 * np.pi))
         return np.ascontiguousarray(turned * np.array(said.color, np.float32), dtype=np.float32)
 
 

@@ -48,7 +48,7 @@ class Viewport:
 
     def update(self, context: Any, depsgraph: Any) -> None:
         """What the dependency graph says has changed, is read."""
-        self._content = self.sync.read(depsgraph)
+        self._content = self.sync.read(depsgraph, space=context.space_data)
 
     def draw(self, context: Any, depsgraph: Any) -> None:
         """Shows what there is, and asks for what is to be seen now."""
@@ -131,3 +131,10 @@ def forget(*_: object) -> None:
     """Reads everything again in all views, as after undo."""
     for view in list(_open):
         view.forget()
+
+
+def close(*_: object) -> None:
+    """Ends all threads."""
+    for view in list(_open):
+        view.live.stop()
+    _open.clear()

@@ -115,6 +115,13 @@ def test_texture_coordinates_begin_at_the_top():
     assert found.uvs.tolist() == [[0, 1], [1, 1], [1, 0], [0, 0]]
 
 
+def test_a_panorama_turns_round():
+    picture = np.arange(8, dtype=np.float32).reshape(1, 8, 1)
+    assert meshes.rolled(picture, 0.25).ravel().tolist() == [6, 7, 0, 1, 2, 3, 4, 5]
+    assert meshes.rolled(picture, 1.0).ravel().tolist() == picture.ravel().tolist()
+    np.testing.assert_allclose(meshes.rolled(picture, 0.0625).ravel()[1:], np.arange(7) + 0.5)
+
+
 def test_materials_part_a_mesh():
     one, two = meshes.parts(quad("CORNER", slots=(0, 3)), textured=False)
     assert (one.slot, two.slot) == (0, 3)

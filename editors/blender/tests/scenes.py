@@ -193,7 +193,7 @@ def textures():
 
 
 def panorama():
-    """Light of an image from all around, no two sides alike; it is seen, too."""
+    """Light of an image from all around, turned, no two sides alike; it is seen, too."""
     import numpy as np
 
     high = 32
@@ -211,6 +211,10 @@ def panorama():
     tree = world((1, 1, 1), 0.8).node_tree
     texture = tree.nodes.new("ShaderNodeTexEnvironment")
     texture.image = image
+    mapping, coordinates = tree.nodes.new("ShaderNodeMapping"), tree.nodes.new("ShaderNodeTexCoord")
+    mapping.inputs["Rotation"].default_value[2] = 0.7
+    tree.links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
     background = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBackground")
     tree.links.new(texture.outputs["Color"], background.inputs["Color"])
     camera((0, -9, 3), (math.radians(85), 0, 0), lens=24)
