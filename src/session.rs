@@ -88,13 +88,15 @@ impl Session {
             None => scene.assets().hashes,
         };
         let start = Instant::now();
-        let (Planned { plan, mut notices }, levels) = plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
+        let (Planned { plan, mut notices, warnings }, levels) =
+            plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
         let plan_ms = start.elapsed().as_secs_f64() * 1e3;
         // The next frame is most likely the last one again.
         let last = previous.map(|p| p.last.clone()).unwrap_or_default();
         let pose = scene.pose_shifted(last.time, &last.shift);
         let pointer = previous.map(|p| p.pointer).unwrap_or_default();
         let (values, more) = last.next((&scene, &settings), (&pose, pointer), last.index)?;
+        notices.extend(warnings);
         notices.extend(more);
         let earlier = previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)).map(|p| &p.tables);
         let tables = tables(&scene, &plan, pose, levels, earlier);

@@ -38,6 +38,15 @@ pub struct Graph {
     pub passes: Vec<Pass>,
     /// Output name, resource name.
     pub outputs: Vec<(Name, Name)>,
+    /// What the graph can't do, by a name for variants.
+    pub warnings: Vec<(Name, Warning)>,
+}
+
+/// `Warning(when: "metallic_materials > 0", about: "metals look matte")`: what users are told of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Warning {
+    pub when: Expr,
+    pub about: String,
 }
 
 /// A parameter that users set.

@@ -41,6 +41,9 @@ pub fn check(graph: &Graph) -> Vec<Diagnostic> {
     for (_, resource) in &graph.outputs {
         c.resource_name(resource, "an output");
     }
+    for (_, warning) in &graph.warnings {
+        c.names(&warning.when, Scope::Values);
+    }
     if graph.outputs.is_empty() {
         c.faults.push(
             Diagnostic::error("the graph has no outputs, so nothing of it would run")
@@ -108,6 +111,7 @@ impl<'g> Check<'g> {
         }
         self.twice(g.defines.iter().map(|(n, _)| n), "definition");
         self.twice(g.outputs.iter().map(|(n, _)| n), "output");
+        self.twice(g.warnings.iter().map(|(n, _)| n), "warning");
         let mut passes = vec![];
         walk(&g.passes, &mut |p| passes.push(&p.name));
         self.twice(passes.into_iter(), "pass");

@@ -1,7 +1,7 @@
 //! Sub-graphs: a `Use` becomes the passes of the graph that it names. Their names get the use's before them, inputs and
 //! outputs become resources of the graph around.
 
-use super::ast::{Graph, Name, Param, Pass, Resource, ResourceKind, Scope, set_of, walk, walk_mut};
+use super::ast::{Graph, Name, Param, Pass, Resource, ResourceKind, Scope, Warning, set_of, walk, walk_mut};
 use super::expr::{Binary, Expr, ExprKind};
 use super::read::Reader;
 use super::rename;
@@ -21,6 +21,7 @@ pub struct Joined {
     params: Vec<(Name, Param)>,
     lets: Vec<(Name, Expr)>,
     resources: Vec<(Name, Resource)>,
+    warnings: Vec<(Name, Warning)>,
     /// By input: what the graph around gives, and what is wanted.
     given: Vec<(String, Name, Resource)>,
     /// Outputs by the names that the graph around may use.
@@ -84,6 +85,7 @@ impl Used {
         sub.lets.iter_mut().for_each(|(_, e)| e.rename(&to));
         sub.resources.iter_mut().for_each(|(_, r)| rename::resource(r, &to));
         sub.defines.iter_mut().for_each(|(_, e)| e.rename(&to));
+        sub.warnings.iter_mut().for_each(|(_, w)| w.when.rename(&to));
         let whole = Arc::new(scope.clone());
         let group = self.group.unwrap_or_else(|| self.name.clone());
         walk_mut(&mut sub.passes, &mut |p| {
@@ -104,14 +106,15 @@ impl Used {
             });
         });
         if let Some(when) = &self.when {
+            let both = |inner: Expr| Expr {
+                span: inner.span.clone(),
+                kind: ExprKind::Binary(Binary::And, Box::new(when.clone()), Box::new(inner)),
+            };
             for pass in &mut sub.passes {
-                pass.when = Some(match pass.when.take() {
-                    Some(inner) => Expr {
-                        span: inner.span.clone(),
-                        kind: ExprKind::Binary(Binary::And, Box::new(when.clone()), Box::new(inner)),
-                    },
-                    None => when.clone(),
-                });
+                pass.when = Some(pass.when.take().map_or_else(|| when.clone(), both));
+            }
+            for (_, warning) in &mut sub.warnings {
+                warning.when = both(warning.when.clone());
             }
         }
         let outputs =
@@ -119,10 +122,13 @@ impl Used {
         let prefixed = |name: Name| Name { value: to(&name.value), span: name.span };
         let mut lets: Vec<(Name, Expr)> = sub.lets.into_iter().map(|(n, e)| (prefixed(n), e)).collect();
         lets.extend(tied.into_iter().map(|(n, e)| (prefixed(n), e)));
+        let within = |name: Name| Name { value: format!("{prefix}{}", name.value), span: name.span };
+        let warnings = sub.warnings.into_iter().map(|(n, w)| (within(n), w)).collect();
         let joined = Joined {
             params: sub.params.into_iter().map(|(n, p)| (prefixed(n), p)).collect(),
             lets,
             resources: sub.resources.into_iter().map(|(n, r)| (prefixed(n), r)).collect(),
+            warnings,
             given,
             outputs,
             name: self.name.value,
@@ -220,6 +226,7 @@ impl Joined {
         }
         graph.params.append(&mut self.params);
         graph.lets.append(&mut self.lets);
+        graph.warnings.append(&mut self.warnings);
     }
 
     /// Faults of what the graph around gives. `all` are its sub-graphs, every one declared.
@@ -255,6 +262,7 @@ impl Joined {
         graph.resources.iter_mut().filter(|(n, _)| around(&n.value)).for_each(|(_, r)| rename::resource(r, &to));
         graph.lets.iter_mut().filter(|(n, _)| around(&n.value)).for_each(|(_, e)| e.rename(&to));
         graph.outputs.iter_mut().for_each(|(_, r)| r.value = rename::renamed(&r.value, &to));
+        graph.warnings.iter_mut().filter(|(n, _)| around(&n.value)).for_each(|(_, w)| w.when.rename(&to));
         walk_mut(&mut graph.passes, &mut |p| {
             if around(&p.name.value) {
                 rename::pass(p, &to);

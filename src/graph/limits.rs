@@ -9,6 +9,7 @@ const PARAMS: usize = 1000;
 const LETS: usize = 1000;
 const DEFINES: usize = 200;
 const OUTPUTS: usize = 200;
+const WARNINGS: usize = 200;
 
 /// Alternatives of all groups together: each is planned for.
 const ALTERNATIVES: usize = 100;
@@ -33,6 +34,7 @@ pub fn check(graph: &Graph) -> Vec<Diagnostic> {
         ("lets", LETS, names(&graph.lets)),
         ("definitions", DEFINES, names(&graph.defines)),
         ("outputs", OUTPUTS, names(&graph.outputs)),
+        ("warnings", WARNINGS, names(&graph.warnings)),
     ];
     let beyond = |(noun, most, names): (&str, usize, Vec<&Name>)| {
         let first = names.get(most)?;

@@ -1,6 +1,8 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
-use super::ast::{Dirty, Graph, Name, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride, Vertices};
+use super::ast::{
+    Dirty, Graph, Name, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride, Vertices, Warning,
+};
 use super::expr::Expr;
 use super::param::parse_vector;
 use super::read::{Fields, Reader};
@@ -24,10 +26,12 @@ impl Reader {
         let passes = self.passes(passes);
         let outputs = self.need(fields, "outputs");
         let outputs = self.declared(outputs, Reader::name);
+        let warnings = self.declared(fields.get("warnings"), Reader::warning);
         self.finish(fields);
         let source = span.source.clone();
         let files = vec![];
-        let mut graph = Graph { source, files, about, inputs, params, lets, defines, resources, passes, outputs };
+        let mut graph =
+            Graph { source, files, about, inputs, params, lets, defines, resources, passes, outputs, warnings };
         let mut joined = std::mem::replace(&mut self.joined, outer);
         joined.iter_mut().for_each(|j| j.declare(&mut graph));
         joined.iter().for_each(|j| j.check(&joined, self, &graph));
@@ -74,6 +78,15 @@ impl Reader {
             self.fault(Diagnostic::error(format!("the default is {why}")).at(&place.span, ""));
         }
         Some(param)
+    }
+
+    /// `Warning(when: "…", about: "…")`.
+    fn warning(&mut self, node: &Node) -> Option<Warning> {
+        let (_, mut fields) = self.named(node, &["Warning"])?;
+        let when = self.need(&mut fields, "when").and_then(|n| self.expr(n));
+        let about = self.need(&mut fields, "about").and_then(|n| self.prose(n));
+        self.finish(&fields);
+        Some(Warning { when: when?, about: about? })
     }
 
     /// A literal of a type.

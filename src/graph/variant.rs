@@ -8,13 +8,14 @@ use crate::diag::{Diagnostic, Source, Span};
 use std::collections::BTreeMap;
 
 /// Sections that map names to declarations, and what each declares.
-const SECTIONS: [(&str, &str); 6] = [
+const SECTIONS: [(&str, &str); 7] = [
     ("inputs", "input"),
     ("params", "parameter"),
     ("lets", "let"),
     ("resources", "resource"),
     ("defines", "definition"),
     ("outputs", "output"),
+    ("warnings", "warning"),
 ];
 
 /// Sections whose names share one space: a name in one of them replaces that of the base in any.
@@ -54,7 +55,7 @@ pub fn overlay(reader: &mut Reader, base: &mut Node, over: &mut Fields) {
 }
 
 /// The words of a variant.
-pub const FIELDS: [&str; 12] = [
+pub const FIELDS: [&str; 13] = [
     "base",
     "about",
     "inputs",
@@ -67,6 +68,7 @@ pub const FIELDS: [&str; 12] = [
     "after",
     "append",
     "outputs",
+    "warnings",
 ];
 
 fn is_none(node: &Node) -> bool {

@@ -21,6 +21,8 @@ use std::collections::BTreeSet;
 pub struct Planned {
     pub plan: Plan,
     pub notices: Vec<Diagnostic>,
+    /// What the graph says that it can't do with these values.
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// How freely the plan may be made; both ways must give the same images.
@@ -78,6 +80,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let unused = lint::unused(declared, request.texts);
     faults.extend(unused.iter().cloned());
     let outputs = outputs(graph, request.outputs, &mut faults);
+    let warnings = warnings(graph, &values, &mut faults);
     faults.extend(fastest::unknown(graph, request.choices));
     // What a broken pass would have written seems unwritten: such faults would only repeat the first.
     Faults::check(if whole { vec![] } else { std::mem::take(&mut faults) }, ())?;
@@ -146,7 +149,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     ending::decide(&mut plan, request.features);
     Faults::check(dirty::lasting(&plan, graph), ())?;
     let notices = unused.into_iter().chain(lint::notices(&plan)).collect();
-    Ok(Planned { plan, notices })
+    Ok(Planned { plan, notices, warnings })
 }
 
 /// What the plan knows of the levels: their clusters stand in the table behind those of the scene itself.
@@ -191,6 +194,19 @@ fn open(desc: &mut Desc) {
 fn next(seed: &mut u64) -> usize {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*seed >> 33) as usize
+}
+
+/// The graph's own warnings that hold.
+fn warnings(graph: &Graph, values: &Values, faults: &mut Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let mut found = vec![];
+    for (name, warning) in &graph.warnings {
+        match warning.when.truth(&|n| values.get(n).map(|v| Val::from(*v))) {
+            Ok(true) => found.push(Diagnostic::warning(&warning.about).at(&name.span, "")),
+            Ok(false) => {}
+            Err(fault) => faults.push(fault),
+        }
+    }
+    found
 }
 
 fn outputs(graph: &Graph, wanted: Option<&[String]>, faults: &mut Vec<Diagnostic>) -> Vec<(String, String)> {

@@ -15,6 +15,7 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
     let mut used: FxHashSet<&str> = FxHashSet::default();
     let mut note = |e| Expr::names(e, &mut |n, _| used.extend([n]));
     graph.lets.iter().chain(&graph.defines).for_each(|(_, e)| note(e));
+    graph.warnings.iter().for_each(|(_, w)| note(&w.when));
     for (_, r) in &graph.resources {
         let (sizes, counts) = r.exprs();
         sizes.into_iter().chain(counts).for_each(&mut note);

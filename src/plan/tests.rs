@@ -9,6 +9,7 @@ mod machine;
 mod memory;
 mod order;
 mod passes;
+mod warnings;
 mod work;
 
 use super::build::{Options, plan_with};

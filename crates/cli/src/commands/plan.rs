@@ -74,6 +74,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         return Ok(0);
     }
     notices(&planned.notices);
+    if scene.is_some() {
+        notices(&planned.warnings);
+    }
     let plan = &planned.plan;
     print_data(&match args.format {
         Format::Text => lightgraph::diag::tame(&plan.to_string(), usize::MAX),
