@@ -10,6 +10,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 
+@dataclass(frozen=True)
+class Channel:
+    """One number of an image's pixels: `"R"`, `"G"`, `"B"`, or `""` for how bright they are."""
+
+    image: Any
+    name: str = ""
+
+
 @dataclass
 class Surface:
     """What a material says. Textures are images of Blender."""
@@ -20,6 +28,17 @@ class Surface:
     metallic: float = 0.0
     color_image: Any = None
     emission_image: Any = None
+    roughness_image: Channel | None = None
+    metallic_image: Channel | None = None
+    normal_image: Any = None
+    normal_scale: float = 1.0
+    alpha: float = 1.0
+    has_holes: bool = False
+    """The alpha of `color_image` counts."""
+    transmission: float = 0.0
+    ior: float = 1.5
+    coat: float = 0.0
+    coat_roughness: float = 0.0
     notices: list[str] = field(default_factory=list)
 
 
@@ -37,12 +56,8 @@ class Sky:
 BLACK = (0.0, 0.0, 0.0)
 # What of a Principled surface has no part in a Lambert surface with glTF's metals, and what it is when nobody set it.
 _IGNORED = {
-    "Alpha": 1.0,
-    "Transmission Weight": 0.0,
-    "Transmission": 0.0,
     "Subsurface Weight": 0.0,
-    "Coat Weight": 0.0,
-    "Clearcoat": 0.0,
+    "Subsurface": 0.0,
     "Sheen Weight": 0.0,
     "Sheen": 0.0,
     "Anisotropic": 0.0,
@@ -100,7 +115,12 @@ def _shade(node: Any, found: Surface) -> None:
     kind, said = node.bl_idname, found.notices
     if kind == "ShaderNodeBsdfPrincipled":
         found.color, found.color_image = _tinted(node, "Base Color", said)
-        found.metallic, found.roughness = _number(node, "Metallic", said), _number(node, "Roughness", said)
+        found.metallic, found.metallic_image = _channel(node, "Metallic", said)
+        found.roughness, found.roughness_image = _channel(node, "Roughness", said)
+        _see_through(node, found)
+        # Their names before Blender 4.0 come second.
+        found.coat = _either(node, ("Coat Weight", "Clearcoat"), said)
+        found.coat_roughness = _either(node, ("Coat Roughness", "Clearcoat Roughness"), said)
         name = "Emission Color" if _socket(node, "Emission Color") is not None else "Emission"
         emission, found.emission_image = _tinted(node, name, said)
         found.emission = _times(emission, _number(node, "Emission Strength", said))
@@ -110,11 +130,10 @@ def _shade(node: Any, found: Surface) -> None:
             socket = _socket(node, name)
             if socket is not None and (socket.is_linked or abs(socket.default_value - usual) > 1e-6):
                 said.append(f"{name} is left out")
-        normal = _socket(node, "Normal")
-        if normal is not None and normal.is_linked:
-            said.append("Normal is left out")
+        _normals(node, found)
     elif kind == "ShaderNodeBsdfDiffuse":
         found.color, found.color_image = _tinted(node, "Color", said)
+        _normals(node, found)
     elif kind == "ShaderNodeEmission":
         found.color = BLACK
         emission, found.emission_image = _tinted(node, "Color", said)
@@ -123,6 +142,54 @@ def _shade(node: Any, found: Surface) -> None:
         _added(node, found)
     else:
         said.append(f"{_called(node)} is none of Principled, Diffuse and Emission: it is drawn matte and grey")
+
+
+def _either(node: Any, names: tuple[str, ...], notices: list[str]) -> float:
+    name = next((n for n in names if _socket(node, n) is not None), None)
+    return 0.0 if name is None else _number(node, name, notices)
+
+
+def _see_through(node: Any, found: Surface) -> None:
+    """Alpha and transmission."""
+    alpha = _socket(node, "Alpha")
+    source = _source(alpha)
+    if source is not None and source.bl_idname == "ShaderNodeTexImage":
+        output = getattr(alpha.links[0], "from_socket", None)
+        if source.image is found.color_image is not None and getattr(output, "name", "") == "Alpha":
+            found.has_holes = True
+        else:
+            found.notices.append("Alpha: an image other than that of Base Color is not read; it is opaque")
+    elif alpha is not None:
+        found.alpha = _number(node, "Alpha", found.notices)
+    found.transmission = _either(node, ("Transmission Weight", "Transmission"), found.notices)
+    if found.transmission > 0:
+        found.ior = _number(node, "IOR", found.notices)
+
+
+def _normals(node: Any, found: Surface) -> None:
+    """A normal map in tangent space."""
+    socket = _socket(node, "Normal")
+    source = _source(socket)
+    if source is None:
+        return
+    image = None
+    if source.bl_idname == "ShaderNodeNormalMap" and getattr(source, "space", "TANGENT") == "TANGENT":
+        image = _source(_socket(source, "Color"))
+    if image is None or image.bl_idname != "ShaderNodeTexImage" or image.image is None:
+        found.notices.append(f"Normal: {_called(source)} is not read; only images in tangent space are")
+        return
+    found.normal_image, found.normal_scale = image.image, _number(source, "Strength", found.notices)
+
+
+def _channel(node: Any, name: str, notices: list[str]) -> tuple[float, Channel | None]:
+    """A number, and the channel of an image that takes its place."""
+    source, channel = _source(_socket(node, name)), ""
+    if source is not None and source.bl_idname in ("ShaderNodeSeparateColor", "ShaderNodeSeparateRGB"):
+        channel = getattr(getattr(_socket(node, name).links[0], "from_socket", None), "name", "")[:1]
+        source = _source(source.inputs[0])
+    if source is not None and source.bl_idname == "ShaderNodeTexImage" and source.image is not None:
+        return 1.0, Channel(source.image, channel)
+    return _number(node, name, notices), None
 
 
 def _added(node: Any, found: Surface) -> None:

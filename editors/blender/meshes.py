@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 
 
+ARRAYS = ("positions", "indices", "normals", "uvs", "tangents")
+
+
 @dataclass(frozen=True, eq=False)
 class Part:
     """The triangles of a mesh that have one material."""
@@ -20,10 +23,11 @@ class Part:
     indices: np.ndarray
     normals: np.ndarray | None
     uvs: np.ndarray | None
+    tangents: np.ndarray | None = None
 
     def same(self, other: Part) -> bool:
         """Whether both are the same triangles."""
-        arrays = [(getattr(self, name), getattr(other, name)) for name in ("positions", "indices", "normals", "uvs")]
+        arrays = [(getattr(self, name), getattr(other, name)) for name in ARRAYS]
         alike = [a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in arrays]
         return self.slot == other.slot and all(alike)
 
@@ -34,8 +38,9 @@ def _got(collection: Any, name: str, width: int, kind: type) -> np.ndarray:
     return found if width == 1 else found.reshape(-1, width)
 
 
-def parts(mesh: Any, textured: bool) -> list[Part]:
-    """The triangles of a mesh by the slots of their materials; with texture coordinates if it is textured.
+def parts(mesh: Any, textured: bool, bent: bool = False) -> list[Part]:
+    """The triangles of a mesh by the slots of their materials; with texture coordinates if it is textured, with tangents
+    if a normal map bends its normals.
 
     Vertices stand for corners of faces where normals or texture coordinates differ from face to face.
     """
@@ -56,11 +61,15 @@ def parts(mesh: Any, textured: bool) -> list[Part]:
         positions = positions[_got(mesh.loops, "vertex_index", 1, np.int32)]
         if domain != "FACE":
             normals = _corner_normals(mesh)
+    tangents = _tangents(mesh) if bent and uvs is not None else None
+    if tangents is not None and normals is None:
+        normals = _corner_normals(mesh)
     slots = _got(triangles, "material_index", 1, np.int32)
     first = int(slots[0])
     if (slots == first).all():
-        return [Part(first, positions, indices, normals, uvs)]
-    return [_part(int(slot), indices[slots == slot], positions, normals, uvs) for slot in np.unique(slots)]
+        return [Part(first, positions, indices, normals, uvs, tangents)]
+    vertices = (positions, normals, uvs, tangents)
+    return [_part(int(slot), indices[slots == slot], *vertices) for slot in np.unique(slots)]
 
 
 def _part(slot: int, indices: np.ndarray, *arrays: np.ndarray | None) -> Part:
@@ -68,8 +77,8 @@ def _part(slot: int, indices: np.ndarray, *arrays: np.ndarray | None) -> Part:
     used = np.zeros(len(arrays[0]), dtype=bool)
     used[indices] = True
     places = np.cumsum(used, dtype=np.int32) - 1
-    positions, normals, uvs = (None if a is None else a[used] for a in arrays)
-    return Part(slot, positions, places[indices], normals, uvs)
+    positions, normals, uvs, tangents = (None if a is None else a[used] for a in arrays)
+    return Part(slot, positions, places[indices], normals, uvs, tangents)
 
 
 def _corner_normals(mesh: Any) -> np.ndarray:
@@ -78,6 +87,19 @@ def _corner_normals(mesh: Any) -> np.ndarray:
     # Before 4.1.
     mesh.calc_normals_split()
     return _got(mesh.loops, "normal", 3, np.float32)
+
+
+def _tangents(mesh: Any) -> np.ndarray | None:
+    """Tangents of corners, in w the side of the third axis; None where Blender makes none, as of faces of many corners."""
+    try:
+        mesh.calc_tangents()
+    except RuntimeError:
+        return None
+    made = np.empty((len(mesh.loops), 4), dtype=np.float32)
+    made[:, :3] = _got(mesh.loops, "tangent", 3, np.float32)
+    made[:, 3] = _got(mesh.loops, "bitangent_sign", 1, np.float32)
+    mesh.free_tangents()
+    return made
 
 
 def _uvs(mesh: Any) -> np.ndarray | None:
@@ -100,9 +122,9 @@ def both_sides(part: Part) -> Part:
     size = float(np.linalg.norm(part.positions.max(axis=0) - part.positions.min(axis=0)))
     back = part.positions - np.float32(size * THICKNESS) * _vertex_normals(part)
     normals = None if part.normals is None else np.concatenate([part.normals, -part.normals])
-    uvs = None if part.uvs is None else np.concatenate([part.uvs, part.uvs])
+    uvs, tangents = (None if a is None else np.concatenate([a, a]) for a in (part.uvs, part.tangents))
     indices = np.concatenate([part.indices, part.indices[:, ::-1] + count])
-    return Part(part.slot, np.concatenate([part.positions, back]), indices, normals, uvs)
+    return Part(part.slot, np.concatenate([part.positions, back]), indices, normals, uvs, tangents)
 
 
 def _vertex_normals(part: Part) -> np.ndarray:

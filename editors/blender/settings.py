@@ -137,7 +137,7 @@ def of(scene: Any) -> Wanted:
 
 
 def as_declared(value: Any, default: Any) -> Any:
-    """A property's value as a parameter of the kind of its default: Blender keeps bools as ints, and vectors as arrays."""
+    """A property as a parameter of the kind of its default: Blender keeps bools as ints, and vectors as arrays."""
     if isinstance(default, (tuple, list)):
         given = list(value) if hasattr(value, "__len__") else [value] * len(default)
         return tuple(as_declared(v, d) for v, d in zip(given, default))

@@ -9,8 +9,11 @@ import bpy
 import lightgraph as lg
 import numpy as np
 
-from . import materials, meshes, units
+from . import materials, meshes, textures, units
 from .content import Content, Lamp, upright
+
+# The textures of a material.
+TEXTURES = ("color_texture", "emission_texture", "finish_texture", "normal_texture")
 
 _MESHED = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 _UNKNOWN = {"VOLUME": "a volume", "CURVES": "hair", "POINTCLOUD": "a point cloud", "GREASEPENCIL": "a drawing"}
@@ -26,7 +29,7 @@ class Sync:
         self._meshes: dict[tuple, list[meshes.Part]] = {}
         self._shapes: dict[tuple, tuple[tuple[lg.Mesh, ...], tuple]] = {}
         self._materials: dict[str, tuple[lg.Material, list[str]]] = {}
-        self._images: dict[str, np.ndarray] = {}
+        self._images: dict[tuple, np.ndarray] = {}
         self._panorama: tuple[Any, Any] = (None, None)
         self._stale = True
 
@@ -93,11 +96,12 @@ class Sync:
         data = obj.data
         key = (obj.type, data.as_pointer() if obj.type == "MESH" else obj.name_full)
         slots = tuple(self._material(slot.material) for slot in obj.material_slots)
-        textured = any(m.color_texture is not None or m.emission_texture is not None for m in slots)
-        key += (textured,)
+        textured = any(getattr(m, name) is not None for m in slots for name in TEXTURES)
+        bent = any(m.normal_texture is not None for m in slots)
+        key += (textured, bent)
         if key not in read:
             before = self._meshes.get(key)
-            read[key] = before if before is not None and not changed else self._converted(obj, textured, before)
+            read[key] = before if before is not None and not changed else self._converted(obj, key[-2:], before)
         parts = read[key]
         whole = (*key, *map(id, slots))
         if whole in used:
@@ -111,13 +115,13 @@ class Sync:
             used[whole] = (made, (parts, slots))
         return used[whole][0]
 
-    def _converted(self, obj: Any, textured: bool, before: list | None) -> list[meshes.Part]:
+    def _converted(self, obj: Any, wanted: tuple[bool, bool], before: list | None) -> list[meshes.Part]:
         if obj.type == "MESH":
-            found = meshes.parts(obj.data, textured)
+            found = meshes.parts(obj.data, *wanted)
         else:
             mesh = obj.to_mesh()
             try:
-                found = meshes.parts(mesh, textured) if mesh is not None else []
+                found = meshes.parts(mesh, *wanted) if mesh is not None else []
             finally:
                 obj.to_mesh_clear()
         if before is not None and len(before) == len(found) and all(a.same(b) for a, b in zip(found, before)):
@@ -152,24 +156,33 @@ class Sync:
             metallic=min(max(said.metallic, 0.0), 1.0),
             double_sided=True,
             name=name,
-            color_texture=self._image(said.color_image, said.notices),
-            emission_texture=self._image(said.emission_image, said.notices),
+            color_texture=self._image("color", said.notices, said.color_image, said.has_holes),
+            emission_texture=self._image("color", said.notices, said.emission_image, False),
+            alpha=min(max(said.alpha, 0.0), 1.0),
+            finish_texture=self._image("finish", said.notices, said.roughness_image, said.metallic_image),
+            normal_texture=self._image("normal", said.notices, said.normal_image),
+            normal_scale=said.normal_scale,
+            transmission=min(max(said.transmission, 0.0), 1.0),
+            ior=min(max(said.ior, 1.0), 4.0),
+            coat=min(max(said.coat, 0.0), 1.0),
+            coat_roughness=min(max(said.coat_roughness, 0.0), 1.0),
         )
         return made, said.notices
 
-    def _image(self, image: Any, notices: list[str]) -> np.ndarray | None:
-        if image is None:
+    def _image(self, kind: str, notices: list[str], *given: Any) -> np.ndarray | None:
+        """A texture of a kind, of images or channels of some, kept as long as these stay as they are."""
+        sources = [getattr(one, "image", one) for one in given if one is not None and not isinstance(one, bool)]
+        if not sources:
             return None
-        name = image.name_full
-        if name not in self._images:
-            pixels = _pixels(image)
-            if pixels is None:
-                notices.append(f'the image "{image.name}" can\'t be read')
+        names = frozenset(image.name_full for image in sources)
+        key = (kind, names, tuple(one if isinstance(one, bool) or one is None else _label(one) for one in given))
+        if key not in self._images:
+            made = getattr(textures, kind)(*given)
+            if made is None:
+                notices.append(f"can't read {', '.join(sorted(names))}")
                 return None
-            if image.is_float or image.colorspace_settings.name in ("Non-Color", "Linear Rec.709", "Linear"):
-                pixels = _encoded(pixels)
-            self._images[name] = (np.clip(pixels[:, :, :3], 0, 1) * 255 + 0.5).astype(np.uint8)
-        return self._images[name]
+            self._images[key] = made
+        return self._images[key]
 
     def _lamp(self, light: Any) -> Lamp:
         energy = units.strength(light.energy, getattr(light, "exposure", 0.0))
@@ -219,12 +232,10 @@ class Sync:
         return self._panorama[1]
 
     def _sky_of(self, said: materials.Sky) -> Any:
-        pixels = _pixels(said.image)
+        pixels = textures.linear(said.image)
         if pixels is None or pixels.shape[1] != 2 * pixels.shape[0]:
             self._say(f'world: the image "{said.image.name}" is no panorama twice as wide as high; it is left out')
             return None
-        if not said.image.is_float and said.image.colorspace_settings.name == "sRGB":
-            pixels = _linear(pixels)
         # The middle of Blender's panoramas is towards +x, that of lightgraph's towards −z, which is Blender's +y.
         turned = meshes.rolled(pixels[:, :, :3], 0.25 + said.turn / (2 * np.pi))
         return np.ascontiguousarray(turned * np.array(said.color, np.float32), dtype=np.float32)
@@ -236,7 +247,8 @@ def _changes(depsgraph: Any, images: dict) -> tuple[set[str], set[str], bool]:
     for update in depsgraph.updates:
         changed = update.id
         if isinstance(changed, bpy.types.Image):
-            images.pop(changed.name_full, None)
+            for key in [k for k in images if changed.name_full in k[1]]:
+                del images[key]
         if update.is_updated_geometry:
             (objects if isinstance(changed, bpy.types.Object) else data).add(changed.name_full)
         if not isinstance(changed, (bpy.types.Object, bpy.types.Scene)):
@@ -263,14 +275,21 @@ def _mesh(part: meshes.Part, slots: tuple[lg.Material, ...]) -> lg.Mesh:
     if max(material.emission) > 0 and not meshes.is_closed(part.indices):
         part = meshes.both_sides(part)
         material = replace(material, double_sided=False)
-    return lg.Mesh(part.positions, part.indices, part.normals, part.uvs, material=material)
+    return lg.Mesh(
+        part.positions, part.indices, part.normals, part.uvs, material=material, tangents=part.tangents
+    )
 
 
 def _alike(a: lg.Material, b: lg.Material) -> bool:
-    for name in ("color", "emission", "roughness", "metallic"):
-        if getattr(a, name) != getattr(b, name):
-            return False
-    return a.color_texture is b.color_texture and a.emission_texture is b.emission_texture
+    if any(getattr(a, name) is not getattr(b, name) for name in TEXTURES):
+        return False
+    none = dict.fromkeys(TEXTURES)
+    return replace(a, **none) == replace(b, **none)
+
+
+def _label(one: Any) -> tuple[str, str]:
+    """What tells an image, or a channel of one, from another."""
+    return getattr(one, "image", one).name_full, getattr(one, "name", "") if hasattr(one, "image") else ""
 
 
 # Blender's own, where an object has none.
@@ -282,24 +301,3 @@ def _light_color(light: Any) -> tuple[float, float, float]:
     if getattr(light, "use_temperature", False):
         color = color * np.array(light.temperature_color[:3])
     return tuple(float(max(0.0, c)) for c in color)
-
-
-def _pixels(image: Any) -> np.ndarray | None:
-    """float32 (height, width, 4), row 0 on top; None for an image without."""
-    width, height = image.size
-    if width == 0 or height == 0 or image.channels not in (3, 4):
-        return None
-    pixels = np.empty(width * height * image.channels, dtype=np.float32)
-    image.pixels.foreach_get(pixels)
-    return pixels.reshape(height, width, image.channels)[::-1]
-
-
-def _encoded(linear: np.ndarray) -> np.ndarray:
-    """As sRGB has it (IEC 61966-2-1)."""
-    x = np.clip(linear, 0, 1)
-    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-
-
-def _linear(encoded: np.ndarray) -> np.ndarray:
-    x = np.maximum(encoded, 0)
-    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)

@@ -22,7 +22,7 @@ def part(name):
 
 
 units, meshes, materials = part("units"), part("meshes"), part("materials")
-content, live = part("content"), part("live")
+content, live, textures = part("content"), part("live"), part("textures")
 
 
 class Collection(list):
@@ -182,7 +182,70 @@ def test_a_principled_surface_is_gltf_s():
     found = materials.surface(material(shader))
     assert found.color == (1, 1, 1) and found.color_image is picture
     assert (found.metallic, found.roughness) == (0.5, 0.25)
-    assert found.emission == (4, 2, 0) and found.notices == ["Coat Weight is left out"]
+    assert found.emission == (4, 2, 0) and found.coat == 1 and not found.notices
+
+
+class Picture(Thing):
+    """An image of Blender's, its lowest row first."""
+
+    def __init__(self, pixels, space="sRGB"):
+        found = np.array(pixels, dtype=np.float32)
+        values = found[::-1].ravel()
+        super().__init__(
+            name="picture",
+            name_full="picture",
+            size=(found.shape[1], found.shape[0]),
+            channels=found.shape[2],
+            is_float=False,
+            colorspace_settings=Thing(name=space),
+            pixels=Thing(foreach_get=lambda out: out.__setitem__(slice(None), values)),
+        )
+
+
+def test_images_become_textures():
+    two = [[[0.5, 0.25, 1.0, 0.5]], [[0.0, 0.0, 0.0, 1.0]]]
+    assert textures.color(Picture(two), holes=True)[0, 0].tolist() == [128, 64, 255, 128]
+    assert textures.color(Picture(two), holes=False).shape == (2, 1, 3)
+    # 0.5 in linear light is 188 in sRGB.
+    assert textures.color(Picture(two, "Non-Color"), holes=False)[0, 0, 0] == 188
+    assert textures.linear(Picture(two))[0, 0, 0] == pytest.approx(0.2140, abs=1e-4)
+    rough, metal = Picture(two, "Non-Color"), Picture([[[0.0, 0.0, 1.0, 1.0]] * 4] * 4, "Non-Color")
+    finish = textures.finish(materials.Channel(rough, "G"), materials.Channel(metal, "B"))
+    assert finish.shape == (4, 4, 3) and finish[0, 0].tolist() == [255, 64, 255] and finish[3, 0, 1] == 0
+    assert textures.finish(None, materials.Channel(rough))[0, 0, 1] == 255
+    assert textures.finish(None, None) is None and textures.color(Picture(np.ones((0, 0, 4))), False) is None
+
+
+def test_maps_of_normals_and_roughness_are_read():
+    image, packed = node("ShaderNodeTexImage"), node("ShaderNodeTexImage")
+    image.image, packed.image = Thing(name="normals"), Thing(name="packed")
+    bumps = node("ShaderNodeNormalMap", Color=socket("Color", None, image), Strength=0.5)
+    apart = node("ShaderNodeSeparateColor", Color=socket("Color", None, packed))
+    rough = socket("Roughness", 0.1, apart)
+    rough.links[0].from_socket = Thing(name="Green")
+    shader = node("ShaderNodeBsdfPrincipled", n=socket("Normal", None, bumps), r=rough, Alpha=0.5)
+    found = materials.surface(material(shader))
+    assert (found.normal_image, found.normal_scale, found.alpha) == (image.image, 0.5, 0.5)
+    assert found.roughness == 1 and found.roughness_image == materials.Channel(packed.image, "G")
+    assert not found.notices
+
+
+def test_materials_with_all_that_gltf_knows_make_a_scene():
+    picture = np.full((2, 2, 4), 128, np.uint8)
+    rich = lg.Material(
+        color_texture=picture,
+        finish_texture=picture[:, :, :3],
+        normal_texture=picture[:, :, :3],
+        transmission=0.5,
+        ior=1.3,
+        coat=0.5,
+        alpha=0.9,
+    )
+    (plain,) = floor()
+    uvs = np.array([[0, 0], [0, 1], [1, 1], [1, 0]], np.float32)
+    facts = lg.Scene.from_arrays(lg.Mesh(plain.positions, plain.indices, uvs=uvs, material=rich)).facts
+    for fact in ("finish_textures", "normal_textures", "clear_materials", "coated_materials", "faced_materials"):
+        assert facts[fact] == 1, fact
 
 
 def test_coordinates_that_are_turned_are_a_notice():

@@ -3,6 +3,7 @@
 import math
 
 import bpy
+from mathutils import Matrix
 
 
 def matte(name, color, emission=None):
@@ -192,6 +193,35 @@ def textures():
     camera((0, -9, 4), (math.radians(75), 0, 0), type="ORTHO", ortho_scale=9)
 
 
+def bumps():
+    """A normal map on a floor that is turned, under a plain ball."""
+    import numpy as np
+
+    size = 64
+    image = bpy.data.images.new("bumps", size, size, float_buffer=True, is_data=True)
+    y, x = np.mgrid[0:size, 0:size] / size * 2 * np.pi
+    normals = np.stack([0.5 * np.sin(2 * x), 0.4 * np.cos(3 * y), np.ones_like(x)], axis=2)
+    pixels = np.ones((size, size, 4), np.float32)
+    pixels[:, :, :3] = normals / np.linalg.norm(normals, axis=2, keepdims=True) / 2 + 0.5
+    image.pixels.foreach_set(pixels.ravel())
+    image.update()
+    image.pack()
+    material = matte("bumps", (0.6, 0.6, 0.6))
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    texture, bent = nodes.new("ShaderNodeTexImage"), nodes.new("ShaderNodeNormalMap")
+    texture.image = image
+    links.new(texture.outputs["Color"], bent.inputs["Color"])
+    diffuse = next(n for n in nodes if n.bl_idname == "ShaderNodeBsdfDiffuse")
+    links.new(bent.outputs["Normal"], diffuse.inputs["Normal"])
+    # Cycles bends the normals of an object less where it is stretched; glTF doesn't.
+    added("plane", material, rotation=(0, 0, 0.4)).data.transform(Matrix.Diagonal((4, 4, 1, 1)))
+    ball = added("ball", matte("grey", (0.7, 0.7, 0.7)), location=(0.5, -1, 1.2), scale=(1.2, 1.2, 1.2))
+    for polygon in ball.data.polygons:
+        polygon.use_smooth = True
+    light("POINT", 900, (3, -3, 5))
+    camera((0, -8, 4), (math.radians(70), 0, 0), lens=40)
+
+
 def panorama():
     """Light of an image from all around, turned, no two sides alike; it is seen, too."""
     import numpy as np
@@ -221,3 +251,6 @@ def panorama():
 
 
 ALL = [point, spot_and_sun, area, instances, textures, panorama]
+
+# Cycles corrects normals that are bent away from the viewer, so that paths go on otherwise.
+DIRECT = [*ALL, bumps]

@@ -96,16 +96,56 @@ def test_what_a_scene_holds_beyond_is_a_notice(empty, addon):
     scenes.room()
     light = scenes.light("POINT", 10)
     light.data.shadow_soft_size = 0.5
-    glass = bpy.data.materials.new("glass")
-    glass.use_nodes = True
-    next(n for n in glass.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled").inputs[
-        "Transmission Weight"
-    ].default_value = 1.0
-    scenes.added("ball", glass)
+    velvet = bpy.data.materials.new("velvet")
+    velvet.use_nodes = True
+    principled = next(n for n in velvet.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+    principled.inputs["Sheen Weight"].default_value = 1.0
+    scenes.added("ball", velvet)
     sync = addon.sync.Sync()
     sync.read(bpy.context.evaluated_depsgraph_get())
     assert any("radius is left out" in n for n in sync.notices)
-    assert "glass: Transmission Weight is left out" in sync.notices
+    assert "velvet: Sheen Weight is left out" in sync.notices
+
+
+def test_a_material_with_everything_is_drawn(empty, addon, rendered):
+    """Images of roughness, metalness and normals, holes, a coat; and what is transparent lets light through."""
+    picture = bpy.data.images.new("picture", 8, 8, alpha=True)
+    pixels = np.ones((8, 8, 4), np.float32)
+    pixels[:, :4, 3] = 0
+    picture.pixels.foreach_set(pixels.ravel())
+    picture.update()
+    material = bpy.data.materials.new("all")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    principled = next(n for n in nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+    texture, bent, apart = (nodes.new(f"ShaderNode{kind}") for kind in ("TexImage", "NormalMap", "SeparateColor"))
+    texture.image, texture.interpolation = picture, "Closest"
+    for source, to in (
+        (texture.outputs["Color"], principled.inputs["Base Color"]),
+        (texture.outputs["Alpha"], principled.inputs["Alpha"]),
+        (texture.outputs["Color"], bent.inputs["Color"]),
+        (bent.outputs["Normal"], principled.inputs["Normal"]),
+        (texture.outputs["Color"], apart.inputs[0]),
+        (apart.outputs[1], principled.inputs["Roughness"]),
+        (apart.outputs[2], principled.inputs["Metallic"]),
+    ):
+        links.new(source, to)
+    principled.inputs["Coat Weight"].default_value = 0.5
+    scenes.added("plane", material, location=(0, 0, 1))
+    scenes.light("POINT", 300, (0, 0, 3))
+    scenes.world((0, 0.4, 0))
+    scenes.camera((0, 0, 5), (0, 0, 0), lens=50)
+    sync = addon.sync.Sync()
+    content = sync.read(bpy.context.evaluated_depsgraph_get())
+    assert not [n for n in sync.notices if n.startswith("all:")]
+    (mesh,) = content.shapes["Plane"]
+    found = mesh.material
+    assert found.finish_texture.shape == (8, 8, 3) and found.normal_texture.shape == (8, 8, 3)
+    assert found.color_texture.shape == (8, 8, 4) and found.coat == 0.5
+    image = rendered(graph=graph("pathtrace"), rounds_final=8)
+    # The left half of the plane isn't there: the world is seen through it.
+    np.testing.assert_allclose(image[64, 40], (0, 0.4, 0), atol=1e-3)
+    assert image[64, 80, 0] > 0.01
 
 
 def test_only_what_changed_is_another_object(empty, followed):

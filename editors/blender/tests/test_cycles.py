@@ -34,7 +34,7 @@ def inner(image):
     return high - low < 0.25 * high + 1e-3
 
 
-@pytest.mark.parametrize("scene", scenes.ALL, ids=lambda s: s.__name__)
+@pytest.mark.parametrize("scene", scenes.DIRECT, ids=lambda s: s.__name__)
 def test_direct_light(scene, empty, rendered, record_property):
     scene()
     ours = rendered(graph=graph("direct"), emitter_samples=2048, environment_samples=256)

@@ -100,6 +100,7 @@ class _Build:
             ("normals", "NORMAL", (3,)),
             ("uvs", "TEXCOORD_0", (2,)),
             ("colors", "COLOR_0", (3, 4)),
+            ("tangents", "TANGENT", (4,)),
         ):
             given = getattr(mesh, key)
             if given is None:
@@ -135,7 +136,7 @@ class _Build:
         color, emission = vector(f"{at}.color", material.color), vector(f"{at}.emission", material.emission)
         entry: dict[str, Any] = {
             "pbrMetallicRoughness": {
-                "baseColorFactor": [*color, 1.0],
+                "baseColorFactor": [*color, float(material.alpha)],
                 "roughnessFactor": float(material.roughness),
                 "metallicFactor": float(material.metallic),
             },
@@ -148,12 +149,30 @@ class _Build:
             entry["pbrMetallicRoughness"]["baseColorTexture"] = texture
         if material.emission_texture is not None:
             entry["emissiveTexture"] = self.texture(f"{at}.emission_texture", material.emission_texture)
+        if material.finish_texture is not None:
+            texture = self.texture(f"{at}.finish_texture", material.finish_texture)
+            entry["pbrMetallicRoughness"]["metallicRoughnessTexture"] = texture
+        if material.normal_texture is not None:
+            texture = self.texture(f"{at}.normal_texture", material.normal_texture)
+            entry["normalTexture"] = {**texture, "scale": float(material.normal_scale)}
+        if material.alpha < 1 or _has_holes(material.color_texture):
+            entry["alphaMode"] = "BLEND"
+        stated: dict[str, Any] = {}
+        if material.transmission > 0:
+            stated["KHR_materials_transmission"] = {"transmissionFactor": float(material.transmission)}
+        if material.ior != 1.5:
+            stated["KHR_materials_ior"] = {"ior": float(material.ior)}
+        if material.coat > 0:
+            coat = {"clearcoatFactor": float(material.coat), "clearcoatRoughnessFactor": float(material.coat_roughness)}
+            stated["KHR_materials_clearcoat"] = coat
         strength = max(emission)
         if min(emission) < 0:
             raise ValueError(f"{at}.emission = {material.emission!r}: light is not negative")
         if strength > 0:
             entry["emissiveFactor"] = [e / strength for e in emission]
-            entry["extensions"] = {"KHR_materials_emissive_strength": {"emissiveStrength": strength}}
+            stated["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
+        if stated:
+            entry["extensions"] = stated
         self.materials.append(entry)
         return len(self.materials) - 1
 
@@ -235,7 +254,9 @@ class _Build:
             "accessors": self.accessors,
             "bufferViews": self.views,
             "buffers": [{"byteLength": len(self.blob)}],
-            "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_emissive_strength"],
+            "extensionsUsed": sorted(
+                {"KHR_lights_punctual"}.union(*(m.get("extensions", {}).keys() for m in self.materials))
+            ),
         }
         if self.images:
             document["images"] = self.images
@@ -249,6 +270,12 @@ class _Build:
         blob = bytes(self.blob) + b"\0" * (-len(self.blob) % 4)
         chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(blob), b"BIN\0") + blob
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def _has_holes(texture: Any) -> bool:
+    """Whether a texture has alpha that says something."""
+    found = np.asarray(texture)
+    return found.ndim == 3 and found.shape[2] == 4 and bool((found[:, :, 3] < 255).any())
 
 
 def png(name: str, pixels: Any) -> bytes:

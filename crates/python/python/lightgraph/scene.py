@@ -54,8 +54,11 @@ class Camera:
 class Material:
     """A surface. Colours are linear, from 0 to 1; `emission` is radiance and leaves the front face.
 
-    Textures multiply what they belong to: uint8 arrays of the shape (height, width, 3) or (height, width, 4) in sRGB,
-    row 0 at the top, where v is 0.
+    Textures multiply what they belong to: uint8 arrays of the shape (height, width, 3) or (height, width, 4), row 0 at
+    the top, where v is 0. Those of `color` and `emission` are in sRGB, the fourth channel of `color_texture` times
+    `alpha` is the share of the surface that is there. `finish_texture` has roughness in green and metalness in blue,
+    `normal_texture` normals as glTF has them, x and y times `normal_scale`. `transmission`, `ior`, `coat` and
+    `coat_roughness` are those of glTF's extensions.
     """
 
     color: Vec3 = (0.8, 0.8, 0.8)
@@ -66,6 +69,14 @@ class Material:
     name: str = ""
     color_texture: Any = None
     emission_texture: Any = None
+    alpha: float = 1.0
+    finish_texture: Any = None
+    normal_texture: Any = None
+    normal_scale: float = 1.0
+    transmission: float = 0.0
+    ior: float = 1.5
+    coat: float = 0.0
+    coat_roughness: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -74,7 +85,8 @@ class Mesh:
 
     `positions`: (n, 3), metres. `indices`: (m, 3), rows of `positions`, counter-clockwise seen from the front; None:
     each three positions are a triangle. `normals`: (n, 3), unit; None: those of the triangles. `uvs`: (n, 2). `colors`:
-    (n, 3) or (n, 4), linear, times the material's. `translation`: where the mesh is put; `Renderer.move` moves it from
+    (n, 3) or (n, 4), linear, times the material's. `tangents`: (n, 4), for normal maps as glTF has them; None: made from
+    `uvs`. `translation`: where the mesh is put; `Renderer.move` moves it from
     there.
     """
 
@@ -85,6 +97,7 @@ class Mesh:
     colors: Any = None
     material: Material = Material()
     translation: Vec3 = (0.0, 0.0, 0.0)
+    tangents: Any = None
 
 
 @dataclass(frozen=True)
