@@ -17,6 +17,9 @@ from .content import Content
 # Seconds between two looks at whether a frame has arrived.
 NAP = 0.001
 
+# Seconds that a frame may take.
+PATIENCE = 120
+
 # Seconds that things are left alone before the scene's bounds are found anew.
 REST = 0.3
 
@@ -158,8 +161,10 @@ class Live:
             flight = renderer.submit(job.time, job.outputs)
             if self._taken is None:
                 self._taken = (time.perf_counter() - start) * 1e3
-            while not flight.ready():
+            end = time.monotonic() + PATIENCE
+            while not flight.ready() and time.monotonic() < end:
                 time.sleep(NAP)
+            # One that isn't ready now is waited for a last time, and said to be lost.
             images = flight.result()
             loose = round_ == 1 and self._loose
             ended = not loose and (round_ == job.rounds or _alike(images, before))
@@ -206,12 +211,15 @@ class Live:
         """The renderer, as the job has it."""
         stamp = stamps(job.graph)
         renderer = self._renderer
-        if renderer is None or self._made != (job.graph, job.outputs) or stamp != self._stamp:
+        made = (job.graph, job.outputs)
+        # A parameter that is no longer set has its default again, which a new renderer knows.
+        unset = self._params.keys() - job.params.keys()
+        if renderer is None or self._made != made or stamp != self._stamp or unset:
             self._renderer = None
             scene = job.content.scene()
             renderer = lg.Renderer(job.graph, scene, job.size, outputs=job.outputs, **job.params)
             self._loose = False
-            self._made, self._stamp, self._params = (job.graph, job.outputs), stamp, dict(job.params)
+            self._made, self._stamp, self._params = made, stamp, dict(job.params)
         else:
             self._renderer = None
             if renderer.size != job.size:

@@ -318,6 +318,10 @@ def test_a_thread_draws_what_it_is_given_and_only_what_changed():
     assert not third.fits(second)
     picture = follower.wait(job(third), lambda: False, lambda share: None)
     assert picture.images["color"][8, 8, 0] == pytest.approx(expected / 8, rel=1e-2)
+    other = follower.wait(job(third, params={"bias": 16.0}), lambda: False, lambda share: None)
+    assert not other.error
+    again = follower.wait(job(third), lambda: False, lambda share: None)
+    np.testing.assert_array_equal(again.images["color"], picture.images["color"])
     # A fault leaves the last image; what comes after it is drawn.
     picture = follower.wait(job(third, params={"emitter_samples": -1}), lambda: False, lambda share: None)
     assert picture.error and picture.faults and "color" in picture.images
