@@ -4,7 +4,7 @@ use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::gpu::{Gpu, Timing};
 use crate::graph::ast::{Name, set_of};
-use crate::graph::{self, Graph};
+use crate::graph::{self, Graph, ReadFile};
 use crate::plan::build::{Options, Planned, faults, plan_with};
 use crate::plan::fastest::{Choices, FIRST};
 use crate::plan::inputs::Kind;
@@ -30,17 +30,27 @@ impl Project {
     /// # Errors
     /// Every fault of the graph file and its bases, and shader files that can't be read.
     pub fn open(path: &Path, shaders: &[PathBuf]) -> Checked<Project> {
-        let mut graph = graph::load(path, &Source::read)?;
+        Project::open_with(path, shaders, &Source::read, &Library::default())
+    }
+
+    /// As [`Project::open`], with the texts of graphs and shaders from anywhere else. Nothing is made again that an
+    /// earlier library made of the same texts.
+    ///
+    /// # Errors
+    /// As [`Project::open`].
+    pub fn open_with(path: &Path, shaders: &[PathBuf], read: ReadFile, earlier: &Library) -> Checked<Project> {
+        let mut graph = graph::load(path, read)?;
         let usual = shader_folders(path);
         let mut folders: Vec<PathBuf> = shaders.to_vec();
         folders.extend(usual.into_iter().filter(|f| f.is_dir()));
-        let mut texts = Library::load(&folders)?;
+        let mut texts = Library::load_with(&folders, read)?;
         if graph.files.iter().any(|f| builtin::is_builtin(f)) {
             for (name, source) in builtin::shaders() {
                 texts.files.entry(name.into()).or_insert(source);
             }
         }
         texts.files.entry(report::PATH.into()).or_insert_with(report::source);
+        let texts = texts.after(earlier);
         lint::prune(&mut graph, &texts);
         Ok(Project { graph, texts })
     }

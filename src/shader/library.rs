@@ -5,6 +5,7 @@ use super::{
     memo::{Index, Memo},
 };
 use crate::diag::{Checked, Diagnostic, Faults, Source};
+use crate::graph::ReadFile;
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
@@ -27,13 +28,21 @@ impl Library {
     /// # Errors
     /// Every folder and file that can't be read, and every file that isn't UTF-8.
     pub fn load(dirs: &[PathBuf]) -> Checked<Library> {
+        Library::load_with(dirs, &Source::read)
+    }
+
+    /// As [`Library::load`], with the texts of the files from anywhere else.
+    ///
+    /// # Errors
+    /// As [`Library::load`].
+    pub fn load_with(dirs: &[PathBuf], read: ReadFile) -> Checked<Library> {
         let mut library = Library::default();
         let mut faults = vec![];
         for dir in dirs {
             match dir.canonicalize() {
                 Ok(root) => {
                     let seen = BTreeSet::from([root.clone()]);
-                    let mut walk = Walk { root: &root, seen, texts: &mut library, faults: &mut faults };
+                    let mut walk = Walk { root: &root, seen, read, texts: &mut library, faults: &mut faults };
                     walk.folder(dir, "");
                 }
                 Err(e) => faults.push(unreadable(dir, &e)),
@@ -81,6 +90,7 @@ struct Walk<'a> {
     root: &'a Path,
     /// Folders with all links resolved: a link to a folder above must not lead round for ever.
     seen: BTreeSet<PathBuf>,
+    read: ReadFile<'a>,
     texts: &'a mut Library,
     faults: &'a mut Vec<Diagnostic>,
 }
@@ -114,7 +124,7 @@ impl Walk<'_> {
                     self.folder(&path, &format!("{relative}/"));
                 }
             } else if name.ends_with(".wgsl") && !self.texts.files.contains_key(&relative) {
-                match Source::read(&path) {
+                match (self.read)(&path) {
                     Ok(source) => {
                         self.texts.files.insert(relative, source);
                     }
