@@ -6,7 +6,7 @@ use std::{ops::Range, sync::Arc};
 
 /// One name that an `#import` brings in.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Import {
+pub struct Import {
     /// The name the file uses.
     pub local: String,
     /// A module, or a module, `::` and one of its items.

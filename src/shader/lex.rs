@@ -5,14 +5,14 @@ use std::{ops::Range, sync::Arc};
 
 /// A word of a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Token {
+pub struct Token {
     pub kind: Kind,
     /// Bytes of the text.
     pub range: Range<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub enum Kind {
     /// An identifier or a path of them: `a`, `a::b`, `"a/b.wgsl"::c`; also `a::` before a brace.
     Name,
     Number,

@@ -175,6 +175,16 @@ impl Index {
         seen
     }
 
+    /// Library paths of the files that are imported by a name: more than one where they are told apart badly.
+    pub fn module(&self, name: &str) -> &[String] {
+        self.modules.get(name).map_or(&[], Vec::as_slice)
+    }
+
+    /// The names to import files by.
+    pub fn module_names(&self) -> impl Iterator<Item = &str> {
+        self.modules.keys().map(String::as_str)
+    }
+
     /// The definitions that these files and all that they may import ask for (`#ifdef`, `#if`, `#{NAME}`), whatever branches
     /// are taken. None for an unknown path; faults in the files are left to [`super::compose`].
     pub fn mentioned<'a>(&'a self, paths: impl IntoIterator<Item = &'a str>) -> BTreeSet<&'a str> {

@@ -7,7 +7,8 @@
 //! Inside: `lex` finds words, `scan` settles conditions and reads imports, `outline` lists what a file declares, `link`
 //! follows imports, `write` spells the text for naga_oil and leads its places back, `oil` calls it, `bind` gives
 //! bindings, `limits` refuses what would exhaust stack or memory, `reflect` reads the [`Interface`]; `report` is the module by which shaders check themselves, `memo` keeps
-//! what was made of the same texts before, `kept` what other runs of a program joined.
+//! what was made of the same texts before, `kept` what other runs of a program joined; `survey` is what
+//! editors ask of a file.
 
 mod bind;
 pub mod compose;
@@ -25,17 +26,22 @@ mod outline;
 mod reflect;
 pub mod report;
 mod scan;
+mod survey;
 mod write;
 
 #[cfg(test)]
 mod tests;
 
 pub use compose::{Def, Defs, Shader, compose};
+pub use imports::Import;
 pub use interface::{
     Access, BindingKind, ElementType, Entry, Interface, Output, OutputKind, Stage, TextureDim, TextureSample, Variable,
     VertexInput,
 };
 pub use kept::{keep_joined_in, kept_module};
 pub use layout::{Layout, Member, plain_bytes};
+pub use lex::{Kind, Token};
 pub use library::Library;
 pub use memo::{Index, Memo};
+pub use outline::{Declared, Outline};
+pub use survey::{Survey, survey};

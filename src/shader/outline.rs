@@ -10,7 +10,7 @@ use std::{
 
 /// A declaration at module scope.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Declared {
+pub struct Declared {
     /// `fn`, `struct`, `var`, `const` or `alias`.
     pub keyword: String,
     /// Of the name.
@@ -19,7 +19,7 @@ pub(super) struct Declared {
 
 /// The declarations of a file; words by their index.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Outline {
+pub struct Outline {
     pub declared: BTreeMap<String, Declared>,
     /// The `var` of each resource variable.
     pub resources: BTreeSet<usize>,
