@@ -23,7 +23,8 @@
 //! - [`image`]: EXR, PNG, texels of formats, files as textures of graphs, error metrics; [`math`]: the CPU twins of what shaders compute
 //! - [`builtin`]: the graphs and shaders that the binary carries
 //!
-//! The command, its bench, tests of graphs, stress cases and window stand in `crates/cli`, on what is public here.
+//! The command, its bench, tests of graphs, stress cases and window stand in `crates/cli`, on what is public here;
+//! the server for editors in `crates/lsp`.
 //!
 //! What must stay true: no Rust names a rendering technique; only `gpu` and what calls it see a device; the executor
 //! decides nothing; names are the wiring; what did not change is not run; the same inputs give the same bits on one

@@ -17,6 +17,7 @@
 //! - `report_page`: the page of results in a browser
 //! - `tutorial`: docs/tutorial.md does what it says
 //! - `test_command`: `lightgraph test` and `lightgraph new`
+//! - `editor`: the language server, driven as an editor drives it
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
 //! - `large_graph`: 1,000 passes, parsed and planned in time
 //! - `last_frame`: what shaders know of the last frame, of time and of the pointer
@@ -58,6 +59,7 @@ mod command;
 mod culling;
 mod device;
 mod dirty;
+mod editor;
 mod edits;
 mod endings;
 mod fastest;

@@ -9,6 +9,7 @@ pub mod compare;
 mod course;
 mod fastest;
 pub mod fmt;
+pub mod lsp;
 pub mod new;
 mod outputs;
 mod page;
@@ -65,6 +66,8 @@ pub enum Command {
     Check(check::Args),
     /// Lay graph, scene and test files out in one way
     Fmt(fmt::Args),
+    /// Serve editors over the standard streams: what `check` and `fmt` say, while you type
+    Lsp(lsp::Args),
     /// Print what a graph compiles to; needs no adapter
     Plan(plan::Args),
     /// Compare two images
@@ -133,6 +136,7 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Watch(args) => watch::run(args),
         Command::Check(args) => check::run(args),
         Command::Fmt(args) => fmt::run(args),
+        Command::Lsp(args) => lsp::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
         Command::Test(args) => test::run(args),

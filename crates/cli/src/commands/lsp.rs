@@ -1,0 +1,20 @@
+//! `lightgraph lsp`: what the checker knows, in an editor. No device.
+
+use super::Failure;
+use lightgraph::diag::{Diagnostic, Faults};
+
+/// Serves one editor by the Language Server Protocol, until it says goodbye.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Accepted for editors that name the way they speak; there is no other
+    #[arg(long)]
+    pub stdio: bool,
+}
+
+/// # Errors
+/// The editor breaks the protocol or goes away without a word.
+pub fn run(_: &Args) -> Result<u8, Failure> {
+    let gone = |e| Faults::from(Diagnostic::error(format!("the editor can't be served: {e}")));
+    lightgraph_lsp::serve().map_err(gone)?;
+    Ok(0)
+}
