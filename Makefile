@@ -10,6 +10,9 @@
 # make mutants  2,000 mutants of each kind of file, within memory and time; `make test` takes 200
 # make fuzz    coverage-guided fuzzing of all targets, MINUTES=10 in all; needs cargo-fuzz and a nightly toolchain
 # make soak    `watch` and the window under random edits, MINUTES=60 each: memory and descriptors stay flat
+# make vscode  packages the extension for Visual Studio Code, editors/vscode/lightgraph.vsix; needs npm
+# make neovim  drives a headless Neovim through a fault, its remedy and a rename; installs Neovim through apt
+# make editor  two minutes of random edits against the language server
 # make deny    licences, duplicates, sources and advisories of dependencies; needs cargo-deny
 # make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
 
@@ -19,7 +22,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test python blender test-blender demo bench stress scenes peers references mutants fuzz soak deny driver display browser lint
+.PHONY: test python blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor deny driver display browser lint
 
 test: display browser lint
 	scripts/install-python.sh
@@ -89,6 +92,16 @@ fuzz:
 soak: display
 	cargo build --release
 	scripts/soak.sh $(or $(MINUTES),60)
+
+vscode:
+	cd editors/vscode && npm install --no-package-lock --no-audit --no-fund --ignore-scripts && npm run package
+
+neovim:
+	cargo build
+	scripts/neovim.sh
+
+editor:
+	LIGHTGRAPH_EDITS=120 cargo test --test it -- editor:: --nocapture
 
 # Advisories need RustSec's repository of them: where there is no way to it, the rest is checked and that is said.
 deny:
