@@ -1,4 +1,6 @@
 # make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
+# make web     the page for browsers, the engine as WebAssembly and an editor, to target/web
+# make test-web  the same in Chromium without a display, on a software adapter: pictures go to out/web
 # make python  the Python module, built and installed into target/python/venv
 # make blender the add-on for Blender, with the Python module inside, to out/lightgraph_blender.zip
 # make test-blender  the add-on in Blender, against Cycles; installs Blender as a Python module (400 MB) into target/blender
@@ -22,7 +24,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test python blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor deny driver display browser lint
+.PHONY: test web test-web python blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor deny driver display browser lint
 
 test: display browser lint
 	scripts/install-python.sh
@@ -48,6 +50,14 @@ test-blender: driver
 	VIRTUAL_ENV="$(CURDIR)/target/blender/venv" target/blender/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
 	target/blender/venv/bin/python -m pytest --quiet editors/blender/tests
 	scripts/blender-window.sh
+
+web:
+	@scripts/web.sh
+
+test-web: driver browser
+	cargo build
+	scripts/web.sh
+	node crates/web/page/test/run.mjs target/debug/lightgraph target/web out/web
 
 # Without the window, which takes a third of the time to build.
 demo: driver

@@ -20,7 +20,8 @@ use crate::value::{Type, Value, Values};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Timed runs of each alternative, after one that is not, at least and at most.
 const RUNS: [u32; 2] = [1, 7];

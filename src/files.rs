@@ -1,11 +1,14 @@
 //! How files are read: regular ones only, and up to a size.
 //!
-//! A pipe or a device in the place of a file would be waited for, or read without end.
+//! A pipe or a device in the place of a file would be waited for, or read without end. Where there is no disk, as in a
+//! browser, files are held in memory ([`hold`]).
 
+use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, PoisonError, RwLock};
 
 /// Bytes of a graph, shader, scene RON or test at most.
 pub const TEXT: u64 = 4 << 20;
@@ -19,11 +22,47 @@ pub const IMAGE: u64 = 1 << 30;
 /// Bytes of a scene's geometry at most.
 pub const GEOMETRY: u64 = 4 << 30;
 
+/// Files in memory, by the path that names them.
+static HELD: RwLock<BTreeMap<PathBuf, Arc<[u8]>>> = RwLock::new(BTreeMap::new());
+
+/// From now on this program reads `content` where it reads the file of this path, whether the disk has one or not.
+pub fn hold(path: impl Into<PathBuf>, content: impl Into<Arc<[u8]>>) {
+    HELD.write().unwrap_or_else(PoisonError::into_inner).insert(path.into(), content.into());
+}
+
+/// Undoes [`hold`].
+pub fn release(path: &Path) {
+    HELD.write().unwrap_or_else(PoisonError::into_inner).remove(path);
+}
+
+fn held(path: &Path) -> Option<Arc<[u8]>> {
+    HELD.read().unwrap_or_else(PoisonError::into_inner).get(path).cloned()
+}
+
+/// The paths of files in memory that lie in a folder or below it, sorted.
+pub fn held_below(folder: &Path) -> Vec<PathBuf> {
+    let all = HELD.read().unwrap_or_else(PoisonError::into_inner);
+    all.keys().filter(|path| path.starts_with(folder)).cloned().collect()
+}
+
+/// Whether a file is there, in memory or on the disk.
+pub fn is_file(path: &Path) -> bool {
+    held(path).is_some() || path.is_file()
+}
+
+/// Whether a folder is there, in memory or on the disk.
+pub fn is_folder(path: &Path) -> bool {
+    !held_below(path).is_empty() || path.is_dir()
+}
+
 /// Reads a file.
 ///
 /// # Errors
 /// It can't be read, is no regular file, or is longer than `most` bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    if let Some(held) = held(path) {
+        return if held.len() as u64 > most { Err(too_large(most)) } else { Ok(held.to_vec()) };
+    }
     let file = open(path)?;
     let length = file.metadata()?.len();
     if length > most {
@@ -138,6 +177,25 @@ fn too_large(most: u64) -> io::Error {
 mod tests {
     use super::*;
     use crate::image::file::tests::Folder;
+
+    #[test]
+    fn a_file_in_memory_stands_in_the_place_of_one_on_the_disk() {
+        let folder = Folder::new("files_held");
+        let (disk, memory) = (folder.0.join("a.wgsl"), folder.0.join("below/b.wgsl"));
+        std::fs::write(&disk, "disk").unwrap();
+        hold(&disk, *b"edit");
+        hold(&memory, *b"new");
+        assert_eq!(read_text(&disk, 4).unwrap(), "edit");
+        assert_eq!(read(&disk, 3).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert!(is_file(&memory) && is_folder(memory.parent().unwrap()));
+        let library = crate::shader::Library::load(std::slice::from_ref(&folder.0)).unwrap();
+        let texts: Vec<(&str, &str)> = library.files.iter().map(|(p, s)| (p.as_str(), s.text.as_str())).collect();
+        assert_eq!(texts, [("a.wgsl", "edit"), ("below/b.wgsl", "new")]);
+        release(&disk);
+        release(&memory);
+        assert_eq!(read_text(&disk, 4).unwrap(), "disk");
+        assert!(!is_file(&memory) && !is_folder(memory.parent().unwrap()));
+    }
 
     #[test]
     fn a_file_is_read_up_to_its_limit() {

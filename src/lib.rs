@@ -67,6 +67,7 @@ pub mod math;
 pub mod parallel;
 pub mod plan;
 mod recent;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod reload;
 pub mod scene;
 pub mod session;

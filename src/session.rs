@@ -25,7 +25,7 @@ use crate::value::Values;
 use crate::verify::Scratch;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Instant;
+use web_time::Instant;
 
 /// A plan on a device, ready for frames.
 pub struct Session {

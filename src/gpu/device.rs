@@ -149,6 +149,14 @@ impl Gpu {
     /// # Errors
     /// The adapter gives no device.
     pub fn from_adapter(adapter: wgpu::Adapter) -> Checked<Gpu> {
+        pollster::block_on(Gpu::request(adapter))
+    }
+
+    /// As [`Gpu::from_adapter`], for programs that can't wait, as those of a browser.
+    ///
+    /// # Errors
+    /// As [`Gpu::from_adapter`].
+    pub async fn request(adapter: wgpu::Adapter) -> Checked<Gpu> {
         let info = adapter.get_info();
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("lightgraph"),
@@ -156,7 +164,7 @@ impl Gpu {
             required_limits: adapter.limits(),
             ..Default::default()
         });
-        let (device, queue) = pollster::block_on(request).map_err(|e| {
+        let (device, queue) = request.await.map_err(|e| {
             Diagnostic::error(format!("the adapter `{}` gives no device: {e}", info.name))
                 .help(format!("choose another with {ADAPTER_VARIABLE}=PART_OF_ITS_NAME, or update its driver"))
         })?;

@@ -26,7 +26,7 @@ fn choose(@builtin(global_invocation_id) id: vec3u) {
     if instance >= job.instances {
         return;
     }
-    let runs = bits[instance / 32u] >> (instance % 32u) & 1u;
+    let runs = (bits[instance / 32u] >> (instance % 32u)) & 1u;
     atomicAdd(&counts[job.place], runs);
     clears[instance] = vec4u(3u, runs, 0u, 0u);
     for (var i = WORDS * job.draws * instance; i < WORDS * job.draws * (instance + 1u); i += WORDS) {

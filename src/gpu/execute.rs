@@ -19,7 +19,7 @@ use crate::plan::change::Selection;
 use crate::plan::{Action, Ending, Loop, Node, Plan, StepId, Until};
 use crate::scene::Table;
 use crate::value::Values;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Runs of steps that go to the device in one piece: enough to hide the cost of handing over, few enough that the device
 /// starts early and no watchdog wakes.

@@ -5,7 +5,7 @@ use super::{device::Gpu, gate::states, later::Later, numerics::Numerics, reports
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::StepId;
 use crate::shader::report::Failed;
-use std::time::Instant;
+use web_time::Instant;
 
 /// What a frame took.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,14 +1,22 @@
 //! Errors of the device as faults. wgpu panics on an error that nobody catches; here every call runs in a scope,
-//! and what slips past the scopes lands in a mailbox.
+//! and what slips past the scopes lands in a mailbox. A browser answers a scope later: its answers are kept and asked
+//! for with [`Gpu::answered`].
 
 use super::device::Gpu;
-use crate::diag::{Checked, Diagnostic};
-use std::sync::{Arc, Mutex, PoisonError};
+use crate::diag::{Checked, Diagnostic, Faults};
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
-/// What the device says outside of any scope.
-#[derive(Debug, Default)]
+/// What a scope caught, once the device says so.
+type Answer = Pin<Box<dyn Future<Output = Option<wgpu::Error>> + Send>>;
+
+/// What the device says outside of any scope, or later.
+#[derive(Default)]
 pub(super) struct Mailbox {
+    /// Scopes that have ended without an answer, each with what was tried.
+    open: Mutex<Vec<(String, Answer)>>,
     stray: Mutex<Vec<String>>,
     lost: Mutex<Option<Diagnostic>>,
 }
@@ -56,6 +64,57 @@ impl Mailbox {
     fn take_stray(&self) -> Vec<String> {
         std::mem::take(&mut *self.stray.lock().unwrap_or_else(PoisonError::into_inner))
     }
+
+    /// What a scope caught, or `None` for now: then the answer is kept.
+    fn ask(&self, what: &str, mut answer: Answer) -> Option<wgpu::Error> {
+        match asked(&mut answer) {
+            Poll::Ready(caught) => caught,
+            Poll::Pending => {
+                self.open().push((what.to_string(), answer));
+                None
+            }
+        }
+    }
+
+    fn open(&self) -> MutexGuard<'_, Vec<(String, Answer)>> {
+        self.open.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The faults that have come since, and whether more may come.
+    fn settle(&self) -> (Vec<Diagnostic>, bool) {
+        let mut faults = vec![];
+        let mut open = self.open();
+        open.retain_mut(|(what, answer)| match asked(answer) {
+            Poll::Ready(caught) => {
+                faults.extend(caught.map(|e| fault(what, &e)));
+                false
+            }
+            Poll::Pending => true,
+        });
+        (faults, !open.is_empty())
+    }
+}
+
+impl std::fmt::Debug for Mailbox {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Mailbox").field("stray", &self.stray).field("lost", &self.lost).finish_non_exhaustive()
+    }
+}
+
+/// Nobody is woken: whoever waits for an answer asks again.
+fn asked(answer: &mut Answer) -> Poll<Option<wgpu::Error>> {
+    answer.as_mut().poll(&mut Context::from_waker(Waker::noop()))
+}
+
+impl Gpu {
+    /// Whether the device has told of everything that it was asked to do so far. Outside of a browser it always has.
+    ///
+    /// # Errors
+    /// What it found wrong since the last question.
+    pub fn answered(&self) -> Checked<bool> {
+        let (faults, more) = self.mailbox.settle();
+        Faults::check(faults, !more)
+    }
 }
 
 /// Catches the errors of everything this thread asks of the device until [`Scope::end`].
@@ -78,9 +137,10 @@ impl<'a> Scope<'a> {
     /// The first error of each kind; `what` says what was tried, as in "can't {what}".
     ///
     /// # Errors
-    /// Whatever the device found wrong since the scope began.
+    /// Whatever the device found wrong since the scope began, as far as it says so at once.
     pub(super) fn end(self, what: &str) -> Checked<()> {
-        let caught = [self.internal, self.validation, self.memory].map(|s| pollster::block_on(s.pop()));
+        let ask = |scope: wgpu::ErrorScopeGuard| self.gpu.mailbox.ask(what, Box::pin(scope.pop()));
+        let caught = [self.internal, self.validation, self.memory].map(ask);
         let mut faults: Vec<Diagnostic> = caught.into_iter().flatten().map(|e| fault(what, &e)).collect();
         let stray = self.gpu.mailbox.take_stray();
         faults.extend(stray.iter().map(|e| Diagnostic::error(format!("can't {what}: {}", one_line(e)))));
@@ -88,7 +148,7 @@ impl<'a> Scope<'a> {
             // On a lost device everything fails; then the loss is the fault to tell.
             self.gpu.check()?;
         }
-        crate::diag::Faults::check(faults, ())
+        Faults::check(faults, ())
     }
 }
 

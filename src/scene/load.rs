@@ -315,7 +315,7 @@ fn resolve(path: &Path) -> Checked<PathBuf> {
     if has_extension(path, &["ron", "glb", "gltf"]) {
         return Ok(path.into());
     }
-    if path.is_file() {
+    if files::is_file(path) {
         let d =
             Diagnostic::error(format!("{} is no scene: a scene is a .gltf, a .glb or a scene .ron", path.display()));
         return Err(d.help("export it as glTF 2.0 (.glb), as Blender does with File > Export").into());
@@ -330,7 +330,7 @@ fn resolve(path: &Path) -> Checked<PathBuf> {
         .chain(inside.as_deref())
         .flat_map(|base| [".ron", ".glb", ".gltf"].map(|extension| with(base, extension)))
         .collect();
-    tried.iter().find(|p| p.is_file()).cloned().ok_or_else(|| {
+    tried.iter().find(|p| files::is_file(p)).cloned().ok_or_else(|| {
         let list: Vec<String> = tried.iter().map(|p| p.display().to_string()).collect();
         let d = Diagnostic::error(format!("there is no scene {}", path.display()));
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -355,14 +355,14 @@ fn described_gltf(ron: &Path, description: &Description) -> Checked<PathBuf> {
     if let Some(name) = &description.gltf {
         let path = files::inside(ron.parent().unwrap_or(Path::new("")), &name.value)
             .map_err(|why| Diagnostic::error(format!("`{}` {why}", name.value)).at(&name.span, ""))?;
-        if path.is_file() && has_extension(&path, &["glb", "gltf"]) {
+        if files::is_file(&path) && has_extension(&path, &["glb", "gltf"]) {
             return Ok(path);
         }
         let d = Diagnostic::error(format!("{} is no glTF file that is there", path.display()));
         return Err(d.at(&name.span, "").help("name a .glb or .gltf relative to the scene file").into());
     }
     let candidates = ["glb", "gltf"].map(|extension| ron.with_extension(extension));
-    candidates.iter().find(|p| p.is_file()).cloned().ok_or_else(|| {
+    candidates.iter().find(|p| files::is_file(p)).cloned().ok_or_else(|| {
         let d = Diagnostic::error(format!("{} names no glTF, and none of its stem is beside it", ron.display()));
         d.help("add `gltf: \"name.glb\"`").into()
     })
@@ -371,7 +371,7 @@ fn described_gltf(ron: &Path, description: &Description) -> Checked<PathBuf> {
 /// The scene RON beside a glTF, when it is there and is this glTF's.
 fn beside(gltf: &Path, files: &mut Vec<PathBuf>, faults: &mut Vec<Diagnostic>) -> Checked<Option<Description>> {
     let ron = gltf.with_extension("ron");
-    if !ron.is_file() {
+    if !files::is_file(&ron) {
         return Ok(None);
     }
     let source = Source::read(&ron)?;

@@ -10,7 +10,7 @@
 //!   vertices, `tangents` what normal maps need, `clusters` their compact groups, `levels` fewer triangles; `glow` says how much light textured
 //!   triangles give; `description` reads the scene RON
 //! - `model` holds the scene and its facts; `motion` poses it; `tables`, `finishes`, `corners`, `light_views` and `bvh` fill the shaders'
-//!   tables, whose columns are `pieces`; `camera` makes the view matrices
+//!   tables, whose columns are `pieces`; `camera` makes the view matrices, [`navigate`] moves views
 //!
 //! # The scene file
 //! A RON file beside the glTF says what glTF has no place for:
@@ -73,6 +73,7 @@ mod materials;
 mod mips;
 mod model;
 mod motion;
+pub mod navigate;
 mod panorama;
 mod pieces;
 mod room;

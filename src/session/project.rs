@@ -2,6 +2,7 @@
 
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
+use crate::files;
 use crate::gpu::{Gpu, Timing};
 use crate::graph::ast::{Name, set_of};
 use crate::graph::{self, Graph, ReadFile};
@@ -42,7 +43,7 @@ impl Project {
         let mut graph = graph::load(path, read)?;
         let usual = shader_folders(path);
         let mut folders: Vec<PathBuf> = shaders.to_vec();
-        folders.extend(usual.into_iter().filter(|f| f.is_dir()));
+        folders.extend(usual.into_iter().filter(|f| files::is_folder(f)));
         let mut texts = Library::load_with(&folders, read)?;
         if graph.files.iter().any(|f| builtin::is_builtin(f)) {
             for (name, source) in builtin::shaders() {

@@ -5,9 +5,10 @@ use super::{
     memo::{Index, Memo},
 };
 use crate::diag::{Checked, Diagnostic, Faults, Source};
+use crate::files;
 use crate::graph::ReadFile;
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::{BTreeMap, BTreeSet, btree_map::Entry},
     fs,
     path::{Path, PathBuf},
     sync::Arc,
@@ -39,16 +40,34 @@ impl Library {
         let mut library = Library::default();
         let mut faults = vec![];
         for dir in dirs {
+            let held = files::held_below(dir);
+            library.hold(dir, &held, read, &mut faults);
             match dir.canonicalize() {
                 Ok(root) => {
                     let seen = BTreeSet::from([root.clone()]);
                     let mut walk = Walk { root: &root, seen, read, texts: &mut library, faults: &mut faults };
                     walk.folder(dir, "");
                 }
+                Err(_) if !held.is_empty() => {}
                 Err(e) => faults.push(unreadable(dir, &e)),
             }
         }
         Faults::check(faults, library)
+    }
+
+    /// Adds the files in memory that lie below a shader folder.
+    fn hold(&mut self, dir: &Path, held: &[PathBuf], read: ReadFile, faults: &mut Vec<Diagnostic>) {
+        for path in held.iter().filter(|path| path.extension().is_some_and(|e| e == "wgsl")) {
+            let Ok(below) = path.strip_prefix(dir) else { continue };
+            let names: Vec<_> = below.iter().map(|name| name.to_string_lossy()).collect();
+            let relative = names.join("/");
+            if let Entry::Vacant(place) = self.files.entry(relative) {
+                match read(path) {
+                    Ok(source) => drop(place.insert(source)),
+                    Err(unread) => faults.extend(unread.0),
+                }
+            }
+        }
     }
 
     /// The same files, where an earlier library knows their texts already: nothing it made of them is made again.

@@ -39,6 +39,10 @@ pub(super) const MAX_IMPORTS: usize = 64;
 /// # Errors
 /// The system gives no thread.
 pub(super) fn on_deep_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Diagnostic> {
+    // A browser has one thread, whose stack is as deep as whoever links the program says.
+    if cfg!(target_arch = "wasm32") {
+        return Ok(work());
+    }
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().name("shader".into()).stack_size(STACK).spawn_scoped(scope, work);
         let thread = thread.map_err(|e| Diagnostic::error(format!("no thread to compose a shader on: {e}")))?;

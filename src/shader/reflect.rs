@@ -137,7 +137,7 @@ fn kind(bound: &Bound, name: &str, handle: Handle<GlobalVariable>) -> Result<Bin
                 }
                 ImageClass::Storage { format, access } => Ok(BindingKind::StorageTexture {
                     dim,
-                    format: wgpu::wgc::map_storage_format_from_naga(format),
+                    format: wgpu_naga_bridge::map_storage_format_from_naga(format),
                     access: storage_access(access)?,
                 }),
                 ImageClass::External => Err(unbindable("external textures aren't supported", "use `texture_2d<f32>`")),

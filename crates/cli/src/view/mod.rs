@@ -1,7 +1,7 @@
 //! The window: a graph seen live, with all that can be set, compared and looked into.
 //!
 //! - `choice` is what the user chose (what undo takes back and files keep), `undo` its history, `state` the rest of what the
-//!   window remembers; `camera` moves a view, `pick` finds what lies under the pointer
+//!   window remembers; `pick` finds what lies under the pointer
 //! - `stage` holds the sessions and makes frames; `engine` runs it on a thread of its own: it is told what is wanted, and
 //!   tells what there is to show; `feed` is what it told so far; `variants` finds the graphs to choose from
 //! - `picture` colours the texels of a resource; `canvas` brings images of linear light to the screen
@@ -11,7 +11,6 @@
 //! Only `stage`, `engine`, `canvas` and `surface` see a device, only `app` and `surface` a window.
 
 mod app;
-mod camera;
 mod canvas;
 mod choice;
 mod engine;

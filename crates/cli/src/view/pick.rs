@@ -1,7 +1,7 @@
 //! What lies under the pointer, and how far a drag moves it. Places in the image run from 0 to 1, from the top left.
 
-use super::camera::{height_at, right};
 use glam::{Vec2, Vec3};
+use lightgraph::scene::navigate::{height_at, right};
 use lightgraph::scene::{Lens, Pose, Scene, View};
 
 /// How far from a light's mark a click still takes it, in heights of the image.

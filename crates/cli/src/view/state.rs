@@ -1,6 +1,5 @@
 //! What the window remembers: the choice and its past, and what is open, selected and under way.
 
-use super::camera;
 use super::choice::{Against, Choice};
 use super::pick::Thing;
 use super::picture::Look;
@@ -8,7 +7,7 @@ use super::stage::{Inspect, Wish};
 use super::undo::Undo;
 use egui::Rect;
 use glam::{Vec2, Vec3};
-use lightgraph::scene::{Pose, Scene, View};
+use lightgraph::scene::{Pose, Scene, View, navigate};
 use lightgraph::session::Pointer;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -204,9 +203,9 @@ impl State {
         const TURN: f32 = std::f32::consts::PI;
         let pivot = self.pivot(scene, view);
         match gesture {
-            Gesture::Orbit => self.set_view("view", camera::orbit(view, pivot, by * TURN)),
+            Gesture::Orbit => self.set_view("view", navigate::orbit(view, pivot, by * TURN)),
             Gesture::Pan => {
-                let moved = camera::pan(view, pivot, by);
+                let moved = navigate::pan(view, pivot, by);
                 if let Some(p) = &mut self.pivot {
                     *p += moved.place.position - view.place.position;
                 }
@@ -214,7 +213,7 @@ impl State {
             }
             Gesture::Look => {
                 self.pivot = None;
-                self.set_view("view", camera::look(view, by * TURN * 0.5));
+                self.set_view("view", navigate::look(view, by * TURN * 0.5));
             }
             Gesture::Move(thing, point) => {
                 let metres = super::pick::drag(view, 1.0, point, by);

@@ -1,13 +1,12 @@
 //! The image in the middle: what the pointer does on it, the marks of lights and of what is selected, the names of the halves.
 
 use super::{Seen, stem};
-use crate::view::camera;
 use crate::view::choice::{Against, Layout};
 use crate::view::pick::{self, Thing};
 use crate::view::state::{Gesture, State};
 use egui::{Align2, Color32, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2};
 use glam::Vec3;
-use lightgraph::scene::{Bounds, Geometry, LightKind, Pose, Scene, View};
+use lightgraph::scene::{Bounds, Geometry, LightKind, Pose, Scene, View, navigate};
 use lightgraph::session::Pointer;
 
 const MARK: Color32 = Color32::from_rgb(0xff, 0xd7, 0x66);
@@ -126,7 +125,7 @@ fn pointer(
     if response.hovered() {
         let wheel = ui.input(|i| i.smooth_scroll_delta().y);
         if wheel != 0.0 {
-            state.set_view("zoom", camera::zoom(view, state.pivot(scene, view), wheel / 30.0));
+            state.set_view("zoom", navigate::zoom(view, state.pivot(scene, view), wheel / 30.0));
         }
     }
     fly(ui, state, scene, view);
@@ -146,7 +145,7 @@ fn fly(ui: &Ui, state: &mut State, scene: &Scene, view: View) {
     });
     if by != Vec3::ZERO {
         state.pivot = None;
-        state.set_view("fly", camera::fly(view, by));
+        state.set_view("fly", navigate::fly(view, by));
         ui.ctx().request_repaint();
     } else if ui.input(|i| i.events.iter().any(|e| matches!(e, egui::Event::Key { pressed: false, .. }))) {
         state.choice.rest();

@@ -1,7 +1,7 @@
 //! A view that moves: round a point, along the image, through the room. +Y is up.
 
+use super::{CameraPose, Lens, View};
 use glam::{Quat, Vec2, Vec3};
-use lightgraph::scene::{CameraPose, Lens, View};
 
 /// How near the zenith a view may turn, in radians: straight up there would be no horizon.
 const ZENITH: f32 = 0.01;

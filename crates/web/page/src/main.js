@@ -1,0 +1,396 @@
+// The playground: what is chosen, edited and shared, and what the engine says of it.
+import { Editor } from "./editor.js";
+import { EngineLink } from "./caller.js";
+import { show as showParams } from "./params.js";
+
+const byId = (id) => document.getElementById(id);
+/// Bytes of a dropped file at most.
+const MOST_DROPPED = 256 << 20;
+/// A pause while typing, after which the graph is made again.
+const PAUSE_MS = 120;
+
+const viewer = document.body.classList.contains("viewer");
+const state = { graph: "graphs/gi/direct.ron", scene: "scenes/cornell.glb", params: {}, output: null, size: null, place: [], exposure: 0 };
+/// Texts by path that differ from what the page comes with; and those that were shown last without a fault.
+let edits = new Map();
+let good = new Map();
+let scenes = {};
+const fetched = new Set();
+let files = [];
+let device = { software: false };
+let faults = [];
+let wishing = false;
+let again = false;
+let timer;
+
+const engine = new EngineLink(byId("stage"), listen);
+const editor = new Editor(byId("editor"), (path, text) => {
+  edits.set(path, text);
+  tabs();
+  clearTimeout(timer);
+  timer = setTimeout(async () => {
+    await engine.call("hold", [path, new TextEncoder().encode(text)]);
+    wish();
+  }, PAUSE_MS);
+});
+
+function say(text) {
+  byId("said").textContent = text;
+}
+
+function none(why) {
+  byId("none").hidden = false;
+  byId("why").textContent = why;
+  document.body.dataset.state = "none";
+}
+
+async function begin() {
+  if (!navigator.gpu) return none("navigator.gpu is missing.");
+  scenes = await (await fetch("scenes.json")).json();
+  if (viewer) Object.assign(state, (await (await fetch("project.json")).json()));
+  try {
+    await open();
+  } catch (error) {
+    return none(error.message);
+  }
+  await follow();
+  choices();
+  await wish();
+  if ("serviceWorker" in navigator) navigator.serviceWorker.register("offline.js").catch(() => {});
+}
+
+async function open() {
+  const opened = await engine.open();
+  device = opened.device;
+  files = opened.files;
+  fetched.clear();
+  if (viewer) for (const path of state.files ?? []) await hold(path, await bytesOf(path));
+  state.size ??= device.software ? [256, 256] : [640, 480];
+}
+
+async function bytesOf(path) {
+  const answer = await fetch(path);
+  if (!answer.ok) throw new Error(`${path}: ${answer.status}`);
+  return new Uint8Array(await answer.arrayBuffer());
+}
+
+async function hold(path, bytes) {
+  if (!files.includes(path)) files.push(path);
+  await engine.call("hold", [path, bytes]);
+}
+
+/// Opens what a shared link holds.
+async function follow() {
+  const link = /^#s=(.+)$/.exec(location.hash);
+  if (!link) return;
+  try {
+    const shared = JSON.parse(await engine.call("decode_link", [link[1]]));
+    Object.assign(state, { graph: shared.graph, scene: shared.scene, params: shared.params ?? {}, exposure: shared.exposure });
+    state.place = (shared.place ?? []).flat();
+    await revert();
+    for (const [path, text] of Object.entries(shared.files ?? {})) {
+      edits.set(path, text);
+      await hold(path, new TextEncoder().encode(text));
+    }
+    byId("exposure").value = state.exposure;
+    byId("exposure-shown").textContent = state.exposure;
+  } catch (error) {
+    say(`The link can't be followed: ${error.message}`);
+  }
+}
+
+async function share() {
+  const place = await engine.call("place");
+  const v = [...place];
+  const shared = { graph: state.graph, scene: state.scene, params: state.params, exposure: state.exposure, files: Object.fromEntries(edits) };
+  if (v.length === 9) shared.place = [v.slice(0, 3), v.slice(3, 6), v.slice(6, 9)];
+  try {
+    history.replaceState(null, "", `#s=${await engine.call("encode_link", [JSON.stringify(shared)])}`);
+    await navigator.clipboard?.writeText(location.href).catch(() => {});
+    say(state.scene in scenes ? "The link stands in the address bar." : "The link stands in the address bar. Your scene is not in it.");
+  } catch (error) {
+    say(error.message);
+  }
+}
+
+function options(select, list, chosen, name = (x) => x) {
+  select.replaceChildren(...list.map((value) => Object.assign(document.createElement("option"), { value, textContent: name(value), selected: value === chosen })));
+}
+
+function choices() {
+  const graphs = files.filter((f) => f.startsWith("graphs/") && f.endsWith(".ron"));
+  options(byId("graph"), graphs, state.graph, (path) => path.replace(/^graphs\/|\.ron$/g, ""));
+  const dropped = files.filter((f) => /^scenes\/.*\.glb$/.test(f) && !(f in scenes));
+  options(byId("scene"), [...Object.keys(scenes), ...dropped], state.scene, (path) => path.replace(/^scenes\/|\.(glb|gltf|ron)$/g, ""));
+  const sizes = [[128, 128], [256, 256], [320, 240], [480, 360], [640, 480], [800, 600], [1024, 768], [1280, 960]];
+  if (!sizes.some((s) => s.join() === state.size.join())) sizes.push(state.size);
+  options(byId("size"), sizes.map((s) => s.join("×")), state.size.join("×"));
+}
+
+/// Makes what is chosen; of wishes that come while one is under way, the last.
+async function wish() {
+  if (wishing) return (again = true);
+  wishing = true;
+  document.body.dataset.state = "making";
+  try {
+    for (const path of scenes[state.scene] ?? []) {
+      if (fetched.has(path)) continue;
+      await hold(path, await bytesOf(path));
+      fetched.add(path);
+    }
+    const { graph, scene, camera = null, params, output, size } = state;
+    const timed = byId("times-open").open;
+    const told = JSON.parse(await engine.call("wish", [JSON.stringify({ graph, scene, camera, params, output, size, timed })]));
+    if (told.faults) {
+      setFaults(told.faults);
+      document.body.dataset.state = "fault";
+    } else {
+      setFaults(told.notices);
+      made(told);
+    }
+  } catch (error) {
+    setFaults([{ severity: "error", message: error.message, help: [], places: [] }]);
+    document.body.dataset.state = "fault";
+  }
+  wishing = false;
+  if (again) {
+    again = false;
+    await wish();
+  }
+}
+
+async function made(told) {
+  byId("about").textContent = told.about;
+  options(byId("output"), told.outputs, told.output);
+  showParams(byId("params"), told.params, (name, value) => {
+    state.params[name] = value;
+    wish();
+  });
+  state.sources = [...new Set([...told.files, ...told.shaders])];
+  state.made_ms = told.make_ms;
+  if (!viewer && (!editor.path || !state.sources.includes(editor.path))) await openFile(state.graph);
+  tabs();
+}
+
+async function openFile(path) {
+  if (!editor.has(path)) {
+    const text = edits.get(path) ?? (await engine.call("text", [path]));
+    if (text === undefined) return say(`${path} is not there`);
+    editor.show(path, text);
+  } else editor.show(path);
+  tabs();
+}
+
+function tabs() {
+  const nav = byId("tabs");
+  const faulty = new Set(faults.filter((f) => f.severity === "error").flatMap((f) => f.places.slice(0, 1).map((p) => p.path)));
+  const shown = [...new Set([...(state.sources ?? []), ...edits.keys(), ...(editor.path ? [editor.path] : [])])];
+  const buttons = shown.slice(0, 24).map((path) => {
+    const button = document.createElement("button");
+    button.textContent = path.replace(/^(graphs|shaders)\//, "");
+    button.title = path;
+    button.role = "tab";
+    button.ariaSelected = String(path === editor.path);
+    button.classList.toggle("edited", edits.has(path));
+    button.classList.toggle("faulty", faulty.has(path));
+    button.onclick = () => openFile(path);
+    return button;
+  });
+  const more = document.createElement("select");
+  more.ariaLabel = "Open a file";
+  const texts = files.filter((f) => /\.(ron|wgsl)$/.test(f));
+  options(more, ["", ...texts], "", (path) => path || "open…");
+  more.onchange = () => more.value && openFile(more.value);
+  nav.replaceChildren(...buttons, more);
+}
+
+function setFaults(list) {
+  faults = list;
+  editor.setFaults(list);
+  byId("faults").replaceChildren(
+    ...list.map((fault) => {
+      const box = document.createElement("div");
+      box.className = fault.severity;
+      const place = fault.places[0];
+      box.textContent = (place ? `${place.path}: ` : "") + fault.message;
+      for (const help of fault.help) {
+        const line = document.createElement("div");
+        line.className = "help";
+        line.textContent = `help: ${help}`;
+        box.append(line);
+      }
+      if (place && files.includes(place.path)) {
+        box.tabIndex = 0;
+        const go = () => openFile(place.path).then(() => editor.go(place.from));
+        box.onclick = go;
+        box.onkeydown = (event) => event.key === "Enter" && go();
+      }
+      return box;
+    }),
+  );
+  tabs();
+}
+
+let frames = 0;
+let host = [];
+
+async function listen(data) {
+  if (data.dead !== undefined) return restart(data.dead);
+  if (data.image) return images.splice(0).forEach((take) => take(data.image));
+  const { told } = data;
+  if (told.swapped) {
+    good = new Map(edits);
+    frames = 0;
+    document.body.dataset.state = "shown";
+    if (state.place?.length) engine.call("set_place", [new Float32Array(state.place)]);
+    state.place = [];
+    engine.call("set_exposure", [state.exposure]);
+    if (byId("plan-open").open) showPlan();
+  }
+  if (told.faults) {
+    setFaults(told.faults);
+    document.body.dataset.state = "fault";
+    if (told.lost) restart(told.faults[0].message);
+  }
+  if (told.host_ms !== undefined) {
+    frames += 1;
+    host = [...host.slice(-63), told.host_ms];
+    document.body.dataset.frames = frames;
+    document.body.dataset.hostMs = host.toSorted((a, b) => a - b)[host.length >> 1].toFixed(3);
+  }
+  if (told.report) report(told.report);
+}
+
+function report(report) {
+  const ran = report.steps.length;
+  const ms = report.device_ms ?? report.wall_ms;
+  const device_ms = report.device_ms === null ? "from call to end" : "on the device";
+  byId("line").textContent = ran === 0 ? `at rest; frame ${frames}, host ${document.body.dataset.hostMs} ms` : `frame ${frames}: ${ms.toFixed(1)} ms ${device_ms}, ${ran} steps, host ${document.body.dataset.hostMs} ms`;
+  document.body.dataset.rest = String(ran === 0);
+  if (byId("times-open").open && ran) {
+    const rows = report.steps.slice().sort((a, b) => (b.gpu_ms ?? b.cpu_ms) - (a.gpu_ms ?? a.cpu_ms));
+    byId("times").replaceChildren(
+      ...rows.map((step) => {
+        const row = document.createElement("tr");
+        const time = step.gpu_ms === null ? "—" : `${step.gpu_ms.toFixed(3)} ms`;
+        row.append(...[step.name, `${step.runs} ×`, time].map((text) => Object.assign(document.createElement("td"), { textContent: text })));
+        return row;
+      }),
+    );
+  }
+  if (report.checks.length) setFaults(report.checks);
+}
+
+async function showPlan() {
+  byId("plan").textContent = await engine.call("plan");
+}
+
+let restarts = 0;
+
+/// Begins anew with the files that were shown last; what was edited since stays in the editor.
+async function restart(why) {
+  restarts += 1;
+  setFaults([{ severity: "error", message: `The engine stopped: ${why}`, help: ["it has begun anew with the last files that worked; your edits stand in the editor and are tried again when you type"], places: [] }]);
+  if (restarts > 5) return none(`The engine stopped ${restarts} times: ${why}`);
+  const kept = faults;
+  await open();
+  for (const [path, text] of good) await hold(path, new TextEncoder().encode(text));
+  await wish();
+  setFaults([...kept, ...faults]);
+}
+
+async function revert() {
+  for (const path of edits.keys()) await engine.call("release", [path]);
+  edits.clear();
+  editor.clear();
+}
+
+const images = [];
+/// For tests: the image that is shown, in linear light: width, height, channels, numbers.
+window.lightgraph = {
+  image: () => new Promise((take) => (images.push(take), engine.call("want_image", [false]))),
+  /// Of the first frame of what is wished for next.
+  first: () => new Promise((take) => (images.push(take), engine.call("want_image", [true]))),
+  edit: async (path, text) => {
+    await openFile(path);
+    editor.view.dispatch({ changes: { from: 0, to: editor.view.state.doc.length, insert: text } });
+  },
+  text: (path) => engine.call("text", [path]),
+  state,
+  wish,
+};
+
+async function drop(file) {
+  if (!/\.glb$/i.test(file.name)) return say("A scene is a .glb.");
+  if (file.size > MOST_DROPPED) return say(`The file is larger than ${MOST_DROPPED >> 20} MiB.`);
+  const path = `scenes/${file.name.replace(/\.glb$/i, "").replace(/[^\w-]/g, "_").slice(0, 60)}.glb`;
+  await hold(path, new Uint8Array(await file.arrayBuffer()));
+  fetched.add(path);
+  state.scene = path;
+  choices();
+  await wish();
+}
+
+function pointers() {
+  const stage = byId("stage");
+  let last;
+  stage.onpointerdown = (event) => {
+    last = [event.clientX, event.clientY];
+    stage.setPointerCapture(event.pointerId);
+  };
+  stage.onpointermove = (event) => {
+    if (!last) return;
+    const height = stage.clientHeight || 1;
+    const [x, y] = [event.clientX - last[0], event.clientY - last[1]];
+    last = [event.clientX, event.clientY];
+    engine.call("drag", [event.shiftKey || event.buttons & 4 ? "pan" : "orbit", x / height, y / height]);
+  };
+  stage.onpointerup = stage.onpointercancel = () => (last = undefined);
+  stage.onwheel = (event) => {
+    event.preventDefault();
+    engine.call("drag", ["zoom", 0, -event.deltaY / 100]);
+  };
+  document.body.ondragover = (event) => {
+    event.preventDefault();
+    stage.classList.add("over");
+  };
+  document.body.ondragleave = () => stage.classList.remove("over");
+  document.body.ondrop = (event) => {
+    event.preventDefault();
+    stage.classList.remove("over");
+    if (event.dataTransfer.files[0]) drop(event.dataTransfer.files[0]);
+  };
+}
+
+function controls() {
+  const choose = (id, set) => (byId(id).onchange = () => (set(byId(id).value), wish()));
+  choose("graph", (v) => ((state.graph = v), (state.output = null)));
+  choose("scene", (v) => (state.scene = v));
+  choose("output", (v) => (state.output = v));
+  choose("size", (v) => (state.size = v.split("×").map(Number)));
+  byId("exposure").oninput = () => {
+    state.exposure = Number(byId("exposure").value);
+    byId("exposure-shown").textContent = state.exposure;
+    engine.call("set_exposure", [state.exposure]);
+  };
+  byId("share").onclick = share;
+  byId("revert").onclick = async () => {
+    await revert();
+    await openFile(state.graph);
+    history.replaceState(null, "", location.pathname);
+    await wish();
+  };
+  byId("open-scene").onclick = () => byId("scene-file").click();
+  byId("scene-file").onchange = () => byId("scene-file").files[0] && drop(byId("scene-file").files[0]);
+  byId("times-open").ontoggle = () => wish();
+  byId("plan-open").ontoggle = () => byId("plan-open").open && showPlan();
+  window.onhashchange = async () => {
+    await follow();
+    choices();
+    await wish();
+  };
+}
+
+controls();
+pointers();
+begin();

@@ -1,0 +1,238 @@
+// The playground in a real browser: `node test/run.mjs LIGHTGRAPH PAGE OUT`. Images of the desktop are rendered by LIGHTGRAPH,
+// and everything is written to OUT.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { launch, serve, shown } from "./browser.mjs";
+import { exr } from "./exr.mjs";
+
+const [lightgraph, site, out] = process.argv.slice(2);
+mkdirSync(out, { recursive: true });
+const SIZE = [128, 128];
+/// Root mean square of what the browser's image may differ by, of the mean of the desktop's.
+const MOST_RMSE = 0.01;
+const SHADER = "shaders/play/march.wgsl";
+
+const server = await serve(lightgraph, site);
+const browser = await launch();
+const said = [];
+let failed = 0;
+
+async function test(name, run) {
+  const start = performance.now();
+  try {
+    const note = await run();
+    console.log(`ok    ${name}${note ? `: ${note}` : ""} (${((performance.now() - start) / 1000).toFixed(1)} s)`);
+  } catch (error) {
+    failed += 1;
+    console.log(`FAIL  ${name}: ${error.stack}`);
+    await page.screenshot({ path: join(out, `failed_${failed}.png`) });
+  }
+}
+
+async function open(url, view = { width: 1280, height: 800 }) {
+  const context = await browser.newContext({ viewport: view, hasTouch: view.width < 600, isMobile: view.width < 600 });
+  const page = await context.newPage();
+  page.on("pageerror", (error) => said.push(String(error)));
+  page.on("console", (m) => m.type() === "error" && said.push(m.text()));
+  await page.goto(url);
+  return page;
+}
+
+/// Chooses, waits until it is shown, and says how it went.
+async function choose(page, choice) {
+  await page.evaluate(async (choice) => {
+    Object.assign(window.lightgraph.state, choice);
+    await window.lightgraph.wish();
+  }, choice);
+  return shown(page, ["shown", "fault"]);
+}
+
+const image = (page) => page.evaluate(async () => Array.from(await window.lightgraph.image()));
+const faults = (page) => page.evaluate(() => document.getElementById("faults").innerText);
+const rest = (page) => page.waitForFunction(() => document.body.dataset.rest === "true", { timeout: 60_000 });
+
+function difference(a, b) {
+  return JSON.parse(execFileSync(lightgraph, ["compare", a, b, "--json"], { encoding: "utf8" })).rmse_percent / 100;
+}
+
+let page;
+const from = performance.now();
+page = await open(server.url);
+
+await test("the first frame is there within 3 s", async () => {
+  assert.equal(await shown(page, ["shown", "fault", "none"]), "shown", await faults(page));
+  await page.waitForFunction(() => Number(document.body.dataset.frames) > 0);
+  const seconds = (performance.now() - from) / 1000;
+  await page.screenshot({ path: join(out, "playground.png") });
+  assert.ok(seconds < 3, `${seconds.toFixed(2)} s`);
+  return `${seconds.toFixed(2)} s after the page was asked for`;
+});
+
+/// The driver that the browser has, for the desktop: another draws edges of triangles by other rules.
+const DRIVER = ["/usr/lib/chromium/vk_swiftshader_icd.json"].find(existsSync);
+
+for (const [graph, size] of [["gi/direct", 128], ["gi/fast_grid", 128], ["gi/final_gather", 48]]) {
+  for (const scene of ["cornell.glb", "hall.glb"]) {
+    await test(`${graph} on ${scene} is the desktop's`, async () => {
+      const [a, same, other] = ["web", "swiftshader", "llvmpipe"].map((where) => join(out, `${graph.replace("/", "_")}_${scene}_${where}.exr`));
+      const render = (to, env) =>
+        execFileSync(lightgraph, ["render", `graphs/${graph}.ron`, "--scene", `scenes/${scene}`, "--size", `${size}x${size}`, "--fastest", "first", "--out", to], { env: { ...process.env, ...env }, stdio: "ignore" });
+      render(other, {});
+      if (DRIVER) render(same, { VK_DRIVER_FILES: DRIVER, VK_ICD_FILENAMES: DRIVER });
+      const image = page.evaluate(() => window.lightgraph.first().then((image) => Array.from(image)));
+      assert.equal(await choose(page, { graph: `graphs/${graph}.ron`, scene: `scenes/${scene}`, size: [size, size], params: {}, output: null }), "shown", await faults(page));
+      writeFileSync(a, exr(await image));
+      const rmse = DRIVER ? difference(a, same) : difference(a, other);
+      assert.ok(rmse <= MOST_RMSE, `rmse ${(100 * rmse).toFixed(3)} %`);
+      return `rmse ${(100 * rmse).toFixed(4)} % on the same driver, ${(100 * difference(a, other)).toFixed(2)} % to the default one`;
+    });
+  }
+}
+
+await test("a frame at rest takes the host less than 1 ms", async () => {
+  assert.equal(await choose(page, { graph: "graphs/gi/direct.ron", scene: "scenes/cornell.glb", size: SIZE, params: {}, output: null }), "shown");
+  await rest(page);
+  await page.evaluate(() => (document.body.dataset.frames = 0));
+  await page.waitForTimeout(4000);
+  const ms = Number(await page.evaluate(() => document.body.dataset.hostMs));
+  assert.ok(ms <= 1, `${ms} ms`);
+  return `${ms} ms, the median`;
+});
+
+await test("a fault stands at its place, the last frame stays, and mending takes half a second", async () => {
+  const path = "graphs/gi/direct.ron";
+  const text = await page.evaluate((p) => window.lightgraph.text(p), path);
+  const bad = text.replace("passes:", "pases:");
+  assert.notEqual(text, bad);
+  const before = await image(page);
+  await page.evaluate(([p, t]) => window.lightgraph.edit(p, t), [path, bad]);
+  assert.equal(await shown(page, ["fault"]), "fault");
+  assert.match(await faults(page), /pases/);
+  assert.ok((await page.locator(".cm-lintRange-error").count()) > 0, "a mark in the text");
+  await page.screenshot({ path: join(out, "fault.png") });
+  assert.deepEqual(await image(page), before);
+  const start = performance.now();
+  await page.evaluate(([p, t]) => window.lightgraph.edit(p, t), [path, text]);
+  await shown(page);
+  const ms = performance.now() - start;
+  assert.equal(await page.locator(".cm-lintRange-error").count(), 0);
+  return `${ms.toFixed(0)} ms`;
+});
+
+await test("an edited shader is seen within half a second", async () => {
+  const sources = await page.evaluate(() => window.lightgraph.state.sources);
+  const path = sources.find((s) => s.endsWith(".wgsl") && !s.includes("/lib/"));
+  const text = await page.evaluate((p) => window.lightgraph.text(p), path);
+  const bad = `${text}\nfn spoilt() -> f32 { return nothing; }\n`;
+  await page.evaluate(([p, t]) => window.lightgraph.edit(p, t), [path, bad]);
+  assert.equal(await shown(page, ["fault"]), "fault");
+  assert.match(await faults(page), /nothing/);
+  const start = performance.now();
+  await page.evaluate(([p, t]) => window.lightgraph.edit(p, t), [path, `${text}\n// edited\nfn sound() -> f32 { return 1.0; }\n`]);
+  await shown(page);
+  const ms = performance.now() - start;
+  assert.ok(ms <= 500, `${ms.toFixed(0)} ms`);
+  return `${path}, ${ms.toFixed(0)} ms with the pause after typing`;
+});
+
+await test("a slider changes the image", async () => {
+  assert.equal(await choose(page, { graph: "graphs/gi/fast_grid.ron", scene: "scenes/cornell.glb", size: SIZE, params: {}, output: null }), "shown");
+  const before = await image(page);
+  const slider = page.locator("#params input[type=range]").first();
+  const name = await slider.locator("xpath=..").locator("span").innerText();
+  await slider.evaluate((s) => {
+    s.value = s.value > 0.5 ? 0.1 : 0.9;
+    s.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  await page.waitForFunction(() => Object.keys(window.lightgraph.state.params).length > 0);
+  await shown(page, ["shown", "fault"]);
+  assert.notDeepEqual(await image(page), before);
+  return name;
+});
+
+await test("a link opens what was shared", async () => {
+  await choose(page, { graph: "graphs/gi/direct.ron", scene: "scenes/cornell.glb", size: SIZE, params: {}, output: null });
+  const stage = await page.locator("#stage canvas").boundingBox();
+  await page.mouse.move(stage.x + 60, stage.y + 60);
+  await page.mouse.down();
+  await page.mouse.move(stage.x + 75, stage.y + 64, { steps: 3 });
+  await page.mouse.up();
+  await page.waitForTimeout(500);
+  const here = await image(page);
+  await page.click("#share");
+  await page.waitForFunction(() => location.hash.startsWith("#s="));
+  const other = await open(page.url());
+  assert.equal(await shown(other, ["shown", "fault", "none"]), "shown");
+  await choose(other, { size: SIZE });
+  await other.waitForTimeout(500);
+  const there = await image(other);
+  const edits = await other.evaluate(() => document.querySelectorAll("#tabs .edited").length);
+  assert.ok(edits > 0, "the edits came along");
+  assert.deepEqual(there, here);
+  await other.context().close();
+  return `${page.url().length} characters`;
+});
+
+await test("a link of somebody else runs nothing", async () => {
+  const evil = { graph: "graphs/<img src=x onerror=alert(1)>.ron", scene: "scenes/cornell.glb", exposure: 0 };
+  const raw = (await import("node:zlib")).deflateRawSync(JSON.stringify(evil)).toString("base64url");
+  for (const letters of [raw, "AAAA", "%00", "x".repeat(100_000)]) {
+    const other = await open(`${server.url}#s=${letters}`);
+    let asked = false;
+    other.on("dialog", () => (asked = true));
+    assert.equal(await shown(other, ["shown", "fault", "none"]), "shown");
+    assert.match(await other.locator("#said").innerText(), /can't be followed/);
+    assert.ok(!asked);
+    await other.context().close();
+  }
+});
+
+await test("a dropped .glb is shown, and a broken one is told", async () => {
+  const drop = (name, bytes) =>
+    page.evaluate(([name, bytes]) => {
+      const data = new DataTransfer();
+      data.items.add(new File([new Uint8Array(bytes)], name));
+      document.body.dataset.state = "making";
+      document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+    }, [name, [...bytes]]);
+  const glb = readFileSync("scenes/two_rooms.glb");
+  await drop("<b>mine</b>.glb", glb);
+  assert.equal(await shown(page, ["shown", "fault"]), "shown", await faults(page));
+  assert.match(await page.evaluate(() => window.lightgraph.state.scene), /^scenes\/[\w-]+\.glb$/);
+  await drop("broken.glb", glb.subarray(0, 300));
+  assert.equal(await shown(page, ["shown", "fault"]), "fault");
+  await choose(page, { scene: "scenes/cornell.glb" });
+});
+
+await test("the page opens again without the server", async () => {
+  await page.goto(server.url);
+  await shown(page);
+  await page.evaluate(() => navigator.serviceWorker.ready);
+  await page.reload();
+  await shown(page);
+  await page.context().setOffline(true);
+  await page.reload();
+  assert.equal(await shown(page, ["shown", "fault", "none"]), "shown");
+  await page.context().setOffline(false);
+});
+
+await test("a phone shows the image first", async () => {
+  const phone = await open(server.url, { width: 390, height: 844 });
+  assert.equal(await shown(phone, ["shown", "fault", "none"]), "shown");
+  await phone.waitForTimeout(1000);
+  await phone.screenshot({ path: join(out, "phone.png") });
+  const wide = await phone.evaluate(() => document.documentElement.scrollWidth);
+  assert.ok(wide <= 390, `${wide} pixels wide`);
+  await phone.context().close();
+});
+
+await test("nothing was said to the console", () => {
+  assert.deepEqual(said.filter((s) => !/ERR_INTERNET_DISCONNECTED|service worker/i.test(s)), []);
+});
+
+await browser.close();
+server.end();
+console.log(failed ? `${failed} failed; pictures are in ${out}` : "all passed");
+process.exit(failed ? 1 : 0);

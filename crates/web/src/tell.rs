@@ -1,0 +1,55 @@
+//! What the page is told, as JSON.
+
+use lightgraph::diag::{Diagnostic, Severity, Span, render};
+use lightgraph::graph::Graph;
+use lightgraph::value::{Value as Number, Values};
+use serde_json::{Value, json};
+
+/// Faults, warnings and notes, with their places as JavaScript counts in texts: in UTF-16.
+pub fn diagnostics(all: &[Diagnostic]) -> Value {
+    let place = |(span, text): &(Span, String)| {
+        let units = |byte: usize| span.source.text.get(..byte).map_or(0, |head| head.encode_utf16().count());
+        json!({ "path": span.source.path, "from": units(span.start), "to": units(span.end), "text": text })
+    };
+    let one = |d: &Diagnostic| {
+        let severity = match d.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+            Severity::Note => "info",
+        };
+        json!({
+            "severity": severity,
+            "message": d.message,
+            "help": d.help,
+            "places": d.labels.iter().map(place).collect::<Vec<_>>(),
+            "shown": render(std::slice::from_ref(d)),
+        })
+    };
+    all.iter().map(one).collect()
+}
+
+/// The parameters of a graph, each with its value.
+pub fn params(graph: &Graph, set: &Values) -> Value {
+    let one = |(name, param): &(lightgraph::graph::ast::Name, lightgraph::graph::ast::Param)| {
+        json!({
+            "name": name.value,
+            "type": param.ty.wgsl(),
+            "about": param.about,
+            "value": number(set.get(&name.value).unwrap_or(&param.default)),
+            "default": number(&param.default),
+            "min": param.min.as_ref().map(number),
+            "max": param.max.as_ref().map(number),
+        })
+    };
+    graph.params.iter().map(one).collect()
+}
+
+fn number(value: &Number) -> Value {
+    match value {
+        Number::Bool(v) => json!(v),
+        Number::Uint(v) => json!(v),
+        Number::Int(v) => json!(v),
+        Number::Float(v) => json!(v),
+        other => json!(other.to_string()),
+    }
+}
