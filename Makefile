@@ -32,6 +32,7 @@ test: display browser lint
 	target/debug/lightgraph fmt --check graphs scenes template tests/graphs tests/variants
 	$(VENV) target/python/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
 	target/python/venv/bin/python -m pytest --quiet crates/python/tests
+	cargo test --quiet --package lightgraph-web
 	cargo test
 
 VENV := VIRTUAL_ENV="$(CURDIR)/target/python/venv"

@@ -47,6 +47,7 @@
 //! - `twins`: shaders against the Rust of the same mathematics
 //! - `view`: the window, on a virtual display
 //! - `watch`: live reload without a window
+//! - `web`: what `export web` writes
 //! - `support`, `device`, `browser`: what several of them need
 
 mod bad;
@@ -105,3 +106,4 @@ mod unbiased;
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod view;
 mod watch;
+mod web;

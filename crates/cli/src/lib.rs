@@ -3,6 +3,7 @@
 //! - [`commands`]: the commands, one a file
 //! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - `view`: the window: graphs seen live, with what can be set, compared and looked into
+//! - `web`: the page for a browser: where it stands, how it is served
 //! - `base64`: bytes as text, for reports; `paths`: the files that a command line names
 
 #![forbid(unsafe_code)]
@@ -15,6 +16,7 @@ pub mod snapshot;
 pub mod stress;
 #[cfg(feature = "window")]
 pub mod view;
+mod web;
 
 /// A path in the repository.
 #[cfg(test)]

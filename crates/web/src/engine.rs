@@ -235,8 +235,11 @@ impl Engine {
         let [position, forward, up] = parts else { return };
         let [position, forward, up] = [position, forward, up].map(|v| Vec3::from_array(*v));
         let right = forward.cross(up).normalize_or_zero();
-        let Some(forward) = forward.try_normalize().filter(|_| right != Vec3::ZERO) else { return };
-        let place = scene::CameraPose { position, forward, up: right.cross(forward) };
+        let Some(ahead) = forward.try_normalize().filter(|_| right != Vec3::ZERO) else { return };
+        // What was a view is taken bit by bit, so that a link shows the very same image.
+        let sound = (ahead - forward).length() < 1e-4 && (right.cross(ahead) - up).length() < 1e-4;
+        let (forward, up) = if sound { (forward, up) } else { (ahead, right.cross(ahead)) };
+        let place = scene::CameraPose { position, forward, up };
         self.view = Some(View { place, ..seen });
     }
 

@@ -7,6 +7,7 @@ pub mod bench;
 pub mod check;
 pub mod compare;
 mod course;
+pub mod export;
 mod fastest;
 pub mod fmt;
 pub mod lsp;
@@ -15,6 +16,7 @@ mod outputs;
 mod page;
 pub mod plan;
 pub mod render;
+pub mod serve;
 mod speed;
 mod stats;
 pub mod stress;
@@ -76,6 +78,10 @@ pub enum Command {
     Test(test::Args),
     /// Make a project of your own, with graphs and shaders to edit
     New(new::Args),
+    /// Write a graph and a scene as a page for a browser
+    Export(export::Args),
+    /// Serve the playground, or an exported page, to a browser on this machine
+    Serve(serve::Args),
     /// Measure run time against error
     Bench(bench::Args),
     /// Choose the graph and the setting that suit a scene, a machine and a size
@@ -141,6 +147,8 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
         Command::Test(args) => test::run(args),
         Command::New(args) => new::run(args),
+        Command::Export(args) => export::run(args),
+        Command::Serve(args) => serve::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Tune(args) => tune::run(args),
         Command::Stress(args) => stress::run(args),

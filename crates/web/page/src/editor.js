@@ -65,7 +65,9 @@ export class Editor {
     const length = this.view.state.doc.length;
     const inside = (place) => {
       const from = Math.min(place.from, length);
-      return { from, to: Math.min(Math.max(place.to, from), length) };
+      const to = Math.min(Math.max(place.to, from), length);
+      // Of a fault that is of many lines, as one of the whole graph, the first is marked.
+      return { from, to: Math.min(to, this.view.state.doc.lineAt(from).to) };
     };
     const here = this.faults.flatMap((fault) =>
       fault.places

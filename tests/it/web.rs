@@ -1,0 +1,46 @@
+//! Pages for browsers: what `export web` writes. `make test-web` looks at pages in a browser.
+
+use crate::command::lightgraph;
+use crate::support::Scratch;
+use std::fs;
+
+/// The files of a page that an export takes over.
+const PAGE: [&str; 7] =
+    ["engine.js", "engine_bg.wasm", "page.js", "worker.js", "offline.js", "style.css", "index.html"];
+
+fn export(page: &str, out: &str) -> (Option<i32>, String) {
+    let what = ["export", "web", "graphs/gi/inset_grid.ron", "--scene", "scenes/hall", "--size", "16x12"];
+    let output = lightgraph(&[&what[..], &["--out", out, "--page", page]].concat(), true);
+    let [said, faults] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    (output.status.code(), format!("{said}{faults}"))
+}
+
+#[test]
+fn an_exported_page_has_all_that_its_graph_needs() {
+    let scratch = Scratch::new("export-web");
+    let [page, out] = ["page", "out"].map(|name| scratch.path().join(name));
+    fs::create_dir_all(&page).unwrap();
+    let [page_name, out_name] = [&page, &out].map(|p| p.display().to_string());
+    let (code, text) = export(&page_name, &out_name);
+    assert!(code == Some(1) && text.contains("make web"), "{text}");
+    for name in PAGE {
+        fs::write(page.join(name), "<body>").unwrap();
+    }
+    let (code, text) = export(&page_name, &out_name);
+    assert!(code == Some(0) && text.contains("lightgraph serve"), "{text}");
+    let told: serde_json::Value = serde_json::from_slice(&fs::read(out.join("project.json")).unwrap()).unwrap();
+    assert_eq!(
+        (told["graph"].as_str(), told["scene"].as_str()),
+        (Some("graphs/inset_grid.ron"), Some("scenes/hall.ron"))
+    );
+    for file in told["files"].as_array().unwrap() {
+        assert!(out.join(file.as_str().unwrap()).is_file(), "{file}");
+    }
+    // The base of the variant, a shader, what shaders import, and both files of the scene.
+    for file in ["graphs/fast_grid.ron", "scenes/hall.glb", "shaders/lib/sh.wgsl", "poster.png"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    assert_eq!(fs::read_to_string(out.join("index.html")).unwrap(), "<body class=\"viewer\">");
+    let (code, text) = export(&page_name, &out_name);
+    assert!(code == Some(2) && text.contains("not an empty folder"), "{text}");
+}
