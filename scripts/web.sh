@@ -29,7 +29,6 @@ npm ci --prefix "$page" --no-audit --no-fund --loglevel=error >/dev/null || miss
 rm -rf "$out"
 mkdir -p "$out"
 target/debug/bindgen "target/$target/wasm/lightgraph_web.wasm" "$out"
-"$page/node_modules/.bin/wasm-opt" -Os --all-features "$out/engine_bg.wasm" -o "$out/engine_bg.wasm"
 (cd "$page" && node build.mjs "../../../$out" ../../../scenes)
 cp docs/images/gallery/direct.png "$out/poster.png"
 size=$(gzip -9 -c "$out/engine_bg.wasm" | wc -c)

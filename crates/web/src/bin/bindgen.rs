@@ -8,7 +8,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: bindgen ENGINE.wasm FOLDER".into());
     };
     let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
-    bindgen.input_path(engine).out_name("engine").web(true)?.typescript(false).remove_producers_section(true);
+    bindgen
+        .input_path(engine)
+        .out_name("engine")
+        .web(true)?
+        .typescript(false)
+        .remove_producers_section(true)
+        .remove_name_section(true);
     bindgen.generate(folder)?;
     Ok(())
 }
