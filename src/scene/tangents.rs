@@ -40,7 +40,9 @@ impl Geometry for Corners<'_> {
 
     fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {
         if let Some(tangent) = tangent {
-            self.made[face][corner] = tangent.tangent_encoded();
+            let [x, y, z, side] = tangent.tangent_encoded();
+            // The algorithm was made for images whose v points up, as maps of normals have it; glTF's v points down.
+            self.made[face][corner] = [x, y, z, -side];
         }
     }
 }
@@ -75,8 +77,8 @@ mod tests {
         for mirror in [1.0, -1.0] {
             let triangle = [corner(0.0, 0.0, mirror), corner(1.0, 0.0, mirror), corner(0.0, 1.0, mirror)];
             for tangent in made(&[triangle])[0] {
-                // An image's y points down: in it as it is seen, the third axis points up.
-                assert_eq!(tangent, [mirror, 0.0, 0.0, -mirror]);
+                // An image's v points down. A normal map's green points up in it: so does the third axis.
+                assert_eq!(tangent, [mirror, 0.0, 0.0, mirror]);
             }
         }
         assert!(made(&[]).is_empty());

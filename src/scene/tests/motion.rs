@@ -115,6 +115,24 @@ fn children_lights_and_cameras_move_with_their_parents_inside_the_bounds() {
 }
 
 #[test]
+fn a_node_that_is_placed_takes_along_what_hangs_from_it() {
+    let mut f = Fixture::quad();
+    let lamp = json!({"name": "lamp", "translation": [0, 1, 0]});
+    let lamp = f.light(lamp, json!({"type": "spot", "intensity": 1, "spot": {}}));
+    f.json["nodes"][0]["children"] = json!([lamp]);
+    f.json["scenes"][0]["nodes"] = json!([0]);
+    let scene = f.scene();
+    let turned = Mat4::from_rotation_translation(Quat::from_rotation_z(FRAC_PI_2), Vec3::new(3.0, 0.0, 0.0));
+    let shift = Shift { places: [(0, turned), (99, Mat4::IDENTITY)].into(), ..Shift::default() };
+    let pose = scene.pose_shifted(0.0, &shift);
+    assert!(near(pose.nodes[0].transform_point3(Vec3::X), Vec3::new(3.0, 1.0, 0.0)));
+    assert!(near(pose.lights[0].position, Vec3::new(2.0, 0.0, 0.0)), "{}", pose.lights[0].position);
+    // The tables after it are those made anew.
+    let earlier = scene.tables_after(scene.pose(0.0), |_| true, vec![], None);
+    check_after(&scene, &[], earlier, &pose, "placed");
+}
+
+#[test]
 fn a_light_s_own_name_moves_its_node_but_not_twice() {
     let mut f = Fixture::quad();
     f.light(json!({"name": "holder"}), json!({"name": "lamp", "type": "point"}));
