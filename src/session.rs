@@ -17,7 +17,7 @@ use crate::plan::build::Planned;
 use crate::plan::change::{self, Held, Selection, Why};
 use crate::plan::keys::{Keys, UNDEFINED, Version};
 use crate::plan::scene_inputs::SceneInputs;
-use crate::plan::{Action, Binding, Plan, ResourceId, StepId, cull};
+use crate::plan::{Action, Binding, Plan, Resource, ResourceId, StepId, cull};
 use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};
 use crate::shader::Library;
 use crate::shader::report::Failed;
@@ -92,7 +92,7 @@ impl Session {
             plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
         let plan_ms = start.elapsed().as_secs_f64() * 1e3;
         // The next frame is most likely the last one again.
-        let last = previous.map(|p| p.last.clone()).unwrap_or_default();
+        let mut last = previous.map(|p| p.last.clone()).unwrap_or_default();
         let pose = scene.pose_shifted(last.time, &last.shift);
         let pointer = previous.map(|p| p.pointer).unwrap_or_default();
         let (values, more) = last.next((&scene, &settings), (&pose, pointer), last.index)?;
@@ -109,6 +109,9 @@ impl Session {
             Some(earlier) => change::carry(&plan, &keys, &earlier.held, &inputs, &values),
             None => vec![None; plan.slots.len()],
         };
+        let anew = |r: &Resource| r.history && r.image.is_none() && kept[r.slot].is_none();
+        let own = |(i, r): (usize, &Resource)| anew(r) && !plan.inputs.contains(&ResourceId(i));
+        last.begins |= plan.resources.iter().enumerate().any(own);
         let held = Held::new(&plan, &keys, &kept, earlier.map(|e| &e.held));
         let memory = earlier.map(|e| e.prepared.pool.taken(&kept)).unwrap_or_default();
         let assets = scene.assets_with(hashes, &tables.levels);
@@ -228,7 +231,7 @@ impl Session {
             return done;
         }
         self.held.finish(selection.clone());
-        self.last = Last { index, time, shift: self.shift.clone(), values: values.clone() };
+        self.last = Last { index, time, shift: self.shift.clone(), values: values.clone(), begins: false };
         self.why.clone_from(&selection.why);
         done
     }

@@ -8,6 +8,7 @@ struct Params {
     gravity: f32,
     step: f32,
     frame: u32,
+    first_frame: u32,
 }
 var<uniform> params: Params;
 
@@ -26,7 +27,7 @@ fn fly(@builtin(global_invocation_id) id: vec3u) {
         p.velocity = vec2f(0.25 * sqrt(apart.x) * cos(turn), 1.3 + 0.3 * apart.y);
         p.color = mix(vec3f(1.0, 0.35, 0.08), vec3f(0.3, 0.5, 1.0), apart.y);
         p.life = 3.0;
-        if params.frame == 0u {
+        if params.first_frame != 0u {
             // A first frame has them everywhere on their way.
             let age = 3.0 * next(&state);
             p.life -= age;

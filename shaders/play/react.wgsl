@@ -5,7 +5,7 @@ struct Params {
     feed: f32,
     kill: f32,
     step: u32,
-    frame: u32,
+    first_frame: u32,
 }
 var<uniform> params: Params;
 
@@ -18,7 +18,7 @@ fn fragment(@builtin(position) at: vec4f) -> Out {
     let pixel = vec2i(at.xy);
     let size = vec2i(textureDimensions(before));
     let here = textureLoad(before, pixel, 0).xy;
-    if params.frame == 0u && params.step == 0u {
+    if params.first_frame != 0u && params.step == 0u {
         // A few squares of the second substance to begin with.
         let cell = pixel / 16;
         let seed = fract(sin(f32(cell.x * 127 + cell.y * 311)) * 43758.547);

@@ -28,6 +28,7 @@ pub const FRAME_VALUES: &[(&str, Type)] = &[
     ("camera_previous_view_projection", Type::Mat4),
     ("camera_previous_inverse_view_projection", Type::Mat4),
     ("frame", Type::Uint),
+    ("first_frame", Type::Bool),
     ("time", Type::Float),
     ("delta_time", Type::Float),
     ("jitter", Type::Vec2),

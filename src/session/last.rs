@@ -23,6 +23,8 @@ pub(super) struct Last {
     pub shift: Shift,
     /// Its values; none before the first frame.
     pub values: Values,
+    /// Some history begins anew with the next frame.
+    pub begins: bool,
 }
 
 impl Last {
@@ -44,6 +46,7 @@ impl Last {
         let passed = if first { 0.0 } else { (pose.time - self.time).max(0.0) };
         let own = [
             ("frame", Value::Uint(index)),
+            ("first_frame", Value::Bool(first || self.begins)),
             ("time", Value::Float(pose.time)),
             ("delta_time", Value::Float(passed)),
             ("jitter", Value::Vec2(scene::jitter(index))),

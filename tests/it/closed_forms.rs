@@ -10,7 +10,7 @@ use lightgraph::plan::fastest::FIRST;
 use lightgraph::plan::request::Request;
 use lightgraph::scene;
 use lightgraph::session::Project;
-use lightgraph::value::{Value, Values};
+use lightgraph::value::Value;
 use std::f64::consts::PI;
 
 const GRID: &str = "graphs/gi/uniform_grid.ron";
@@ -126,7 +126,8 @@ fn sharing_and_order_leave_no_trace() {
         features: device.features,
     };
     let (mut values, _) = scene.camera_values(&pose, None, 48, 48).unwrap_or_else(|f| panic!("{f}"));
-    values.extend(Values::from([("frame".into(), Value::Uint(0)), ("time".into(), Value::Float(0.0))]));
+    let still = [("frame", Value::Uint(0)), ("first_frame", Value::Bool(true)), ("time", Value::Float(0.0))];
+    values.extend(still.map(|(name, value)| (name.into(), value)));
     let run = |options: Options| {
         let plan = plan_with(&request, options).unwrap_or_else(|f| panic!("{f}")).plan;
         let mut prepared =

@@ -36,6 +36,7 @@ fn run(gpu: &Gpu, plan: &Plan, scene: &Scene) -> (Vec<Vec<u32>>, FrameReport) {
     let mut prepared = prepared.unwrap_or_else(|f| panic!("{f}"));
     let mut values = scene.camera_values(&pose, None, 16, 12).unwrap_or_else(|f| panic!("{f}")).0;
     values.insert("frame".into(), Value::Uint(0));
+    values.insert("first_frame".into(), Value::Bool(true));
     values.insert("time".into(), Value::Float(0.0));
     let frame = Frame { values, ..Frame::default() };
     // Twice: what the first frame's loop left must not reach the second's.

@@ -71,6 +71,7 @@ fn frames(gpu: &Gpu, scene: &Scene, passes: u32) -> [u64; 2] {
     let mut prepared: Prepared = prepared.unwrap_or_else(|f| panic!("{f}"));
     let mut values = scene.camera_values(&pose, None, 8, 8).unwrap_or_else(|f| panic!("{f}")).0;
     values.insert("frame".into(), Value::Uint(0));
+    values.insert("first_frame".into(), Value::Bool(true));
     values.insert("time".into(), Value::Float(0.0));
     let frame = Frame { values, ..Frame::default() };
     let executor = least(|| drop(execute(gpu, &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"))));

@@ -77,6 +77,7 @@ impl Bench<'_> {
         let [width, height] = settings.size;
         let (mut values, _) = scene.camera_values(&pose, None, width, height)?;
         values.insert("frame".into(), Value::Uint(0));
+        values.insert("first_frame".into(), Value::Bool(true));
         values.insert("time".into(), Value::Float(0.0));
         let frame = |prepared: &mut Prepared, which: &[bool]| -> Checked<f64> {
             let mut least = f64::INFINITY;
