@@ -64,7 +64,7 @@ pub(super) struct Bindable<'a> {
 /// Views and samplers that many bind groups share. Only looked up, never walked.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
-    views: HashMap<(ResourceId, TextureDim, bool), wgpu::TextureView>,
+    views: HashMap<ViewKey, wgpu::TextureView>,
     samplers: HashMap<SamplerDesc, wgpu::Sampler>,
 }
 
@@ -100,9 +100,9 @@ pub(super) fn bind_group(
             continue;
         };
         let resource = match binding {
-            Binding::Resource(id) => match things.pool.memory(plan, *id)? {
+            Binding::Resource(id) | Binding::Level(id, _) => match things.pool.memory(plan, *id)? {
                 Memory::Buffer(buffer) => Some(extent(buffer, &variable.kind)),
-                Memory::Texture(_) => view_key(&variable.kind, *id)
+                Memory::Texture(_) => view_key(&variable.kind, *id, binding)
                     .and_then(|key| shared.views.get(&key))
                     .map(wgpu::BindingResource::TextureView),
             },
@@ -140,8 +140,8 @@ impl Shared {
     /// Makes the view or sampler that a binding needs, unless it is there.
     fn make(&mut self, gpu: &Gpu, plan: &Plan, kind: &BindingKind, binding: &Binding, pool: &Pool) -> Checked<()> {
         match binding {
-            Binding::Resource(id) => {
-                if let Some(key) = view_key(kind, *id)
+            Binding::Resource(id) | Binding::Level(id, _) => {
+                if let Some(key) = view_key(kind, *id, binding)
                     && !self.views.contains_key(&key)
                 {
                     self.views.insert(key, view(pool.texture(plan, *id)?, key.1, key.2));
@@ -162,11 +162,18 @@ impl Shared {
     }
 }
 
-/// Resource, dimension, and whether it is for storage; `None` for what isn't a texture.
-fn view_key(kind: &BindingKind, id: ResourceId) -> Option<(ResourceId, TextureDim, bool)> {
+/// Resource, dimension, and the one level that is seen, if it is not all.
+type ViewKey = (ResourceId, TextureDim, Option<u32>);
+
+/// `None` for what isn't a texture.
+fn view_key(kind: &BindingKind, id: ResourceId, binding: &Binding) -> Option<ViewKey> {
+    let level = match binding {
+        Binding::Level(_, level) => Some(*level),
+        _ => None,
+    };
     match kind {
-        BindingKind::Texture { dim, .. } => Some((id, *dim, false)),
-        BindingKind::StorageTexture { dim, .. } => Some((id, *dim, true)),
+        BindingKind::Texture { dim, .. } => Some((id, *dim, level)),
+        BindingKind::StorageTexture { dim, .. } => Some((id, *dim, level.or(Some(0)))),
         BindingKind::Uniform(_)
         | BindingKind::UniformArray { .. }
         | BindingKind::Storage { .. }
@@ -218,7 +225,7 @@ fn binding_type(gpu: &Gpu, plan: &Plan, kind: &BindingKind, binding: &Binding) -
 }
 
 fn filterable(gpu: &Gpu, plan: &Plan, binding: &Binding) -> bool {
-    let Binding::Resource(id) = binding else { return true };
+    let (Binding::Resource(id) | Binding::Level(id, _)) = binding else { return true };
     match plan.resources.get(id.0).map(|r| &r.desc) {
         Some(Desc::Texture(t)) => {
             let seen = t.format.sample_type(Some(wgpu::TextureAspect::DepthOnly), Some(gpu.features));

@@ -170,8 +170,8 @@ pub(super) fn floats(value: f64, bytes: u64) -> Vec<u8> {
     (value as f32).to_le_bytes().repeat(usize::try_from(bytes / 4).unwrap_or(0))
 }
 
-/// A view of all of a texture in the dimension that a shader asks for, at its first mip level only when `storage`.
-pub(super) fn view(texture: &wgpu::Texture, dim: TextureDim, storage: bool) -> wgpu::TextureView {
+/// A view of all of a texture in the dimension that a shader asks for, or of one mip level.
+pub(super) fn view(texture: &wgpu::Texture, dim: TextureDim, level: Option<u32>) -> wgpu::TextureView {
     let layers = match dim {
         TextureDim::D1 | TextureDim::D2 | TextureDim::D3 => Some(1),
         TextureDim::Cube => Some(6),
@@ -180,13 +180,14 @@ pub(super) fn view(texture: &wgpu::Texture, dim: TextureDim, storage: bool) -> w
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(view_dimension(dim)),
         aspect: depth_aspect(texture.format()),
-        mip_level_count: storage.then_some(1),
+        base_mip_level: level.unwrap_or(0),
+        mip_level_count: level.map(|_| 1),
         array_layer_count: layers,
         ..Default::default()
     })
 }
 
-/// A view of one layer at the first mip level, as a render target. Of a 3D texture it is the whole: there a slice
+/// A view of layers at a mip level, as a render target. Of a 3D texture it is the whole: there a slice
 /// is chosen by the attachment.
 pub(super) fn target_view(texture: &wgpu::Texture, layers: Range<u32>, mip: u32) -> wgpu::TextureView {
     let solid = texture.dimension() == wgpu::TextureDimension::D3;

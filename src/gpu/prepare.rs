@@ -287,9 +287,9 @@ fn passes(plan: &Plan, name: &str, draw: &Draw, innermost: Option<u32>, pool: &P
 }
 
 fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Checked<Targets> {
-    let attach = |id: ResourceId, layer: u32| -> Checked<(wgpu::TextureView, Option<u32>)> {
+    let attach = |id: ResourceId, layer: u32, mip: u32| -> Checked<(wgpu::TextureView, Option<u32>)> {
         let texture = pool.texture(plan, id)?;
-        let layers = texture.depth_or_array_layers();
+        let layers = texture.size().mip_level_size(mip, texture.dimension()).depth_or_array_layers;
         if layer.saturating_add(draw.views) > layers {
             let target = plan.resources.get(id.0).map_or("?", |r| &r.name);
             return Err(Diagnostic::error(format!(
@@ -299,13 +299,13 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
             .into());
         }
         let slice = (texture.dimension() == wgpu::TextureDimension::D3).then_some(layer);
-        Ok((target_view(texture, layer..layer.saturating_add(draw.views), 0), slice))
+        Ok((target_view(texture, layer..layer.saturating_add(draw.views), mip), slice))
     };
-    let color = by_location(&draw.color).into_iter().map(|t| t.map(|t| attach(t.resource, layer)).transpose());
+    let color = by_location(&draw.color).into_iter().map(|t| t.map(|t| attach(t.resource, layer, t.mip)).transpose());
     let depth = draw.depth.as_ref().map(|d| {
         // A depth buffer with the layers of one member serves all in turn.
         let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == draw.views;
-        attach(d.resource, if single { 0 } else { layer }).map(|(view, _)| view)
+        attach(d.resource, if single { 0 } else { layer }, 0).map(|(view, _)| view)
     });
     Ok(Targets { color: color.collect::<Checked<_>>()?, depth: depth.transpose()? })
 }

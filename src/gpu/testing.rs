@@ -160,7 +160,7 @@ impl Sketch {
         let color = targets.0.iter().enumerate().map(|(i, target)| {
             let resource = self.id(target);
             let clear = Some([0.0; 4]);
-            ColorTarget { resource, location: i as u32, format: format(resource), clear, blend: None }
+            ColorTarget { resource, mip: 0, location: i as u32, format: format(resource), clear, blend: None }
         });
         let draw = Draw {
             shader,

@@ -142,6 +142,9 @@ pub struct Pass {
     pub entry: Vec<Name>,
     /// Shader variable, resource.
     pub bind: Vec<(Name, Name)>,
+    /// By shader variable or output: the level of the texture that is bound to it. Without one all levels are read, the
+    /// first is written.
+    pub mips: Vec<(Name, Expr)>,
     /// Values of its shader's uniforms by name, before all others of that name.
     pub set: Vec<(Name, Expr)>,
     /// What its shader's names mean; `None`: themselves.
@@ -176,6 +179,11 @@ impl Pass {
         self.entry.iter().map(|name| name.value.clone()).collect()
     }
 
+    /// The level of a texture that a variable or output of its shader is bound to.
+    pub fn mip(&self, variable: &str) -> Option<&Expr> {
+        self.mips.iter().find(|(name, _)| name.value == variable).map(|(_, level)| level)
+    }
+
     /// What a variable of its shader is bound to, and the binding that says so.
     pub fn target(&self, variable: &str) -> (String, Option<&Name>) {
         match self.bind.iter().find(|(from, _)| from.value == variable) {
@@ -207,6 +215,10 @@ pub enum PassKind {
     Clear {
         target: Name,
         value: [f64; 4],
+    },
+    /// Every level of a texture but the first, each from the one above: [`super::unroll`] makes the passes.
+    Mips {
+        of: Name,
     },
     Loop {
         count: Expr,
@@ -262,6 +274,29 @@ pub struct Raster {
     pub views: Option<Expr>,
 }
 
+impl Raster {
+    /// One triangle over the targets of a shader, which are overwritten.
+    pub fn over(shader: Name) -> Raster {
+        Raster {
+            shader,
+            color: None,
+            depth: None,
+            depth_compare: wgpu::CompareFunction::Less,
+            depth_write: true,
+            vertices: None,
+            frusta: None,
+            occluders: false,
+            cull: Cull::None,
+            tolerance: None,
+            load: vec![],
+            clear: vec![],
+            blend: None,
+            layer: None,
+            views: None,
+        }
+    }
+}
+
 /// Vertices that a vertex entry makes up from their numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vertices {
@@ -289,6 +324,7 @@ impl PassKind {
             PassKind::Reduce { .. } => "Reduce",
             PassKind::Copy { .. } => "Copy",
             PassKind::Clear { .. } => "Clear",
+            PassKind::Mips { .. } => "Mips",
             PassKind::Loop { .. } => "Loop",
             PassKind::For { .. } => "For",
             PassKind::Fastest { .. } => "Fastest",
@@ -302,6 +338,7 @@ impl PassKind {
             PassKind::Compute { shader, .. } | PassKind::Reduce { shader, .. } => Some(shader),
             PassKind::Copy { .. }
             | PassKind::Clear { .. }
+            | PassKind::Mips { .. }
             | PassKind::Loop { .. }
             | PassKind::For { .. }
             | PassKind::Fastest { .. } => None,

@@ -203,7 +203,7 @@ impl<'g> Check<'g> {
 
     fn passes(&mut self, passes: &'g [Pass], loops: &mut Vec<String>) {
         for p in passes {
-            for e in p.when.iter().chain(&p.each).chain(p.defines.iter().chain(&p.set).map(|d| &d.1)) {
+            for e in p.when.iter().chain(&p.each).chain(p.defines.iter().chain(&p.mips).chain(&p.set).map(|d| &d.1)) {
                 self.names(e, Scope::Values);
             }
             for (_, to) in &p.bind {
@@ -244,6 +244,7 @@ impl<'g> Check<'g> {
                 }
             }
             PassKind::Clear { target, .. } => self.resource_name(target, "cleared"),
+            PassKind::Mips { of } => self.levels_of(of),
             PassKind::Loop { count, until, passes } => {
                 self.names(count, Scope::Values);
                 if let Some(until) = until {
@@ -441,6 +442,25 @@ impl<'g> Check<'g> {
             }
             Some(_) => {}
         }
+    }
+
+    /// A texture with levels that can be drawn one from the other.
+    fn levels_of(&mut self, name: &Name) {
+        if self.texture_name(name, "halved").is_none() {
+            return;
+        }
+        let fault = match self.kind_of(name) {
+            Some(ResourceKind::Texture { mips: Some(_), .. } | ResourceKind::Cube { mips: Some(_), .. }) => return,
+            Some(ResourceKind::Texture { .. } | ResourceKind::Cube { .. }) => {
+                let d = Diagnostic::error(format!("`{}` has one level only", name.value)).at(&name.span, "");
+                d.help("declare it with `mips`: how many it has")
+            }
+            _ => {
+                let d = Diagnostic::error(format!("`{}` is neither a `Texture` nor a `Cube`", name.value));
+                d.at(&name.span, "").help("write its levels one by one: `bind: {\"…\": (of: \"…\", mip: \"level\")}`")
+            }
+        };
+        self.faults.push(fault);
     }
 
     fn buffer_name(&mut self, name: &Name, noun: &str) {

@@ -13,6 +13,7 @@ mod join;
 mod limits;
 mod param;
 pub mod parse;
+mod raster;
 pub mod read;
 mod rename;
 pub mod tree;
@@ -184,6 +185,7 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
             from.value == resource || to.value == resource
         }
         PassKind::Clear { target, .. } => target.value == resource,
+        PassKind::Mips { of } => of.value == resource,
         PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {
             pass.kind.bodies().iter().flatten().any(|p| ast_mentions(p, resource))
         }

@@ -1,14 +1,12 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
-use super::ast::{
-    Dirty, Graph, Name, Param, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride, Vertices, Warning,
-};
+use super::ast::{Dirty, Graph, Name, Param, Pass, PassKind, Resource, ResourceKind, Size, Stride, Warning};
 use super::expr::Expr;
 use super::param::parse_vector;
 use super::read::{Fields, Reader};
 use super::tree::{Kind, Node};
 use crate::diag::{Diagnostic, Span, nearest};
-use crate::plan::{Cull, SamplerDesc};
+use crate::plan::SamplerDesc;
 use crate::value::{Type, Value};
 use std::sync::LazyLock;
 
@@ -243,7 +241,7 @@ impl Reader {
         }
     }
 
-    fn compare(&mut self, node: Option<&Node>, default: wgpu::CompareFunction) -> wgpu::CompareFunction {
+    pub(super) fn compare(&mut self, node: Option<&Node>, default: wgpu::CompareFunction) -> wgpu::CompareFunction {
         use wgpu::CompareFunction as C;
         let choices = [
             ("Less", C::Less),
@@ -261,15 +259,16 @@ impl Reader {
     /// A pass, with those in it.
     pub fn pass(&mut self, node: &Node) -> Option<Pass> {
         let before = self.faults.len();
-        const KINDS: [&str; 10] =
-            ["Draw", "Screen", "Compute", "Reduce", "Copy", "Clear", "Loop", "For", "Fastest", "Use"];
+        const KINDS: [&str; 11] =
+            ["Draw", "Screen", "Compute", "Reduce", "Copy", "Clear", "Mips", "Loop", "For", "Fastest", "Use"];
         let (word, mut f) = self.named(node, &KINDS)?;
         let name = self.need(&mut f, "name").and_then(|n| self.own_name(n));
         let when = f.get("when").and_then(|n| self.expr(n));
         let group = f.get("group").and_then(|n| self.text(n));
         let (mut each, mut only) = (None, None);
-        let (mut defines, mut entry, mut bind, mut set) = (vec![], vec![], vec![], vec![]);
-        if !matches!(word, "Loop" | "For" | "Fastest") {
+        let (mut defines, mut entry, mut set) = (vec![], vec![], vec![]);
+        let (mut bind, mut mips) = (vec![], vec![]);
+        if !matches!(word, "Mips" | "Loop" | "For" | "Fastest") {
             each = f.get("each").and_then(|n| self.expr(n));
         }
         if matches!(word, "Draw" | "Compute") {
@@ -278,7 +277,7 @@ impl Reader {
         if matches!(word, "Draw" | "Screen" | "Compute" | "Reduce") {
             defines = self.exprs(f.get("defines"));
             entry = self.entries(f.get("entry"));
-            bind = self.names(f.get("bind"));
+            (bind, mips) = self.bindings(f.get("bind"));
             set = self.exprs(f.get("set"));
         }
         let kind = self.pass_kind(word, &mut f);
@@ -297,6 +296,7 @@ impl Reader {
             defines,
             entry,
             bind,
+            mips,
             set,
             scope: None,
             indices: vec![],
@@ -353,6 +353,10 @@ impl Reader {
                 let value = f.get("value").map_or(Some([0.0; 4]), |n| self.color(n));
                 Some(PassKind::Clear { target: target?, value: value? })
             }
+            "Mips" => {
+                let of = self.need(f, "of").and_then(|n| self.name(n));
+                Some(PassKind::Mips { of: of? })
+            }
             "Fastest" => {
                 let of = self.need(f, "of");
                 let of = self.list(of).iter().map(|n| self.passes(Some(n))).collect();
@@ -372,100 +376,6 @@ impl Reader {
                 Some(PassKind::Loop { count: count?, until, passes })
             }
         }
-    }
-
-    /// `vertices`, `instances` and `topology` of a draw without the scene.
-    fn vertices(&mut self, f: &mut Fields) -> Option<Vertices> {
-        let (count, instances, topology) = (f.get("vertices"), f.get("instances"), f.get("topology"));
-        let Some(count) = count else {
-            for (name, node) in [("instances", instances), ("topology", topology)] {
-                if let Some(node) = node {
-                    let d = Diagnostic::error(format!("`{name}` without `vertices`")).at(&node.span, "");
-                    self.fault(d.help("say how many vertices an instance has; a draw without them is of the scene"));
-                }
-            }
-            return None;
-        };
-        for name in ["each", "only", "frusta", "occluders", "tolerance"] {
-            if let Some(node) = f.get(name) {
-                let d = Diagnostic::error(format!("`{name}` in a draw that has `vertices` of its own"));
-                let help = match name {
-                    "each" => "its `instances` say how often it draws them",
-                    _ => "leave one of them out: it is for draws of the scene",
-                };
-                self.fault(d.at(&node.span, "").at(&count.span, "").help(help));
-            }
-        }
-        if let Some(node) = f.choice("cull").filter(|n| n.word() == Some("Material")) {
-            let d = Diagnostic::error("vertices of a draw's own have no material").at(&node.span, "");
-            self.fault(d.help("cull None, Front or Back"));
-        }
-        let instances = instances.map(|n| self.expr(n));
-        use wgpu::PrimitiveTopology as T;
-        let topologies = [
-            ("Triangles", T::TriangleList),
-            ("TriangleStrip", T::TriangleStrip),
-            ("Lines", T::LineList),
-            ("LineStrip", T::LineStrip),
-            ("Points", T::PointList),
-        ];
-        let topology = self.word(topology, &topologies, T::TriangleList);
-        Some(Vertices { count: self.expr(count)?, instances: instances.flatten(), topology })
-    }
-
-    fn raster(&mut self, f: &mut Fields, geometry: bool) -> Option<Raster> {
-        let shader = self.need(f, "shader").and_then(|n| self.text(n));
-        let color = f.get("color").and_then(|n| self.name(n));
-        let depth = f.get("depth").and_then(|n| self.name(n));
-        let depth_compare = self.compare(f.get("depth_compare"), wgpu::CompareFunction::Less);
-        let depth_write = self.bool(f.get("depth_write"), true);
-        let culls = [("None", Cull::None), ("Front", Cull::Front), ("Back", Cull::Back), ("Material", Cull::Material)];
-        let vertices = if geometry { self.vertices(f) } else { None };
-        let usual = if geometry && vertices.is_none() { Cull::Material } else { Cull::None };
-        let cull = if geometry { self.word(f.choice("cull"), &culls, usual) } else { usual };
-        let frusta = if geometry { f.get("frusta").and_then(|n| self.name(n)) } else { None };
-        let occluders = if geometry { f.get("occluders") } else { None };
-        if let (None, Some(wanted)) = (&frusta, occluders) {
-            let d = Diagnostic::error("nothing says what the members see").at(&wanted.span, "");
-            self.fault(d.help("give the pass `frusta`"));
-        }
-        let occluders = self.bool(occluders, false);
-        let tolerance = if geometry { f.get("tolerance").and_then(|n| self.expr(n)) } else { None };
-        let load = self.list(f.get("load")).iter().filter_map(|n| self.name(n)).collect();
-        let clear = self.pairs(f.get("clear"), Reader::color);
-        let component = |operation| wgpu::BlendComponent {
-            src_factor: wgpu::BlendFactor::One,
-            dst_factor: wgpu::BlendFactor::One,
-            operation,
-        };
-        let same = |operation| wgpu::BlendState { color: component(operation), alpha: component(operation) };
-        let blends = [
-            ("Add", Some(same(wgpu::BlendOperation::Add))),
-            ("Max", Some(same(wgpu::BlendOperation::Max))),
-            ("Min", Some(same(wgpu::BlendOperation::Min))),
-            ("Alpha", Some(wgpu::BlendState::ALPHA_BLENDING)),
-            ("None", None),
-        ];
-        let blend = self.word(f.get("blend"), &blends, None);
-        let layer = f.get("layer").and_then(|n| self.expr(n));
-        let views = f.get("views").and_then(|n| self.expr(n));
-        Some(Raster {
-            shader: shader?,
-            color,
-            depth,
-            depth_compare,
-            depth_write,
-            vertices,
-            frusta,
-            occluders,
-            cull,
-            tolerance,
-            load,
-            clear,
-            blend,
-            layer,
-            views,
-        })
     }
 }
 

@@ -6,6 +6,10 @@ use super::join::{Joined, TREE};
 use super::tree::{Field, Kind, Node};
 use crate::diag::{Diagnostic, Span, nearest};
 
+/// Names by name, and expressions.
+pub(super) type Names = Vec<(Name, Name)>;
+pub(super) type Exprs = Vec<(Name, Expr)>;
+
 /// Reads parts of a tree and gathers the faults; what can't be read is left out and counted as a fault.
 #[derive(Default)]
 pub struct Reader {
@@ -258,6 +262,20 @@ impl Reader {
     /// A map from names to names.
     pub fn names(&mut self, node: Option<&Node>) -> Vec<(Name, Name)> {
         self.pairs(node, Reader::name)
+    }
+
+    /// A map from variables to names, or to names and a level of each: `(of: "chain", mip: "level")`.
+    pub(super) fn bindings(&mut self, node: Option<&Node>) -> (Names, Exprs) {
+        let said = self.pairs(node, |reader, node| {
+            let Kind::Struct(None, fields) = &node.kind else { return Some((reader.name(node)?, None)) };
+            let mut f = Fields { what: "a binding", span: &node.span, fields, asked: vec![] };
+            let of = reader.need(&mut f, "of").and_then(|n| reader.name(n));
+            let mip = reader.need(&mut f, "mip").and_then(|n| reader.expr(n));
+            reader.finish(&f);
+            Some((of?, Some(mip?)))
+        });
+        let mips = said.iter().filter_map(|(from, (_, mip))| Some((from.clone(), mip.clone()?))).collect();
+        (said.into_iter().map(|(from, (to, _))| (from, to)).collect(), mips)
     }
 
     /// As [`Reader::pairs`], for names that the graph gives.

@@ -81,6 +81,7 @@ pub fn references(p: &mut Pass) -> Vec<&mut Name> {
         }
         PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => all.extend([from, to]),
         PassKind::Clear { target, .. } => all.push(target),
+        PassKind::Mips { of } => all.push(of),
         PassKind::Compute { .. } | PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {}
     }
     all
@@ -89,7 +90,7 @@ pub fn references(p: &mut Pass) -> Vec<&mut Name> {
 /// The expressions of a pass.
 pub fn exprs(p: &mut Pass) -> Vec<&mut Expr> {
     let mut all: Vec<&mut Expr> = p.when.iter_mut().chain(&mut p.each).collect();
-    all.extend(p.defines.iter_mut().chain(&mut p.set).map(|(_, e)| e));
+    all.extend(p.defines.iter_mut().chain(&mut p.mips).chain(&mut p.set).map(|(_, e)| e));
     match &mut p.kind {
         PassKind::Draw(r) | PassKind::Screen(r) => {
             all.extend(r.layer.iter_mut().chain(&mut r.views).chain(&mut r.tolerance));
@@ -108,7 +109,7 @@ pub fn exprs(p: &mut Pass) -> Vec<&mut Expr> {
             all.extend(until);
         }
         PassKind::For { count, .. } => all.push(count),
-        PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Fastest { .. } => {}
+        PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Mips { .. } | PassKind::Fastest { .. } => {}
     }
     all
 }

@@ -1,9 +1,10 @@
 //! Repetitions to the passes that they stand for, and sets to their members, where a graph names these one by one.
 
-use super::ast::{Graph, Name, Pass, PassKind, Resource, ResourceKind, Scope, Size, set_of, walk};
+use super::ast::{Graph, Name, Pass, PassKind, Raster, Resource, ResourceKind, Scope, Size, set_of, walk};
 use super::expr::{Expr, ExprKind, Val, item};
 use super::rename;
 use crate::diag::{Checked, Diagnostic, Faults, Span};
+use crate::shader::library::HALVE;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -25,7 +26,7 @@ pub fn unroll<'g>(graph: &'g Graph, value: Value) -> Checked<Cow<'g, Graph>> {
     let mut repeats = false;
     let mut apart: BTreeSet<String> = BTreeSet::new();
     walk(&graph.passes, &mut |p| {
-        repeats |= matches!(p.kind, PassKind::For { .. });
+        repeats |= matches!(p.kind, PassKind::For { .. } | PassKind::Mips { .. });
         let mut p = p.clone();
         mentioned(&mut p, &mut |name| {
             if name.contains('[') {
@@ -40,11 +41,12 @@ pub fn unroll<'g>(graph: &'g Graph, value: Value) -> Checked<Cow<'g, Graph>> {
         return Ok(Cow::Borrowed(graph));
     }
     let mut out = graph.clone();
-    let mut u = Unroll { value, members: BTreeMap::new(), passes: 0, faults: vec![] };
+    let mut u = Unroll { value, members: BTreeMap::new(), textures: BTreeMap::new(), passes: 0, faults: vec![] };
     out.resources = std::mem::take(&mut out.resources)
         .into_iter()
         .flat_map(|(name, r)| if apart.contains(&name.value) { u.set(&name, &r) } else { vec![(name, r)] })
         .collect();
+    u.textures = out.resources.iter().map(|(name, r)| (name.value.clone(), r.kind.clone())).collect();
     let passes = std::mem::take(&mut out.passes);
     out.passes = u.passes(passes, &[]);
     for (_, resource) in &mut out.outputs {
@@ -111,6 +113,8 @@ struct Unroll<'v> {
     value: Value<'v>,
     /// By set that was taken apart: how many members it has.
     members: BTreeMap<String, u32>,
+    /// What the resources are, members of sets each.
+    textures: BTreeMap<String, ResourceKind>,
     passes: usize,
     faults: Vec<Diagnostic>,
 }
@@ -203,6 +207,10 @@ impl Unroll<'_> {
     fn passes(&mut self, passes: Vec<Pass>, indices: Indices) -> Vec<Pass> {
         let mut out = vec![];
         for pass in passes {
+            if let PassKind::Mips { of } = &pass.kind {
+                out.extend(self.levels(&pass, of.clone(), indices));
+                continue;
+            }
             let PassKind::For { count, passes } = &pass.kind else {
                 self.made(&pass.name);
                 if self.passes <= MOST {
@@ -233,6 +241,38 @@ impl Unroll<'_> {
                     self.made(&pass.name);
                 }
                 out.extend(made);
+            }
+        }
+        out
+    }
+
+    /// The passes that draw each level of a texture, layer by layer, from the one above.
+    fn levels(&mut self, pass: &Pass, mut of: Name, indices: Indices) -> Vec<Pass> {
+        self.reference(&mut of, indices);
+        let (mips, layers, faces) = match self.textures.get(&of.value).cloned() {
+            Some(ResourceKind::Texture { mips: Some(mips), layers, .. }) => (mips, layers, None),
+            Some(ResourceKind::Cube { mips: Some(mips), count, .. }) => (mips, count, Some(6)),
+            // A fault of the check.
+            _ => return vec![],
+        };
+        let levels = self.count(&mips, &[], "a number of mips");
+        let layers = layers.map(|e| self.count(&e, &[], "a number of layers"));
+        let layers = match (layers, faces) {
+            (None, faces) => faces,
+            (Some(n), faces) => Some(n.saturating_mul(faces.unwrap_or(1))),
+        };
+        let mut out = vec![];
+        for level in 1..levels {
+            for layer in 0..layers.unwrap_or(1) {
+                self.made(&pass.name);
+                if self.passes > MOST {
+                    return out;
+                }
+                let mut inner = indices.to_vec();
+                inner.push((pass.name.value.clone(), level));
+                inner.extend(layers.map(|_| (format!("{}.layer", pass.name.value), layer)));
+                let halve = halve(pass, &of, level, layers.map(|_| layer));
+                out.push(self.pass(halve, &inner));
             }
         }
         out
@@ -269,6 +309,23 @@ impl Unroll<'_> {
             *body = inside;
         }
         pass
+    }
+}
+
+/// A pass that draws one level of a texture from the one above.
+fn halve(pass: &Pass, of: &Name, level: u32, layer: Option<u32>) -> Pass {
+    let name = |value: &str| Name { value: value.into(), span: of.span.clone() };
+    let number = |n: u32| Expr { span: of.span.clone(), kind: ExprKind::Number(Val::Int(n.into())) };
+    let layered = Expr { span: of.span.clone(), kind: ExprKind::Number(Val::Bool(true)) };
+    let raster = Raster { layer: layer.map(number), ..Raster::over(name(HALVE)) };
+    Pass {
+        defines: layer.map(|_| (name("LAYERED"), layered)).into_iter().collect(),
+        bind: ["above", "below"].map(|variable| (name(variable), of.clone())).into(),
+        mips: vec![(name("above"), number(level - 1)), (name("below"), number(level))],
+        set: layer.map(|layer| (name("layer"), number(layer))).into_iter().collect(),
+        scope: None,
+        kind: PassKind::Screen(raster),
+        ..pass.clone()
     }
 }
 

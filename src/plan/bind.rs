@@ -45,6 +45,15 @@ impl<'g> Wirer<'g, '_> {
                 self.faults.push(d.nearest(&from.value, names));
             }
         }
+        let texture =
+            |kind: &BindingKind| matches!(kind, BindingKind::Texture { .. } | BindingKind::StorageTexture { .. });
+        for (name, level) in &wired.pass.mips {
+            let variable = shader.interface.variables.iter().find(|v| v.name == name.value);
+            if values.contains(&name.value) || variable.is_some_and(|v| !texture(&v.kind)) {
+                let d = Diagnostic::error(format!("`{}` is no texture, so it has no levels", name.value));
+                self.faults.push(d.at(&level.span, "").help("leave `mip` out"));
+            }
+        }
         for (name, _) in wired.pass.set.iter().filter(|(name, _)| !values.contains(&name.value)) {
             let d = Diagnostic::error(format!("no uniform of the shader has a value `{}`", name.value));
             self.faults.push(d.at(&name.span, "").nearest(&name.value, values.iter().map(String::as_str)));
@@ -137,8 +146,16 @@ impl<'g> Wirer<'g, '_> {
             (false, true) => Mode::Partial,
             (false, false) => Mode::Size,
         };
-        wired.uses.push(Use { resource: target.clone(), mode, how, span: place });
-        Some(Wire::Resource(target))
+        let said = self.mip(wired.pass, &v.name, &target, &sized.desc)?;
+        // A shader stores to one level.
+        let several = matches!(&sized.desc, Desc::Texture(t) if t.mips > 1);
+        let stored = matches!(v.kind, BindingKind::StorageTexture { .. }) && several;
+        let mip = said.or(stored.then_some(0)).filter(|_| several);
+        wired.uses.push(Use { resource: target.clone(), mip, mode, how, span: place });
+        Some(match mip {
+            Some(level) => Wire::Level(target, level),
+            None => Wire::Resource(target),
+        })
     }
 
     /// The instances of a dispatch, where the pass has any.

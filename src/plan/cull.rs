@@ -117,6 +117,7 @@ impl<'g> Wirer<'g, '_> {
             return None;
         }
         wired.uses.push(Use {
+            mip: None,
             resource: name.value.clone(),
             mode: Mode::Read,
             how: How::Storage,
@@ -175,13 +176,15 @@ impl Expander<'_, '_> {
                     Binding::Uniform { layout: layout.clone(), extra: extra.clone() }
                 }
                 Wire::Fixed(other) => other.clone(),
+                Wire::Level(..) => return None,
                 Wire::Source | Wire::Result => Binding::Resource(buffer),
             });
         }
         let frusta = match bindings.get(culling.frusta)? {
             Binding::Table(i) => Frusta::Table(*i),
             Binding::Resource(id) => Frusta::Buffer(*id),
-            Binding::Uniform { .. }
+            Binding::Level(..)
+            | Binding::Uniform { .. }
             | Binding::SceneTextures
             | Binding::Sampler(_)
             | Binding::Report

@@ -50,12 +50,21 @@ impl Expander<'_, '_> {
         let loads = |name: &str| r.load.iter().any(|n| n.value == name);
         let mut color = vec![];
         let mut extents: Vec<(ResourceId, String)> = vec![];
-        for (location, name) in &w.color {
+        let mut mips = vec![];
+        for (location, name, mip) in &w.color {
             let id = self.id(name, member, &w.pass.span)?;
             let Desc::Texture(t) = &self.out.resources[id.0].desc else { return None };
             let clear = (!loads(name)).then(|| clear_of(name).unwrap_or([0.0; 4]));
-            color.push(ColorTarget { resource: id, location: *location, format: t.format, clear, blend: r.blend });
+            color.push(ColorTarget {
+                resource: id,
+                mip: *mip,
+                location: *location,
+                format: t.format,
+                clear,
+                blend: r.blend,
+            });
             extents.push((id, name.clone()));
+            mips.push(*mip);
         }
         let mut depth = None;
         if let Some(name) = &r.depth {
@@ -70,9 +79,10 @@ impl Expander<'_, '_> {
                 write: r.depth_write,
             });
             extents.push((id, name.value.clone()));
+            mips.push(0);
         }
         let views = self.views(r, &extents)?;
-        let members = self.places(w, r, member, (batched, views), &extents)?;
+        let members = self.places(w, r, member, (batched, views), (&extents, &mips))?;
         let tolerance = request::tolerance(r, self.values);
         let tolerance = self.keep(tolerance)?;
         let level = tolerance.and_then(|wanted| self.levels.iter().position(|l| l.tolerance == wanted));
@@ -140,15 +150,18 @@ impl Expander<'_, '_> {
         r: &Raster,
         member: u32,
         (batched, views): (bool, u32),
-        targets: &[(ResourceId, String)],
+        (targets, mips): (&[(ResourceId, String)], &[u32]),
     ) -> Option<Vec<Member>> {
-        let texture = |id: ResourceId| match &self.out.resources[id.0].desc {
-            Desc::Texture(t) => Some(t.clone()),
+        let texture = |i: usize| match &self.out.resources[targets.get(i)?.0.0].desc {
+            Desc::Texture(t) => {
+                let [width, height, layers] = t.level(mips.get(i).copied().unwrap_or(0));
+                Some(TextureDesc { width, height, layers, ..t.clone() })
+            }
             Desc::Buffer { .. } => None,
         };
-        let first = texture(targets.first()?.0)?;
-        for (id, name) in &targets[1..] {
-            let t = texture(*id)?;
+        let first = texture(0)?;
+        for (i, (_, name)) in targets.iter().enumerate().skip(1) {
+            let t = texture(i)?;
             if (t.width, t.height, t.tiles) != (first.width, first.height, first.tiles) {
                 let d = Diagnostic::error(format!("the targets `{}` and `{name}` differ in size", targets[0].1));
                 let d =

@@ -219,7 +219,11 @@ impl Expander<'_, '_> {
             PassKind::Clear { target, value } => {
                 Action::Clear { target: self.id(&target.value, member, &target.span)?, value: *value }
             }
-            PassKind::Reduce { .. } | PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {
+            PassKind::Reduce { .. }
+            | PassKind::Mips { .. }
+            | PassKind::Loop { .. }
+            | PassKind::For { .. }
+            | PassKind::Fastest { .. } => {
                 return None;
             }
         };
@@ -279,6 +283,7 @@ impl Expander<'_, '_> {
         for wire in &w.bindings {
             bindings.push(match wire {
                 Wire::Resource(name) => Binding::Resource(self.id(name, member, &w.pass.span)?),
+                Wire::Level(name, mip) => Binding::Level(self.id(name, member, &w.pass.span)?, *mip),
                 Wire::Source => Binding::Resource(*stage.get("source")?),
                 Wire::Result => Binding::Resource(*stage.get("result")?),
                 Wire::Fixed(Binding::Uniform { layout, extra }) => {

@@ -157,6 +157,10 @@ pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>>
     for (at, binding) in bindings.iter().enumerate() {
         match binding {
             Binding::Resource(id) => list.uses(*id, Access::Bound),
+            Binding::Level(id, mip) => {
+                list.uses(*id, Access::Bound);
+                list.fix(Kind::Extent, "", &("level", mip));
+            }
             Binding::Uniform { layout, extra } => list.uniform(layout, extra, around),
             // Where things moved decides which instances run, never what they make.
             Binding::Table(i) if only.is_some() && plan.tables[*i].table == crate::scene::MOVED => {}
@@ -224,10 +228,10 @@ impl<'p> List<'p> {
                 self.fix(Kind::Extent, "", &(count, instances));
             }
         }
-        for ColorTarget { resource, location, format, clear, blend } in color {
+        for ColorTarget { resource, mip, location, format, clear, blend } in color {
             self.uses(*resource, Access::Bound);
             let clear = clear.map(|c| c.map(f64::to_bits));
-            self.fix(Kind::Target, "", &(location, format, clear, blend));
+            self.fix(Kind::Target, "", &(mip, location, format, clear, blend));
         }
         if let Some(DepthTarget { resource, format, clear, compare, write }) = depth {
             self.uses(*resource, Access::Bound);

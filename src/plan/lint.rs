@@ -21,7 +21,11 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
         sizes.into_iter().chain(counts).for_each(&mut note);
     }
     walk(&graph.passes, &mut |p| {
-        p.when.iter().chain(&p.each).chain(p.defines.iter().chain(&p.set).map(|d| &d.1)).for_each(&mut note);
+        p.when
+            .iter()
+            .chain(&p.each)
+            .chain(p.defines.iter().chain(&p.mips).chain(&p.set).map(|d| &d.1))
+            .for_each(&mut note);
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
@@ -31,7 +35,7 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
             PassKind::Reduce { factor, until, .. } => factor.iter().chain([until]).for_each(&mut note),
             PassKind::Loop { count, until, .. } => [count].into_iter().chain(until).for_each(&mut note),
             PassKind::For { count, .. } => note(count),
-            PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Fastest { .. } => {}
+            PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Mips { .. } | PassKind::Fastest { .. } => {}
         }
     });
     used
@@ -105,6 +109,7 @@ fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str
                 used.extend([from.value.as_str(), to.value.as_str()]);
             }
             PassKind::Clear { target, .. } => used.extend([target.value.as_str()]),
+            PassKind::Mips { of } => used.extend([of.value.as_str()]),
             PassKind::Compute { .. } | PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {}
         }
     });

@@ -1,7 +1,8 @@
 //! Which passes the requested outputs need, and reads that nothing comes before.
 
-use super::sizes::Sizes;
-use super::wire::{Item, Mode, Use, Wired};
+use super::Desc;
+use super::sizes::{Sized, Sizes};
+use super::wire::{How, Item, Mode, Use, Wired};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Pass, Resource};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -35,7 +36,7 @@ fn block<'a, 'g>(items: &'a [Item<'g>], needed: &mut FxHashSet<&'a str>, live: &
                     continue;
                 }
                 live.insert(&w.pass.name.value);
-                for u in w.uses.iter().filter(|u| u.mode == Mode::Write) {
+                for u in w.uses.iter().filter(|u| u.mode == Mode::Write && u.mip.is_none()) {
                     needed.remove(u.resource.as_str());
                 }
                 needed.extend(w.uses.iter().filter(|u| u.mode.reads()).map(|u| u.resource.as_str()));
@@ -85,15 +86,26 @@ pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<
     let readers = readers(&passes);
     let mut faults = vec![];
     let mut written = FxHashSet::default();
-    walk(items, &mut written, &mut |w: &Wired, u: &Use| {
+    walk(items, sizes, &mut written, &mut |w: &Wired, u: &Use, level: Option<u32>| {
         let declared = sizes.declared(&u.resource);
         if declared.is_none_or(Resource::is_given) {
             return;
         }
         let at = passes.iter().position(|p| std::ptr::eq(*p, w)).unwrap_or(0);
-        let writes = |p: &&Wired| p.uses.iter().any(|v| v.resource == u.resource && v.mode.writes());
+        let level_too = |v: &Use| level.is_none() || v.mip.is_none() || v.mip == level;
+        let writes = |p: &&Wired| p.uses.iter().any(|v| v.resource == u.resource && v.mode.writes() && level_too(v));
         let later = passes[at..].iter().copied().find(writes);
-        faults.push(fault(w, u, later, &readers, off));
+        faults.push(match (level, later) {
+            (Some(level), None) => {
+                let (name, of) = (&w.pass.name, &u.resource);
+                let d =
+                    Diagnostic::error(format!("`{}` reads level {level} of `{of}`, which nothing writes", name.value));
+                let write = format!("write it in an earlier pass: `bind: {{\"…\": (of: \"{of}\", mip: {level})}}`");
+                let read = format!("read one level alone: `bind: {{\"…\": (of: \"{of}\", mip: 0)}}`");
+                d.at(&u.span, "read here").at(&name.span, "in this pass").help(write).help(read)
+            }
+            _ => fault(w, u, later, &readers, off),
+        });
     });
     faults
 }
@@ -181,21 +193,35 @@ pub fn flatten<'a, 'g>(items: &'a [Item<'g>], out: &mut Vec<&'a Wired<'g>>) {
     }
 }
 
-/// Calls `unwritten` for each read of something not yet written.
+/// Calls `unwritten` for each read of something not yet written, with the level of a texture that has several.
 fn walk<'a, 'g>(
     items: &'a [Item<'g>],
-    written: &mut FxHashSet<&'a str>,
-    unwritten: &mut impl FnMut(&'a Wired<'g>, &'a Use),
+    sizes: &Sizes,
+    written: &mut FxHashSet<(&'a str, u32)>,
+    unwritten: &mut impl FnMut(&'a Wired<'g>, &'a Use, Option<u32>),
 ) {
+    let levels = |u: &Use| match (u.mip, sizes.of(&u.resource)) {
+        (Some(level), _) => level..level + 1,
+        // A shader writes to one level.
+        (None, _) if u.mode.writes() && matches!(u.how, How::Storage | How::Target) => 0..1,
+        (None, Some(Ok(Sized { desc: Desc::Texture(t), .. }))) => 0..t.mips,
+        (None, _) => 0..1,
+    };
     for item in items {
         match item {
             Item::Pass(w) => {
-                for u in w.uses.iter().filter(|u| u.mode.reads() && !written.contains(u.resource.as_str())) {
-                    unwritten(w, u);
+                for u in w.uses.iter().filter(|u| u.mode.reads()) {
+                    let mut missing = levels(u).filter(|level| !written.contains(&(u.resource.as_str(), *level)));
+                    if let Some(level) = missing.next() {
+                        let several = level > 0 || u.mip.is_some();
+                        unwritten(w, u, several.then_some(level));
+                    }
                 }
-                written.extend(w.uses.iter().filter(|u| u.mode.writes()).map(|u| u.resource.as_str()));
+                for u in w.uses.iter().filter(|u| u.mode.writes()) {
+                    written.extend(levels(u).map(|level| (u.resource.as_str(), level)));
+                }
             }
-            Item::Loop { body, .. } => walk(body, written, unwritten),
+            Item::Loop { body, .. } => walk(body, sizes, written, unwritten),
         }
     }
 }
@@ -205,8 +231,8 @@ pub fn starts_unwritten(items: &[Item], resource: &str) -> Option<bool> {
     items.iter().find_map(|item| match item {
         Item::Pass(w) => {
             let modes = w.uses.iter().filter(|u| u.resource == resource && u.mode != Mode::Size);
-            let modes: Vec<Mode> = modes.map(|u| u.mode).collect();
-            (!modes.is_empty()).then(|| modes.iter().any(|m| *m != Mode::Write))
+            let whole: Vec<bool> = modes.map(|u| u.mode == Mode::Write && u.mip.is_none()).collect();
+            (!whole.is_empty()).then(|| !whole.iter().all(|whole| *whole))
         }
         Item::Loop { body, .. } => starts_unwritten(body, resource),
     })

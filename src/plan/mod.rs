@@ -298,6 +298,7 @@ pub enum Cull {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColorTarget {
     pub resource: ResourceId,
+    pub mip: u32,
     pub location: u32,
     pub format: wgpu::TextureFormat,
     /// `None`: what is there is kept.
@@ -340,6 +341,8 @@ pub enum Place {
 pub enum Binding {
     /// The whole resource, in the dimension that the variable asks for.
     Resource(ResourceId),
+    /// One level of a texture.
+    Level(ResourceId, u32),
     /// Packed from [`Plan::values`], the frame's values, the loops' indices and `extra`, in that order of weakness.
     Uniform {
         layout: Arc<Layout>,

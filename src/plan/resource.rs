@@ -138,6 +138,15 @@ impl Desc {
     }
 }
 
+impl TextureDesc {
+    /// Its extent at a level; layers are halved of 3D textures only.
+    pub fn level(&self, mip: u32) -> [u32; 3] {
+        let side = |n: u32| (n >> mip.min(31)).max(1);
+        let layers = if self.kind == TextureKind::D3 { side(self.layers) } else { self.layers };
+        [side(self.width), side(self.height), layers]
+    }
+}
+
 /// The usage by which a texture is cleared: as a target where its format can be one, else by a copy.
 pub fn clear_usage(t: &TextureDesc) -> wgpu::TextureUsages {
     let able = t.format.guaranteed_format_features(wgpu::Features::empty()).allowed_usages;

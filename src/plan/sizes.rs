@@ -334,7 +334,8 @@ pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Re
             }
             let most = t.width.max(t.height).ilog2() + 1;
             if t.mips > most {
-                return over("mips", t.mips.into(), most.into());
+                let d = Diagnostic::error(format!("`{name}` can't have {} mips: its size has {most}", t.mips));
+                return Err(d.at(span, "").help("take fewer: `log2(n) + 1` of n texels"));
             }
         }
         Desc::Buffer { size, .. } => {

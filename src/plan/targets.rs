@@ -72,16 +72,22 @@ impl<'g> Wirer<'g, '_> {
                 self.faults.push(d.at(&span, "").at(&declared.span, "declared here"));
                 continue;
             }
+            let variable = o.name.as_deref().unwrap_or_default();
+            let Some(said) = self.mip(wired.pass, variable, &resource, &sized.desc) else { continue };
+            let several = matches!(&sized.desc, Desc::Texture(t) if t.mips > 1);
+            let mip = several.then_some(said.unwrap_or(0));
             let mode = self.target_mode(wired, r, &resource);
             // What is kept is read because the pass says so, not the shader.
             let span = r.load.iter().find(|n| n.value == resource).map_or(span, |n| n.span.clone());
-            wired.color.push((o.location, resource.clone()));
-            wired.uses.push(Use { resource, mode, how: How::Target, span });
+            wired.color.push((o.location, resource.clone(), mip.unwrap_or(0)));
+            wired.uses.push(Use { resource, mip, mode, how: How::Target, span });
         }
         wired.color.sort();
         if let Some(depth) = &r.depth {
             let mode = if r.depth_write { self.target_mode(wired, r, &depth.value) } else { Mode::Read };
-            wired.uses.push(by_name(depth, mode, How::Target));
+            let several =
+                matches!(self.sizes.of(&depth.value), Some(Ok(s)) if matches!(&s.desc, Desc::Texture(t) if t.mips > 1));
+            wired.uses.push(Use { mip: several.then_some(0), ..by_name(depth, mode, How::Target) });
         } else if shader.interface.entry(Stage::Fragment).is_some_and(|e| e.writes_depth) {
             let d = Diagnostic::error("the shader writes depth, but the pass has no depth target");
             self.faults.push(d.at(&r.shader.span, "").help("add `depth: \"name\"`"));

@@ -39,8 +39,8 @@ pub struct Wired<'g> {
     pub shader: Option<usize>,
     pub each: Option<u32>,
     pub uses: Vec<Use>,
-    /// Colour targets: location, resource.
-    pub color: Vec<(u32, String)>,
+    /// Colour targets: location, resource, level.
+    pub color: Vec<(u32, String, u32)>,
     /// Bindings that do not depend on the member, or the name of the resource.
     pub bindings: Vec<Wire>,
     /// Names of the loops around it, outermost first.
@@ -56,6 +56,8 @@ pub struct Wired<'g> {
 /// What a shader's variable is bound to, before resources have ids.
 pub enum Wire {
     Resource(String),
+    /// One level of a texture.
+    Level(String, u32),
     /// A variable that a reduction binds itself.
     Source,
     Result,
@@ -66,6 +68,8 @@ pub enum Wire {
 #[derive(Debug, Clone)]
 pub struct Use {
     pub resource: String,
+    /// One level of a texture; `None`: all of them.
+    pub mip: Option<u32>,
     pub mode: Mode,
     pub how: How,
     pub span: Span,
@@ -305,7 +309,9 @@ impl<'g> Wirer<'g, '_> {
                 wired.uses.push(by_name(target, Mode::Write, How::Cleared));
                 return Some(wired);
             }
-            PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => return None,
+            PassKind::Mips { .. } | PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {
+                return None;
+            }
             PassKind::Draw(_) | PassKind::Screen(_) | PassKind::Compute { .. } | PassKind::Reduce { .. } => {}
         }
         let name = pass.kind.shader()?;
@@ -371,6 +377,28 @@ impl<'g> Wirer<'g, '_> {
         Some(wired)
     }
 
+    /// The level of a texture that a variable or output goes to; `None` within where nobody says, `None` after a fault.
+    pub(super) fn mip(&mut self, pass: &Pass, variable: &str, resource: &str, desc: &Desc) -> Option<Option<u32>> {
+        let Some(e) = pass.mip(variable) else { return Some(None) };
+        let levels = match desc {
+            Desc::Texture(t) => t.mips,
+            Desc::Buffer { .. } => 0,
+        };
+        let level = e.eval(&|n| self.value(n));
+        match self.keep(level)? {
+            Val::Int(level) if (0..i64::from(levels)).contains(&level) => Some(u32::try_from(level).ok()),
+            level => {
+                let text = match level {
+                    Val::Int(level) => format!("`{resource}` has {levels} levels, none of number {level}"),
+                    _ => "a level must be an integer".to_string(),
+                };
+                self.faults
+                    .push(Diagnostic::error(text).at(&e.span, "").help("`mips` of the texture says how many it has"));
+                None
+            }
+        }
+    }
+
     /// What files hold stays as it is.
     fn writes_no_image(&mut self, wired: &Wired) {
         for u in wired.uses.iter().filter(|u| u.mode.writes()) {
@@ -390,7 +418,8 @@ impl<'g> Wirer<'g, '_> {
                 let clash = a.mode.writes() && b.mode != Mode::Size || b.mode.writes() && a.mode != Mode::Size;
                 let texture = |r: &str| matches!(self.sizes.of(r), Some(Ok(s)) if matches!(s.desc, Desc::Texture(_)));
                 let apart = || [a.how, b.how].contains(&How::Uniform) || texture(&a.resource);
-                if a.resource == b.resource && clash && apart() {
+                let meet = a.mip.is_none() || b.mip.is_none() || a.mip == b.mip;
+                if a.resource == b.resource && meet && clash && apart() {
                     let d = Diagnostic::error(format!(
                         "`{}` reads and writes `{}` at once",
                         wired.pass.name.value, a.resource
@@ -408,7 +437,7 @@ impl<'g> Wirer<'g, '_> {
 pub const LONGEST_LOOP: u32 = 65_536;
 
 pub(super) fn by_name(name: &Name, mode: Mode, how: How) -> Use {
-    Use { resource: name.value.clone(), mode, how, span: name.span.clone() }
+    Use { resource: name.value.clone(), mip: None, mode, how, span: name.span.clone() }
 }
 
 /// Whether any use in the items passes a test.

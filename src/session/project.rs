@@ -12,7 +12,7 @@ use crate::plan::inputs::Kind;
 use crate::plan::lint;
 use crate::plan::request::{self, Request, tolerances};
 use crate::scene::{Level, Scene};
-use crate::shader::{Library, report};
+use crate::shader::Library;
 use crate::value::Values;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -50,7 +50,6 @@ impl Project {
                 texts.files.entry(name.into()).or_insert(source);
             }
         }
-        texts.files.entry(report::PATH.into()).or_insert_with(report::source);
         let texts = texts.after(earlier);
         lint::prune(&mut graph, &texts);
         Ok(Project { graph, texts })

@@ -3,6 +3,7 @@
 use super::{
     compose::{Defs, Shader, compose},
     memo::{Index, Memo},
+    report,
 };
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::files;
@@ -13,6 +14,9 @@ use std::{
     path::{Path, PathBuf},
     sync::Arc,
 };
+
+/// The shader that makes a level of a texture from the one above.
+pub const HALVE: &str = "lightgraph/halve.wgsl";
 
 /// The WGSL texts that a graph may use, by their path relative to the shader folder (`/` separated).
 #[derive(Debug, Clone, Default)]
@@ -51,6 +55,9 @@ impl Library {
                 Err(_) if !held.is_empty() => {}
                 Err(e) => faults.push(unreadable(dir, &e)),
             }
+        }
+        for (path, source) in own() {
+            library.files.entry(path.into()).or_insert(source);
         }
         Faults::check(faults, library)
     }
@@ -98,6 +105,12 @@ impl Library {
         self.memo.keep(self, &shader);
         Ok(shader)
     }
+}
+
+/// What every project has: the module of checks, and the shader of passes that the language writes itself.
+fn own() -> [(&'static str, Arc<Source>); 2] {
+    let mips = || Source::new(format!("{}{HALVE}", crate::builtin::PREFIX), include_str!("halve.wgsl"));
+    [(report::PATH, report::source()), (HALVE, mips())]
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {

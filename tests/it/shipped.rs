@@ -89,7 +89,9 @@ fn every_shader_is_used_by_a_graph_and_composes() {
         }
     }
     let all = Library::load(&[repository("shaders")]).unwrap();
-    let unused: Vec<&String> = all.files.keys().filter(|f| !used.contains(*f)).collect();
+    // What every project has is no file of the repository.
+    let shipped = all.files.keys().filter(|f| !f.starts_with("lightgraph/"));
+    let unused: Vec<&String> = shipped.filter(|f| !used.contains(*f)).collect();
     assert!(unused.is_empty(), "no graph uses {unused:?}");
 }
 

@@ -2,9 +2,11 @@
 
 use crate::plan::expand::shape;
 use crate::plan::{
-    Action, Comparison, Cull, Desc, Draw, Ending, Geometry, Loop, Member, Place, Plan, ResourceId, StepId,
+    Action, Binding, Comparison, Cull, Desc, Draw, Ending, Geometry, Loop, Member, Place, Plan, ResourceId, Step,
+    StepId,
 };
-use crate::shader::{Def, Shader};
+use crate::shader::{BindingKind, Def, Shader};
+use std::collections::BTreeSet;
 
 /// A step as a line of words.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,6 +50,8 @@ impl Row {
             }
             names
         };
+        let detail =
+            [detail, mips(plan, s)].into_iter().filter(|words| !words.is_empty()).collect::<Vec<_>>().join(", ");
         Row { name: s.name.clone(), kind, shader, detail, reads: names(&s.reads), writes: names(&s.writes) }
     }
 
@@ -62,6 +66,29 @@ impl Row {
         let reads = self.reads.join(", ");
         let arrow = if reads.is_empty() { "→ " } else { " → " };
         format!("{reads}{arrow}{}", self.writes.join(", "))
+    }
+}
+
+/// The levels that a step reads and writes, where it names them.
+fn mips(plan: &Plan, step: &Step) -> String {
+    let (mut from, mut to) = (BTreeSet::new(), BTreeSet::new());
+    let variables = step.action.shader().map_or(&[][..], |i| &plan.shaders[i].interface.variables);
+    for (binding, variable) in step.bindings.iter().zip(variables) {
+        if let Binding::Level(_, mip) = binding {
+            let stored = matches!(variable.kind, BindingKind::StorageTexture { .. });
+            if stored { &mut to } else { &mut from }.insert(*mip);
+        }
+    }
+    if let Action::Draw(draw) = &step.action {
+        let several = |id: ResourceId| matches!(&plan.resources[id.0].desc, Desc::Texture(t) if t.mips > 1);
+        to.extend(draw.color.iter().filter(|c| several(c.resource)).map(|c| c.mip));
+    }
+    let list = |mips: BTreeSet<u32>| mips.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+    match (from.is_empty(), to.is_empty()) {
+        (true, true) => String::new(),
+        (false, true) => format!("mip {}", list(from)),
+        (true, false) => format!("to mip {}", list(to)),
+        (false, false) => format!("mip {} to {}", list(from), list(to)),
     }
 }
 
@@ -157,7 +184,6 @@ pub(super) fn color(c: &[f64; 4]) -> String {
 /// Format, extent, layers, tiles, mips.
 pub(super) fn description(desc: &Desc) -> String {
     match desc {
-        Desc::Texture(t) if t.mips > 1 => format!("{}, {} mips", shape(desc), t.mips),
         Desc::Buffer { .. } => "buffer".into(),
         Desc::Texture(_) => shape(desc),
     }
