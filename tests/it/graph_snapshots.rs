@@ -22,7 +22,7 @@ fn every_graph_has_a_plan_snapshot() {
     let tests: Vec<String> = tests.iter().map(|p| std::fs::read_to_string(p).unwrap_or_default()).collect();
     for graph in files("graphs/gi", &["ron"]) {
         let name = graph.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let begins = format!("    graph: \"../../graphs/{name}\"");
+        let begins = format!("    graph: \"../../graphs/gi/{name}\"");
         let of = |t: &&String| t.contains(&begins) && !t.contains("Swap(") && t.contains("Plan()");
         assert!(tests.iter().any(|t| of(&t)), "no test of tests/graphs holds the plan of {name}");
     }
