@@ -22,7 +22,7 @@ fn phong_table() -> (Image, Vec<(usize, f64)>) {
     let scratch = Scratch::new("lobes");
     let variant = scratch.path().join("variant.ron");
     for base in ["uniform_grid.ron", "phong.ron"] {
-        std::fs::copy(repository(&format!("graphs/{base}")), scratch.path().join(base)).unwrap();
+        std::fs::copy(repository(&format!("graphs/gi/{base}")), scratch.path().join(base)).unwrap();
     }
     let text = r#"Variant(base: "phong.ron", about: "for tests", outputs: {"lobe_table": "lobe_table"})"#;
     std::fs::write(&variant, text).unwrap();
