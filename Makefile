@@ -32,8 +32,9 @@ test: display browser lint
 	target/debug/lightgraph fmt --check graphs scenes template tests/graphs tests/variants
 	$(VENV) target/python/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
 	target/python/venv/bin/python -m pytest --quiet crates/python/tests
-	cargo test --quiet --package lightgraph-web
-	cargo test
+	cargo test --lib --bins --package lightgraph --package lightgraph-cli --package lightgraph-lsp --package lightgraph-web
+	cargo test --doc
+	cargo test --examples --test it
 
 VENV := VIRTUAL_ENV="$(CURDIR)/target/python/venv"
 
