@@ -16,7 +16,8 @@ const PICTURE: [u32; 2] = [120, 120];
 /// What the program's lamps are drawn to, and what a graph's input is unless it says otherwise.
 const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// The program's own shaders: three lamps that circle, one step each frame; and a texel of a picture, tone-mapped, in its place.
+/// The program's own shaders: three lamps that circle, one step each frame; and a texel of a picture, tone-mapped, in
+/// its place.
 const SHADERS: &str = "
 struct Corner {
     @builtin(position) at: vec4f,
@@ -100,8 +101,8 @@ impl Program {
         ])
     }
 
-    /// The program's loop. A frame is one submission: lamps, both graphs, the target. Bytes of each frame's target, read when all
-    /// are under way.
+    /// The program's loop. A frame is one submission: lamps, both graphs, the target. Bytes of each frame's target,
+    /// read when all are under way.
     fn frames(&self, [room, glow]: &mut [Picture; 2], count: u32) -> Checked<Vec<Vec<u8>>> {
         let mut under_way = vec![];
         for index in 0..count {

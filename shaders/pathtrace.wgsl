@@ -204,8 +204,8 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
     let seen = first_seen(ray);
     if seen.lit {
 #endif
-        // One round more than there are paths: a driver that ends the loops of an invocation after so many rounds, as if they
-        // were done, leaves it out.
+        // One round more than there are paths: a driver that ends the loops of an invocation after so many rounds, as
+        // if they were done, leaves it out.
         var rounds = 0u;
         while rounds <= paths {
             if rounds < paths {

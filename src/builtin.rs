@@ -1,7 +1,7 @@
 //! What the binary carries: the graphs, their shaders, and the files of a new project.
 //!
-//! A path that begins with `lightgraph:` names one of these files, wherever the binary stands: a variant can name such a
-//! graph as its base, a command as its graph.
+//! A path that begins with `lightgraph:` names one of these files, wherever the binary stands: a variant can name such
+//! a graph as its base, a command as its graph.
 
 use crate::diag::{Checked, Diagnostic, Source};
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! Of a graph's alternatives the fastest on the adapter at hand: timed once, then known from a file.
 //!
 //! A plan knows of no device. So each alternative is planned, all of them are run in turn, and the fastest becomes a
-//! choice, which is data for the plan that counts. Whoever wants equal bits on every machine leaves this stage out: then
-//! the first of each group runs.
+//! choice, which is data for the plan that counts. Whoever wants equal bits on every machine leaves this stage out:
+//! then the first of each group runs.
 
 pub mod known;
 
@@ -32,7 +32,8 @@ const ENOUGH: Duration = Duration::from_millis(300);
 /// A side that takes so many times as long as another is not looked at more closely.
 const HOPELESS: f64 = 8.0;
 
-/// Of the time of the first alternative another may take at most: what is closer is noise, and tomorrow the other way round.
+/// Of the time of the first alternative another may take at most: what is closer is noise, and tomorrow the other way
+/// round.
 const CLEARLY: f64 = 0.95;
 
 /// How groups are decided whose choice nobody states.
@@ -152,8 +153,8 @@ fn adapter(gpu: &Gpu) -> u128 {
     hash(&(&info.name, info.vendor, info.device, &info.driver, &info.driver_info, format!("{:?}", info.backend)))
 }
 
-/// The same for the same passes on the same adapter, as long as the texts of their shaders, what they define themselves and the order of
-/// magnitude of their dispatches are the same.
+/// The same for the same passes on the same adapter, as long as the texts of their shaders, what they define themselves
+/// and the order of magnitude of their dispatches are the same.
 fn key_once(gpu: &Gpu, project: &Project, values: &Values, (group, of): (&str, &[Vec<Pass>])) -> String {
     let mut passes = vec![];
     for way in of {
@@ -169,8 +170,8 @@ fn key_once(gpu: &Gpu, project: &Project, values: &Values, (group, of): (&str, &
     format!("{:032x}", hash(&(adapter(gpu), group, passes)))
 }
 
-/// How much a dispatch does, in powers of 64, as far as expressions say it: resources that it goes over have a size that no more than a plan
-/// knows.
+/// How much a dispatch does, in powers of 64, as far as expressions say it: resources that it goes over have a size
+/// that no more than a plan knows.
 fn magnitude(pass: &Pass, value: &dyn Fn(&Expr) -> Option<Val>) -> u32 {
     let count = |e: &Expr| match value(e) {
         Some(Val::Int(i)) => i.max(1) as f64,
@@ -195,9 +196,9 @@ fn key(gpu: &Gpu, scene: &Scene, sides: &[Side]) -> String {
     format!("{:032x}", hash(&(adapter(gpu), counts, work)))
 }
 
-/// Milliseconds of the own steps of each side, the least of several runs in turn, so that what else the machine does falls
-/// on all. By the device's clock; where it has none, or is a software driver's that tells the time of one step with the next, by
-/// the host's, of a frame of those steps alone.
+/// Milliseconds of the own steps of each side, the least of several runs in turn, so that what else the machine does
+/// falls on all. By the device's clock; where it has none, or is a software driver's that tells the time of one step
+/// with the next, by the host's, of a frame of those steps alone.
 fn race(gpu: &Gpu, project: &Project, scene: &Arc<Scene>, sides: &[Side]) -> Checked<Vec<f64>> {
     let mut sessions = vec![];
     for side in sides {

@@ -82,8 +82,8 @@ pub fn allow_outside() {
     OUTSIDE.store(true, Ordering::Relaxed);
 }
 
-/// The file that a file in `folder` names by a relative path. Neither `..` nor a link leads out of the folder, unless the
-/// user allows it.
+/// The file that a file in `folder` names by a relative path. Neither `..` nor a link leads out of the folder, unless
+/// the user allows it.
 ///
 /// # Errors
 /// What is wrong with the path, to stand behind it.

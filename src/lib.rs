@@ -15,12 +15,13 @@
 //! - [`graph`]: the graph file: tree, expressions, variants, sub-graphs, repetitions, names, layout
 //! - [`shader`]: composition, bindings, reflection, byte layouts
 //! - [`scene`]: glTF, scene RON, poses, tables, a hierarchy of boxes over triangles, simplified triangles
-//! - [`plan`]: wiring, liveness, sets and reductions, dirty bits, order, lifetimes and shared memory, where loops end, the inputs
-//!   of each step and the fingerprints made from them, what changed, how much work it is
+//! - [`plan`]: wiring, liveness, sets and reductions, dirty bits, order, lifetimes and shared memory, where loops end,
+//!   the inputs of each step and the fingerprints made from them, what changed, how much work it is
 //! - [`gpu`]: device, memory, pipelines, execution, timing, readback, lists of dirty instances
-//! - [`session`]: from files to frames; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that change;
-//!   [`verify`]: the proof that leaving steps out changes nothing
-//! - [`image`]: EXR, PNG, texels of formats, files as textures of graphs, error metrics; [`math`]: the CPU twins of what shaders compute
+//! - [`session`]: from files to frames; [`fastest`]: which of a graph's alternatives is, here; [`reload`]: files that
+//!   change; [`verify`]: the proof that leaving steps out changes nothing
+//! - [`image`]: EXR, PNG, texels of formats, files as textures of graphs, error metrics; [`math`]: the CPU twins of
+//!   what shaders compute
 //! - [`builtin`]: the graphs and shaders that the binary carries
 //!
 //! The command, its bench, tests of graphs, stress cases and window stand in `crates/cli`, on what is public here;

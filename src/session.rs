@@ -175,12 +175,12 @@ impl Session {
         Ok(report)
     }
 
-    /// As [`Session::frame`], into an encoder that the caller submits before anything else is asked of this session. Waits
-    /// for nothing: what the frame took, and images ([`Session::image_later`]), arrive later.
+    /// As [`Session::frame`], into an encoder that the caller submits before anything else is asked of this session.
+    /// Waits for nothing: what the frame took, and images ([`Session::image_later`]), arrive later.
     ///
     /// # Errors
-    /// As [`gpu::record`]; a session that verifies waits, and can't be recorded. What the device finds wrong comes when the
-    /// encoder is finished.
+    /// As [`gpu::record`]; a session that verifies waits, and can't be recorded. What the device finds wrong comes when
+    /// the encoder is finished.
     pub fn record(
         &mut self,
         gpu: &Gpu,
@@ -236,12 +236,13 @@ impl Session {
         done
     }
 
-    /// Lends memory to the graph for one of its `inputs`, in place of a blank one: from the next frame on, until other memory
-    /// is lent. Steps that read it run again when `version` is another than before. The graph never writes there; what the
-    /// caller writes is to be submitted before the frame that reads it.
+    /// Lends memory to the graph for one of its `inputs`, in place of a blank one: from the next frame on, until other
+    /// memory is lent. Steps that read it run again when `version` is another than before. The graph never writes
+    /// there; what the caller writes is to be submitted before the frame that reads it.
     ///
     /// # Errors
-    /// The plan reads no such input; the memory is of another kind, size or format, or lacks a usage. Nothing changes then.
+    /// The plan reads no such input; the memory is of another kind, size or format, or lacks a usage. Nothing changes
+    /// then.
     pub fn import(&mut self, gpu: &Gpu, input: &str, memory: impl Into<Memory>, version: u64) -> Checked<()> {
         let id = self.input(input)?;
         let memory = memory.into();
@@ -271,7 +272,8 @@ impl Session {
         self.held.forget();
     }
 
-    /// Runs some steps of the last frame once more, or of the first, whatever they hold: for whoever asks how long they take.
+    /// Runs some steps of the last frame once more, or of the first, whatever they hold: for whoever asks how long they
+    /// take.
     ///
     /// # Errors
     /// As [`Session::frame`].
@@ -305,8 +307,8 @@ impl Session {
         Ok(Some(changed).filter(|c| !c.is_empty()))
     }
 
-    /// The checks in shaders that do not hold after a frame, each at its line, and the numbers that steps left and should
-    /// not have.
+    /// The checks in shaders that do not hold after a frame, each at its line, and the numbers that steps left and
+    /// should not have.
     pub fn failed_checks(&self, report: &FrameReport) -> Vec<Diagnostic> {
         let fault = |(step, failed): &(StepId, Failed)| {
             let step = &self.plan.steps[step.0];
@@ -372,8 +374,8 @@ impl Session {
         Ok(bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
     }
 
-    /// As [`Session::image`], of what the commands before in an encoder leave. The image arrives once they are submitted
-    /// and done.
+    /// As [`Session::image`], of what the commands before in an encoder leave. The image arrives once they are
+    /// submitted and done.
     ///
     /// # Errors
     /// As [`Session::image`].
@@ -381,8 +383,8 @@ impl Session {
         gpu::read_image_later(gpu, &self.prepared, &self.plan, self.output(output)?, encoder)
     }
 
-    /// By step that leaves out what its members don't see: the triangles of the draws of all its members, and those if each drew
-    /// the whole scene.
+    /// By step that leaves out what its members don't see: the triangles of the draws of all its members, and those if
+    /// each drew the whole scene.
     ///
     /// # Errors
     /// The device fails.

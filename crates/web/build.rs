@@ -1,4 +1,5 @@
-//! Gives the engine a stack as deep as the longest shader needs: in a browser it has one thread, and no other to work on.
+//! Gives the engine a stack as deep as the longest shader needs: in a browser it has one thread, and no other to work
+//! on.
 
 fn main() {
     if std::env::var("CARGO_CFG_TARGET_ARCH").as_deref() == Ok("wasm32") {

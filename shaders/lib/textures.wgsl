@@ -1,5 +1,5 @@
-//! The scene's images, of any size, on pages that have no filter and no wrapping of their own: both are done here, as glTF's samplers
-//! ask for them.
+//! The scene's images, of any size, on pages that have no filter and no wrapping of their own: both are done here, as
+//! glTF's samplers ask for them.
 #define_import_path lightgraph::textures
 #import lightgraph::srgb::decode
 
@@ -77,7 +77,8 @@ fn of_level(t: Texture, level: u32, at: vec2f, nearest: bool) -> vec4f {
     return mix(upper, lower, share.y);
 }
 
-/// A texture at a vertex's coordinate. `wide`: what the coordinate grows by from pixel to pixel along two axes, a column each.
+/// A texture at a vertex's coordinate. `wide`: what the coordinate grows by from pixel to pixel along two axes, a
+/// column each.
 fn filtered(row: u32, uv: vec2f, wide: mat2x2f) -> vec4f {
     let t = textures[row];
     let turn = mat2x2f(t.turn.xy, t.turn.zw);

@@ -68,7 +68,8 @@ pub(super) struct Shared {
     samplers: HashMap<SamplerDesc, wgpu::Sampler>,
 }
 
-/// The bind group of a step; `partial`: for its dirty instances. Errors of the device are for the caller's scope to catch.
+/// The bind group of a step; `partial`: for its dirty instances. Errors of the device are for the caller's scope to
+/// catch.
 ///
 /// # Errors
 /// A variable is bound to a thing of another kind.

@@ -9,7 +9,8 @@ use std::time::Duration;
 /// The environment variable that picks an adapter: a part of its name, in any case.
 pub const ADAPTER_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 
-/// The part of an adapter's name that the user asks for. Bytes that are no text are asked for too: nothing has them in its name.
+/// The part of an adapter's name that the user asks for. Bytes that are no text are asked for too: nothing has them in
+/// its name.
 pub fn wanted_adapter() -> Option<String> {
     std::env::var_os(ADAPTER_VARIABLE).map(|n| n.to_string_lossy().into_owned()).filter(|n| !n.is_empty())
 }
@@ -171,8 +172,8 @@ impl Gpu {
         Ok(Gpu::from_parts(adapter, device, queue))
     }
 
-    /// A device that another program opened. What it has of features and limits is what graphs get. Errors that no scope
-    /// catches, and the loss of the device, are told to lightgraph from now on: handlers set before are replaced.
+    /// A device that another program opened. What it has of features and limits is what graphs get. Errors that no
+    /// scope catches, and the loss of the device, are told to lightgraph from now on: handlers set before are replaced.
     pub fn from_parts(adapter: wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
         let mailbox = Mailbox::install(&device);
         let (features, limits, timestamp_period) = (device.features(), device.limits(), queue.get_timestamp_period());

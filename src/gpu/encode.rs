@@ -47,8 +47,8 @@ impl Source<'_> {
     /// Encodes one run of a step. `offsets` is room that is used again from run to run.
     ///
     /// # Errors
-    /// The step does not belong to what was prepared, or clears what can't be cleared. Errors of the device come when the
-    /// encoder is finished.
+    /// The step does not belong to what was prepared, or clears what can't be cleared. Errors of the device come when
+    /// the encoder is finished.
     pub(super) fn encode(
         &self,
         record: &mut Record<'_>,

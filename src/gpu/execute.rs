@@ -21,12 +21,12 @@ use crate::scene::Table;
 use crate::value::Values;
 use web_time::Instant;
 
-/// Runs of steps that go to the device in one piece: enough to hide the cost of handing over, few enough that the device
-/// starts early and no watchdog wakes.
+/// Runs of steps that go to the device in one piece: enough to hide the cost of handing over, few enough that the
+/// device starts early and no watchdog wakes.
 const RUNS_A_SUBMISSION: usize = 256;
 
-/// Iterations of a loop that ends on the device that are handed over before the host looks how the last so many went: the
-/// device is never idle, and few are handed over in vain.
+/// Iterations of a loop that ends on the device that are handed over before the host looks how the last so many went:
+/// the device is never idle, and few are handed over in vain.
 const ITERATIONS_A_LOOK: u32 = 8;
 
 /// What a frame adds to what was prepared.

@@ -89,8 +89,8 @@ pub fn prepare(gpu: &Gpu, plan: &Plan, assets: &Assets<'_>, tables: &[Table]) ->
     prepare_after(gpu, plan, assets, tables, &[])
 }
 
-/// As [`prepare`], for a plan that takes over memory of an earlier one on the same device, by slot. A piece of memory that
-/// two plans share holds what either wrote last.
+/// As [`prepare`], for a plan that takes over memory of an earlier one on the same device, by slot. A piece of memory
+/// that two plans share holds what either wrote last.
 ///
 /// # Errors
 /// As [`prepare`].

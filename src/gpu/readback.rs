@@ -9,7 +9,8 @@ use std::ops::Range;
 /// Of a texture, to be copied in one go.
 const MOST_BYTES_AT_ONCE: u64 = 64 << 20;
 
-/// How long to wait for word of work that is done. Far longer than it takes, so that only a broken driver runs out of it.
+/// How long to wait for word of work that is done. Far longer than it takes, so that only a broken driver runs out of
+/// it.
 pub(super) const ANSWER: std::time::Duration = std::time::Duration::from_secs(10);
 
 /// All layers (slices of a 3D texture) of a resource at its first mip level, as 32-bit floats in linear light.

@@ -12,7 +12,8 @@ use web_time::Instant;
 pub struct FrameReport {
     /// The steps that ran, in the order of their first run.
     pub steps: Vec<StepTime>,
-    /// Every run of every loop, in the order of their ends; an inner loop has one entry for each iteration of the outer.
+    /// Every run of every loop, in the order of their ends; an inner loop has one entry for each iteration of the
+    /// outer.
     pub loops: Vec<LoopReport>,
     /// What went on, but probably not as meant.
     pub warnings: Vec<Diagnostic>,
@@ -20,7 +21,8 @@ pub struct FrameReport {
     pub numerics: Option<Numerics>,
     /// Checks in shaders that do not hold, by step: as of its last run.
     pub failed: Vec<(StepId, Failed)>,
-    /// From the begin of the first timed step to the end of the last one, by the device's clock; `None` where it has none.
+    /// From the begin of the first timed step to the end of the last one, by the device's clock; `None` where it has
+    /// none.
     pub device_ms: Option<f64>,
     /// From the call to the end of the device's work, in milliseconds.
     pub wall_ms: f64,

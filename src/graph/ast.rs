@@ -29,7 +29,8 @@ pub struct Graph {
     /// Files it was made from: itself first, then its bases.
     pub files: Vec<PathBuf>,
     pub about: String,
-    /// What the graph takes from the graph that uses it. By itself it has each as a resource: blank, unless told otherwise.
+    /// What the graph takes from the graph that uses it. By itself it has each as a resource: blank, unless told
+    /// otherwise.
     pub inputs: Vec<(Name, Resource)>,
     pub params: Vec<(Name, Param)>,
     pub lets: Vec<(Name, Expr)>,

@@ -11,8 +11,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
-/// Values that are neither parameters nor facts: the image's size, a member's index, the instances of a dispatch, the scene's
-/// textures.
+/// Values that are neither parameters nor facts: the image's size, a member's index, the instances of a dispatch, the
+/// scene's textures.
 pub const BUILT_IN: [&str; 4] = ["screen", "member", "instances", "scene_textures"];
 
 /// The names that no graph may declare.

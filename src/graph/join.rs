@@ -177,8 +177,8 @@ impl Used {
         taken
     }
 
-    /// Gives parameters their values: new defaults, or, by expressions that name something, ties to the graph around. Those
-    /// are no parameters any more.
+    /// Gives parameters their values: new defaults, or, by expressions that name something, ties to the graph around.
+    /// Those are no parameters any more.
     fn set(&self, reader: &mut Reader, sub: &mut Graph) -> Vec<(Name, Expr)> {
         let mut tied = vec![];
         for (name, e) in &self.set {

@@ -122,8 +122,8 @@ impl Reader {
         self.text(node).map(|text| text.value.split_whitespace().collect::<Vec<_>>().join(" "))
     }
 
-    /// A name as WGSL and expressions can write it; one of a sub-graph has the sub-graph's before it, and a dot; one of a set
-    /// has its number behind it: `chain[level + 1]`.
+    /// A name as WGSL and expressions can write it; one of a sub-graph has the sub-graph's before it, and a dot; one of
+    /// a set has its number behind it: `chain[level + 1]`.
     pub fn name(&mut self, node: &Node) -> Option<Name> {
         let name = self.text(node)?;
         let plain = |name: &str| {

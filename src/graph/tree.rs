@@ -326,7 +326,8 @@ mod tests {
         ron::from_str::<&RawValue>(&format!("{text}\n")).is_ok()
     }
 
-    /// What is a tree here is RON but for its words; what is RON is a tree here but for escapes in strings and the deepest.
+    /// What is a tree here is RON but for its words; what is RON is a tree here but for escapes in strings and the
+    /// deepest.
     fn agrees(text: &str) {
         match parse(&Source::new("t.ron", text)) {
             Ok(node) if !is_ron(text) => {

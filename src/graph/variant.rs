@@ -80,7 +80,8 @@ fn text(key: &Node) -> &str {
     key.span.text().trim_matches(['"', '.'])
 }
 
-/// The graph that a key such as `"bloom.threshold"` means, and the key there. `None`, and a fault, where there is no such graph.
+/// The graph that a key such as `"bloom.threshold"` means, and the key there. `None`, and a fault, where there is no
+/// such graph.
 fn inside<'b>(reader: &mut Reader, graph: &'b mut Node, key: &Node) -> Option<(&'b mut Node, Node)> {
     let Some(dot) = text(key).find('.') else { return Some((graph, key.clone())) };
     let (sub, start) = (&text(key)[..dot], key.span.start + 1 + dot);

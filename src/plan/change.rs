@@ -32,8 +32,8 @@ pub struct Held {
     ran: BTreeMap<String, Arc<Ran>>,
     /// Frames so far, those of earlier plans among them.
     frames: u32,
-    /// By unit: its fingerprint in the last frame of this plan, and what it is without inputs that change in part. Empty
-    /// before the first.
+    /// By unit: its fingerprint in the last frame of this plan, and what it is without inputs that change in part.
+    /// Empty before the first.
     previous: Vec<(Version, Version)>,
 }
 
@@ -93,7 +93,8 @@ pub enum Why {
     Overwritten,
     /// Runs: so does every step.
     Asked,
-    /// Does not run: it would make what it made before, in the frame of this number (from 0, reloads do not begin anew).
+    /// Does not run: it would make what it made before, in the frame of this number (from 0, reloads do not begin
+    /// anew).
     Unchanged { since: u32 },
     /// Does not run: nothing that runs reads its result.
     NotNeeded,
@@ -185,8 +186,8 @@ impl Selection {
 }
 
 impl Held {
-    /// The memory of a plan that has run nothing yet: what `kept` takes over of an earlier plan's memory (by slot, its slot
-    /// there), and new memory.
+    /// The memory of a plan that has run nothing yet: what `kept` takes over of an earlier plan's memory (by slot, its
+    /// slot there), and new memory.
     pub fn new(plan: &Plan, keys: &Keys, kept: &[Option<usize>], earlier: Option<&Held>) -> Held {
         let cell = |slot: usize| {
             let mut tenants = plan.resources.iter().filter(|r| r.slot == slot);
@@ -247,7 +248,8 @@ impl Held {
         self.frames += 1;
     }
 
-    /// From now on a slot is memory from outside that holds this version of its content; `other`: none that it was before.
+    /// From now on a slot is memory from outside that holds this version of its content; `other`: none that it was
+    /// before.
     pub fn lend(&mut self, slot: usize, version: u64, other: bool) {
         let Some(cell) = self.cells.get_mut(slot) else { return };
         let before = match cell.lent {
@@ -307,8 +309,8 @@ pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, scene: &SceneInputs, valu
     kept
 }
 
-/// As [`carry`], history only. What depends on one another comes over together or not at all: an image that begins anew, say,
-/// and the count of frames that it holds.
+/// As [`carry`], history only. What depends on one another comes over together or not at all: an image that begins
+/// anew, say, and the count of frames that it holds.
 pub fn carry_history(plan: &Plan, keys: &Keys, earlier: &Held) -> Vec<Option<usize>> {
     let mut kept = vec![None; plan.slots.len()];
     let found = |id: &ResourceId| {

@@ -78,8 +78,8 @@ pub(super) fn holds_frusta(name: &Name, desc: &Desc, members: u32) -> Result<(),
 }
 
 impl<'g> Wirer<'g, '_> {
-    /// Wires the step that finds what each member sees. `None` after a fault, and for adapters that can't begin an indirect draw at
-    /// a member's number: there everything is drawn, which gives the same image.
+    /// Wires the step that finds what each member sees. `None` after a fault, and for adapters that can't begin an
+    /// indirect draw at a member's number: there everything is drawn, which gives the same image.
     pub(super) fn culling(&mut self, wired: &mut Wired<'g>, frusta: &Name) -> Option<Culling> {
         if !self.request.features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE) {
             return None;

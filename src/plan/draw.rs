@@ -12,8 +12,8 @@ use crate::graph::expr::{Expr, Val};
 use crate::shader::Stage;
 use std::collections::BTreeSet;
 
-/// Whether some members of a draw can be drawn again while what the others drew stays: each has a tile or a layer of its own in
-/// every target, all of which begin at their clear values.
+/// Whether some members of a draw can be drawn again while what the others drew stays: each has a tile or a layer of
+/// its own in every target, all of which begin at their clear values.
 pub(super) fn splits(resources: &[Resource], draw: &Draw) -> bool {
     let clears = |t: &ColorTarget| t.clear.is_some();
     let fresh = |t: &DepthTarget| t.clear.is_some() && t.write;

@@ -41,8 +41,8 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
     used
 }
 
-/// What a graph's own file declares and neither the graph nor any of its shaders mentions. What a base declares may be for
-/// other variants.
+/// What a graph's own file declares and neither the graph nor any of its shaders mentions. What a base declares may be
+/// for other variants.
 pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
     let own = |name: &Name| name.span.source.path == graph.source.path;
     let (idle, known) = idle(graph, library);
@@ -89,8 +89,8 @@ const LET: &str = "let";
 const RESOURCE: &str = "resource";
 const DEFINITION: &str = "definition";
 
-/// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions; the definitions that
-/// shaders mention.
+/// Parameters, lets, resources and definitions that neither the graph nor any of its shaders mentions; the definitions
+/// that shaders mention.
 fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str)>, BTreeSet<String>) {
     let mut used = mentioned(graph);
     let mut shaders: BTreeSet<&str> = BTreeSet::new();

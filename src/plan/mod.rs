@@ -166,7 +166,8 @@ pub struct Step {
     pub after: Vec<StepId>,
 }
 
-/// A step over instances that can run for some of them: where nothing changed but these inputs, for those whose bit is set.
+/// A step over instances that can run for some of them: where nothing changed but these inputs, for those whose bit is
+/// set.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Only {
     pub instances: u32,
@@ -239,8 +240,8 @@ pub struct LevelUse {
     /// How far off a surface lies, metres.
     pub error: f32,
     pub triangles: u32,
-    /// The first of its clusters in the table of them, how many there are, and how many of these are single-sided; those come
-    /// first.
+    /// The first of its clusters in the table of them, how many there are, and how many of these are single-sided;
+    /// those come first.
     pub first_cluster: u32,
     pub clusters: u32,
     pub one_sided_clusters: u32,

@@ -9,8 +9,8 @@ use crate::shader::{Def, Defs, ElementType, Shader};
 use std::sync::Arc;
 
 impl<'g> Wirer<'g, '_> {
-    /// Composes the shaders of all passes that may run, on all cores: the library keeps them for [`Wirer::shader`], which
-    /// finds their faults again.
+    /// Composes the shaders of all passes that may run, on all cores: the library keeps them for [`Wirer::shader`],
+    /// which finds their faults again.
     pub(super) fn compose_ahead(&mut self) {
         let mut asked: Vec<(&'g str, Defs, Vec<String>)> = vec![];
         self.each_pass_that_may_run(&mut |w, pass, name| {

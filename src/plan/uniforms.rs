@@ -1,4 +1,5 @@
-//! The members of a uniform: each a value by its name, from parameters, the frame, loops, the pass or the atlases it binds.
+//! The members of a uniform: each a value by its name, from parameters, the frame, loops, the pass or the atlases it
+//! binds.
 
 use super::wire::{Wired, Wirer};
 use super::{Binding, Desc};

@@ -82,8 +82,8 @@ impl Table {
         columns.find_map(|(_, c)| if let Column::Corner { of, .. } = c { Some(&**of) } else { None })
     }
 
-    /// Ranges of rows, in their order, outside of which it is the same as an earlier one; `None`: it has other rows, or other
-    /// columns.
+    /// Ranges of rows, in their order, outside of which it is the same as an earlier one; `None`: it has other rows, or
+    /// other columns.
     pub fn differs(&self, before: &Table) -> Option<Vec<Range<usize>>> {
         if (self.name, self.rows, self.columns.len()) != (before.name, before.rows, before.columns.len()) {
             return None;

@@ -30,8 +30,8 @@ pub struct Loaded {
 
 /// Loads a scene from a `.gltf`, a `.glb`, a scene `.ron`, or a path without one of these endings: then the first of
 /// PATH.ron, PATH.glb and PATH.gltf that is there, or else of the same names inside the directory PATH.
-/// A glTF with a `.ron` of the same stem beside it uses it. A scene without light gets a sun and a sky, or a lamp where it is a closed room; a
-/// room without a camera gets one inside. Notices say so.
+/// A glTF with a `.ron` of the same stem beside it uses it. A scene without light gets a sun and a sky, or a lamp where
+/// it is a closed room; a room without a camera gets one inside. Notices say so.
 ///
 /// # Errors
 /// Every fault of the files: what can't be read, is no glTF 2 or scene RON, or holds numbers, indices or names that
@@ -93,8 +93,8 @@ pub fn stand_in() -> Checked<Loaded> {
     Ok(Loaded { notices: vec![], ..loaded })
 }
 
-/// A scene from the bytes of a `.gltf` or `.glb` that needs no other file, called `name`, and the text of a scene RON. Nothing is made up for
-/// it: without light it is dark.
+/// A scene from the bytes of a `.gltf` or `.glb` that needs no other file, called `name`, and the text of a scene RON.
+/// Nothing is made up for it: without light it is dark.
 ///
 /// # Errors
 /// As [`load`].
@@ -112,8 +112,8 @@ pub fn from_bytes(bytes: &[u8], name: &str, description: Option<&str>) -> Checke
     }
 }
 
-/// A scene from a glTF's bytes, which are let go as soon as nothing more is read from them. Not to be used when `faults`
-/// then holds an error; `None` only with one.
+/// A scene from a glTF's bytes, which are let go as soon as nothing more is read from them. Not to be used when
+/// `faults` then holds an error; `None` only with one.
 pub(super) fn read(
     bytes: Cow<'_, [u8]>,
     shown: &str,
@@ -182,8 +182,8 @@ fn imported(
 /// Farther than this from the origin, in its own sizes, a scene is moved to it.
 const FAR_AWAY: f32 = 64.0;
 
-/// Moves a scene that lies far from the origin to it: numbers of 32 bits have seven digits, and those that say how far away it
-/// is are lost to what is in it.
+/// Moves a scene that lies far from the origin to it: numbers of 32 bits have seven digits, and those that say how far
+/// away it is are lost to what is in it.
 fn come_near(scene: &mut Scene, shown: &str) -> Option<Diagnostic> {
     let (center, size) = (scene.bounds.center(), scene.bounds.diagonal());
     let away = center.abs().max_element();

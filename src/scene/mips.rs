@@ -95,8 +95,8 @@ fn halved(picture: &Picture, coding: Coding) -> Picture {
 /// What 8 bits stand for, and back.
 struct Codes {
     light: [f32; 256],
-    /// By light in 4096ths where it is coded in sRGB, else not asked for. Enough for what 8 bits tell apart above the darkest
-    /// codes; these lie on the straight part of the curve.
+    /// By light in 4096ths where it is coded in sRGB, else not asked for. Enough for what 8 bits tell apart above the
+    /// darkest codes; these lie on the straight part of the curve.
     code: Option<Vec<u8>>,
 }
 

@@ -4,13 +4,15 @@
 //! A scene then answers pure questions: [`Scene::facts`], [`Scene::pose`] at a time, [`Scene::tables`] and
 //! [`Scene::camera_values`] at a pose.
 //!
-//! - `load` finds the files; `document` reads bytes, buffers and accessors, `decoded` and `draco` those that are compressed or sparse; `import` makes
-//!   nodes of them, `instancing` copies of some, `materials` and `extensions` materials, `textures`, `basis` and `mips` the pages of images, `attached` lights and cameras, `animation` moves nodes, `deformer` skins and morph targets (`deform` poses them), `complete` adds those of the scene RON and the command (`added`)
-//!   and what is made up (`room` finds whether to stand inside), `environment` light from all around (`sky`, `panorama`), `geometry` the
-//!   vertices, `tangents` what normal maps need, `clusters` their compact groups, `levels` fewer triangles; `glow` says how much light textured
-//!   triangles give; `description` reads the scene RON
-//! - `model` holds the scene and its facts; `motion` poses it; `tables`, `finishes`, `corners`, `light_views` and `bvh` fill the shaders'
-//!   tables, whose columns are `pieces`; `camera` makes the view matrices, [`navigate`] moves views
+//! - `load` finds the files; `document` reads bytes, buffers and accessors, `decoded` and `draco` those that are
+//!   compressed or sparse; `import` makes nodes of them, `instancing` copies of some, `materials` and `extensions`
+//!   materials, `textures`, `basis` and `mips` the pages of images, `attached` lights and cameras, `animation` moves
+//!   nodes, `deformer` skins and morph targets (`deform` poses them), `complete` adds those of the scene RON and the
+//!   command (`added`) and what is made up (`room` finds whether to stand inside), `environment` light from all around
+//!   (`sky`, `panorama`), `geometry` the vertices, `tangents` what normal maps need, `clusters` their compact groups,
+//!   `levels` fewer triangles; `glow` says how much light textured triangles give; `description` reads the scene RON
+//! - `model` holds the scene and its facts; `motion` poses it; `tables`, `finishes`, `corners`, `light_views` and `bvh`
+//!   fill the shaders' tables, whose columns are `pieces`; `camera` makes the view matrices, [`navigate`] moves views
 //!
 //! # The scene file
 //! A RON file beside the glTF says what glTF has no place for:
@@ -35,11 +37,11 @@
 //! )
 //! ```
 //!
-//! All fields are optional; `docs/scenes.md` lists them all. Motion is linear from keyframe to keyframe and begins anew after the last one's time;
-//! before the first one's time the first holds. `translation` replaces the node's own; `rotation_degrees`
-//! (axis x, y, z, then the angle) turns it about that axis of its parent's space, on top of its own rotation. Between
-//! two keyframes with the same axis the angle grows linearly, so that 0 to 360 is a whole turn. A keyframe
-//! without one of them has the node's own.
+//! All fields are optional; `docs/scenes.md` lists them all. Motion is linear from keyframe to keyframe and begins anew
+//! after the last one's time; before the first one's time the first holds. `translation` replaces the node's own;
+//! `rotation_degrees` (axis x, y, z, then the angle) turns it about that axis of its parent's space, on top of its own
+//! rotation. Between two keyframes with the same axis the angle grows linearly, so that 0 to 360 is a whole turn. A
+//! keyframe without one of them has the node's own.
 
 mod added;
 mod animation;
@@ -112,47 +114,49 @@ use crate::value::Type;
 ///
 /// - `nodes`: `transform`, `inverse_transpose` (for normals), `previous_transform` (in the last frame); behind the
 ///   nodes a row for each vertex that a skin or morph targets move
-/// - `materials`: `base_color` (rgb + alpha), `base_color_texture` (row of `textures`, `0xffffffff` for none, as of all that follow),
-///   `emission` (radiance), `emission_texture`, `double_sided` (0 or 1), `specular` (Phong strength, 0 to 1), `shininess` (Phong
-///   exponent), `roughness`, `metallic` (glTF's, 0 to 1), `finish_texture` (roughness in green, metalness in blue),
-///   `normal_texture`, `normal_scale`, `alpha_cutoff` (nothing is there where alpha is less; 0 for opaque ones, one half for those that
-///   blend), `alpha_blend` (0 or 1), `unlit` (0 or 1), `face` (of what is no metal: reflectance head on in rgb, at grazing angles in
-///   a), `face_texture` (times its alpha), `face_tint_texture` (head on times its colour), `transmission`, `transmission_texture` (red), `coat`
-///   (share of a clear layer), `coat_texture` (red), `coat_roughness`, `coat_roughness_texture` (green)
-/// - `textures`: how materials read images: `turn` (a matrix's columns) and `offset` (what is added then) of coordinates, `x`, `y`,
-///   `layer` (its first texel on the pages of `scene_textures`), `width`, `height`, `levels` (mips), `flags` (bits 0 and 1 how x goes on beyond
-///   0 to 1: 0 repeats, 1 stays, 2 mirrors; 2 and 3 the same for y; 4 the nearest texel where texels are larger than pixels, 5
-///   where they are smaller; 6 and 7 mips: 0 none, 1 the nearest, 2 between two; 8 colours are in sRGB), `uv_set` (which of a vertex's coordinates, 0
-///   or 1)
-/// - `vertices`: what only some scenes' vertices have, by `vertex_index`: `second_uv`, `color` (linear), `tangent` (the node's space; in w
-///   the side of the third axis)
+/// - `materials`: `base_color` (rgb + alpha), `base_color_texture` (row of `textures`, `0xffffffff` for none, as of all
+///   that follow), `emission` (radiance), `emission_texture`, `double_sided` (0 or 1), `specular` (Phong strength, 0 to
+///   1), `shininess` (Phong exponent), `roughness`, `metallic` (glTF's, 0 to 1), `finish_texture` (roughness in green,
+///   metalness in blue), `normal_texture`, `normal_scale`, `alpha_cutoff` (nothing is there where alpha is less; 0 for
+///   opaque ones, one half for those that blend), `alpha_blend` (0 or 1), `unlit` (0 or 1), `face` (of what is no
+///   metal: reflectance head on in rgb, at grazing angles in a), `face_texture` (times its alpha), `face_tint_texture`
+///   (head on times its colour), `transmission`, `transmission_texture` (red), `coat` (share of a clear layer),
+///   `coat_texture` (red), `coat_roughness`, `coat_roughness_texture` (green)
+/// - `textures`: how materials read images: `turn` (a matrix's columns) and `offset` (what is added then) of
+///   coordinates, `x`, `y`, `layer` (its first texel on the pages of `scene_textures`), `width`, `height`, `levels`
+///   (mips), `flags` (bits 0 and 1 how x goes on beyond 0 to 1: 0 repeats, 1 stays, 2 mirrors; 2 and 3 the same for y;
+///   4 the nearest texel where texels are larger than pixels, 5 where they are smaller; 6 and 7 mips: 0 none, 1 the
+///   nearest, 2 between two; 8 colours are in sRGB), `uv_set` (which of a vertex's coordinates, 0 or 1)
+/// - `vertices`: what only some scenes' vertices have, by `vertex_index`: `second_uv`, `color` (linear), `tangent` (the
+///   node's space; in w the side of the third axis)
 /// - `lights`: `kind` (0 point, 1 spot, 2 directional), `position`, `direction` (of travel, unit), `intensity`
 ///   (colour × candela, or × lux for directional), `range` (0: none), `cos_inner`, `cos_outer`, `first_view`, `views`
 ///   (the light's rows in `light_views`)
 /// - `light_views`: one row a shadow map: `light`, `view_projection`, `near`, `far`; a point light has 6 in the
-///   order +X −X +Y −Y +Z −Z, a cube map's faces with left and right exchanged, the others 1. The same in all rows: `lower`,
-///   `upper`, corners of the box round everything, world space
-/// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them `na`,
-///   `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, the second ones `uv2a`, `uv2b`, `uv2c`, colours `ca`, `cb`, `cc`,
-///   tangents `ta`, `tb`, `tc` (in w the side of the third axis), `material`, `emitter` (row of `emitters`, where a material has an
-///   emissive texture); in the order of the leaves of `bvh`
-/// - `bvh`: boxes within boxes over `triangles`, sorted where they stand at time 0, each leaf of one node, the root first: `lower`, `upper` (corners of the box), `count` (of a
-///   leaf: its triangles, 1 to 8; else 0), `first` (of a leaf: its first triangle; else the row of its first child, the other
-///   child being the next row). Leaves lie at most 47 levels below the root. Without triangles,
-///   one leaf with one triangle that no ray meets.
+///   order +X −X +Y −Y +Z −Z, a cube map's faces with left and right exchanged, the others 1. The same in all rows:
+///   `lower`, `upper`, corners of the box round everything, world space
+/// - `triangles`: world space: corners `a`, `b`, `c` (counter-clockwise seen from the front), unit normals at them
+///   `na`, `nb`, `nc`, texture coordinates at them `uva`, `uvb`, `uvc`, the second ones `uv2a`, `uv2b`, `uv2c`, colours
+///   `ca`, `cb`, `cc`, tangents `ta`, `tb`, `tc` (in w the side of the third axis), `material`, `emitter` (row of
+///   `emitters`, where a material has an emissive texture); in the order of the leaves of `bvh`
+/// - `bvh`: boxes within boxes over `triangles`, sorted where they stand at time 0, each leaf of one node, the root
+///   first: `lower`, `upper` (corners of the box), `count` (of a leaf: its triangles, 1 to 8; else 0), `first` (of a
+///   leaf: its first triangle; else the row of its first child, the other child being the next row). Leaves lie at most
+///   47 levels below the root. Without triangles, one leaf with one triangle that no ray meets.
 /// - `clusters`: the triangles as the draw passes have them, in compact groups of few: `lower`, `upper` (corners of the
 ///   box, world space), `first`, `count` (its indices in the order of drawing), `node` (its row in `nodes`),
-///   `sides` (of the box round everything that it lies in: bits 0 to 2 the lower ones along x, y, z, bits 3 to 5 the upper
-///   ones); those of single-sided materials first
-/// - `emitters`: the emissive triangles: corners `a`, `b`, `c`, `radiance` (the mean), `area`, `cumulative` (share of the power
-///   up to and with this row; the last is 1), `density` (per m², of picking a point on it by power), `texture` (row of `textures`) with
-///   the coordinates at the corners `uva`, `uvb`, `uvc`, and `emission`, what the texture multiplies
+///   `sides` (of the box round everything that it lies in: bits 0 to 2 the lower ones along x, y, z, bits 3 to 5 the
+///   upper ones); those of single-sided materials first
+/// - `emitters`: the emissive triangles: corners `a`, `b`, `c`, `radiance` (the mean), `area`, `cumulative` (share of
+///   the power up to and with this row; the last is 1), `density` (per m², of picking a point on it by power),
+///   `texture` (row of `textures`) with the coordinates at the corners `uva`, `uvb`, `uvc`, and `emission`, what the
+///   texture multiplies
 /// - `environment`: light from all around by direction: squares of 1, 4, 16, … texels, one after the other, the last of
-///   `environment`² texels (a fact); `radiance`, `weight` (what directions are drawn by). Which direction a texel stands for:
-///   `shaders/lib/environment.wgsl`
-/// - `moved`: boxes round all that moved since the last frame, where it was and where it is: `lower`, `upper`, corners in
-///   the world. Always 8 rows; in those that hold nothing `lower.x` is above `upper.x`. A step with `only` doesn't run
-///   because this table changed
+///   `environment`² texels (a fact); `radiance`, `weight` (what directions are drawn by). Which direction a texel
+///   stands for: `shaders/lib/environment.wgsl`
+/// - `moved`: boxes round all that moved since the last frame, where it was and where it is: `lower`, `upper`, corners
+///   in the world. Always 8 rows; in those that hold nothing `lower.x` is above `upper.x`. A step with `only` doesn't
+///   run because this table changed
 ///
 /// A table without rows binds as one zeroed row, so that a shader always has something to point at; the counts
 /// are facts.
@@ -378,10 +382,11 @@ impl Follows {
 
 /// The facts every scene states, for conditions, sizes and uniforms.
 /// `environment` is the edge of the finest square of the table of that name, 0 for a scene in the dark.
-/// Materials with textures of a kind are `finish_textures`, `normal_textures` and `emission_textures`; `masked_materials` have holes,
-/// `clear_materials` blend or let light through, `faced_materials` reflect at their face otherwise than glTF's own model,
-/// `colored_vertices` and `second_uvs` are 0 where no vertex has any. `max_shininess` is the largest exponent of those with a Phong lobe, 0 without.
-/// `bounds_*` enclose all geometry over all its motion; `grid_*` are the scene file's probe bounds, or `bounds_*`.
+/// Materials with textures of a kind are `finish_textures`, `normal_textures` and `emission_textures`;
+/// `masked_materials` have holes, `clear_materials` blend or let light through, `faced_materials` reflect at their face
+/// otherwise than glTF's own model, `colored_vertices` and `second_uvs` are 0 where no vertex has any. `max_shininess`
+/// is the largest exponent of those with a Phong lobe, 0 without. `bounds_*` enclose all geometry over all its motion;
+/// `grid_*` are the scene file's probe bounds, or `bounds_*`.
 pub const FACTS: &[(&str, Type)] = &[
     ("lights", Type::Uint),
     ("point_lights", Type::Uint),

@@ -50,7 +50,8 @@ pub struct CameraPose {
 pub struct View {
     pub place: CameraPose,
     pub lens: Lens,
-    /// How far the image's centre lies from the line of sight, to the right and up, in heights of the image (lens shift).
+    /// How far the image's centre lies from the line of sight, to the right and up, in heights of the image (lens
+    /// shift).
     #[serde(default)]
     pub shift: Vec2,
 }
@@ -66,7 +67,8 @@ pub struct Shift {
     pub single_lights: Vec<(usize, Vec3)>,
     /// Of nodes, by index, with all that hangs from them; lights and cameras excepted.
     pub nodes: Vec<(usize, Vec3)>,
-    /// Node to world, by index, in place of what the scene says. All that hangs from them follows, lights and cameras too.
+    /// Node to world, by index, in place of what the scene says. All that hangs from them follows, lights and cameras
+    /// too.
     pub places: BTreeMap<usize, Mat4>,
     /// Takes the place of all cameras, the one made up for a scene without any included.
     pub view: Option<View>,

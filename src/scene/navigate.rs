@@ -6,7 +6,8 @@ use glam::{Quat, Vec2, Vec3};
 /// How near the zenith a view may turn, in radians: straight up there would be no horizon.
 const ZENITH: f32 = 0.01;
 
-/// Turns the view round a point, as if the point's surroundings were dragged by `by` (radians, x to the right and y down).
+/// Turns the view round a point, as if the point's surroundings were dragged by `by` (radians, x to the right and y
+/// down).
 pub fn orbit(view: View, pivot: Vec3, by: Vec2) -> View {
     let turn = turn(view.place, -by);
     moved(view, pivot + turn * (view.place.position - pivot), turn)
@@ -18,8 +19,8 @@ pub fn look(view: View, by: Vec2) -> View {
     moved(view, view.place.position, turn)
 }
 
-/// Slides the view so that a point at the pivot's depth follows the pointer; `by` is in heights of the image, x to the right
-/// and y down.
+/// Slides the view so that a point at the pivot's depth follows the pointer; `by` is in heights of the image, x to the
+/// right and y down.
 pub fn pan(view: View, pivot: Vec3, by: Vec2) -> View {
     let height = height_at(view, pivot);
     let right = right(view.place);

@@ -25,8 +25,8 @@ pub enum Def {
 
 /// Definitions by name.
 ///
-/// `#ifdef NAME` holds when NAME has a value other than `false`; `#if NAME == VALUE` compares it; `#{NAME}` is it. `#{HERE}` is
-/// the place where it stands, for [`super::report`].
+/// `#ifdef NAME` holds when NAME has a value other than `false`; `#if NAME == VALUE` compares it; `#{NAME}` is it.
+/// `#{HERE}` is the place where it stands, for [`super::report`].
 pub type Defs = BTreeMap<String, Def>;
 
 /// A composed, validated and reflected shader.

@@ -17,8 +17,8 @@ pub struct Import {
 /// Braces deeper than this are a fault: nobody means them, and each costs stack.
 const MAX_DEPTH: usize = 32;
 
-/// Reads `#import …` at `range` of `text`, which has no comments: `a::b`, `a as x`, `a::{b, c as d, e::{f}}`, `"path"::{g}`,
-/// separated by commas.
+/// Reads `#import …` at `range` of `text`, which has no comments: `a::b`, `a as x`, `a::{b, c as d, e::{f}}`,
+/// `"path"::{g}`, separated by commas.
 pub(super) fn parse_imports(
     source: &Arc<Source>,
     text: &str,

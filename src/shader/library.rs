@@ -28,8 +28,8 @@ pub struct Library {
 
 impl Library {
     /// Reads every `*.wgsl` in the folders and the folders in them. A file hides those of the same relative path in
-    /// later folders. Links that lead out of a folder are not followed. The language's own shaders, in `lightgraph/`, are
-    /// there too.
+    /// later folders. Links that lead out of a folder are not followed. The language's own shaders, in `lightgraph/`,
+    /// are there too.
     ///
     /// # Errors
     /// Every folder and file that can't be read, and every file that isn't UTF-8.

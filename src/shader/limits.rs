@@ -1,8 +1,8 @@
 //! What a shader may be at most, counted on its words before naga sees it.
 //!
-//! naga, its writers and the compilers of drivers descend into expressions, types and chains of declarations by recursion, and
-//! naga writes constants out in full wherever they are named. A text of some kilobytes could end the program by its depth, or
-//! take all memory.
+//! naga, its writers and the compilers of drivers descend into expressions, types and chains of declarations by
+//! recursion, and naga writes constants out in full wherever they are named. A text of some kilobytes could end the
+//! program by its depth, or take all memory.
 
 use super::{
     lex::{Kind, Token},
@@ -21,7 +21,8 @@ const MAX_DEPTH: usize = 1000;
 /// Operators that an `else` counts for: a statement in a statement takes more stack than an operator.
 const ELSE: usize = 4;
 
-/// Declarations in a chain at most, each of which names the next: structs in structs, constants of constants, calls of calls.
+/// Declarations in a chain at most, each of which names the next: structs in structs, constants of constants, calls of
+/// calls.
 const MAX_CHAIN: usize = 200;
 
 /// Scalars and structs that an expression may be written out to.

@@ -6,9 +6,9 @@
 //!
 //! Inside: `lex` finds words, `scan` settles conditions and reads imports, `outline` lists what a file declares, `link`
 //! follows imports, `write` spells the text for naga_oil and leads its places back, `oil` calls it, `bind` gives
-//! bindings, `limits` refuses what would exhaust stack or memory, `reflect` reads the [`Interface`]; `report` is the module by which shaders check themselves, `memo` keeps
-//! what was made of the same texts before, `kept` what other runs of a program joined; `survey` is what
-//! editors ask of a file.
+//! bindings, `limits` refuses what would exhaust stack or memory, `reflect` reads the [`Interface`]; `report` is the
+//! module by which shaders check themselves, `memo` keeps what was made of the same texts before, `kept` what other
+//! runs of a program joined; `survey` is what editors ask of a file.
 
 mod bind;
 pub mod compose;

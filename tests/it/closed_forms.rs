@@ -61,8 +61,8 @@ fn on_ground(inverse: Mat4, x: u32, y: u32, size: u32) -> Vec3 {
     a + (b - a) * (a.y / (a.y - b.y))
 }
 
-/// A closed box whose walls emit 1 and reflect ρ: 1 + ρ + … + ρⁿ⁺¹ after n indirect bounces (what emitters light at once is
-/// direct), 1/(1 − ρ) in the end, at every point and in every direction, whatever the grid.
+/// A closed box whose walls emit 1 and reflect ρ: 1 + ρ + … + ρⁿ⁺¹ after n indirect bounces (what emitters light at
+/// once is direct), 1/(1 − ρ) in the end, at every point and in every direction, whatever the grid.
 #[test]
 fn furnaces_reach_the_sum_of_their_bounces_in_every_pixel() {
     for (scene, albedo) in [("furnace.glb", 0.5f64), ("furnace_80.glb", 0.8), ("furnace_95.glb", 0.95)] {

@@ -87,7 +87,8 @@ fn culled_draws_make_the_same_bits() {
     }
 }
 
-/// Draws walls into shadow maps or not: a wall comes between a light in the room and nothing, but its texels shadow edges.
+/// Draws walls into shadow maps or not: a wall comes between a light in the room and nothing, but its texels shadow
+/// edges.
 #[test]
 fn walls_round_everything_shadow_nothing() {
     let gpu = &device::gpu();

@@ -1,5 +1,5 @@
-//! What moves is drawn again only in the views that show it, before or after, and what follows from them alone is made again; every
-//! frame is compared with a full run.
+//! What moves is drawn again only in the views that show it, before or after, and what follows from them alone is made
+//! again; every frame is compared with a full run.
 
 use crate::{device, support};
 use glam::Vec3;
@@ -94,7 +94,8 @@ fn an_object_is_captured_again_only_by_the_faces_that_see_it() {
     assert_eq!(ran(&s, &r, "capture"), Ran::Part(some), "back where it was, seen by the same faces");
 }
 
-/// Rays find the same faces as drawing does but for those that a wall hides, and probes are lit again that see what moved.
+/// Rays find the same faces as drawing does but for those that a wall hides, and probes are lit again that see what
+/// moved.
 #[test]
 fn rays_are_traced_again_only_for_the_faces_that_show_what_moved() {
     let gpu = &device::gpu();
@@ -121,7 +122,8 @@ fn rays_are_traced_again_only_for_the_faces_that_show_what_moved() {
     }
 }
 
-/// What moves in the dark leaves the light that probes were lit by as it was; only probes that see it have anything new to send.
+/// What moves in the dark leaves the light that probes were lit by as it was; only probes that see it have anything new
+/// to send.
 #[test]
 fn an_object_in_the_dark_lights_again_only_the_probes_that_see_it() {
     let gpu = &device::gpu();
@@ -146,7 +148,8 @@ fn an_object_in_the_dark_lights_again_only_the_probes_that_see_it() {
     assert_eq!(ran(&s, &r, "second_bounce"), Ran::Part(64));
 }
 
-/// Where the first bounce of few probes comes out otherwise, only those need the second that take light from them or see something else.
+/// Where the first bounce of few probes comes out otherwise, only those need the second that take light from them or
+/// see something else.
 #[test]
 fn light_that_changes_at_few_probes_is_gathered_again_by_those_that_take_it() {
     let gpu = &device::gpu();
@@ -170,7 +173,8 @@ fn light_that_changes_at_few_probes_is_gathered_again_by_those_that_take_it() {
     }
 }
 
-/// An object in the light changes squares of the shadow map: probes that look elsewhere, and do not see it, are not lit again.
+/// An object in the light changes squares of the shadow map: probes that look elsewhere, and do not see it, are not lit
+/// again.
 #[test]
 fn an_object_in_the_light_lights_again_only_the_probes_that_its_shadow_may_reach() {
     let gpu = &device::gpu();
@@ -322,7 +326,8 @@ fn rays_are_not_traced_again_for_what_a_wall_hides() {
     }
 }
 
-/// What a full run would draw is there too when a step runs for another reason while something hidden is out of its place.
+/// What a full run would draw is there too when a step runs for another reason while something hidden is out of its
+/// place.
 #[test]
 fn what_moved_unseen_is_drawn_where_it_is_when_all_is_drawn_again() {
     let gpu = &device::gpu();

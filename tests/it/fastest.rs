@@ -13,7 +13,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Two ways to the same numbers, in a loop; the first takes a thousand times as many steps. `pack` is for the second alone.
+/// Two ways to the same numbers, in a loop; the first takes a thousand times as many steps. `pack` is for the second
+/// alone.
 const GRAPH: &str = r#"Graph(
     about: "The same, slowly and quickly",
     resources: {

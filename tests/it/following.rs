@@ -136,8 +136,8 @@ fn walk(gpu: &Gpu, graph: &str, set: &[&str]) -> Vec<(f32, Image)> {
 const WALK_FRAMES: u32 = 31;
 const WALK_STEP: f32 = 0.05;
 
-/// From frame to frame the image changes by the motion itself; how much more it changes than with probes that stand still is
-/// what pops.
+/// From frame to frame the image changes by the motion itself; how much more it changes than with probes that stand
+/// still is what pops.
 #[test]
 #[ignore = "takes minutes on two cores: cargo test fly_through -- --ignored --nocapture"]
 fn nothing_pops_in_a_fly_through() {

@@ -1,5 +1,5 @@
-//! Glossy lobes as the shaders tabulate and draw them: against integrals of the lobes themselves, closed forms, and another
-//! renderer.
+//! Glossy lobes as the shaders tabulate and draw them: against integrals of the lobes themselves, closed forms, and
+//! another renderer.
 
 use crate::device::{Shot, gpu};
 use crate::support::{Scratch, repository};
@@ -105,8 +105,8 @@ fn phong_lobes_keep_their_energy_and_take_no_light_from_behind() {
     }
 }
 
-/// Metal balls of four roughnesses in a room, each ball's mean within 3 % of a path tracer's. Order 4 is enough for means,
-/// and quick.
+/// Metal balls of four roughnesses in a room, each ball's mean within 3 % of a path tracer's. Order 4 is enough for
+/// means, and quick.
 #[test]
 fn metals_reflect_as_much_as_in_the_reference() {
     // Enough points on the lamp that its noise is not taken for a bias.
@@ -186,8 +186,8 @@ fn reflected(cosine: f64, roughness: f64) -> f64 {
     above.map(|(d, area)| area * lobe(d)).sum()
 }
 
-/// Rough white metals lose what their facets hide from each other: as much of it as the integral says, from lights and from
-/// drawn directions together.
+/// Rough white metals lose what their facets hide from each other: as much of it as the integral says, from lights and
+/// from drawn directions together.
 #[test]
 fn rough_metals_reflect_what_their_lobe_integrates_to() {
     const SIZE: u32 = 4;

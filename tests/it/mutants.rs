@@ -1,7 +1,8 @@
 //! Mutants of every kind of file, as `fuzz/` knows them: each is refused with an error or read, within memory and time.
 //!
-//! A process with 4 GiB of addresses takes each kind; what ends it fails the test with the mutant, kept in `target/tmp/mutants`.
-//! `LIGHTGRAPH_MUTANTS` says how many of each kind (`make mutants`: 2,000); without it, as many as `make test` has time for.
+//! A process with 4 GiB of addresses takes each kind; what ends it fails the test with the mutant, kept in
+//! `target/tmp/mutants`. `LIGHTGRAPH_MUTANTS` says how many of each kind (`make mutants`: 2,000); without it, as many
+//! as `make test` has time for.
 
 use crate::support::{Random, files, repository};
 use lightgraph::shader::{Defs, Library, compose};

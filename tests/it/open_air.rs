@@ -65,7 +65,8 @@ fn a_ball_under_a_uniform_sky_shows_its_albedo() {
     }
 }
 
-/// Every probe graph shows the sky and gets light from it. Probes inside of the ball are dark, so that what is near them is, too.
+/// Every probe graph shows the sky and gets light from it. Probes inside of the ball are dark, so that what is near
+/// them is, too.
 #[test]
 fn probes_gather_the_sky() {
     for (graph, set) in [

@@ -50,8 +50,8 @@ fn off(products: &[f64], order: usize, left: impl Fn(usize) -> f64) -> f64 {
     products.iter().enumerate().map(|(e, found)| (found - expected(e)).abs()).fold(0.0, f64::max)
 }
 
-/// Light that is in the harmonics is found again on any cube with texels enough, to rounding; an integral over its texels
-/// finds it up to their width.
+/// Light that is in the harmonics is found again on any cube with texels enough, to rounding; an integral over its
+/// texels finds it up to their width.
 #[test]
 fn least_squares_find_light_that_is_in_the_harmonics() {
     for (order, face, least) in [(2, 3, 0.01), (2, 16, 0.0005), (4, 4, 0.02), (4, 16, 0.0005)] {
@@ -63,8 +63,8 @@ fn least_squares_find_light_that_is_in_the_harmonics() {
     }
 }
 
-/// Two by two texels a face hold 24 numbers, fewer than the 25 coefficients of order 4: what they don't tell apart is left
-/// out, and nothing overflows.
+/// Two by two texels a face hold 24 numbers, fewer than the 25 coefficients of order 4: what they don't tell apart is
+/// left out, and nothing overflows.
 #[test]
 fn functions_that_texels_do_not_tell_apart_are_left_out() {
     let n = sh::count(4);

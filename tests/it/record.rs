@@ -1,5 +1,5 @@
-//! Frames that are recorded into a program's own commands: they wait for nothing, equal those that are waited for, and read
-//! the program's own memory.
+//! Frames that are recorded into a program's own commands: they wait for nothing, equal those that are waited for, and
+//! read the program's own memory.
 
 use crate::{device, support};
 use glam::Vec3;

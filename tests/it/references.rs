@@ -115,8 +115,8 @@ fn probe_coefficients_agree_with_the_references() {
     }
 }
 
-/// The same after the bounces have converged: there interpolation feeds back, so the figure is larger. Printed, and held
-/// below half as much again as was measured.
+/// The same after the bounces have converged: there interpolation feeds back, so the figure is larger. Printed, and
+/// held below half as much again as was measured.
 #[test]
 fn converged_probe_coefficients_differ_by_what_interpolation_feeds_back() {
     for (scene, known) in [("cornell_point", 2.14), ("room_spot", 4.02)] {

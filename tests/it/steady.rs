@@ -87,7 +87,7 @@ fn a_pass_more_is_no_allocation_more() {
     let growth = |few: u64, many: u64| many.saturating_sub(few) as f64 / 400.0;
     let (ours, by_hand) = (growth(few, many), growth(few_by_hand, many_by_hand));
     println!("a frame of 100 passes: {few} allocations, {few_by_hand} by hand; a pass more: {ours}, {by_hand} by hand");
-    // What each pass did would show as one more. The rest are lists that double as they fill, ours and wgpu's, and wgpu's
-    // records of timestamps, which the other program doesn't take.
+    // What each pass did would show as one more. The rest are lists that double as they fill, ours and wgpu's, and
+    // wgpu's records of timestamps, which the other program doesn't take.
     assert!(ours < by_hand + 0.5, "a pass allocates {ours} times, {by_hand} times by hand");
 }

@@ -176,8 +176,8 @@ fn a_test_that_hangs_fails_by_its_limit_and_the_run_goes_on() {
     let constant = r#"Mean(output: "color", value: 0.2917, tolerance: 0.01, reason: "a third of the colours' sum")"#;
     let scratch = project("snapshot-hangs", constant);
     let at = |file: &str| scratch.path().join(file);
-    // Four thousand million steps, each of which needs the one before. Mesa's software driver ends a loop after 65,535, so
-    // that it takes many pixels to keep it busy.
+    // Four thousand million steps, each of which needs the one before. Mesa's software driver ends a loop after 65,535,
+    // so that it takes many pixels to keep it busy.
     let slow = "var<uniform> red: f32;
 struct Image { @location(0) color: vec4f }
 @fragment fn fragment() -> Image {

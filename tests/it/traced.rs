@@ -67,9 +67,9 @@ fn more_frames_are_less_noise() {
     assert!((3.3..=4.7).contains(&(one / sixteen)), "rmse of 1 frame {one:.1} %, of 16 {sixteen:.1} %");
 }
 
-/// With 4×4×4 probes in a cube, texels look exactly into its corners: rays give them to the triangle that drawing covers
-/// them with. What is left lies along edges that rounding moves across a texel's centre. With another number along each
-/// axis no texel looks there.
+/// With 4×4×4 probes in a cube, texels look exactly into its corners: rays give them to the triangle that drawing
+/// covers them with. What is left lies along edges that rounding moves across a texel's centre. With another number
+/// along each axis no texel looks there.
 #[test]
 fn probes_captured_by_rays_are_those_drawn() {
     for (scene, grid, most) in [
@@ -99,8 +99,8 @@ const SWIFTSHADER: [&str; 5] = [
     "/snap/chromium/current/usr/lib/chromium-browser/vk_swiftshader_icd.json",
 ];
 
-/// The same triangles cover the same texels, whether the faces of a probe are drawn one by one or at once. Mesa's llvmpipe
-/// loses triangles that it clips, in every view but one: instead of on it, the command runs on SwiftShader.
+/// The same triangles cover the same texels, whether the faces of a probe are drawn one by one or at once. Mesa's
+/// llvmpipe loses triangles that it clips, in every view but one: instead of on it, the command runs on SwiftShader.
 #[test]
 fn probes_captured_through_six_views_are_those_drawn_face_by_face() {
     let driver = device::gpu().info.name.contains("llvmpipe").then(|| {

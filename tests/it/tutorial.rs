@@ -1,4 +1,5 @@
-//! Every step of docs/tutorial.md, in order: files are written, commands run, and what they print is held to what stands there.
+//! Every step of docs/tutorial.md, in order: files are written, commands run, and what they print is held to what
+//! stands there.
 
 use crate::support::{Scratch, command, repository};
 use std::path::Path;

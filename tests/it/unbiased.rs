@@ -17,15 +17,15 @@ const SIZE: u32 = 128;
 /// Pixels along a side of the blocks whose means are compared; the references' errors are of such.
 const BLOCK: u32 = 8;
 
-/// Share of the mean block's light below which a block is dim: a few paths bring all of it, and the sum of few is no normal
-/// distribution.
+/// Share of the mean block's light below which a block is dim: a few paths bring all of it, and the sum of few is no
+/// normal distribution.
 const DIM: f64 = 0.1;
 
 /// Independent images of which each comparison takes the mean.
 const IMAGES: u32 = 4;
 
-/// Paths a pixel in each of them: a first look, and what decides where that leaves a doubt. The mean of few paths is no normal
-/// distribution yet: what they miss makes a block both dim and seemingly sure.
+/// Paths a pixel in each of them: a first look, and what decides where that leaves a doubt. The mean of few paths is no
+/// normal distribution yet: what they miss makes a block both dim and seemingly sure.
 const PATHS: [u32; 2] = [4, 64];
 
 /// Of a normal distribution, what lies beyond three standard errors.
@@ -86,9 +86,9 @@ impl Tracer {
     }
 }
 
-/// The pixels that look at an edge of a triangle, up to a thousandth of a pixel: what they see is up to rounding, so that
-/// even two images of one reference may differ there. The cornell box's corners run along the image's diagonals. Of an edge
-/// that passes the viewer, what lies a millimetre before it and farther.
+/// The pixels that look at an edge of a triangle, up to a thousandth of a pixel: what they see is up to rounding, so
+/// that even two images of one reference may differ there. The cornell box's corners run along the image's diagonals.
+/// Of an edge that passes the viewer, what lies a millimetre before it and farther.
 fn at_edges(scene: &Scene, camera: Option<&str>) -> Vec<bool> {
     const NEAR: f64 = 1e-3;
     let pose = scene.pose(0.0);
@@ -125,10 +125,10 @@ fn at_edges(scene: &Scene, camera: Option<&str>) -> Vec<bool> {
     found
 }
 
-/// How far the mean of independent images is from the reference, in standard errors: each block, and the whole. The variance
-/// of a block is the sum of its pixels', as the images spread there, and the reference's own: `errors` holds that of
-/// a block's mean over pixels and channels. Blocks of less than `DIM` light are taken together as one. Pixels that
-/// are `left_out` don't count.
+/// How far the mean of independent images is from the reference, in standard errors: each block, and the whole. The
+/// variance of a block is the sum of its pixels', as the images spread there, and the reference's own: `errors` holds
+/// that of a block's mean over pixels and channels. Blocks of less than `DIM` light are taken together as one. Pixels
+/// that are `left_out` don't count.
 fn deviations(images: &[Image], expected: &Image, errors: &Image, left_out: &[bool]) -> (Vec<f64>, f64) {
     let along = SIZE / BLOCK;
     let n = images.len() as f64;
@@ -203,7 +203,8 @@ fn beyond_chance(
         blocks.len(),
     );
     println!("{found}");
-    // Chance puts the spread round 1 with a standard error of 1/sqrt(2 n): 0.04 for 256 blocks, so that 1.2 is 4.5 of them.
+    // Chance puts the spread round 1 with a standard error of 1/sqrt(2 n): 0.04 for 256 blocks, so that 1.2 is 4.5 of
+    // them.
     let wide = 1.0 + 4.5 / (2.0 * blocks.len() as f64).sqrt();
     if whole.abs() <= 3.0 && far <= most && spread <= wide { String::new() } else { format!("{found}\n") }
 }

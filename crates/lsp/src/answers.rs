@@ -52,8 +52,8 @@ pub fn shader_of(workspace: &mut Workspace, path: &Path) -> Option<(Library, Str
     })
 }
 
-/// Where a symbol is declared. From a declaration, where what it stands for is: an edit of a variant leads to the base, a
-/// variable of a shader to the resource.
+/// Where a symbol is declared. From a declaration, where what it stands for is: an edit of a variant leads to the base,
+/// a variable of a shader to the resource.
 pub fn definition(workspace: &mut Workspace, path: &Path, under: &Under) -> Vec<Place> {
     if let Symbol::File(file) = &under.symbol {
         return vec![Place { path: file.clone(), range: 0..0, declares: true }];

@@ -1,7 +1,7 @@
 //! The faults of every graph that an open document is part of, on a thread of its own.
 //!
-//! A change marks the graphs with the changed file; they are checked one after the other, those nearest to the change first,
-//! and what is known is told after each. A change that comes meanwhile starts it over with what is left.
+//! A change marks the graphs with the changed file; they are checked one after the other, those nearest to the change
+//! first, and what is known is told after each. A change that comes meanwhile starts it over with what is left.
 
 use crate::graphs::{self, Opened, Settings, is_ron, may_be_graph};
 use crate::text::Columns;

@@ -17,8 +17,8 @@
 //! - [`outline`]: symbols, folds and hints of a document; [`fixes`]: edits that faults propose
 //! - [`server`]: messages in and out
 //!
-//! What must stay true: a fault here is a fault of `lightgraph check`, in the same words at the same place; no text ends
-//! the server; answers don't wait for checks.
+//! What must stay true: a fault here is a fault of `lightgraph check`, in the same words at the same place; no text
+//! ends the server; answers don't wait for checks.
 
 #![forbid(unsafe_code)]
 

@@ -1,7 +1,7 @@
 //! The words of a graph file with what each is for, however broken the file.
 //!
-//! A walk over the text keeps the brackets that are open, what stands before each and the key in it; from these follows what a
-//! word means. It never fails: half-typed text is text up to the cursor.
+//! A walk over the text keeps the brackets that are open, what stands before each and the key in it; from these follows
+//! what a word means. It never fails: half-typed text is text up to the cursor.
 
 use std::ops::Range;
 

@@ -1,4 +1,5 @@
-//! What names mean across files: a resource in a graph, its variants and the shaders that bind it by name is one symbol.
+//! What names mean across files: a resource in a graph, its variants and the shaders that bind it by name is one
+//! symbol.
 
 use crate::mentions::{self, GraphFile, Named};
 use crate::wgsl::{self, ShaderFile};

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
-/// The texts of files: of open documents as the editor has them, else as the disk has them. An unchanged file is the same
-/// source each time it is read.
+/// The texts of files: of open documents as the editor has them, else as the disk has them. An unchanged file is the
+/// same source each time it is read.
 #[derive(Debug, Default)]
 pub struct Texts {
     open: Mutex<BTreeMap<PathBuf, Document>>,

@@ -369,7 +369,8 @@ impl Renderer {
         self.with(py, |state| seen::place(&mut state.session, &all))
     }
 
-    /// Shows another scene, seen as before. What was found from earlier frames is forgotten; the next one has the number 0.
+    /// Shows another scene, seen as before. What was found from earlier frames is forgotten; the next one has the
+    /// number 0.
     fn show(&self, py: Python<'_>, scene: &Scene) -> PyResult<()> {
         let scene = scene.scene.clone();
         self.with(py, |state| {

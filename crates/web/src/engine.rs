@@ -1,5 +1,5 @@
-//! From what the page wishes to frames on its canvas. Nothing waits: a session that is made is shown once the device has
-//! found no fault with it, and until then the one before goes on.
+//! From what the page wishes to frames on its canvas. Nothing waits: a session that is made is shown once the device
+//! has found no fault with it, and until then the one before goes on.
 
 use crate::display::{Display, showable};
 use crate::link;

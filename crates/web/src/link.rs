@@ -1,6 +1,6 @@
-//! What a link carries behind its `#`: the graph, the scene, parameters, the view and the files that were edited. Compressed,
-//! in the letters of URLs. A link comes from anybody: whatever stands in it, reading takes bounded time and memory, and what it
-//! gives is names and texts.
+//! What a link carries behind its `#`: the graph, the scene, parameters, the view and the files that were edited.
+//! Compressed, in the letters of URLs. A link comes from anybody: whatever stands in it, reading takes bounded time and
+//! memory, and what it gives is names and texts.
 
 use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
@@ -191,7 +191,8 @@ mod tests {
         assert!(encode(&SHARED.replace("0.5", "1e30")).unwrap_err().contains("nowhere"));
     }
 
-    /// Links that are nearly right, and links of nothing. `LIGHTGRAPH_LINKS` says how many; a million take half a minute.
+    /// Links that are nearly right, and links of nothing. `LIGHTGRAPH_LINKS` says how many; a million take half a
+    /// minute.
     #[test]
     fn no_link_panics() {
         let count = std::env::var("LIGHTGRAPH_LINKS").map_or(20_000, |n| n.parse().unwrap());

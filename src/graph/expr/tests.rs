@@ -1,5 +1,5 @@
-//! Expressions against answers by hand, and random ones against an evaluator that shares nothing with the one tested: it
-//! works on trees that never were text, in 128 bits.
+//! Expressions against answers by hand, and random ones against an evaluator that shares nothing with the one tested:
+//! it works on trees that never were text, in 128 bits.
 
 mod twin;
 

@@ -160,7 +160,8 @@ fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, bits: &A
     let there = held.slots();
     let mut run: BTreeSet<usize> = BTreeSet::new();
     loop {
-        // With all that is known to run, what is missing when it is wanted? Memory is shared: what was there may be gone.
+        // With all that is known to run, what is missing when it is wanted? Memory is shared: what was there may be
+        // gone.
         let mut slots = there.clone();
         let mut more: Vec<usize> = vec![];
         for i in &run {

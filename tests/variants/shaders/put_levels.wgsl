@@ -1,4 +1,5 @@
-//! One texel of the last level of each texture: of 7 × 5, the last layer of two, the last face of a cube, the highest of 64.
+//! One texel of the last level of each texture: of 7 × 5, the last layer of two, the last face of a cube, the highest
+//! of 64.
 var flat: texture_2d<f32>;
 var stack: texture_2d_array<f32>;
 var box_below: texture_2d_array<f32>;

@@ -124,7 +124,8 @@ fn time(seconds: f64) -> String {
     if seconds < 10.0 { format!("{seconds:.1} s") } else { format!("{seconds:.0} s") }
 }
 
-/// Of a software adapter the processor's time, which other programs on the machine change little; of others, time that passes.
+/// Of a software adapter the processor's time, which other programs on the machine change little; of others, time that
+/// passes.
 struct Clock {
     wall: Instant,
     /// Seconds at the start, where the system tells them.

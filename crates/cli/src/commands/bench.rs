@@ -36,8 +36,9 @@ pub struct Args {
     /// Leaves out settings that have as much or more of everything than one whose frames took longer than this
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub patience: Option<f64>,
-    /// How often to go over the settings of a scene, all of them in turn, so that what slows the machine down for a while slows
-    /// none alone. From the second time on a frame of each phase is added, and slow settings are left out: see --brief
+    /// How often to go over the settings of a scene, all of them in turn, so that what slows the machine down for a
+    /// while slows none alone. From the second time on a frame of each phase is added, and slow settings are left out:
+    /// see --brief
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rounds: u32,
     /// Settings of which a frame of each phase takes no longer than this together take part in all rounds
@@ -55,8 +56,8 @@ pub struct Args {
     /// Where results.json, results.csv, report.html and pictures go
     #[arg(long, value_name = "DIR", default_value = "out/bench")]
     pub out: PathBuf,
-    /// Go on with the results in the output folder: what is there and was made from the same files is not run again, and
-    /// what was not asked for this time stays
+    /// Go on with the results in the output folder: what is there and was made from the same files is not run again,
+    /// and what was not asked for this time stays
     #[arg(long)]
     pub resume: bool,
     /// List what became slower or less accurate since then, and say how much came out again; exit code 1 if anything

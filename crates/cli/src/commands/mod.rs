@@ -199,7 +199,8 @@ pub fn print_data(text: &str) {
     }
 }
 
-/// The scene of a path, with what is added; without a path a stand-in, of which a graph may use nothing: see [`needs_no_scene`].
+/// The scene of a path, with what is added; without a path a stand-in, of which a graph may use nothing: see
+/// [`needs_no_scene`].
 fn scene_or_none(path: Option<&Path>, additions: &AdditionArgs) -> Result<Loaded, Failure> {
     path.map_or_else(|| Ok(scene::stand_in()?), |path| additions.load(path))
 }

@@ -44,7 +44,8 @@ pub struct Args {
     /// Choose the fastest of what errs no more than this
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub error: Option<f64>,
-    /// Graph files, or folders that hold some, separated by commas [default: half a dozen of those that come with lightgraph]
+    /// Graph files, or folders that hold some, separated by commas [default: half a dozen of those that come with
+    /// lightgraph]
     #[arg(long, value_name = "FILES", value_delimiter = ',')]
     pub graphs: Vec<PathBuf>,
     /// Settings to try besides each graph's own; each graph takes the parameters it has

@@ -40,7 +40,8 @@
 //! each adapter.
 //!
 //! `file` reads a test, `play` plays it, `check` judges, `judge` brings these together, `run` gives each a device and a
-//! time limit, `reference` keeps and blesses what is expected, `select` finds the tests, `report` and `junit` tell others.
+//! time limit, `reference` keeps and blesses what is expected, `select` finds the tests, `report` and `junit` tell
+//! others.
 
 pub mod check;
 pub mod file;

@@ -1,12 +1,12 @@
 //! The window: a graph seen live, with all that can be set, compared and looked into.
 //!
-//! - `choice` is what the user chose (what undo takes back and files keep), `undo` its history, `state` the rest of what the
-//!   window remembers; `pick` finds what lies under the pointer
-//! - `stage` holds the sessions and makes frames; `engine` runs it on a thread of its own: it is told what is wanted, and
-//!   tells what there is to show; `feed` is what it told so far; `variants` finds the graphs to choose from
+//! - `choice` is what the user chose (what undo takes back and files keep), `undo` its history, `state` the rest of
+//!   what the window remembers; `pick` finds what lies under the pointer
+//! - `stage` holds the sessions and makes frames; `engine` runs it on a thread of its own: it is told what is wanted,
+//!   and tells what there is to show; `feed` is what it told so far; `variants` finds the graphs to choose from
 //! - `picture` colours the texels of a resource; `canvas` brings images of linear light to the screen
-//! - `panels` are the parts of the window, `overlay` what lies on the image; `surface` draws them, `app` is the event loop,
-//!   `script` plays events without a user
+//! - `panels` are the parts of the window, `overlay` what lies on the image; `surface` draws them, `app` is the event
+//!   loop, `script` plays events without a user
 //!
 //! Only `stage`, `engine`, `canvas` and `surface` see a device, only `app` and `surface` a window.
 

@@ -62,8 +62,8 @@ pub fn project(view: View, aspect: f32, point: Vec3) -> Option<Vec2> {
     Some(at + 0.5)
 }
 
-/// How far a thing at `point` moves, in metres, when the pointer goes `by` in the image: in the plane through the point that
-/// faces the viewer.
+/// How far a thing at `point` moves, in metres, when the pointer goes `by` in the image: in the plane through the point
+/// that faces the viewer.
 pub fn drag(view: View, aspect: f32, point: Vec3, by: Vec2) -> Vec3 {
     let height = height_at(view, point);
     (right(view.place) * by.x * aspect - view.place.up * by.y) * height

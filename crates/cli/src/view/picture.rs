@@ -70,8 +70,8 @@ pub const NOT_A_NUMBER: [u8; 4] = [255, 0, 255, 255];
 /// The mark of an infinity.
 pub const INFINITE: [u8; 4] = [0, 255, 255, 255];
 
-/// Every texel as red, green, blue and alpha in sRGB; and what the numbers are. NaN is magenta and infinity cyan. Alpha is
-/// shown only by itself.
+/// Every texel as red, green, blue and alpha in sRGB; and what the numbers are. NaN is magenta and infinity cyan. Alpha
+/// is shown only by itself.
 pub fn paint(image: &Image, look: Look) -> (Vec<u8>, Extent) {
     let extent = measure(image, look.channel);
     let [low, high] = look.range.unwrap_or([extent.least, extent.most]);

@@ -138,8 +138,8 @@ impl Screen {
         written.map(|()| true)
     }
 
-    /// Sets the surface up for its size. The engine may be submitting at the same moment, which some drivers refuse: then the
-    /// next image tries again.
+    /// Sets the surface up for its size. The engine may be submitting at the same moment, which some drivers refuse:
+    /// then the next image tries again.
     fn configure(&mut self) -> bool {
         let scope = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         self.surface.configure(&self.gpu.device, &self.config);

@@ -206,8 +206,8 @@ impl Bench<'_> {
         Ok(rows)
     }
 
-    /// Milliseconds until the first pixel: files read, prepared, rendered and read back. The second time, when what drivers cache is
-    /// there.
+    /// Milliseconds until the first pixel: files read, prepared, rendered and read back. The second time, when what
+    /// drivers cache is there.
     pub(super) fn first_image(&self, run: &Run) -> Checked<[f64; 3]> {
         let mut parts = [0.0; 3];
         for _ in 0..2 {

@@ -58,8 +58,8 @@ impl Bench<'_> {
         Ok(rows)
     }
 
-    /// Whether the device's own clock counts: the host's time of a short step on a GPU is that of handing it over. A software
-    /// driver's is not to be trusted.
+    /// Whether the device's own clock counts: the host's time of a short step on a GPU is that of handing it over. A
+    /// software driver's is not to be trusted.
     fn by_device(&self) -> bool {
         !self.gpu.is_software()
     }

@@ -1,4 +1,5 @@
-//! The image in the middle: what the pointer does on it, the marks of lights and of what is selected, the names of the halves.
+//! The image in the middle: what the pointer does on it, the marks of lights and of what is selected, the names of the
+//! halves.
 
 use super::{Seen, stem};
 use crate::view::choice::{Against, Layout};
