@@ -266,7 +266,7 @@ fn is_name(word: &str) -> bool {
 }
 
 /// The length of a block comment, those in it included; `None` when it has no end.
-pub(super) fn comment(text: &str) -> Option<usize> {
+pub fn comment(text: &str) -> Option<usize> {
     let (mut depth, mut at) = (0usize, 0);
     let bytes = text.as_bytes();
     while let Some(pair) = bytes.get(at..at + 2) {

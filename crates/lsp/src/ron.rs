@@ -3,6 +3,7 @@
 //! A walk over the text keeps the brackets that are open, what stands before each and the key in it; from these follows
 //! what a word means. It never fails: half-typed text is text up to the cursor.
 
+use lightgraph::graph::tree::comment;
 use std::ops::Range;
 
 /// An open bracket.
@@ -131,22 +132,7 @@ fn behind_comment(text: &str, at: usize) -> usize {
     if rest.starts_with("//") {
         return at + rest.find('\n').unwrap_or(rest.len());
     }
-    let (mut depth, mut end) = (0usize, 0);
-    while let Some(pair) = rest.as_bytes().get(end..end + 2) {
-        match pair {
-            b"/*" => depth += 1,
-            b"*/" => depth -= 1,
-            _ => {
-                end += 1;
-                continue;
-            }
-        }
-        end += 2;
-        if depth == 0 {
-            return at + end;
-        }
-    }
-    text.len()
+    comment(rest).map_or(text.len(), |length| at + length)
 }
 
 /// What the struct around a word is.
@@ -353,7 +339,8 @@ mod tests {
 
     #[test]
     fn words_have_roles() {
-        let text = r#"Graph(about: "a", lets: {"n": "grid.x"}, resources: {"r": Texture(format: R8Unorm, size: ("n", 2))},
+        let text = r#"Graph(about: "a", lets: {"n": "grid.x"},
+            resources: {"r": Texture(format: R8Unorm, size: ("n", 2))},
             passes: [Loop(name: "l", count: "n", passes: [Draw(name: "p", shader: "s.wgsl", // "c"
                 clear: {"r": (0, 0)}, bind: {"v": "r"}, only: Dirty(bits: "b", of: ["r"]))])], outputs: {"o": "r"})"#;
         let found = roles(text);
@@ -380,7 +367,8 @@ mod tests {
             assert!(found.contains(&expected), "{expected:?} in {found:?}");
         }
         let variant = roles(
-            r#"Variant(base: "b.ron", params: {"p": (default: 3)}, passes: {"x": (when: "p > 0")}, before: {"x": [Clear(target: "r")]})"#,
+            r#"Variant(base: "b.ron", params: {"p": (default: 3)}, passes: {"x": (when: "p > 0")},
+            before: {"x": [Clear(target: "r")]})"#,
         );
         for expected in [
             ("b.ron", Role::Graph),

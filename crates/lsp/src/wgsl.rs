@@ -326,7 +326,8 @@ mod tests {
     #[test]
     fn names_have_meanings() {
         let text = "#define_import_path m\n#import a::{b, c as d}\n#ifdef ON\n#endif\nstruct U { gain: f32, b2: f32 }\n\
-            var<uniform> u: U;\nvar color: texture_2d<f32>;\n@fragment fn main(p: U) -> f32 {\n  let color2 = u.gain + p.b2 * #{N};\n  \
+            var<uniform> u: U;\nvar color: texture_2d<f32>;\n@fragment fn main(p: U) -> f32 {\n  \
+            let color2 = u.gain + p.b2 * #{N};\n  \
             let x = color; { let color = 1; color; } return b(d) + a::e(color).gain; }\n";
         let file = ShaderFile::new(&Source::new("m.wgsl", text));
         let found: Vec<(&str, &Named)> = file.mentions.iter().map(|m| (&text[m.range.clone()], &m.named)).collect();
