@@ -1,5 +1,5 @@
-//! Area of surfaces along each axis, for probe_axes.wgsl: in each of 64 parts of the box what a piece of the triangles has there. By pieces,
-//! since a software driver ends loops after 65,535 rounds.
+//! Area of surfaces along each axis, for probe_axes.wgsl: in each of 64 parts of the box what a piece of the triangles
+//! has there. By pieces, since a software driver ends loops after 65,535 rounds.
 struct Row {
     a: vec3f,
     b: vec3f,

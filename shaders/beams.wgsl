@@ -1,5 +1,5 @@
-//! Where in the lights' beams photons leave: mostly where rays ended that are lit, and beside. Of each light squares of 1, 4, 16, …
-//! parts, one after the other; a part holds the mean of the four below it.
+//! Where in the lights' beams photons leave: mostly where rays ended that are lit, and beside. Of each light squares of
+//! 1, 4, 16, … parts, one after the other; a part holds the mean of the four below it.
 #import lightgraph::lights::{light_count, lights}
 #import lightgraph::marks::{first_part, last_square, marked_part}
 
@@ -10,7 +10,8 @@ const LANES: u32 = 128u;
 /// Photons that leave where no ray ended, by those that leave where one did: chance may have led none there.
 const ELSEWHERE: f32 = 0.05;
 
-/// Whether light is wanted in a part of the finest square or beside it. Beams of points and spots close round their axis.
+/// Whether light is wanted in a part of the finest square or beside it. Beams of points and spots close round their
+/// axis.
 fn wanted(light: u32, at: vec2i, edge: i32) -> bool {
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {

@@ -67,8 +67,8 @@ struct Seen {
     @location(1) surface_normal: vec4f,
 }
 
-/// Metres along the ray through the pixel's centre to the plane that holds `world` and has this normal of any length. Drivers round
-/// corners, so that `world` itself need not lie on the ray; see `along` of lightgraph::cube.
+/// Metres along the ray through the pixel's centre to the plane that holds `world` and has this normal of any length.
+/// Drivers round corners, so that `world` itself need not lie on the ray; see `along` of lightgraph::cube.
 fn along_ray(pixel: vec2u, world: vec3f, normal: vec3f) -> f32 {
     let ray = pixel_ray(pixel);
     let shown = distance(world, ray.origin);

@@ -1,6 +1,6 @@
-//! What a probe sees through every texel of its cube, by a ray each: as capture.wgsl has it. With
-//! PROBES_KEPT only for probes that are stale; the others' texels stay as they are. With DEPTHS a face shows what lies between the
-//! planes of its view, and leaves its depths. A face is an instance.
+//! What a probe sees through every texel of its cube, by a ray each: as capture.wgsl has it. With PROBES_KEPT only for
+//! probes that are stale; the others' texels stay as they are. With DEPTHS a face shows what lies between the planes of
+//! its view, and leaves its depths. A face is an instance.
 #import lightgraph::cube
 #import lightgraph::hit
 #import lightgraph::instances

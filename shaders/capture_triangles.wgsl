@@ -1,5 +1,5 @@
-//! What a probe sees through a face of its cube, as capture.wgsl has it, of few triangles: each lane looks at all of them, for
-//! eight texels. A face is an instance.
+//! What a probe sees through a face of its cube, as capture.wgsl has it, of few triangles: each lane looks at all of
+//! them, for eight texels. A face is an instance.
 #import lightgraph::cube
 #import lightgraph::hit
 #import lightgraph::instances
@@ -39,8 +39,8 @@ fn place(view: View, point: vec3f) -> vec3f {
     return vec3f(0.5 * f32(view.edge) * (p.xy + p.z) - cube::BESIDE * p.z, p.z);
 }
 
-/// How a triangle shows on a face, by row with a place `(x, y, 1)` in texels: the signs tell on which side of its edges the place lies, none
-/// less than 0 for inside, and what follows is the inverse of its plane's depth there.
+/// How a triangle shows on a face, by row with a place `(x, y, 1)` in texels: the signs tell on which side of its edges
+/// the place lies, none less than 0 for inside, and what follows is the inverse of its plane's depth there.
 struct Shown {
     x: vec4f,
     y: vec4f,
@@ -65,8 +65,8 @@ struct Row {
     triangle: vec4u,
 }
 
-/// A row with a triangle more, as far as it lies beyond the near plane. `start`: how it shows at the first texel; `step`: and what changes to
-/// the next.
+/// A row with a triangle more, as far as it lies beyond the near plane. `start`: how it shows at the first texel;
+/// `step`: and what changes to the next.
 fn with_triangle(before: Row, triangle: u32, start: vec4f, step: vec4f, near: f32) -> Row {
     let along = vec4f(0.0, 1.0, 2.0, 3.0);
     let side = min(min(start.x + along * step.x, start.y + along * step.y), start.z + along * step.z);
@@ -75,8 +75,8 @@ fn with_triangle(before: Row, triangle: u32, start: vec4f, step: vec4f, near: f3
     return Row(select(before.inverse, inverse, nearest), select(before.triangle, vec4u(triangle), nearest));
 }
 
-/// What a ray through a texel meets of a triangle that shows there at a distance: on its plane, but not where rounding of corners puts
-/// that of a surface seen nearly edge on.
+/// What a ray through a texel meets of a triangle that shows there at a distance: on its plane, but not where rounding
+/// of corners puts that of a surface seen nearly edge on.
 fn meet(triangle: u32, probe: vec3f, ray: vec3f, distance: f32) -> Hit {
     let world = corners(triangle);
     let a = world[0] - probe;

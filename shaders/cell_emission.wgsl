@@ -1,5 +1,5 @@
-//! Light that comes to the cells straight from emitters, or from the environment: irradiance over pi, the mean over the places that their
-//! rays leave.
+//! Light that comes to the cells straight from emitters, or from the environment: irradiance over pi, the mean over the
+//! places that their rays leave.
 #import lightgraph::cells::PLACES
 #import lightgraph::packed_light
 

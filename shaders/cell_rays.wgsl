@@ -1,6 +1,5 @@
-//! Rays from the cells: LINKS from each, of the surface where rays met it. What they meet are cells again, the
-//! light of which
-//! they bring, bounce by bounce.
+//! Rays from the cells: LINKS from each, of the surface where rays met it. What they meet are cells again, the light of
+//! which they bring, bounce by bounce.
 #import lightgraph::cells::{PLACES, NO_CELL}
 #import lightgraph::find_cell::{find_near, keys}
 #import lightgraph::gloss::matte

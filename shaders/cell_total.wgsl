@@ -1,4 +1,5 @@
-//! The light of all bounces that each cell holds: of those that ran, and what the changes of the last say of those to come.
+//! The light of all bounces that each cell holds: of those that ran, and what the changes of the last say of those to
+//! come.
 #import lightgraph::cells::PLACES
 
 var<storage, read> before: array<vec4f>;

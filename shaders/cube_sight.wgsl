@@ -1,6 +1,6 @@
-//! Which probes see what the probes see: once for all bounces, and for as long as nothing but light moves. A workgroup for each
-//! face of each probe, a face of all probes after the other: in one direction all look at the same surfaces, and what
-//! sees those is asked about them again and again.
+//! Which probes see what the probes see: once for all bounces, and for as long as nothing but light moves. A workgroup
+//! for each face of each probe, a face of all probes after the other: in one direction all look at the same surfaces,
+//! and what sees those is asked about them again and again.
 #import lightgraph::cube
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes

@@ -1,7 +1,7 @@
-//! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first bounce.
-//! With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission elsewhere. With
-//! PACKED_SURFACE what the probes see is packed in one texel, and so is the light. A face of a probe is an instance. Texels that show nothing send
-//! the light of the environment, where the scene has one.
+//! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first
+//! bounce. With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission
+//! elsewhere. With PACKED_SURFACE what the probes see is packed in one texel, and so is the light. A face of a probe is
+//! an instance. Texels that show nothing send the light of the environment, where the scene has one.
 #import lightgraph::cube
 #ifdef ENVIRONMENT
 #import lightgraph::environment

@@ -1,5 +1,5 @@
-//! Direct light in the image: emission, and the lights' first bounce; with EMITTERS_DIRECT, that of emitters too. With ENVIRONMENT
-//! it is seen where nothing else is; with ENVIRONMENT_DIRECT surfaces are lit by it.
+//! Direct light in the image: emission, and the lights' first bounce; with EMITTERS_DIRECT, that of emitters too. With
+//! ENVIRONMENT it is seen where nothing else is; with ENVIRONMENT_DIRECT surfaces are lit by it.
 #import lightgraph::camera::pixel_ray
 #ifdef ENVIRONMENT
 #import lightgraph::environment

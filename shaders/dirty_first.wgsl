@@ -1,5 +1,6 @@
-//! Dirty bits of probes whose first bounce may change: they see something else, or look into squares of shadow maps that what
-//! moved covers or covered. Without SHADOW_REACH nobody knows into which they look: all are set where any map changed.
+//! Dirty bits of probes whose first bounce may change: they see something else, or look into squares of shadow maps
+//! that what moved covers or covered. Without SHADOW_REACH nobody knows into which they look: all are set where any map
+//! changed.
 #ifdef SHADOWS
 #ifdef SHADOW_REACH
 #import lightgraph::lights

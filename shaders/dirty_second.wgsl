@@ -1,5 +1,5 @@
-//! Dirty bits of probes whose second bounce may change: they see something else, their first bounce is another one, or that of a
-//! probe from which the surfaces round them take light.
+//! Dirty bits of probes whose second bounce may change: they see something else, their first bounce is another one, or
+//! that of a probe from which the surfaces round them take light.
 const WORDS: u32 = #{REACH_WORDS}u;
 /// Probes to a bit of `reach`.
 const RUN: u32 = #{REACH_RUN}u;

@@ -1,5 +1,6 @@
 //! Mean and mean square of what a probe sees round each direction, weighed by a power of the cosine, in texels of an
-//! unfolded octahedron (Majercik et al., "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields", 2019).
+//! unfolded octahedron (Majercik et al., "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields",
+//! 2019).
 #import lightgraph::cube
 #import lightgraph::octahedron
 #import lightgraph::visibility_moments::reach
@@ -26,8 +27,8 @@ fn distance_moments(@builtin(global_invocation_id) id: vec3u) {
     let middle = octahedron::direction(here.texel, params.probe_moments_tile);
     let edge = params.probe_distance_tile;
     let far = reach();
-    // Directions of less weight than a thousandth leave no trace. What does holds a texel at least, wherever it looks: at the
-    // middle of a face, where texels are widest, the next one's centre is half a diagonal away.
+    // Directions of less weight than a thousandth leave no trace. What does holds a texel at least, wherever it looks:
+    // at the middle of a face, where texels are widest, the next one's centre is half a diagonal away.
     let next = 0.999 * inverseSqrt(1.0 + 2.0 / f32(edge * edge));
     let sharpness = min(params.moment_sharpness, log(0.001) / log(next));
     let least = pow(0.001, 1.0 / sharpness);

@@ -1,6 +1,5 @@
 //! The cells that rays met: a ray's key becomes its cell's place, and each cell keeps some of the rays that met it,
-//! chosen by
-//! chance: the smallest of their scrambled numbers, whoever comes first.
+//! chosen by chance: the smallest of their scrambled numbers, whoever comes first.
 #import lightgraph::cells::{NO_CELL, large_key_of}
 #import lightgraph::find_cell::find
 #import lightgraph::random::scramble

@@ -1,4 +1,5 @@
-//! Which probes have another first bounce than in the last frame, a bit each: of those that ran, some come out as they were.
+//! Which probes have another first bounce than in the last frame, a bit each: of those that ran, some come out as they
+//! were.
 var<storage, read> first_dirty: array<u32>;
 var first_sh: texture_3d<f32>;
 var first_sh_before: texture_3d<f32>;

@@ -1,5 +1,5 @@
-//! Indirect light in the image: what each surface reflects of the light in the probes round it. With PACKED_PROBES as they
-//! are packed for few fetches.
+//! Indirect light in the image: what each surface reflects of the light in the probes round it. With PACKED_PROBES as
+//! they are packed for few fetches.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::seen::seen_at
 #ifdef PACKED_PROBES

@@ -1,5 +1,5 @@
-//! What direct light takes at each pixel: lights and groups of lights that are lit as one, each with a ray, and rows of the tree
-//! that are looked at to find them.
+//! What direct light takes at each pixel: lights and groups of lights that are lit as one, each with a ray, and rows of
+//! the tree that are looked at to find them.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::seen::seen_at
 #import lightgraph::light_cuts::effort

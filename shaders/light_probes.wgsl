@@ -57,8 +57,8 @@ var packed: texture_storage_2d<rgba32uint, write>;
 const LANES_X: u32 = #{LANES_X}u;
 const LANES_Y: u32 = #{LANES_Y}u;
 const LANES: u32 = LANES_X * LANES_Y;
-/// Lanes whose sums are added up one after the other. With HALVES the upper half hands its sums to the lower one, and so on, until one
-/// has all.
+/// Lanes whose sums are added up one after the other. With HALVES the upper half hands its sums to the lower one, and
+/// so on, until one has all.
 #ifdef HALVES
 const PARTS: u32 = 1u;
 #else
@@ -73,8 +73,8 @@ struct Mine {
     open: f32,
 }
 
-/// The sums of some lanes: coefficient k of the one in place i at k * PLACES + i; then those of all in place 0, and the probe's
-/// coefficients in place 1. The first of them has in alpha how open the probe is.
+/// The sums of some lanes: coefficient k of the one in place i at k * PLACES + i; then those of all in place 0, and the
+/// probe's coefficients in place 1. The first of them has in alpha how open the probe is.
 var<workgroup> sums: array<vec4f, PLACES * COUNT>;
 
 @compute @workgroup_size(LANES_X, LANES_Y)

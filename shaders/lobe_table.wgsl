@@ -1,9 +1,9 @@
 //! The table of `lightgraph::lobe_table`: harmonics of the lobes of every material at every angle to the viewer.
 //!
-//! Degree l of a lobe f at direction d of the plane of incidence is F(d) = (2l + 1)/(4 pi) * integral of f(w) P_l(w . d),
-//! which is the sum over m of f's harmonics (l, m) times those of d. f is its own mirror image in that plane: half of its
-//! harmonics are 0. Along the plane F is a sum of cos(k angle) for k = l, l - 2, …, and so is P_l itself, so that the
-//! shares of the directions are a deconvolution: one sum over the angles between them.
+//! Degree l of a lobe f at direction d of the plane of incidence is F(d) = (2l + 1)/(4 pi) * integral of f(w) P_l(w .
+//! d), which is the sum over m of f's harmonics (l, m) times those of d. f is its own mirror image in that plane: half
+//! of its harmonics are 0. Along the plane F is a sum of cos(k angle) for k = l, l - 2, …, and so is P_l itself, so
+//! that the shares of the directions are a deconvolution: one sum over the angles between them.
 //!
 //! A cut series lets light in from behind the surface. Odd degrees of a step at the horizon are taken off, by as much
 //! as leaves nothing of even light from behind: the least change that does so and keeps the lobe's energy.

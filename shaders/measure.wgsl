@@ -1,7 +1,7 @@
-//! How much a bounce changed: the largest change of any coefficient over the largest coefficient (0, 0). With TRUSTED_END it
-//! is a bound of what all further bounces would change together: a bounce's change is at most g times that of the one
-//! before it, so the rest of the series is at most change * (g + g^2 + ...) = change * g/(1 - g). For g stands the largest
-//! ratio of two changes measured so far; it grows towards the true factor as the bounces go on.
+//! How much a bounce changed: the largest change of any coefficient over the largest coefficient (0, 0). With
+//! TRUSTED_END it is a bound of what all further bounces would change together: a bounce's change is at most g times
+//! that of the one before it, so the rest of the series is at most change * (g + g^2 + ...) = change * g/(1 - g). For g
+//! stands the largest ratio of two changes measured so far; it grows towards the true factor as the bounces go on.
 #import lightgraph::probes
 #import lightgraph::sh::COUNT
 

@@ -1,5 +1,5 @@
-//! Dirty bits of views: one is set where something that moved shows, or showed, in the view. With FAR the view's texels hold
-//! depths as they were drawn last: what lies behind them doesn't show.
+//! Dirty bits of views: one is set where something that moved shows, or showed, in the view. With FAR the view's texels
+//! hold depths as they were drawn last: what lies behind them doesn't show.
 #import lightgraph::moved::{ROWS, covered}
 
 struct View {

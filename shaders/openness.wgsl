@@ -1,5 +1,5 @@
-//! How open each probe is: alpha 1 in every direction but those that show the back of a single-sided surface, projected on
-//! coefficient (0, 0).
+//! How open each probe is: alpha 1 in every direction but those that show the back of a single-sided surface, projected
+//! on coefficient (0, 0).
 #import lightgraph::cube::unplace
 #import lightgraph::probes
 #import lightgraph::surface::is_back

@@ -1,7 +1,5 @@
-//! Light that leaves the scene's lights and emitters in equal parts: each goes one way, and what it meets first is
-//! a place from
-//! which light comes again. Those that
-//! end where no ray did light nothing that is asked for.
+//! Light that leaves the scene's lights and emitters in equal parts: each goes one way, and what it meets first is a
+//! place from which light comes again. Those that end where no ray did light nothing that is asked for.
 #import lightgraph::cells::{NO_CELL, key_of}
 #import lightgraph::find_cell::find
 #import lightgraph::gloss::matte
@@ -25,8 +23,9 @@
 #import lightgraph::trace::is_free
 #endif
 
-/// Three times four words a photon: where it ended and the normal there; the flux that goes on, over pi, what
-/// arrives there of all lights (and of emitters, where there is no cell), and the cell; the power of all, and whether it counts.
+/// Three times four words a photon: where it ended and the normal there; the flux that goes on, over pi, what arrives
+/// there of all lights (and of emitters, where there is no cell), and the cell; the power of all, and whether it
+/// counts.
 var<storage, read_write> photon_ends: array<vec4u>;
 var<storage, read> marks: array<u32>;
 #ifdef LIGHTS

@@ -1,6 +1,6 @@
 //! Where the planes of a non-uniform grid stand: along each axis at even steps of a distribution, a mixture of the
-//! box's length and of the surfaces that the axis runs along: their area, and with PROBE_TABLE_SEEN, along the view of a
-//! long box, how much of the image they fill.
+//! box's length and of the surfaces that the axis runs along: their area, and with PROBE_TABLE_SEEN, along the view of
+//! a long box, how much of the image they fill.
 //!
 //! A surface counts with the sine between its normal and the axis: a wall across the axis says nothing of how light
 //! varies along it.
@@ -109,7 +109,8 @@ fn axes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     probe_axes[first + count - 1u] = vec4f(before, 0.0, 0.0, 0.0);
 }
 
-/// Share of the distribution in a bin; all bins sum to 1. `total`: of areas and of pixels. `seen`: the share of the pixels.
+/// Share of the distribution in a bin; all bins sum to 1. `total`: of areas and of pixels. `seen`: the share of the
+/// pixels.
 fn density(bin: u32, total: vec2f, seen: f32) -> f32 {
     let even = 1.0 / f32(BINS);
     let parts = vec2f(area[bin], f32(atomicLoad(&pixels[bin]))) / max(total, vec2f(1e-20));

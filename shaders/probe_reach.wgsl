@@ -1,6 +1,6 @@
-//! Which probes the surfaces that a probe sees take light from: a row of REACH_WORDS words a probe, of whose bits each stands for as many
-//! probes in a row as it takes. A workgroup a probe finds them; that may be more than there are: of a block of 4x4 texels all
-//! from the lowest to the highest.
+//! Which probes the surfaces that a probe sees take light from: a row of REACH_WORDS words a probe, of whose bits each
+//! stands for as many probes in a row as it takes. A workgroup a probe finds them; that may be more than there are: of
+//! a block of 4x4 texels all from the lowest to the highest.
 #import lightgraph::cube
 #import lightgraph::instances
 #import lightgraph::packed_surface::surface_at

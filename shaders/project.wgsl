@@ -28,7 +28,8 @@ fn project(@builtin(global_invocation_id) id: vec3u) {
         for (var row = 0u; row < edge; row++) {
             var line = vec4f(0.0);
             let first = ((id.x * 6u + face) * edge + row) * edge;
-            // Eight a round: a software driver ends an invocation's loops after 65,535 rounds, fewer than a cube has texels.
+            // Eight a round: a software driver ends an invocation's loops after 65,535 rounds, fewer than a cube has
+            // texels.
             for (var start = 0u; start < edge; start += 8u) {
                 for (var i = 0u; i < 8u; i++) {
                     let column = start + i;

@@ -1,6 +1,7 @@
-//! A quarter of the gathered rays go on from where they ended, four times: what they meet is lit by what the image shows, and lights it
-//! in turn, so that it has cells, too. Cells keep places that others see, not those alone that the image's points see, and their rays
-//! seldom end where no cell is: those that the image sees are the brighter ones, mostly, and can't stand for the others.
+//! A quarter of the gathered rays go on from where they ended, four times: what they meet is lit by what the image
+//! shows, and lights it in turn, so that it has cells, too. Cells keep places that others see, not those alone that the
+//! image's points see, and their rays seldom end where no cell is: those that the image sees are the brighter ones,
+//! mostly, and can't stand for the others.
 #import lightgraph::cell_keys::insert
 #import lightgraph::cells::{key_of, large_key_of}
 #import lightgraph::gloss::matte

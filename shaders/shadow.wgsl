@@ -1,5 +1,5 @@
-//! Depth of the scene from one view of a light. With LIGHT_UNIFORMS the rows of views lie in a uniform; with MASKS holes let light
-//! through.
+//! Depth of the scene from one view of a light. With LIGHT_UNIFORMS the rows of views lie in a uniform; with MASKS
+//! holes let light through.
 #import lightgraph::geometry::world_position
 #ifdef MASKS
 #import lightgraph::holes::{Cut, cut_at, end_in_hole}

@@ -17,8 +17,8 @@ struct Light {
 }
 var<storage, read> lights: array<Light>;
 
-/// Whether a triangle lies in a side of the box round everything, of which the light is on the inner side: then it comes
-/// between the light and nothing.
+/// Whether a triangle lies in a side of the box round everything, of which the light is on the inner side: then it
+/// comes between the light and nothing.
 fn hides_nothing(t: Triangle, view: LightView) -> bool {
     let light = lights[view.light];
     // Where it is (w above 0), or the direction to it (w 0).

@@ -1,5 +1,6 @@
-//! Which squares of the lights' shadow maps the surfaces that a probe sees are looked up in, a workgroup a probe: a row of bits, each for as
-//! many squares in a row as it takes. There are 32 by 32 of them in a map, row by row, map after map. What no light reaches is not looked up.
+//! Which squares of the lights' shadow maps the surfaces that a probe sees are looked up in, a workgroup a probe: a row
+//! of bits, each for as many squares in a row as it takes. There are 32 by 32 of them in a map, row by row, map after
+//! map. What no light reaches is not looked up.
 #import lightgraph::cube
 #import lightgraph::instances
 #import lightgraph::lights
@@ -60,7 +61,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     }
 }
 
-/// Sets the bits of the squares of the texels round a place; if that is a single one, and the `last` one, it is set. The one to pass on.
+/// Sets the bits of the squares of the texels round a place; if that is a single one, and the `last` one, it is set.
+/// The one to pass on.
 fn mark(there: lights::Look, last: u32, words: u32) -> u32 {
     let run = (lights::view_count() * SQUARES * SQUARES + 32u * words - 1u) / (32u * words);
     let size = lights::shadow.shadow_size;

@@ -1,5 +1,6 @@
-//! Depths of the scene from the views of lights, a workgroup a tile of 16 × 16 texels: it finds the groups of triangles that may cover it, then
-//! the triangles of some groups at a time. What may cover few of its texels a lane draws by itself; of the others each lane draws its texel.
+//! Depths of the scene from the views of lights, a workgroup a tile of 16 × 16 texels: it finds the groups of triangles
+//! that may cover it, then the triangles of some groups at a time. What may cover few of its texels a lane draws by
+//! itself; of the others each lane draws its texel.
 #import lightgraph::raster::{Planes, nearer, planes}
 #import lightgraph::shadow_texels::{Covered, GROUP, params, seen}
 

@@ -1,5 +1,5 @@
-//! Which probes must be captured anew: those that stand elsewhere than when they were captured, and all when something in
-//! the scene has moved.
+//! Which probes must be captured anew: those that stand elsewhere than when they were captured, and all when something
+//! in the scene has moved.
 #import lightgraph::digest::add_matrix
 #import lightgraph::geometry::{node_count, nodes}
 #import lightgraph::probes

@@ -1,5 +1,5 @@
-//! How much each point of the image is in doubt, from its own doubt and that of the points beside it, and the sum over each square
-//! of points.
+//! How much each point of the image is in doubt, from its own doubt and that of the points beside it, and the sum over
+//! each square of points.
 #import lightgraph::tiles::points_across
 
 /// Variance of each point's light.

@@ -1,4 +1,5 @@
-//! The share of each of the eight probes round what a texel of a probe's cube shows: once for all that is reflected there.
+//! The share of each of the eight probes round what a texel of a probe's cube shows: once for all that is reflected
+//! there.
 #import lightgraph::cube
 #import lightgraph::probes
 #import lightgraph::surface::{is_lit, read_record}

@@ -1,6 +1,6 @@
-//! The rows of `bvh` and the corners in `triangles` in textures, for drivers that fetch four numbers of a texture in the
-//! time that one of a table takes: two texels a box, three a triangle. An instance is a row of texels, TRACE_PIECE triangles and twice
-//! as many boxes. What is left of the last row is zero.
+//! The rows of `bvh` and the corners in `triangles` in textures, for drivers that fetch four numbers of a texture in
+//! the time that one of a table takes: two texels a box, three a triangle. An instance is a row of texels, TRACE_PIECE
+//! triangles and twice as many boxes. What is left of the last row is zero.
 #import lightgraph::instances
 #import lightgraph::trace::{bvh, triangles}
 

@@ -1,4 +1,5 @@
-//! Direct light in the image, with traced shadows: emission, and the first bounce from lights, emitters and the environment.
+//! Direct light in the image, with traced shadows: emission, and the first bounce from lights, emitters and the
+//! environment.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::random::seed
 #import lightgraph::rounds::salt

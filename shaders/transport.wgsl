@@ -1,8 +1,8 @@
 //! 1 - T, where T is what one bounce makes of the coefficients of all probes: light x at the probes is the limit of all
 //! bounces of direct light e where x = e + T x.
 //!
-//! Entry (p, k; q, j) of T is the sum over the texels of probe p of what a texel counts in coefficient k, times what the
-//! surface there reflects of coefficient j, times the share of probe q there. Each colour channel has its own.
+//! Entry (p, k; q, j) of T is the sum over the texels of probe p of what a texel counts in coefficient k, times what
+//! the surface there reflects of coefficient j, times the share of probe q there. Each colour channel has its own.
 #import lightgraph::brdf::lambert_weights
 #ifdef SPECULAR
 #import lightgraph::brdf::phong_weights
@@ -25,8 +25,8 @@ var<storage, read> factor_table: array<f32>;
 var<storage, read> texel_shares: array<Shares>;
 var<storage, read_write> matrix: array<vec4f>;
 
-/// x: the probe whose light is reflected, and its coefficient; y: the probe that sees. Neighbours share the former, and so leave out
-/// the same texels.
+/// x: the probe whose light is reflected, and its coefficient; y: the probe that sees. Neighbours share the former, and
+/// so leave out the same texels.
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let count = params.grid.x * params.grid.y * params.grid.z;

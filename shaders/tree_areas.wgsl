@@ -7,7 +7,8 @@ var<storage, read_write> tree_areas: array<f32>;
 /// Farther out than any scene, metres.
 const OUTSIDE: f32 = 1e20;
 
-/// The part of a way between two corners of a box; `along`: which axes count. Empty where the end comes before the start.
+/// The part of a way between two corners of a box; `along`: which axes count. Empty where the end comes before the
+/// start.
 fn within(begin: vec3f, to: vec3f, lower: vec3f, upper: vec3f, along: vec3<bool>) -> vec2f {
     let way = to - begin;
     let still = way == vec3f(0.0);
@@ -28,8 +29,8 @@ fn swept(begin: vec3f, to: vec3f, lower: vec3f, upper: vec3f, along: vec3<bool>)
     return select(vec3f(0.0), cross(mix(begin, to, t.x), mix(begin, to, t.y)), t.x < t.y);
 }
 
-/// Area of a triangle's part between two corners of a box, by the way round it: along its own edges inside of the box, and on the
-/// box's sides from where it leaves them to where it comes back.
+/// Area of a triangle's part between two corners of a box, by the way round it: along its own edges inside of the box,
+/// and on the box's sides from where it leaves them to where it comes back.
 fn part(corner: mat3x3f, low: vec3f, high: vec3f) -> f32 {
     // From one of its corners: the products of small numbers are exact enough.
     let lower = low - corner[0];

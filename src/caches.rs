@@ -1,7 +1,7 @@
 //! The user's folder for what can be made again.
 //!
-//! What stands in it is believed only as far as nobody else can have put it there: the folders are this user's own, closed
-//! to all others, and no link is followed. Any doubt is as if nothing were kept.
+//! What stands in it is believed only as far as nobody else can have put it there: the folders are this user's own,
+//! closed to all others, and no link is followed. Any doubt is as if nothing were kept.
 
 use crate::files;
 use std::fs;
@@ -22,7 +22,8 @@ pub fn folder() -> Option<PathBuf> {
     all.map(|f| f.join("lightgraph"))
 }
 
-/// What a file of a cache holds; `None` when it is not there, is a link, is somebody else's or longer than `most` bytes.
+/// What a file of a cache holds; `None` when it is not there, is a link, is somebody else's or longer than `most`
+/// bytes.
 pub fn read(file: &Path, most: u64) -> Option<Vec<u8>> {
     if !is_ours(file.parent()?) {
         return None;

@@ -211,7 +211,8 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 /// Longer names are no slips of the hand.
 const LONGEST_NAME: usize = 100;
 
-/// Characters inserted, left out, replaced, or swapped with their neighbour (optimal string alignment); `None` beyond the limit.
+/// Characters inserted, left out, replaced, or swapped with their neighbour (optimal string alignment); `None` beyond
+/// the limit.
 fn distance(a: &str, b: &str, limit: usize) -> Option<usize> {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut before = vec![0; b.len() + 1];

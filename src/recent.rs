@@ -37,7 +37,8 @@ impl<T> Recent<T> {
     }
 }
 
-/// Things that were asked for in the last so many turns: what a turn asks for is never dropped in it, however much it is.
+/// Things that were asked for in the last so many turns: what a turn asks for is never dropped in it, however much it
+/// is.
 #[derive(Debug, Clone)]
 pub struct InUse<T> {
     /// With the turn in which they were asked for last.

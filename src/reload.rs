@@ -11,7 +11,8 @@ use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Editors save in several steps (truncate and write, or write and rename); what happens within this time is one change.
+/// Editors save in several steps (truncate and write, or write and rename); what happens within this time is one
+/// change.
 const SETTLE: Duration = Duration::from_millis(20);
 
 /// Files that are saved together come to rest one after the other.
@@ -138,8 +139,8 @@ fn lock(homes: &Mutex<Homes>) -> MutexGuard<'_, Homes> {
     homes.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Waits for a change, and then for those that come with it. `ours` are files that the program itself writes: they change
-/// nothing. False when no more can come.
+/// Waits for a change, and then for those that come with it. `ours` are files that the program itself writes: they
+/// change nothing. False when no more can come.
 pub fn settled(changes: &Receiver<BTreeSet<PathBuf>>, ours: &BTreeSet<PathBuf>) -> bool {
     loop {
         let Ok(files) = changes.recv() else { return false };
@@ -153,8 +154,8 @@ pub fn settled(changes: &Receiver<BTreeSet<PathBuf>>, ours: &BTreeSet<PathBuf>) 
     true
 }
 
-/// The folders that a graph, its shaders and a scene are read from, as far as they are there. `shaders` are the folders that
-/// the user names besides the usual ones.
+/// The folders that a graph, its shaders and a scene are read from, as far as they are there. `shaders` are the folders
+/// that the user names besides the usual ones.
 pub fn folders(graph: &Path, scene: Option<&Path>, shaders: &[PathBuf]) -> BTreeSet<PathBuf> {
     let usual = shader_folders(graph);
     let mut folders: BTreeSet<PathBuf> = usual.iter().chain(shaders).filter_map(|f| f.canonicalize().ok()).collect();
@@ -208,7 +209,8 @@ mod tests {
         let all = BTreeSet::from([folder.clone()]);
         let mut watch = || watcher.watch(&all).unwrap_or_else(|f| panic!("{f}"));
         assert!(!watch(), "it was there");
-        // As `watch` and the window do: after each change all is loaded, then watched, until nothing has come meanwhile.
+        // As `watch` and the window do: after each change all is loaded, then watched, until nothing has come
+        // meanwhile.
         let mut change = |what: &str| {
             changes.recv_timeout(Duration::from_secs(20)).unwrap_or_else(|_| panic!("nobody says: {what}"));
             while watch() || changes.recv_timeout(Duration::from_millis(60)).is_ok() {}

@@ -90,7 +90,8 @@ impl Value {
         }
     }
 
-    /// The value as `ty`, where nothing is lost: the same type, or between `bool`, `u32` and `i32` in range, or to `f32`.
+    /// The value as `ty`, where nothing is lost: the same type, or between `bool`, `u32` and `i32` in range, or to
+    /// `f32`.
     pub fn cast(&self, ty: Type) -> Option<Value> {
         if self.ty() == ty {
             return Some(*self);

@@ -1,4 +1,5 @@
-//! The proof that leaving steps out changes nothing: the same frame in full, in memory of its own, compared bit for bit.
+//! The proof that leaving steps out changes nothing: the same frame in full, in memory of its own, compared bit for
+//! bit.
 
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::{self, Frame, Gpu, Memory, Prepared};
@@ -15,8 +16,8 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Allocates a second memory for a plan whose resources can all be read back. Of an earlier one it takes over history
-    /// and nothing else.
+    /// Allocates a second memory for a plan whose resources can all be read back. Of an earlier one it takes over
+    /// history and nothing else.
     ///
     /// # Errors
     /// As [`gpu::prepare`].
@@ -48,8 +49,8 @@ impl Scratch {
         Ok(())
     }
 
-    /// Runs all steps of a frame and compares what both memories claim to hold the same version of; every output is among
-    /// them.
+    /// Runs all steps of a frame and compares what both memories claim to hold the same version of; every output is
+    /// among them.
     ///
     /// # Errors
     /// For each content that differs: the resource, the step that makes it, the first texel.

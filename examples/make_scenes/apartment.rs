@@ -1,4 +1,5 @@
-//! A furnished apartment of three rooms: the sun comes in through two windows, a lamp of its own lights the room at the back.
+//! A furnished apartment of three rooms: the sun comes in through two windows, a lamp of its own lights the room at the
+//! back.
 
 use crate::glb::Document;
 use crate::mesh::Mesh;

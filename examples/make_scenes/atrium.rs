@@ -1,5 +1,5 @@
-//! A court of two storeys of arcades, open to the sky; the sun lights a part of it, the galleries behind the arcades have
-//! its light from walls and floors alone.
+//! A court of two storeys of arcades, open to the sky; the sun lights a part of it, the galleries behind the arcades
+//! have its light from walls and floors alone.
 
 use crate::figure::figure;
 use crate::glb::Document;

@@ -1,5 +1,5 @@
-//! A closed hall with pillars and benches under many small coloured lamps, which together give the same light whatever their
-//! number.
+//! A closed hall with pillars and benches under many small coloured lamps, which together give the same light whatever
+//! their number.
 
 use crate::glb::Document;
 use crate::mesh::Mesh;

@@ -18,8 +18,8 @@ Scene(
 )
 "#;
 
-/// Probes at the corners of a box round the balls: what lights them comes from afar, so that light between probes is near
-/// to linear.
+/// Probes at the corners of a box round the balls: what lights them comes from afar, so that light between probes is
+/// near to linear.
 pub const BALLS_SCENE: &str = r#"// Probes stand round the balls, none in them.
 Scene(
     gltf: "metal_balls.glb",

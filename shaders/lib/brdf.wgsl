@@ -5,8 +5,9 @@
 #define_import_path lightgraph::brdf
 #import lightgraph::sh::{COUNT, ORDER, basis}
 
-/// A Lambert surface's c_l: 1, 2/3, 1/4, 0, -1/24: c_l = c_(l-2) * (3 - l)/(l + 2) from l = 2 on. The next, 1/64, and all
-/// after it count as 0: what they would add to an image is not seen, and the more harmonics there are, the more it costs.
+/// A Lambert surface's c_l: 1, 2/3, 1/4, 0, -1/24: c_l = c_(l-2) * (3 - l)/(l + 2) from l = 2 on. The next, 1/64, and
+/// all after it count as 0: what they would add to an image is not seen, and the more harmonics there are, the more it
+/// costs.
 fn lambert_factor(l: u32) -> f32 {
     let low = select(2.0 / 3.0, 1.0, l == 0u);
     let even = select(-1.0 / 24.0, 0.25, l == 2u);

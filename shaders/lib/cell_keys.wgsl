@@ -1,6 +1,5 @@
-//! Keys find their places: to be bound while keys come in. A place takes the greatest of the keys that ask for it,
-//! and a key
-//! that is turned away asks for the next: whoever asks first, all end up alike (Gale and Shapley, 1962).
+//! Keys find their places: to be bound while keys come in. A place takes the greatest of the keys that ask for it, and
+//! a key that is turned away asks for the next: whoever asks first, all end up alike (Gale and Shapley, 1962).
 #define_import_path lightgraph::cell_keys
 #import lightgraph::cells::{PLACES, TRIES, first_place, steps_to}
 

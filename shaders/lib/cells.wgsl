@@ -1,10 +1,8 @@
-//! A cache of light on surfaces: cells of a hash table, keyed by where a surface lies and which way it faces. So
-//! light does
-//! not pass walls, and there are cells only where rays end.
+//! A cache of light on surfaces: cells of a hash table, keyed by where a surface lies and which way it faces. So light
+//! does not pass walls, and there are cells only where rays end.
 //!
 //! Keys take their places by linear probing, the greater one the place (Shun and Blelloch, "Phase-Concurrent Hash
-//! Tables for
-//! Determinism", SPAA 2014): where a key ends up is a matter of the set of keys, not of who came first.
+//! Tables for Determinism", SPAA 2014): where a key ends up is a matter of the set of keys, not of who came first.
 #define_import_path lightgraph::cells
 #import lightgraph::random::scramble
 #import lightgraph::camera::{camera, pixel_ray}

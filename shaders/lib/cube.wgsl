@@ -19,10 +19,11 @@ fn axes(face: u32) -> Axes {
     }
 }
 
-/// Where a texel's surface is looked for and found, to the right of its centre and below it, in texels. Its light counts as
-/// coming through the centre, so that sums over all texels cancel as the cube's symmetries ask. Where the scene and the lattice of
-/// probes have round proportions, edges pass exactly through centres: a hair beside them each has a side. Drawing rounds
-/// corners to 1/256 of a texel; the hair is more, and not alike both ways, so that diagonals have sides too.
+/// Where a texel's surface is looked for and found, to the right of its centre and below it, in texels. Its light
+/// counts as coming through the centre, so that sums over all texels cancel as the cube's symmetries ask. Where the
+/// scene and the lattice of probes have round proportions, edges pass exactly through centres: a hair beside them each
+/// has a side. Drawing rounds corners to 1/256 of a texel; the hair is more, and not alike both ways, so that diagonals
+/// have sides too.
 const BESIDE = vec2f(1.5 / 256.0, 1.0 / 256.0);
 
 /// The frame of a face of `edge`² texels that has those places where the other has their centres.
@@ -92,16 +93,16 @@ fn triangle_angle(a: vec3f, b: vec3f, c: vec3f, volume: f32) -> f32 {
     return 4.0 * half * (1.0 - s * (1.0 / 3.0 - s * (0.2 - s * (1.0 / 7.0 - s * (1.0 / 9.0 - s / 11.0)))));
 }
 
-/// Clip position of a point `offset` from the cube's centre, seen through a face of `edge`² texels (90 degrees, right-handed
-/// world), `BESIDE` their centres. The image is a mirror image: the front of a triangle turns clockwise.
+/// Clip position of a point `offset` from the cube's centre, seen through a face of `edge`² texels (90 degrees,
+/// right-handed world), `BESIDE` their centres. The image is a mirror image: the front of a triangle turns clockwise.
 fn clip(offset: vec3f, face: u32, edge: u32, near: f32, far: f32) -> vec4f {
     let a = axes_beside(face, edge);
     let depth = dot(offset, a.forward);
     return vec4f(dot(offset, a.right), -dot(offset, a.down), far * (depth - near) / (far - near), depth);
 }
 
-/// How the inverse of the depth changes along a face of `edge`² texels, per unit of its (u, v), where a fragment is. On a
-/// plane it is linear, beyond the plane's edges and its horizon too.
+/// How the inverse of the depth changes along a face of `edge`² texels, per unit of its (u, v), where a fragment is. On
+/// a plane it is linear, beyond the plane's edges and its horizon too.
 fn slope(at: vec4f, edge: u32) -> vec2f {
     return vec2f(dpdx(at.w), dpdy(at.w)) * 0.5 * f32(edge);
 }
@@ -115,9 +116,9 @@ fn plane(face: u32, offset: vec3f, slope: vec2f) -> vec3f {
     return normalize((1.0 / depth - dot(at, slope)) * a.forward + slope.x * a.right + slope.y * a.down);
 }
 
-/// Metres from the cube's centre to a plane, along a unit direction. `offset`: a point of the plane near it, from the centre. It
-/// need not lie on the ray: drivers round corners to between 1/256 and 1/16 of a texel, which on a surface seen nearly
-/// edge on is far.
+/// Metres from the cube's centre to a plane, along a unit direction. `offset`: a point of the plane near it, from the
+/// centre. It need not lie on the ray: drivers round corners to between 1/256 and 1/16 of a texel, which on a surface
+/// seen nearly edge on is far.
 fn along(direction: vec3f, offset: vec3f, normal: vec3f) -> f32 {
     let shown = length(offset);
     let slope = dot(direction, normal);
@@ -126,8 +127,8 @@ fn along(direction: vec3f, offset: vec3f, normal: vec3f) -> f32 {
     return select(shown, met, slope > 0.0);
 }
 
-/// The matrix from the world to the clip position that `clip` gives, for a cube with its centre at `origin`, but for what lies
-/// beside a texel's centre.
+/// The matrix from the world to the clip position that `clip` gives, for a cube with its centre at `origin`, but for
+/// what lies beside a texel's centre.
 fn view_projection(origin: vec3f, face: u32, near: f32, far: f32) -> mat4x4f {
     let a = axes(face);
     let scale = far / (far - near);

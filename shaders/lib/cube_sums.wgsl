@@ -1,5 +1,6 @@
-//! Sums over the texels of a cube of light times harmonics and solid angles, in registers: four coefficients to a matrix,
-//! without loops or arrays. What `lightgraph::projection` does to the shares of each texel is left to do to the sums.
+//! Sums over the texels of a cube of light times harmonics and solid angles, in registers: four coefficients to a
+//! matrix, without loops or arrays. What `lightgraph::projection` does to the shares of each texel is left to do to the
+//! sums.
 #define_import_path lightgraph::cube_sums
 #import lightgraph::cube
 #import lightgraph::sh::{COUNT, basis}

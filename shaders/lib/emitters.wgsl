@@ -89,8 +89,8 @@ fn towards(e: Emitter, origin: vec3f, u: vec2f) -> Sample {
 }
 
 #ifdef EMISSION_MAPS
-/// The density, in 1/sr, with which `draw` would have met a point of an emitter, a row or 0xffffffff for none, `distance` away, that is
-/// seen under `cosine` to its front.
+/// The density, in 1/sr, with which `draw` would have met a point of an emitter, a row or 0xffffffff for none,
+/// `distance` away, that is seen under `cosine` to its front.
 fn density_of(row: u32, distance: f32, cosine: f32) -> f32 {
     if row == 0xffffffffu {
         return 0.0;
@@ -108,9 +108,8 @@ fn draw_density(radiance: vec3f, distance: f32, cosine: f32) -> f32 {
 }
 
 /// Irradiance over radiance of an unshadowed triangle of constant radiance, by Lambert's sum over the edges (Baum,
-/// Rushmeier, Winget, "Improving Radiosity Solutions Through the Use of Analytically Determined Form Factors",
-/// 1989). What lies
-/// behind the surface is cut off.
+/// Rushmeier, Winget, "Improving Radiosity Solutions Through the Use of Analytically Determined Form Factors", 1989).
+/// What lies behind the surface is cut off.
 fn form(e: Emitter, point: vec3f, normal: vec3f) -> f32 {
     let a = e.a - point;
     let b = e.b - point;

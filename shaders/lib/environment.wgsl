@@ -1,8 +1,9 @@
 //! Light from all around and infinitely far, by direction: what rays see that meet nothing.
 //!
-//! The table `environment` holds squares of 1, 4, 16, … texels, one after the other, each row by row; every texel of a square
-//! stands for the same solid angle (Clarberg, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD", 2008), the middle being up and the
-//! corners down, and is the mean of the four below it. Only for scenes with the fact `environment` above 0.
+//! The table `environment` holds squares of 1, 4, 16, … texels, one after the other, each row by row; every texel of a
+//! square stands for the same solid angle (Clarberg, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD", 2008),
+//! the middle being up and the corners down, and is the mean of the four below it. Only for scenes with the fact
+//! `environment` above 0.
 #define_import_path lightgraph::environment
 
 struct Texel {

@@ -9,8 +9,8 @@
 #import lightgraph::passage::free_share
 #endif
 
-/// An estimate of it from one direction drawn by its light, weighed against one drawn by `lobe::scatter` with the density that
-/// `scattered` gives for it (balance heuristic of Veach, 1995).
+/// An estimate of it from one direction drawn by its light, weighed against one drawn by `lobe::scatter` with the
+/// density that `scattered` gives for it (balance heuristic of Veach, 1995).
 fn estimate(s: Surface, start: vec3f, d: Drawn, scattered: f32) -> vec3f {
     let light = reflectance(s, d.direction) * d.radiance;
 #ifdef CLEAR
@@ -31,8 +31,9 @@ fn arrived(direction: vec3f, density: f32) -> vec3f {
     return radiance(direction) * (density / (density + draw_density(direction)));
 }
 
-/// Radiance that a surface reflects towards its viewer straight from the environment: the mean over `samples` directions drawn by its
-/// light, and as many drawn by what the surface reflects. `start`: where its rays start; `shift` moves the directions.
+/// Radiance that a surface reflects towards its viewer straight from the environment: the mean over `samples`
+/// directions drawn by its light, and as many drawn by what the surface reflects. `start`: where its rays start;
+/// `shift` moves the directions.
 fn reflected_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
     var sum = vec3f(0.0);
     var state = shift;

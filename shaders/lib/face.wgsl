@@ -1,5 +1,5 @@
-//! What a probe sees through one face of its cube: where vertices fall, and what is recorded of a surface (section 3.1 of
-//! the paper).
+//! What a probe sees through one face of its cube: where vertices fall, and what is recorded of a surface (section 3.1
+//! of the paper).
 #define_import_path lightgraph::face
 #import lightgraph::geometry::{world_position, world_normal}
 #import lightgraph::cube

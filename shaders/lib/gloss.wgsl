@@ -1,9 +1,9 @@
-//! What surfaces reflect, as a matte share and up to three glossy lobes: radiance towards the viewer over radiance from a
-//! direction, times the cosine, is matte/pi * cos + tints * lobes. And directions drawn in proportion to lobes.
+//! What surfaces reflect, as a matte share and up to three glossy lobes: radiance towards the viewer over radiance from
+//! a direction, times the cosine, is matte/pi * cos + tints * lobes. And directions drawn in proportion to lobes.
 //!
-//! A lobe depends on the surface's shape and finish, not on its colour, and on a direction only through its angles
-//! to the normal and the plane of incidence; so the harmonics of lobes can be kept in a table (`lobe_table`).
-//! Without GGX: Phong's lobe. With GGX: glTF's (`metallic_roughness`); with PHONG, too, Phong's where a material has it.
+//! A lobe depends on the surface's shape and finish, not on its colour, and on a direction only through its angles to
+//! the normal and the plane of incidence; so the harmonics of lobes can be kept in a table (`lobe_table`). Without GGX:
+//! Phong's lobe. With GGX: glTF's (`metallic_roughness`); with PHONG, too, Phong's where a material has it.
 #define_import_path lightgraph::gloss
 #import lightgraph::surface::Surface
 #import lightgraph::sampling::lobe_direction
@@ -105,8 +105,8 @@ fn shines(s: Surface) -> bool {
 }
 
 /// The surface whose lobes a table of harmonics up to degree `order` holds. Of Phong's, 99 % of the square of a lobe of
-/// exponent n where (order + 1)² = 5 n. Sharper ones are widened, which rings less than cutting degrees off. Of glTF's, this
-/// one, but for lobes so narrow that the table's sums would miss them; what harmonics don't hold of them is lost.
+/// exponent n where (order + 1)² = 5 n. Sharper ones are widened, which rings less than cutting degrees off. Of glTF's,
+/// this one, but for lobes so narrow that the table's sums would miss them; what harmonics don't hold of them is lost.
 fn held(s: Surface, order: u32) -> Surface {
     var wider = s;
     wider.shininess = min(s.shininess, f32((order + 1u) * (order + 1u)) / 5.0);

@@ -59,8 +59,8 @@ fn point_of(t: Triangle, weights: vec3f) -> Point {
 }
 
 #ifdef TEXTURES
-/// What coordinates grow by over a width in metres on a triangle of this area, twice (Akenine-Moller et al., "Texture Level of
-/// Detail Strategies for Real-Time Ray Tracing", 2019).
+/// What coordinates grow by over a width in metres on a triangle of this area, twice (Akenine-Moller et al., "Texture
+/// Level of Detail Strategies for Real-Time Ray Tracing", 2019).
 fn spread_of(a: vec2f, b: vec2f, c: vec2f, area: f32, width: f32) -> mat2x2f {
     let p = b - a;
     let q = c - a;

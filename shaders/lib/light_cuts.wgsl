@@ -1,5 +1,6 @@
-//! Light straight from many lights: groups that give little are lit as one, with a traced shadow each; as in Walter et al.,
-//! "Lightcuts: A Scalable Approach to Illumination" (SIGGRAPH 2005). How many groups that takes hardly grows with the lights.
+//! Light straight from many lights: groups that give little are lit as one, with a traced shadow each; as in Walter et
+//! al., "Lightcuts: A Scalable Approach to Illumination" (SIGGRAPH 2005). How many groups that takes hardly grows with
+//! the lights.
 #define_import_path lightgraph::light_cuts
 #import lightgraph::light_tree::place
 #import lightgraph::lights::{Light, arrival}
@@ -158,8 +159,8 @@ fn lit_by(s: Surface, l: Lamp, start: vec3f) -> vec3f {
     return select(vec3f(0.0), reflected, is_free(start, way, end));
 }
 
-/// Radiance that a surface reflects towards its viewer straight from all lights. Each group that is lit as one is wrong by
-/// a share `error` of all light without shadows at most; with 0 each light is lit by itself.
+/// Radiance that a surface reflects towards its viewer straight from all lights. Each group that is lit as one is wrong
+/// by a share `error` of all light without shadows at most; with 0 each light is lit by itself.
 fn reflected_light(s: Surface, error: f32) -> vec3f {
     let start = leave(s.position, s.normal + s.view);
     let limit = limit_of(s, error);

@@ -2,8 +2,8 @@
 //! (Walter et al., "Lightcuts: A Scalable Approach to Illumination", SIGGRAPH 2005).
 //!
 //! Row 1 is the group of all; the halves of row i are rows 2i and 2i + 1; from row `light_leaves` on, a power of two,
-//! rows are single lights. light_tree.wgsl puts them in a texture, TEXELS texels a row, and after the lights of the last rows
-//! come the directional ones, which are in no group.
+//! rows are single lights. light_tree.wgsl puts them in a texture, TEXELS texels a row, and after the lights of the
+//! last rows come the directional ones, which are in no group.
 #define_import_path lightgraph::light_tree
 #import lightgraph::lights::Light
 

@@ -112,8 +112,8 @@ struct Shown {
     cosine: f32,
 }
 
-/// Where the light's shadow map shows a point. A light with six views has those of a cube map seen from outside, left and
-/// right exchanged: what each shows follows from where the light is, without the matrix of each.
+/// Where the light's shadow map shows a point. A light with six views has those of a cube map seen from outside, left
+/// and right exchanged: what each shows follows from where the light is, without the matrix of each.
 fn shown(light: Light, point: vec3f, normal: vec3f) -> Shown {
     let first = light_views[light.first_view];
     if light.views == 6u {
@@ -131,7 +131,8 @@ fn shown(light: Light, point: vec3f, normal: vec3f) -> Shown {
     return Shown(light.first_view, clip, width, dot(normal, along) * inverseSqrt(dot(along, along)));
 }
 
-/// Depths in a view's map at four texels: at `low` and the next along x, then those below. Beyond the map those at its edge.
+/// Depths in a view's map at four texels: at `low` and the next along x, then those below. Beyond the map those at its
+/// edge.
 fn depths_at(view: u32, low: vec2f, texel: f32) -> vec4f {
 #ifdef SHADOW_TEXELS
     let last = i32(shadow.shadow_size) - 1;

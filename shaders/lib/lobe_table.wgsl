@@ -23,11 +23,12 @@ fn plane_direction(j: u32, normal: vec3f, tangent: vec3f) -> vec3f {
     return cos(angle) * normal + sin(angle) * tangent;
 }
 
-/// Puts into `sum` the weights of the coefficients in the radiance that a surface reflects towards its viewer, matte and glossy
-/// together.
+/// Puts into `sum` the weights of the coefficients in the radiance that a surface reflects towards its viewer, matte
+/// and glossy together.
 ///
-/// How many degrees there are is asked of the table, though it is known: so that loops stay loops. Unrolled, and with every
-/// weight a value of its own, degree 6 keeps a software driver's compiler busy for twenty seconds, degree 10 for minutes.
+/// How many degrees there are is asked of the table, though it is known: so that loops stay loops. Unrolled, and with
+/// every weight a value of its own, degree 6 keeps a software driver's compiler busy for twenty seconds, degree 10 for
+/// minutes.
 fn weights(s: Surface, sum: ptr<function, array<vec3f, COUNT>>) {
     let degrees = u32(sqrt(f32(textureDimensions(lobe_table).x)) + 0.5);
     let cosine = clamp(dot(s.view, s.normal), 0.0, 1.0);

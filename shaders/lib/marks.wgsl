@@ -1,5 +1,5 @@
-//! Where light is wanted. Of each scene light, the parts of its beam in which rays ended that it lights: from these photons leave. And
-//! the zones in which rays ended: photons that end elsewhere light nothing that is asked for.
+//! Where light is wanted. Of each scene light, the parts of its beam in which rays ended that it lights: from these
+//! photons leave. And the zones in which rays ended: photons that end elsewhere light nothing that is asked for.
 #define_import_path lightgraph::marks
 #import lightgraph::cells::place_of
 #import lightgraph::random::scramble

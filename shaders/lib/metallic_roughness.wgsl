@@ -45,8 +45,8 @@ fn matte(s: Surface) -> vec3f {
 #endif
 }
 
-/// Reflectance head on for the first lobe, what it grows by towards grazing for the second; the third is what the second
-/// takes from the matte share.
+/// Reflectance head on for the first lobe, what it grows by towards grazing for the second; the third is what the
+/// second takes from the matte share.
 fn tints(s: Surface) -> mat3x3f {
 #ifdef FACES
     let tint = mix(s.face.rgb, s.albedo, s.metallic);

@@ -2,8 +2,8 @@
 #define_import_path lightgraph::near
 #import lightgraph::trace::{STACK, box_at, corners}
 
-/// Whether a triangle may meet a box: neither the box round it nor its plane keeps away. Of those that pass by an edge of the box
-/// it may name some too many, none too few.
+/// Whether a triangle may meet a box: neither the box round it nor its plane keeps away. Of those that pass by an edge
+/// of the box it may name some too many, none too few.
 fn touches(corner: mat3x3f, lower: vec3f, upper: vec3f) -> bool {
     let least = min(min(corner[0], corner[1]), corner[2]);
     let most = max(max(corner[0], corner[1]), corner[2]);

@@ -1,5 +1,5 @@
-//! Light that a captured surface reflects from the packed probes round it: as `lightgraph::indirect` has it. With ALIKE probes
-//! behind a surface or in a solid weigh as much as any, which needs neither where they are nor how open.
+//! Light that a captured surface reflects from the packed probes round it: as `lightgraph::indirect` has it. With ALIKE
+//! probes behind a surface or in a solid weigh as much as any, which needs neither where they are nor how open.
 #define_import_path lightgraph::packed_indirect
 #import lightgraph::packed_probes::{Weights, lambert, weigh}
 #ifdef PROBE_VIEW
@@ -37,10 +37,11 @@ fn one(w: Weights, here: probes::Cell, i: u32, point: vec3f, normal: vec3f, behi
     return vec4f(share * found.light, share);
 }
 
-/// As `lightgraph::probes::gather`, or `lightgraph::visible_probes::gather` with PROBE_VISIBILITY. `sight` says what counts, as
-/// `lightgraph::visible_probes::sight` does.
+/// As `lightgraph::probes::gather`, or `lightgraph::visible_probes::gather` with PROBE_VISIBILITY. `sight` says what
+/// counts, as `lightgraph::visible_probes::sight` does.
 ///
-/// A round for each probe that counts, not for each that might: on SIMD lanes what a branch leaves out takes its time too.
+/// A round for each probe that counts, not for each that might: on SIMD lanes what a branch leaves out takes its time
+/// too.
 fn gather(w: Weights, here: probes::Cell, point: vec3f, normal: vec3f, behind: f32, sight: u32) -> vec3f {
 #ifdef PROBE_VISIBILITY
     var left = select(sight, 256u, sight >= 256u);

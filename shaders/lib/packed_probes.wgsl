@@ -1,11 +1,13 @@
 //! The coefficients of probes packed for few fetches: 16 bits each, as parts of the probe's largest. The error is
 //! 1.5e-5 of that one at most, so that bright scenes keep their limit where half floats would miss it.
 //!
-//! A probe is TEXELS texels along x of an image, those of one x, y, z of the grid at (x * TEXELS, z * grid.y + y). Three hold the red, green and blue of eight coefficients, two to a
-//! word, the lower first; the last holds what is left: coefficient COUNT - 1 where COUNT is odd, how open the probe is,
-//! and what a step of all these numbers stands for.
+//! A probe is TEXELS texels along x of an image, those of one x, y, z of the grid at (x * TEXELS, z * grid.y + y).
+//! Three hold the red, green and blue of eight coefficients, two to a word, the lower first; the last holds what is
+//! left: coefficient COUNT - 1 where COUNT is odd, how open the probe is, and what a step of all these numbers stands
+//! for.
 //!
-//! PACKED_PROBES says whose light is meant: 1 that of the probes now, 2 of those a bounce before, 3 the former less the latter.
+//! PACKED_PROBES says whose light is meant: 1 that of the probes now, 2 of those a bounce before, 3 the former less the
+//! latter.
 #define_import_path lightgraph::packed_probes
 #import lightgraph::probes
 #import lightgraph::sh::{COUNT, ORDER, basis}

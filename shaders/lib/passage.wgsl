@@ -1,5 +1,5 @@
-//! Light that goes straight through surfaces: where they are there in part, and where they transmit, as thin sheets do. For graphs
-//! that follow paths.
+//! Light that goes straight through surfaces: where they are there in part, and where they transmit, as thin sheets do.
+//! For graphs that follow paths.
 #define_import_path lightgraph::passage
 #import lightgraph::hit::{Met, describe, look}
 #import lightgraph::random::next
@@ -23,7 +23,8 @@ fn through(met: Met) -> vec3f {
     return vec3f(1.0 - met.there) + met.there * light;
 }
 
-/// What a ray meets that stops it: of what light goes through, it is chance that says. `carried` is what the path carries.
+/// What a ray meets that stops it: of what light goes through, it is chance that says. `carried` is what the path
+/// carries.
 fn look_on(origin: vec3f, direction: vec3f, carried: ptr<function, vec3f>, state: ptr<function, u32>) -> Met {
     var here = origin;
     var gone = 0.0;

@@ -1,8 +1,7 @@
-//! Places where light of the scene's lights and emitters arrives, each with an equal part of it, from which
-//! surfaces are lit
-//! as from points (Keller, "Instant Radiosity", 1997). Rays that a surface sends out meet the same light. Both
-//! count by how likely
-//! each comes upon a place (the balance heuristic of Veach, 1997), so that near ones bring no peaks.
+//! Places where light of the scene's lights and emitters arrives, each with an equal part of it, from which surfaces
+//! are lit as from points (Keller, "Instant Radiosity", 1997). Rays that a surface sends out meet the same light. Both
+//! count by how likely each comes upon a place (the balance heuristic of Veach, 1997), so that near ones bring no
+//! peaks.
 #define_import_path lightgraph::photons
 #import lightgraph::packed_light
 #import lightgraph::rays::unpack_normal
@@ -29,9 +28,8 @@ fn unpack_source(a: vec4u, b: vec4u) -> Source {
     return Source(bitcast<vec3f>(a.xyz), unpack_normal(a.w), packed_light::unpack(b.xy), bitcast<f32>(b.z));
 }
 
-/// Density with which a photon comes upon a place where the lights and emitters give so much: `arrived` is the sum
-/// of the channels of
-/// irradiance over pi, `scale` what sources.wgsl keeps.
+/// Density with which a photon comes upon a place where the lights and emitters give so much: `arrived` is the sum of
+/// the channels of irradiance over pi, `scale` what sources.wgsl keeps.
 fn density_of(arrived: f32, scale: f32) -> f32 {
     return arrived * scale;
 }

@@ -2,8 +2,8 @@
 //!
 //! Its probes stand at whole multiples of `spacing`, so that a step leaves all but one slab where they are: each keeps
 //! its place in a ring along every axis, and the slab that is left behind is used again in front (Losasso and Hoppe,
-//! "Geometry Clipmaps", 2004). A point's share in it goes by the camera itself, not by the grid, and has vanished before
-//! the grid ends: whenever a slab comes or goes, nothing is taken from it.
+//! "Geometry Clipmaps", 2004). A point's share in it goes by the camera itself, not by the grid, and has vanished
+//! before the grid ends: whenever a slab comes or goes, nothing is taken from it.
 #define_import_path lightgraph::probe_view
 
 struct View {

@@ -1,6 +1,7 @@
-//! Probes, and the coefficients they hold. They make a uniform grid in a box; with PROBE_TABLE a grid whose planes along
-//! each axis stand where a table says; with PROBE_TREE they stand at the corners of an octree's leaves; with PROBE_VIEW a
-//! finer grid that follows the camera comes after the uniform one. In the last two `grid` is but how they are numbered.
+//! Probes, and the coefficients they hold. They make a uniform grid in a box; with PROBE_TABLE a grid whose planes
+//! along each axis stand where a table says; with PROBE_TREE they stand at the corners of an octree's leaves; with
+//! PROBE_VIEW a finer grid that follows the camera comes after the uniform one. In the last two `grid` is but how they
+//! are numbered.
 //!
 //! Coefficients lie in a 3D texture of (grid.x, grid.y, grid.z * COUNT) texels: coefficient k of all probes in the
 //! slices from k * grid.z on. The alpha of coefficient (0, 0) tells how open a probe is: alpha 1 in every direction
@@ -100,8 +101,8 @@ fn has_probe(c: Cell, corner: u32) -> bool {
 const ALONG_X: u32 = #{PLANES_X}u;
 const ALONG_Y: u32 = #{PLANES_Y}u;
 const ALONG_Z: u32 = #{PLANES_Z}u;
-/// Planes of the grid along x, then y, then z: x is where one stands in the world, ascending, metres; y is 1 by the distance to the
-/// next, of the last 0.
+/// Planes of the grid along x, then y, then z: x is where one stands in the world, ascending, metres; y is 1 by the
+/// distance to the next, of the last 0.
 var<uniform> probe_axes: array<vec4f, ALONG_X + ALONG_Y + ALONG_Z>;
 
 /// The edges of the box in mean distances between probes.
@@ -248,15 +249,16 @@ fn share_of(c: Cell, corner: u32) -> f32 {
     return select(0.0, near.x * near.y * near.z, has_probe(c, corner));
 }
 
-/// The corners of a cell that have a share, as bits: where an axis has none on its far side, as outside the probes, those
-/// on that side are left out.
+/// The corners of a cell that have a share, as bits: where an axis has none on its far side, as outside the probes,
+/// those on that side are left out.
 fn corners_with_share(c: Cell) -> u32 {
     let far = select(vec3u(1u), vec3u(3u, 5u, 17u), c.fraction > vec3f(0.0));
     return far.x * far.y * far.z;
 }
 
 #ifndef PROBE_TREE
-/// One of the 4x4x4 probes round a cell, by number: two bits each for x, y, z. Beyond the grid those at its edge come again.
+/// One of the 4x4x4 probes round a cell, by number: two bits each for x, y, z. Beyond the grid those at its edge come
+/// again.
 fn near_probe(c: Cell, i: u32) -> vec3u {
     let there = vec3i(c.base) + vec3i(vec3u(i, i >> 2u, i >> 4u) & vec3u(3u)) - 1;
     return vec3u(clamp(there, vec3i(0), vec3i(probe_grid.grid) - 1));

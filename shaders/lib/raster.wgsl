@@ -1,8 +1,8 @@
 //! Triangles on a square of texels that a view looks through, as a draw covers them: for kernels that draw.
 #define_import_path lightgraph::raster
 
-/// The corners of a triangle, a column each: x and y in texels from a place, times w, and w. Homogeneous, so that nothing need be cut
-/// where the triangle passes the eye.
+/// The corners of a triangle, a column each: x and y in texels from a place, times w, and w. Homogeneous, so that
+/// nothing need be cut where the triangle passes the eye.
 struct Corners {
     at: mat3x3f,
     /// In clip space.
@@ -26,8 +26,9 @@ fn corners(view_projection: mat4x4f, world: mat3x3f, size: u32, place: vec2f) ->
     );
 }
 
-/// The line through two corners (x and y in texels, times w, and w), where a draw has it: through places on a lattice of 256 steps a texel.
-/// One that a near plane at `near` cuts is left as it is. By row with a place `(x, y, 1)`; of two triangles beside it both have the same.
+/// The line through two corners (x and y in texels, times w, and w), where a draw has it: through places on a lattice
+/// of 256 steps a texel. One that a near plane at `near` cuts is left as it is. By row with a place `(x, y, 1)`; of two
+/// triangles beside it both have the same.
 fn edge(one: vec3f, two: vec3f, near: f32) -> vec3f {
     let whole = min(one.z, two.z) >= near;
     return cross(select(one, rounded(one), whole), select(two, rounded(two), whole));
@@ -37,7 +38,8 @@ fn rounded(corner: vec3f) -> vec3f {
     return vec3f(round(256.0 / corner.z * corner.xy) * (corner.z / 256.0), corner.z);
 }
 
-/// Texels that a triangle may cover: the first (xy), and those past the last (zw); corners as seen from texel 0. Zeros where it covers none.
+/// Texels that a triangle may cover: the first (xy), and those past the last (zw); corners as seen from texel 0. Zeros
+/// where it covers none.
 fn bounds(c: Corners, size: u32) -> vec4u {
     let edge = vec2f(f32(size));
     var least = edge;

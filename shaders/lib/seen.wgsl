@@ -1,5 +1,6 @@
-//! What the camera sees, as camera_surface.wgsl records it: `seen_at` a pixel (column, row from the top). It is loaded from images, which
-//! software drivers do in place where a texture costs them a call; with TRACE_TEXELS, whose images leave room for no others, from textures.
+//! What the camera sees, as camera_surface.wgsl records it: `seen_at` a pixel (column, row from the top). It is loaded
+//! from images, which software drivers do in place where a texture costs them a call; with TRACE_TEXELS, whose images
+//! leave room for no others, from textures.
 #define_import_path lightgraph::seen
 #import lightgraph::surface::Record
 

@@ -28,7 +28,8 @@ var<uniform> params: Params;
 /// Triangles that follow on each other and have a box together.
 const GROUP: u32 = 128u;
 
-/// Texels of a view that a triangle, or a group of them, may cover: the first, and those past the last, x in the lower half.
+/// Texels of a view that a triangle, or a group of them, may cover: the first, and those past the last, x in the lower
+/// half.
 struct Covered {
     first: u32,
     end: u32,

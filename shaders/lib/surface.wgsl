@@ -1,14 +1,15 @@
 //! What a ray meets: recorded by the draw passes in two texels, read back by the compute passes.
 //!
 //! `albedo`: colour in rgb; in a, 1 + the material's row, negative for the back of a double-sided one, and 0 for what
-//! gives no light (nothing, or the back of a single-sided material, which is black).
-//! `normal`: unit normal on the side seen in xyz; in w the distance along the ray in metres, 0 for nothing.
-//! All f32: an albedo in 8 or 16 bits would be amplified by 1/(1 - albedo) over the bounces. With GLOW, of materials with an emissive
-//! texture, and of those that no light shows, each of rgb holds two numbers of 12 bits: `albedo_of` and `glow_of` tell them apart.
+//! gives no light (nothing, or the back of a single-sided material, which is black). `normal`: unit normal on the side
+//! seen in xyz; in w the distance along the ray in metres, 0 for nothing. All f32: an albedo in 8 or 16 bits would be
+//! amplified by 1/(1 - albedo) over the bounces. With GLOW, of materials with an emissive texture, and of those that no
+//! light shows, each of rgb holds two numbers of 12 bits: `albedo_of` and `glow_of` tell them apart.
 //!
-//! What a material is at a point is asked here alone: by draws, and by rays. A definition leaves out what no material of the scene
-//! has: TEXTURES any texture, SECOND_UVS a second set of coordinates, VERTEX_COLORS, NORMAL_MAPS, FINISH_MAPS roughness and metalness by
-//! textures, EMISSION_MAPS, MASKS holes, UNLIT; in graphs that trace paths also CLEAR, FACES and COATS.
+//! What a material is at a point is asked here alone: by draws, and by rays. A definition leaves out what no material
+//! of the scene has: TEXTURES any texture, SECOND_UVS a second set of coordinates, VERTEX_COLORS, NORMAL_MAPS,
+//! FINISH_MAPS roughness and metalness by textures, EMISSION_MAPS, MASKS holes, UNLIT; in graphs that trace paths also
+//! CLEAR, FACES and COATS.
 #define_import_path lightgraph::surface
 #ifdef TEXTURES
 #import lightgraph::textures
@@ -248,8 +249,8 @@ struct Record {
     normal: vec4f,
 }
 
-/// Records a point `depth` metres along the ray. Call it in uniform control flow of a fragment entry only: where nothing is there, it
-/// ends.
+/// Records a point `depth` metres along the ray. Call it in uniform control flow of a fragment entry only: where
+/// nothing is there, it ends.
 fn record(material: u32, p: Point, normal: vec3f, depth: f32, front: bool) -> Record {
     let m = materials[material];
     var wide: Wide;

@@ -1,5 +1,5 @@
-//! Rays against the scene's triangles, through the boxes of the table `bvh`. With TRIANGLE_UNIFORMS the triangles lie in a uniform: for
-//! scenes that have few.
+//! Rays against the scene's triangles, through the boxes of the table `bvh`. With TRIANGLE_UNIFORMS the triangles lie
+//! in a uniform: for scenes that have few.
 #define_import_path lightgraph::trace
 #ifdef MASKS
 #import lightgraph::surface::{Point, Wide, base_color, is_hole, materials}
@@ -164,8 +164,8 @@ fn is_open(index: u32, at: vec2f) -> bool {
 #endif
 
 /// The hit with one triangle nearer than `best` and beyond `start`, or `best`; of two as near the one in the first row.
-/// `entry` is where the ray enters the leaf, before which nothing counts that rounding may say. So what a ray meets is a matter
-/// of the leaves on its way alone, in whatever order it comes to them.
+/// `entry` is where the ray enters the leaf, before which nothing counts that rounding may say. So what a ray meets is
+/// a matter of the leaves on its way alone, in whatever order it comes to them.
 ///
 /// Inside is decided by the signs of the volumes that the ray spans with each edge, alike for both triangles at
 /// an edge, so that no ray slips between them; the distance by the triangle's plane.
@@ -211,8 +211,9 @@ fn below(box: Box) -> u32 {
 
 /// What a ray meets first between `start` and `end`. With `any_will_do`, whatever it finds first.
 ///
-/// Lanes that run together go down to a leaf each, then look at their leaves together: one that is in a box while another is at a
-/// triangle would wait for it in every round (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs", 2009).
+/// Lanes that run together go down to a leaf each, then look at their leaves together: one that is in a box while
+/// another is at a triangle would wait for it in every round (Aila and Laine, "Understanding the Efficiency of Ray
+/// Traversal on GPUs", 2009).
 fn search(origin: vec3f, direction: vec3f, start: f32, end: f32, any_will_do: bool) -> Hit {
     let inverse = reciprocal(direction);
     var best = Hit(end, NOTHING, vec2f(0.0));

@@ -20,7 +20,8 @@ struct Test {
 }
 var<uniform> test: Test;
 
-/// Metres behind a plane that count as on it, by the width of a texel there: rounding alone asks for a hundredth of that.
+/// Metres behind a plane that count as on it, by the width of a texel there: rounding alone asks for a hundredth of
+/// that.
 const SLACK: f32 = 0.01;
 
 #ifdef PACKED_SURFACE
@@ -48,8 +49,8 @@ fn seen_at(tile: u32, texel: vec2u) -> vec4f {
 }
 #endif
 
-/// Whether what a probe sees in the direction `d` hides a surface at `offset` from it: the surface lies behind the plane
-/// that is seen, and what is seen before the surface's own plane. Both by more than `slack` metres.
+/// Whether what a probe sees in the direction `d` hides a surface at `offset` from it: the surface lies behind the
+/// plane that is seen, and what is seen before the surface's own plane. Both by more than `slack` metres.
 fn hides(probe: u32, d: vec3f, offset: vec3f, normal: vec3f, slack: f32) -> bool {
     let edge = edge_of_map();
     let at = cube::locate(d, edge);
@@ -65,9 +66,10 @@ fn faces(probe: vec3u, point: vec3f, normal: vec3f) -> bool {
 
 /// 1 for a probe that sees the front of the surface at `point`, else 0.
 ///
-/// Each of the four texels round the point may hide it: one alone would look past the edges of walls thinner than itself.
-/// In a corner of a room the point lies before the planes of all walls, and on an edge of a solid what the texels see lies
-/// behind the point's own plane, so neither hides anything. A probe inside a solid sees no surface but from within.
+/// Each of the four texels round the point may hide it: one alone would look past the edges of walls thinner than
+/// itself. In a corner of a room the point lies before the planes of all walls, and on an edge of a solid what the
+/// texels see lies behind the point's own plane, so neither hides anything. A probe inside a solid sees no surface but
+/// from within.
 fn visibility(probe: vec3u, point: vec3f, normal: vec3f) -> f32 {
     let offset = point - probes::position(probe);
     if dot(offset, normal) >= 0.0 {

@@ -75,8 +75,8 @@ fn gather(
 }
 
 #if PROBE_VISIBILITY == 1
-/// What sees a surface point. Bit i: corner i of its cell. Where none of the corners counts, bit 8: the others are the number of
-/// the nearest probe that sees it, as `probes::near_probe` counts.
+/// What sees a surface point. Bit i: corner i of its cell. Where none of the corners counts, bit 8: the others are the
+/// number of the nearest probe that sees it, as `probes::near_probe` counts.
 fn sight(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
     // Those that the surface faces, first: only they need a look.
     var left = probes::corners_with_share(here);
@@ -104,8 +104,8 @@ fn sight(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
 
 const NOTHING: u32 = 64u;
 
-/// The nearest probe that sees the point among the 4x4x4 round its cell, as `probes::near_probe` counts; `NOTHING` when there is
-/// none.
+/// The nearest probe that sees the point among the 4x4x4 round its cell, as `probes::near_probe` counts; `NOTHING` when
+/// there is none.
 fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
     var best = NOTHING;
     var least = 3.4e38;

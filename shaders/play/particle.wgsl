@@ -6,6 +6,6 @@ struct Particle {
     position: vec2f,
     velocity: vec2f,
     color: vec3f,
-    /// Seconds left.
+    /// Seconds that it glows on; below 0 since when it rests.
     life: f32,
 }

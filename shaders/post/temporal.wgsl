@@ -1,4 +1,5 @@
-//! Mixes last frame's image into this one's, from where each surface was seen then, held to the colours round the pixel.
+//! Mixes last frame's image into this one's, from where each surface was seen then, held to the colours round the
+//! pixel.
 var hdr: texture_2d<f32>;
 var depth: texture_depth_2d;
 var last_image: texture_2d<f32>;

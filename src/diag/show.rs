@@ -22,8 +22,8 @@ const BEFORE: usize = 60;
 /// Characters of a message, label or remedy shown at most.
 const MESSAGE: usize = 1000;
 
-/// The diagnostics as plain text with carets, ready for a terminal or a log. Of many, the first are shown and the others
-/// counted; long lines are cut round the caret; characters that steer a terminal are replaced.
+/// The diagnostics as plain text with carets, ready for a terminal or a log. Of many, the first are shown and the
+/// others counted; long lines are cut round the caret; characters that steer a terminal are replaced.
 pub fn render(diagnostics: &[Diagnostic]) -> String {
     let mut out = String::new();
     let mut lines: Vec<Lines> = vec![];

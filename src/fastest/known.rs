@@ -1,4 +1,5 @@
-//! The file of times that were measured earlier on this machine. Without it, or with a broken one, all is measured anew.
+//! The file of times that were measured earlier on this machine. Without it, or with a broken one, all is measured
+//! anew.
 
 use crate::caches;
 use crate::files;

@@ -1,5 +1,6 @@
 //! Loops that end on the device: after each iteration a kernel tests the loop's number, and once it passes sets the
-//! sizes of all draws and dispatches that follow to zero. The host hands iterations over without waiting for the answer.
+//! sizes of all draws and dispatches that follow to zero. The host hands iterations over without waiting for the
+//! answer.
 
 use super::{device::Gpu, dirty::workgroups, pool::Pool, scene_data::SceneData, scope::scoped};
 use crate::diag::{Checked, Diagnostic};
@@ -257,8 +258,8 @@ fn state(bytes: &[u8]) -> State {
     State { ended: word(0) != 0, iterations: word(1), last: f32::from_bits(word(2)) }
 }
 
-/// Indirect arguments for all that a draw issues, in its order: for each pipeline and member, after one for each member that
-/// clears its targets. `u32`s: four a draw without indices, five with.
+/// Indirect arguments for all that a draw issues, in its order: for each pipeline and member, after one for each member
+/// that clears its targets. `u32`s: four a draw without indices, five with.
 fn draw_sizes(draw: &Draw, scene: &SceneData) -> Vec<u32> {
     let mut words: Vec<u32> = draw.members.iter().flat_map(|_| [3, 1, 0, 0]).collect();
     let cull = match draw.geometry {

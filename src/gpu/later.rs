@@ -1,4 +1,5 @@
-//! What the host reads of a frame: copied to one mappable buffer in the frame itself, and read once the device has done it.
+//! What the host reads of a frame: copied to one mappable buffer in the frame itself, and read once the device has done
+//! it.
 
 use super::{device::Gpu, readback::staging, record::Record};
 use crate::diag::{Checked, Diagnostic};

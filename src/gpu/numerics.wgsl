@@ -1,5 +1,6 @@
 // One reduction over all numbers of a texture or buffer: what is not a number, infinite or outside of its range, and
-// where the first of them is; the extremes and the sums. `size()`, `channels_of(i)` and `load(i)` stand above, by source.
+// where the first of them is; the extremes and the sums. `size()`, `channels_of(i)` and `load(i)` stand above, by
+// source.
 
 struct Check {
     // Bit c: channel c holds a number.

@@ -1,7 +1,8 @@
-//! Commands on their way to the device: an encoder, the scope that catches its errors, and the compute pass that neighbours share.
+//! Commands on their way to the device: an encoder, the scope that catches its errors, and the compute pass that
+//! neighbours share.
 //!
-//! Each pass of wgpu becomes command buffers of its own, so steps that only dispatch go to one pass as long as nothing else
-//! comes between them. wgpu keeps the order of what they write and read all the same.
+//! Each pass of wgpu becomes command buffers of its own, so steps that only dispatch go to one pass as long as nothing
+//! else comes between them. wgpu keeps the order of what they write and read all the same.
 
 use super::{device::Gpu, scope::Scope};
 

@@ -118,8 +118,8 @@ impl Uniforms {
         (found.first + slot * found.stride) as u32
     }
 
-    /// Packs all slots for a frame and uploads them, unless no value differs from the frame before. Of equal names an `extra` wins over a loop's index, that over
-    /// the frame's value, that over the plan's.
+    /// Packs all slots for a frame and uploads them, unless no value differs from the frame before. Of equal names an
+    /// `extra` wins over a loop's index, that over the frame's value, that over the plan's.
     ///
     /// # Errors
     /// Members that nothing gives a value, each with its shader.

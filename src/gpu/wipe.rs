@@ -1,4 +1,5 @@
-//! Clearing by drawing: where a render pass must keep what is around, or must not happen at all when the device says so.
+//! Clearing by drawing: where a render pass must keep what is around, or must not happen at all when the device says
+//! so.
 
 use super::{device::Gpu, pipelines::by_location, scope::scoped};
 use crate::diag::Checked;

@@ -37,7 +37,8 @@ impl Param {
         Ok(())
     }
 
-    /// Reads a value as the command line writes it: `4`, `0.5`, `true`, `4,4,4`; a vector's single number stands for all.
+    /// Reads a value as the command line writes it: `4`, `0.5`, `true`, `4,4,4`; a vector's single number stands for
+    /// all.
     pub fn read(&self, text: &str) -> Option<Value> {
         let words: Vec<&str> = text.trim_matches(['(', ')']).split(',').map(str::trim).collect();
         match (self.ty, words[..].len()) {

@@ -46,8 +46,8 @@ const PREFIX: &str = "lightgraph.";
 /// As many values as fit in 2 GiB; a damaged header may ask for far more.
 const MAX_VALUES: usize = 1 << 29;
 
-/// Values that a byte of a file may stand for at most, and so many more: a small file that states a large image is damaged.
-/// DEFLATE shrinks no text to less than a 1032nd, a value has two bytes or more.
+/// Values that a byte of a file may stand for at most, and so many more: a small file that states a large image is
+/// damaged. DEFLATE shrinks no text to less than a 1032nd, a value has two bytes or more.
 const MAX_SHRUNK: usize = 516;
 const MAX_UNPACKED: usize = 1 << 20;
 

@@ -8,9 +8,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Writes `bytes` to `path`: a temporary file in the same folder is filled and then takes the name, so that a
-/// reader sees the old content or the new, never a part; so does the next start when the power fails. Missing folders are made. A link stays a link: what it
-/// names is replaced. A device or pipe can't be replaced and is written to directly.
+/// Writes `bytes` to `path`: a temporary file in the same folder is filled and then takes the name, so that a reader
+/// sees the old content or the new, never a part; so does the next start when the power fails. Missing folders are
+/// made. A link stays a link: what it names is replaced. A device or pipe can't be replaced and is written to directly.
 ///
 /// # Errors
 /// A fault that names the path and the reason; then no temporary file and no new folder is left.

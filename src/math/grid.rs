@@ -33,8 +33,8 @@ impl Grid {
         (z * ny + y) * nx + x
     }
 
-    /// The eight probes round a point and their shares, which sum to 1. Outside the probes the nearest cell's face counts.
-    /// A probe may occur more than once where an axis has a single one.
+    /// The eight probes round a point and their shares, which sum to 1. Outside the probes the nearest cell's face
+    /// counts. A probe may occur more than once where an axis has a single one.
     pub fn neighbours(&self, point: DVec3) -> [(UVec3, f64); 8] {
         let extent = (self.max - self.min).max(DVec3::splat(f64::MIN_POSITIVE));
         let share = (point - self.min) / extent;
@@ -59,10 +59,10 @@ impl Grid {
     }
 
     /// [`Grid::neighbours`] of a surface point with this unit normal, each share multiplied by the cosine between the
-    /// normal and the direction to the probe, and by how open the probe is: `open` gives the share of directions in which
-    /// it doesn't see the backs of surfaces, and half or less counts as 0. Each factor is at least `behind` (above 0);
-    /// the shares sum to 1 again. With `behind` 1 nothing changes; near 0, probes behind the surface or inside solids
-    /// hardly count.
+    /// normal and the direction to the probe, and by how open the probe is: `open` gives the share of directions in
+    /// which it doesn't see the backs of surfaces, and half or less counts as 0. Each factor is at least `behind`
+    /// (above 0); the shares sum to 1 again. With `behind` 1 nothing changes; near 0, probes behind the surface or
+    /// inside solids hardly count.
     pub fn facing(&self, point: DVec3, normal: DVec3, behind: f64, open: impl Fn(UVec3) -> f64) -> [(UVec3, f64); 8] {
         let weighed = self.neighbours(point).map(|(probe, share)| {
             let cosine = (self.position(probe) - point).normalize_or_zero().dot(normal);

@@ -84,8 +84,8 @@ pub fn project(order: usize, edge: u32, radiance: impl Fn(DVec3) -> f64) -> Vec<
 /// What a texel's light counts in each coefficient: Y_lm(ω)·A(ω) at its centre, with its exact solid angle.
 ///
 /// For constant light the sum over all texels is then 0 for degrees 1 to 3, as the cube's symmetries ask. Degree 4
-/// holds a function with these symmetries (x⁴ + y⁴ + z⁴ − 3/5), so from there on the factor is a sum over 4² parts of the
-/// texel.
+/// holds a function with these symmetries (x⁴ + y⁴ + z⁴ − 3/5), so from there on the factor is a sum over 4² parts of
+/// the texel.
 pub fn factors(order: usize, face: u32, texel: [u32; 2], edge: u32) -> Vec<f64> {
     let parts = |n: u32| {
         let mut out = vec![0.0; count(order)];

@@ -7,7 +7,8 @@ struct Cluster {
     /// Indices of the mesh.
     first: u32,
     count: u32,
-    /// Sides of the box round everything that it lies in: bits 0 to 2 the lower ones along x, y, z, 3 to 5 the upper ones.
+    /// Sides of the box round everything that it lies in: bits 0 to 2 the lower ones along x, y, z, 3 to 5 the upper
+    /// ones.
     sides: u32,
 }
 var<storage, read> clusters: array<Cluster>;
@@ -51,7 +52,8 @@ fn outside(plane: vec4f, middle: vec3f, half: vec3f) -> bool {
     return dot(plane.xyz, middle) + plane.w + reach < -1e-5 * (size + reach);
 }
 
-/// Whether a box meets the volume that `rows`, those of a view-projection matrix, keep (-w..w, 0..w in depth). What is not a number keeps everything.
+/// Whether a box meets the volume that `rows`, those of a view-projection matrix, keep (-w..w, 0..w in depth). What is
+/// not a number keeps everything.
 fn meets(rows: mat4x4f, lower: vec3f, upper: vec3f) -> bool {
     let middle = 0.5 * (lower + upper);
     let half = 0.5 * (upper - lower);

@@ -1,5 +1,5 @@
-//! Groups of alternatives: several ways to the same results, of which one is planned. Which, is data from outside, since no
-//! plan knows how fast a device is; without it the first runs.
+//! Groups of alternatives: several ways to the same results, of which one is planned. Which, is data from outside,
+//! since no plan knows how fast a device is; without it the first runs.
 
 use super::lint::mentioned;
 use super::wire::{Item, Wirer, Wiring};

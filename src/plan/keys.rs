@@ -1,8 +1,8 @@
 //! The fingerprint of each step, and the version of every content that follows from it. No device.
 //!
 //! The version of a content is made of the fingerprint of the unit that made it: a step, or a loop as a whole. A
-//! fingerprint hashes all [`inputs`] of the unit. None of them names anything by its place in a plan or by a name of the
-//! graph, so equal work has equal versions in any two plans.
+//! fingerprint hashes all [`inputs`] of the unit. None of them names anything by its place in a plan or by a name of
+//! the graph, so equal work has equal versions in any two plans.
 
 use super::inputs::{self, Access, Contents, Input, Kind, Named, add};
 use super::scene_inputs::SceneInputs;
@@ -83,8 +83,8 @@ pub struct Versions {
 }
 
 impl Keys {
-    /// The fingerprints of a plan's units as far as they are known without a frame. `without` leaves a kind of input out
-    /// of all of them: contents will be wrong, and a test can see that the proof notices.
+    /// The fingerprints of a plan's units as far as they are known without a frame. `without` leaves a kind of input
+    /// out of all of them: contents will be wrong, and a test can see that the proof notices.
     pub fn of(plan: &Plan, without: Option<Kind>) -> Keys {
         let mut units: Vec<Unit> = plan.order.iter().map(|node| unit(plan, node, without)).collect();
         let mut last = vec![None; plan.resources.len()];

@@ -19,9 +19,8 @@ struct Touch {
 /// iteration only when each iteration writes all of it before reading it and nothing outside uses it; otherwise it is
 /// alive for the whole loop. Outputs live to the end, history for ever (in memory of their own).
 ///
-/// What is asked for when it has not changed stays where it is: nothing comes after it into its memory, and before it only
-/// what changes with it.
-/// With `share: false` every resource has memory of its own.
+/// What is asked for when it has not changed stays where it is: nothing comes after it into its memory, and before it
+/// only what changes with it. With `share: false` every resource has memory of its own.
 pub fn allocate(plan: &mut Plan, share: bool) {
     let mut touches: Vec<Vec<Touch>> = vec![vec![]; plan.resources.len()];
     let mut loops: Vec<(usize, usize)> = vec![];

@@ -51,8 +51,8 @@ pub fn rows(wanted: &TableUse, table: &Table, some: Range<usize>, out: &mut [u8]
     Faults::check(faults, ())
 }
 
-/// Writes a column from row number `first` on, each row to the start of its place; false where it is too short or does not fit
-/// the type.
+/// Writes a column from row number `first` on, each row to the start of its place; false where it is too short or does
+/// not fit the type.
 fn write<'a>(column: &Column, ty: Type, first: usize, places: impl Iterator<Item = &'a mut [u8]>) -> bool {
     match (column, ty) {
         (Column::Uint(v), Type::Uint) => fill(v.iter_from(first).copied(), places),

@@ -28,8 +28,8 @@ pub struct Additions {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum AddedLight {
-    /// From infinitely far. `azimuth` is a compass bearing in degrees: 0 in the north (−Z), 90 in the east (+X); `elevation` the height above
-    /// the horizon in degrees; `lux` the illuminance of a surface that faces it.
+    /// From infinitely far. `azimuth` is a compass bearing in degrees: 0 in the north (−Z), 90 in the east (+X);
+    /// `elevation` the height above the horizon in degrees; `lux` the illuminance of a surface that faces it.
     Sun {
         azimuth: f32,
         elevation: f32,
@@ -80,7 +80,8 @@ pub struct AddedCamera {
 pub enum AddedEnvironment {
     /// The same radiance from everywhere.
     Constant { radiance: [f32; 3] },
-    /// A clear sky (Preetham 1999). Where the sun stands and its strength are those of the scene's first directional light, where not given.
+    /// A clear sky (Preetham 1999). Where the sun stands and its strength are those of the scene's first directional
+    /// light, where not given.
     Sky {
         #[serde(default)]
         azimuth: Option<f32>,
@@ -96,8 +97,8 @@ pub enum AddedEnvironment {
         #[serde(default = "one")]
         strength: f32,
     },
-    /// A panorama, .hdr or .exr, twice as wide as high. Its middle lies in the north (−Z); `rotation` turns it by so many degrees towards the
-    /// east.
+    /// A panorama, .hdr or .exr, twice as wide as high. Its middle lies in the north (−Z); `rotation` turns it by so
+    /// many degrees towards the east.
     File {
         file: PathBuf,
         #[serde(default)]
@@ -218,7 +219,8 @@ impl AddedEnvironment {
         }
     }
 
-    /// Light by direction, and the file that was read for it. `sun`: direction towards the sun and its illuminance, where the scene has one.
+    /// Light by direction, and the file that was read for it. `sun`: direction towards the sun and its illuminance,
+    /// where the scene has one.
     ///
     /// # Errors
     /// The file can't be read, or is no panorama.

@@ -32,13 +32,14 @@ pub struct Animation {
 struct Track {
     /// Rising, at least one.
     times: Vec<f32>,
-    /// As many as times; of splines three a time: the tangent that it comes in with, the value, the tangent that it leaves with.
+    /// As many as times; of splines three a time: the tangent that it comes in with, the value, the tangent that it
+    /// leaves with.
     values: Vec<Vec4>,
     interpolation: Interpolation,
 }
 
-/// Steps from one keyframe to the next in which a sweep is looked at: a quarter turn in steps of 5°, which leaves the hull of two by
-/// 0.1 % of the radius.
+/// Steps from one keyframe to the next in which a sweep is looked at: a quarter turn in steps of 5°, which leaves the
+/// hull of two by 0.1 % of the radius.
 const STEPS: usize = 18;
 
 /// Transforms of a sweep at most.

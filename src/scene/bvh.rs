@@ -1,17 +1,17 @@
 //! A hierarchy of boxes over triangles, for rays.
 //!
-//! Built from the top by the surface area heuristic over bins of the centres (Wald, "On fast Construction of
-//! SAH-based Bounding Volume Hierarchies", 2007). The same triangles give the same hierarchy, on however many cores: the
-//! top is split by one thread with the help of the others, the parts below it by all of them at once. Triangles that move
-//! keep their places in it: the boxes alone are made anew.
+//! Built from the top by the surface area heuristic over bins of the centres (Wald, "On fast Construction of SAH-based
+//! Bounding Volume Hierarchies", 2007). The same triangles give the same hierarchy, on however many cores: the top is
+//! split by one thread with the help of the others, the parts below it by all of them at once. Triangles that move keep
+//! their places in it: the boxes alone are made anew.
 
 use super::{model::Bounds, pieces::Pieces};
 use crate::parallel::threads;
 use glam::Vec3;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Boxes within boxes; row 0 holds everything. By row: never empty, since without triangles there is one leaf with the zeroed
-/// row that an empty table is bound as, which no ray meets. Both children of a row stand side by side, after it.
+/// Boxes within boxes; row 0 holds everything. By row: never empty, since without triangles there is one leaf with the
+/// zeroed row that an empty table is bound as, which no ray meets. Both children of a row stand side by side, after it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bvh {
     /// Corners of the boxes.
@@ -43,8 +43,8 @@ const MAX_LEAF: usize = 8;
 /// Cost of a step down, in intersections of a triangle.
 const STEP_COST: f32 = 1.0;
 
-/// Parts that the triangles are split into before threads take one each: enough that none waits long for the last, and that
-/// their items take little memory.
+/// Parts that the triangles are split into before threads take one each: enough that none waits long for the last, and
+/// that their items take little memory.
 const PARTS: usize = 64;
 
 /// Triangles that are not worth a thread.
@@ -82,8 +82,8 @@ struct Task {
 }
 
 impl Bvh {
-    /// The boxes of a hierarchy over triangles that stand where it was made for, or elsewhere; all corners finite. `all` is the
-    /// box round all of them.
+    /// The boxes of a hierarchy over triangles that stand where it was made for, or elsewhere; all corners finite.
+    /// `all` is the box round all of them.
     pub fn of(tree: Tree, all: Bounds, corners: impl Fn(usize) -> [Vec3; 3]) -> Bvh {
         let (rows, margin) = (tree.rows(), margin(all));
         let mut bvh = Bvh { lower: Pieces::repeat(Vec3::ZERO, rows), upper: Pieces::repeat(Vec3::ZERO, rows), tree };
@@ -96,8 +96,9 @@ impl Bvh {
         bvh
     }
 
-    /// The same hierarchy after some triangles have moved, within the same [`reach`] of everything, and the rows whose boxes
-    /// are others, in their order. `was` are boxes round where those triangles stood; `moved` tells them by their place in
+    /// The same hierarchy after some triangles have moved, within the same [`reach`] of everything, and the rows whose
+    /// boxes are others, in their order. `was` are boxes round where those triangles stood; `moved` tells them by their
+    /// place in
     /// [`Tree::order`]. A leaf moves as a whole.
     pub fn moved(
         mut self,
@@ -156,8 +157,8 @@ impl Bvh {
     }
 }
 
-/// How much wider leaves are than their triangles: rays that run along a flat box, or exactly through its edge, must not slip by
-/// for a rounding error.
+/// How much wider leaves are than their triangles: rays that run along a flat box, or exactly through its edge, must
+/// not slip by for a rounding error.
 fn margin(all: Bounds) -> Vec3 {
     Vec3::splat(reach(all) * 4.0 * f32::EPSILON)
 }
@@ -170,11 +171,11 @@ pub fn reach(bounds: Bounds) -> f32 {
 }
 
 impl Tree {
-    /// The hierarchy over so many triangles, all corners finite. Parts of at most `enough` triangles are not split, unless they
-    /// are of several nodes: `node` tells those.
+    /// The hierarchy over so many triangles, all corners finite. Parts of at most `enough` triangles are not split,
+    /// unless they are of several nodes: `node` tells those.
     ///
-    /// Corners are asked for again and again instead of kept: at the top by all threads, then once for each part, so that
-    /// boxes of a few parts only are held at a time.
+    /// Corners are asked for again and again instead of kept: at the top by all threads, then once for each part, so
+    /// that boxes of a few parts only are held at a time.
     pub fn new(
         triangles: usize,
         corners: impl Fn(usize) -> [Vec3; 3] + Sync,
@@ -230,8 +231,8 @@ impl Tree {
     }
 }
 
-/// Splits a task and what comes of it into `rows`, whose first free row is the task's, down to `enough` triangles, but for
-/// those that `skip` takes: their rows stay empty. `look` tells what is sorted.
+/// Splits a task and what comes of it into `rows`, whose first free row is the task's, down to `enough` triangles, but
+/// for those that `skip` takes: their rows stay empty. `look` tells what is sorted.
 fn grow<T: Sync>(
     all: &mut [T],
     look: &(impl Fn(&T) -> Item + Sync),

@@ -5,12 +5,12 @@ use glam::{Mat4, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Triangles of a cluster at most: few enough that a cluster seldom lies half inside a view, many enough that testing it
-/// costs far less than drawing it.
+/// Triangles of a cluster at most: few enough that a cluster seldom lies half inside a view, many enough that testing
+/// it costs far less than drawing it.
 pub const CLUSTER: usize = 32;
 
-/// Neighbouring triangles of one node and one sidedness, and with the same [`sides`] at time 0. Of each sidedness those come last that
-/// lie in a side: draws that leave these out have no gaps then.
+/// Neighbouring triangles of one node and one sidedness, and with the same [`sides`] at time 0. Of each sidedness those
+/// come last that lie in a side: draws that leave these out have no gaps then.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cluster {
     /// Its first place in [`Geometry::indices`].

@@ -1,4 +1,5 @@
-//! What a scene gets besides its glTF: what a scene RON and a command add, and what is made up where there is no light or no camera.
+//! What a scene gets besides its glTF: what a scene RON and a command add, and what is made up where there is no light
+//! or no camera.
 
 use super::{
     added::{AddedCamera, AddedEnvironment, AddedLight, Additions, DEFAULT_LUX, DEFAULT_SKY, DEFAULT_SUN},

@@ -1,5 +1,5 @@
-//! What vertices hold at the corners of triangles, in world space: worked out where it is asked for, since tables of it would
-//! take more memory than the scene.
+//! What vertices hold at the corners of triangles, in world space: worked out where it is asked for, since tables of it
+//! would take more memory than the scene.
 
 use super::{Vertex, geometry::Geometry, model::Scene, motion::Pose};
 use crate::value::Value;

@@ -84,8 +84,7 @@ fn decoded(document: &Document<'_>, view: &Compressed, left: &mut usize) -> Resu
     layout.decode(source, &mut Workspace::default()).map_err(|e| e.to_string())
 }
 
-/// The accessors that are sparse, filled in.
-/// Source: glTF 2.0, section 3.6.2.3, "Sparse Accessors".
+/// The accessors that are sparse, filled in. Source: glTF 2.0, section 3.6.2.3, "Sparse Accessors".
 pub(super) fn sparse(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -> BTreeMap<usize, Vec<u8>> {
     let mut all = BTreeMap::new();
     let mut left = MAX_DECODED;

@@ -1,7 +1,7 @@
 //! Vertices that move by more than their node: by the joints of a skin, by morph targets, or by both.
 //!
-//! Each has a row of its own in the table `nodes`, behind the rows of nodes. What places vertices in the world, drawn or traced, places
-//! these too.
+//! Each has a row of its own in the table `nodes`, behind the rows of nodes. What places vertices in the world, drawn
+//! or traced, places these too.
 //!
 //! Source: glTF 2.0 specification, sections 3.7.2.2 ("Morph Targets") and 3.7.3 ("Skins").
 
@@ -93,7 +93,8 @@ impl Morph {
 }
 
 impl Deformed {
-    /// Appends the rows of its vertices, which are `all`, at the transforms of nodes. `skins`: what is known of skins there.
+    /// Appends the rows of its vertices, which are `all`, at the transforms of nodes. `skins`: what is known of skins
+    /// there.
     pub(super) fn pose(&self, all: &[Vertex], nodes: &[Mat4], time: f32, skins: &mut Skinned, rows: &mut Vec<Mat4>) {
         let joints = self.skin.as_ref().map(|skin| {
             let moved = || skin.joints.iter().map(|(node, bind)| nodes[*node] * *bind).collect();
@@ -130,7 +131,8 @@ impl Deformed {
         weights.map_or(0.0, |weights| weights.period)
     }
 
-    /// The boxes in the spaces of nodes that hold its vertices, `all`, at all times: a vertex is never outside of those of its joints.
+    /// The boxes in the spaces of nodes that hold its vertices, `all`, at all times: a vertex is never outside of those
+    /// of its joints.
     pub(super) fn boxes(&self, all: &[Vertex]) -> Vec<(usize, Bounds)> {
         let reach = self.morph.as_ref().map(|m| m.reach(all.len()));
         let round = |i: usize, bind: &Mat4| {

@@ -199,8 +199,8 @@ impl Deformer {
         (0..of.targets.len()).map(|i| self.rest.get(i).copied().unwrap_or(0.0))
     }
 
-    /// What stands for the world's transform of a skinned primitive, which its node does not place: as far as it decides what
-    /// is front.
+    /// What stands for the world's transform of a skinned primitive, which its node does not place: as far as it
+    /// decides what is front.
     pub fn orientation(&self, of: &Deformable<'_>) -> Option<Mat4> {
         let across = if self.mirrors { -1.0 } else { 1.0 };
         self.skins(of).then(|| Mat4::from_scale(Vec3::new(across, 1.0, 1.0)))

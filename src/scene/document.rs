@@ -309,7 +309,8 @@ impl<'a> Document<'a> {
         Ok(Elements { bytes, stride, size, count, component, normalized: accessor.normalized })
     }
 
-    /// The elements of an accessor one behind the other, without what is sparse in it; zeros where it has no buffer view.
+    /// The elements of an accessor one behind the other, without what is sparse in it; zeros where it has no buffer
+    /// view.
     pub(super) fn packed(&self, accessor: &Accessor, component: ComponentType, size: usize) -> Result<Vec<u8>, String> {
         let count = usize::try_from(accessor.count.0).ok().and_then(|count| count.checked_mul(size));
         let bytes = count
@@ -404,8 +405,8 @@ pub(super) fn place(kind: &str, index: usize, name: Option<&str>) -> String {
     }
 }
 
-/// The JSON and, of a GLB, the binary chunk.
-/// Source: glTF 2.0 specification, section 4, "GLB File Format Specification".
+/// The JSON and, of a GLB, the binary chunk. Source: glTF 2.0 specification, section 4, "GLB File Format
+/// Specification".
 fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     const CUT: &str = "the GLB is cut off";
     if !bytes.starts_with(b"glTF") {

@@ -20,7 +20,8 @@ struct Compressed {
     attributes: BTreeMap<String, u32>,
 }
 
-/// Bytes that all primitives together may be read from and decoded to. A small file can state any size, and one view many times.
+/// Bytes that all primitives together may be read from and decoded to. A small file can state any size, and one view
+/// many times.
 const MAX_BYTES: usize = 1 << 30;
 
 /// The accessors of all compressed primitives, by index; vectors packed.

@@ -1,8 +1,9 @@
 //! Light from all around and infinitely far: what a ray sees that meets nothing.
 //!
-//! A square of texels stands for all directions, each texel for the same solid angle (Clarberg, "Fast Equal-Area Mapping of the
-//! (Hemi)Sphere using SIMD", 2008): the middle of the square is up, its corners are down. Halved again and again, down to one texel, it
-//! also says how much light comes from each part of the sky, which is what shaders draw directions by.
+//! A square of texels stands for all directions, each texel for the same solid angle (Clarberg, "Fast Equal-Area
+//! Mapping of the (Hemi)Sphere using SIMD", 2008): the middle of the square is up, its corners are down. Halved again
+//! and again, down to one texel, it also says how much light comes from each part of the sky, which is what shaders
+//! draw directions by.
 
 use super::{Column, Table, pieces::Pieces};
 use crate::parallel::each;
@@ -87,8 +88,9 @@ fn table(radiance: Pieces<Vec3>, weight: Pieces<f32>) -> Table {
     Table { name: "environment", rows, columns, since: None }
 }
 
-/// What each texel is drawn by: the mean over it of the radiance that shaders find between the texels' centres, red, green and blue summed.
-/// A texel beside a bright one is bright at that edge; drawn by its own radiance alone it would be met too seldom.
+/// What each texel is drawn by: the mean over it of the radiance that shaders find between the texels' centres, red,
+/// green and blue summed. A texel beside a bright one is bright at that edge; drawn by its own radiance alone it would
+/// be met too seldom.
 fn weights(edge: u32, texels: &[Vec3]) -> Vec<f32> {
     // Of a line between two centres a texel has the half near its own, an eighth of it the other's.
     const SHARES: [f32; 3] = [0.125, 0.75, 0.125];

@@ -1,4 +1,5 @@
-//! The tables of what surfaces are made of: materials, their textures, what vertices bring, and triangles that give light.
+//! The tables of what surfaces are made of: materials, their textures, what vertices bring, and triangles that give
+//! light.
 
 use super::{
     Column, Table,
@@ -149,8 +150,8 @@ impl Scene {
         Emitter { corners, radiance, uvs, texture: texture.unwrap_or(NONE), emission }
     }
 
-    /// Rows of the `emitters` table, by triangle in the order of indices; empty where no material has an emissive texture, which
-    /// leave the row to be known by the radiance.
+    /// Rows of the `emitters` table, by triangle in the order of indices; empty where no material has an emissive
+    /// texture, which leave the row to be known by the radiance.
     pub(super) fn emitter_rows(&self) -> Arc<Vec<u32>> {
         if self.glow.is_empty() {
             return Arc::default();
@@ -170,8 +171,7 @@ fn cutoff(m: &Material) -> f32 {
     }
 }
 
-/// Reflectance of a face seen head on, and in w at grazing angles.
-/// Source: `KHR_materials_specular`, "Implementation".
+/// Reflectance of a face seen head on, and in w at grazing angles. Source: `KHR_materials_specular`, "Implementation".
 fn head_on(face: &Face) -> Vec4 {
     let root = if face.ior == 0.0 { 1.0 } else { (face.ior - 1.0) / (face.ior + 1.0) };
     (face.tint * root * root).min(Vec3::ONE).extend(1.0) * face.strength

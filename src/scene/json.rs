@@ -36,7 +36,8 @@ fn first_version(value: &Value) -> Option<String> {
     }
 }
 
-/// Puts in empty lists that may be left out, and takes out channels without a node, as extensions have them. Returns how many.
+/// Puts in empty lists that may be left out, and takes out channels without a node, as extensions have them. Returns
+/// how many.
 fn completed(value: &mut Value) -> usize {
     let mut left_out = 0;
     for scene in list(value, "scenes") {

@@ -1,5 +1,5 @@
-//! Simplified triangles: as few as stay within a tolerance of the surfaces that they stand for. They are made when a plan
-//! asks for them.
+//! Simplified triangles: as few as stay within a tolerance of the surfaces that they stand for. They are made when a
+//! plan asks for them.
 
 use super::{
     Geometry, Scene, Vertex,
@@ -10,8 +10,8 @@ use meshoptimizer_rs::{Attributes, Positions, SimplifyOptions, SimplifySettings,
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// How much a turn of the shading normal counts beside a move of the surface: 1 takes a turn of 60 degrees for a move over the
-/// whole mesh.
+/// How much a turn of the shading normal counts beside a move of the surface: 1 takes a turn of 60 degrees for a move
+/// over the whole mesh.
 const NORMAL_WEIGHT: f32 = 0.5;
 
 /// The triangles of a scene within a tolerance, between vertices of the scene.
@@ -19,7 +19,8 @@ const NORMAL_WEIGHT: f32 = 0.5;
 pub struct Level {
     /// How far surfaces may move, metres.
     pub tolerance: f32,
-    /// How far one moved at most, metres, as the simplifier measures it: by the root of mean squared distances to planes.
+    /// How far one moved at most, metres, as the simplifier measures it: by the root of mean squared distances to
+    /// planes.
     pub error: f32,
     /// As [`Geometry::indices`].
     pub indices: Vec<u32>,
@@ -36,7 +37,8 @@ impl Level {
     }
 }
 
-/// The levels of a scene that were asked for. They follow from the rest of the scene: any two are equal, and a copy begins empty.
+/// The levels of a scene that were asked for. They follow from the rest of the scene: any two are equal, and a copy
+/// begins empty.
 #[derive(Debug, Default)]
 pub struct Levels(Mutex<Vec<Arc<Level>>>);
 
@@ -73,7 +75,8 @@ struct Part {
     material: u32,
 }
 
-/// What belongs to one node and one material is simplified by itself, and its open edges stay where they are: nothing comes apart.
+/// What belongs to one node and one material is simplified by itself, and its open edges stay where they are: nothing
+/// comes apart.
 fn simplified(geometry: &Geometry, nodes: &[Mat4], tolerance: f32) -> Level {
     let Geometry { vertices, indices, one_sided, .. } = geometry;
     let mut parts: BTreeMap<Part, Vec<u32>> = BTreeMap::new();

@@ -52,8 +52,8 @@ pub(super) struct Surfaces<'a, C> {
 }
 
 impl<C: Fn(usize) -> [Vec3; 3]> Surfaces<'_, C> {
-    /// The distance from a point to the nearest surface, or `most` where that is less. Only what lies in boxes nearer than
-    /// the best so far is looked at, the nearest box first.
+    /// The distance from a point to the nearest surface, or `most` where that is less. Only what lies in boxes nearer
+    /// than the best so far is looked at, the nearest box first.
     fn nearest(&self, point: Vec3, most: f32) -> f32 {
         let ways: Vec<f32> = self.boxes.iter().map(|b| widened(b).nearest(point)).collect();
         let first = (0..ways.len()).min_by(|a, b| ways[*a].total_cmp(&ways[*b]));
@@ -138,8 +138,8 @@ fn up(direction: Vec3) -> Vec3 {
     if direction.y.abs() < 0.99 { Vec3::Y } else { Vec3::Z }
 }
 
-/// Distance from a point to the nearest point of a triangle.
-/// Source: Ericson, "Real-Time Collision Detection", section 5.1.5.
+/// Distance from a point to the nearest point of a triangle. Source: Ericson, "Real-Time Collision Detection", section
+/// 5.1.5.
 fn distance_to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
     let (ab, ac) = (b - a, c - a);
     let (ap, bp, cp) = (p - a, p - b, p - c);

@@ -285,8 +285,8 @@ fn textured(
     found.holed = found.all.iter().map(holed).collect();
 }
 
-/// Takes what alpha says back where nothing has any, and says what only some graphs show. `thin`: rows that vertices make less than
-/// opaque.
+/// Takes what alpha says back where nothing has any, and says what only some graphs show. `thin`: rows that vertices
+/// make less than opaque.
 pub(super) fn settle(document: &Document<'_>, found: &mut Materials, thin: &[u32], faults: &mut Vec<Diagnostic>) {
     for (i, m) in found.all.iter_mut().enumerate() {
         let holed = found.holed.get(i) == Some(&true) || m.base_color.w < 1.0 || thin.contains(&(i as u32));

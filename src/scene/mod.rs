@@ -380,13 +380,13 @@ impl Follows {
     }
 }
 
-/// The facts every scene states, for conditions, sizes and uniforms.
-/// `environment` is the edge of the finest square of the table of that name, 0 for a scene in the dark.
-/// Materials with textures of a kind are `finish_textures`, `normal_textures` and `emission_textures`;
-/// `masked_materials` have holes, `clear_materials` blend or let light through, `faced_materials` reflect at their face
-/// otherwise than glTF's own model, `colored_vertices` and `second_uvs` are 0 where no vertex has any. `max_shininess`
-/// is the largest exponent of those with a Phong lobe, 0 without. `bounds_*` enclose all geometry over all its motion;
-/// `grid_*` are the scene file's probe bounds, or `bounds_*`.
+/// The facts every scene states, for conditions, sizes and uniforms. `environment` is the edge of the finest square of
+/// the table of that name, 0 for a scene in the dark. Materials with textures of a kind are `finish_textures`,
+/// `normal_textures` and `emission_textures`; `masked_materials` have holes, `clear_materials` blend or let light
+/// through, `faced_materials` reflect at their face otherwise than glTF's own model, `colored_vertices` and
+/// `second_uvs` are 0 where no vertex has any. `max_shininess` is the largest exponent of those with a Phong lobe, 0
+/// without. `bounds_*` enclose all geometry over all its motion; `grid_*` are the scene file's probe bounds, or
+/// `bounds_*`.
 pub const FACTS: &[(&str, Type)] = &[
     ("lights", Type::Uint),
     ("point_lights", Type::Uint),

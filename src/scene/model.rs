@@ -27,7 +27,8 @@ pub struct Scene {
     pub textures: Option<TextureArray>,
     /// What is seen where nothing is; `None` for darkness.
     pub environment: Option<Environment>,
-    /// Of each triangle, in the order of indices, the mean of its emissive texture; empty where no material has one. Tables share it.
+    /// Of each triangle, in the order of indices, the mean of its emissive texture; empty where no material has one.
+    /// Tables share it.
     pub glow: Arc<Vec<Vec3>>,
     /// All geometry over all its motion, in metres, world space.
     pub bounds: Bounds,
@@ -72,8 +73,8 @@ pub struct Keyframe {
     pub rotation: Option<(Vec3, f32)>,
 }
 
-/// A surface: Lambert, with an optional Phong lobe, or glTF's metallic-roughness model, as shaders choose; and emission from
-/// its front face. Textures are indices into [`Scene::maps`], and multiply what they belong to.
+/// A surface: Lambert, with an optional Phong lobe, or glTF's metallic-roughness model, as shaders choose; and emission
+/// from its front face. Textures are indices into [`Scene::maps`], and multiply what they belong to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     pub name: String,

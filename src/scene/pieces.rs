@@ -45,7 +45,8 @@ impl<T> Pieces<T> {
         })
     }
 
-    /// The pieces that are not the same memory in another list of the same length: where they begin, what they hold here and there.
+    /// The pieces that are not the same memory in another list of the same length: where they begin, what they hold
+    /// here and there.
     pub fn apart<'a>(&'a self, other: &'a Pieces<T>) -> impl Iterator<Item = (usize, &'a [T], &'a [T])> {
         let pairs = self.pieces.iter().zip(&other.pieces).enumerate();
         pairs.filter(|(_, (a, b))| !Arc::ptr_eq(a, b)).map(|(i, (a, b))| (i * PIECE, a.as_slice(), b.as_slice()))

@@ -26,8 +26,8 @@ pub(super) struct Stand {
 const LOOKS: usize = 64;
 /// Directions along the horizon.
 const TURNS: usize = 32;
-/// Share of what is seen that must be the fronts of surfaces, on average over the places tried: the rest may be an open side, or the sky over
-/// a court.
+/// Share of what is seen that must be the fronts of surfaces, on average over the places tried: the rest may be an open
+/// side, or the sky over a court.
 const ENCLOSED: f32 = 0.75;
 /// Share that may be backs: inside of a solid there is nothing else.
 const BACKS: f32 = 0.1;

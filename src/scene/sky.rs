@@ -1,7 +1,7 @@
 //! The light of a clear sky by the place of the sun.
 //!
-//! Source: Preetham, Shirley, Smits, "A Practical Analytic Model for Daylight", SIGGRAPH 1999, appendix A.2. The sun itself is a
-//! light of its own.
+//! Source: Preetham, Shirley, Smits, "A Practical Analytic Model for Daylight", SIGGRAPH 1999, appendix A.2. The sun
+//! itself is a light of its own.
 
 use glam::{DMat3, DVec3, DVec4, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -80,8 +80,8 @@ impl Sky {
     }
 }
 
-/// Illuminance of a surface that faces the sun through a clear sky, lx: 127.5 klx outside of the atmosphere, lost by 0.21 an air mass
-/// (Illuminating Engineering Society, RP-21, "Calculation of Daylight Availability", 1984).
+/// Illuminance of a surface that faces the sun through a clear sky, lx: 127.5 klx outside of the atmosphere, lost by
+/// 0.21 an air mass (Illuminating Engineering Society, RP-21, "Calculation of Daylight Availability", 1984).
 fn sun_illuminance(height: f64) -> f64 {
     127_500.0 * (-0.21 / height.sin()).exp()
 }

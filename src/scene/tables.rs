@@ -71,8 +71,8 @@ impl Scene {
         self.tables_after(pose.clone(), wanted, vec![], None).list
     }
 
-    /// As [`Scene::tables_named`], with the clusters of levels of this scene. Of earlier tables of this scene those are taken
-    /// that are the same still; of the others what has not moved.
+    /// As [`Scene::tables_named`], with the clusters of levels of this scene. Of earlier tables of this scene those are
+    /// taken that are the same still; of the others what has not moved.
     pub fn tables_after(
         &self,
         pose: Pose,
@@ -215,7 +215,8 @@ impl Scene {
         }
     }
 
-    /// Boxes round what moved since earlier tables; everything, where none are given or the box round everything changed.
+    /// Boxes round what moved since earlier tables; everything, where none are given or the box round everything
+    /// changed.
     fn moved_table(&self, boxes: &Boxes, levels: &[Arc<Level>], earlier: Option<&Tables>) -> Table {
         let everywhere = Bounds { min: Vec3::splat(-FAR_AWAY), max: Vec3::splat(FAR_AWAY) };
         let nowhere = Bounds { min: Vec3::splat(FAR_AWAY), max: Vec3::splat(-FAR_AWAY) };
@@ -407,7 +408,8 @@ impl<'a> Traced<'a> {
         }
     }
 
-    /// The boxes for rays where clusters have these, and what they and the triangles have other than here; `None`: too much is.
+    /// The boxes for rays where clusters have these, and what they and the triangles have other than here; `None`: too
+    /// much is.
     fn moved(&self, world: &World<'_>, boxes: &Boxes) -> Option<(Bvh, [Since; 2])> {
         let Tables { boxes: before, .. } = self.tables;
         if reach(before.own) != reach(boxes.own) {

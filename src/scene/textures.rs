@@ -1,7 +1,7 @@
 //! Images of any size, with their mips, on the pages of one texture array.
 //!
-//! A page has no wrapping and no filter of its own: `shaders/lib/textures.wgsl` reads texels by their places, which the table
-//! `textures` gives.
+//! A page has no wrapping and no filter of its own: `shaders/lib/textures.wgsl` reads texels by their places, which the
+//! table `textures` gives.
 
 use super::{
     basis,
@@ -21,7 +21,8 @@ pub struct TextureArray {
     pub height: u32,
     /// How many pages there are.
     pub layers: u32,
-    /// One alone: each page holds the mips of its images. All pages one after another, rows from the top, without padding.
+    /// One alone: each page holds the mips of its images. All pages one after another, rows from the top, without
+    /// padding.
     pub mips: Vec<Vec<u8>>,
 }
 
@@ -65,8 +66,8 @@ pub enum Between {
 }
 
 impl Texture {
-    /// What the table's column `flags` holds: bits 0 and 1 how x is wrapped, 2 and 3 how y is, 4 and 5 what is nearest, 6 and 7
-    /// how mips are chosen, 8 whether it is a colour.
+    /// What the table's column `flags` holds: bits 0 and 1 how x is wrapped, 2 and 3 how y is, 4 and 5 what is nearest,
+    /// 6 and 7 how mips are chosen, 8 whether it is a colour.
     pub fn flags(&self) -> u32 {
         let [x, y] = self.wrap;
         let [near, far] = self.nearest;

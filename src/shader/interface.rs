@@ -34,8 +34,7 @@ pub enum BindingKind {
     /// `var<uniform>`: a struct of named values, or one value of the variable's own name.
     Uniform(Arc<Layout>),
     /// `var<uniform>` of an array: a buffer or table, read through the smaller but often quicker way of uniforms.
-    /// `size` is that of all elements in bytes.
-    /// `of` as of storage.
+    /// `size` is that of all elements in bytes. `of` as of storage.
     UniformArray { element: Layout, stride: u32, size: u32, of: ElementType },
     /// `var<storage>`: for `array<T>` (sized or not) `element` is `T`'s layout, otherwise the whole type's.
     /// `fixed_size` is the byte size when the type is not a runtime-sized array. `of` says what an array is of,

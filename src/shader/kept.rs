@@ -1,5 +1,6 @@
 //! Shaders as naga_oil joined them, in a folder: who starts again need not join them again. A file that is missing or
-//! broken is made anew. Another build of the program has files of its own: only the one that wrote a module knows its form.
+//! broken is made anew. Another build of the program has files of its own: only the one that wrote a module knows its
+//! form.
 
 use super::{limits::on_deep_stack, oil::capabilities, write::Written};
 use crate::caches;
@@ -28,8 +29,8 @@ const ENDING: &str = "module";
 /// The folder, and what tells this build from others.
 static KEPT: OnceLock<(PathBuf, u128)> = OnceLock::new();
 
-/// From now on this program keeps joined shaders in a folder, and takes them from there. What is composed is the same. Only the
-/// first call counts, and none where the program's own file can't be found.
+/// From now on this program keeps joined shaders in a folder, and takes them from there. What is composed is the same.
+/// Only the first call counts, and none where the program's own file can't be found.
 pub fn keep_joined_in(folder: PathBuf) {
     let program = std::env::current_exe().and_then(fs::metadata);
     if let Some((length, modified)) = program.ok().and_then(|m| Some((m.len(), m.modified().ok()?))) {
@@ -76,8 +77,8 @@ fn seal(key: u128, bytes: &[u8]) -> [u8; 16] {
     hash(&(key, bytes)).to_le_bytes()
 }
 
-/// A file with the right seal may still have been made by somebody who knows how: what it holds is checked as if it were
-/// new, and any doubt is as if there were no file.
+/// A file with the right seal may still have been made by somebody who knows how: what it holds is checked as if it
+/// were new, and any doubt is as if there were no file.
 fn read(file: &Path, key: u128) -> Option<Module> {
     let sealed = caches::read(file, LONGEST)?;
     let (stated, bytes) = sealed.split_first_chunk()?;

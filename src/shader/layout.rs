@@ -69,8 +69,8 @@ pub(super) fn of_uniform(module: &Module, name: &str, ty: Handle<naga::Type>) ->
     Err((format!("no value has the type of `{culprit}`"), help.to_owned()))
 }
 
-/// The layout of the element of a storage variable or an array, the bytes from one element to the next, and the size of the whole
-/// when it has one. An element that is no plain value or struct of them has a size but no members.
+/// The layout of the element of a storage variable or an array, the bytes from one element to the next, and the size of
+/// the whole when it has one. An element that is no plain value or struct of them has a size but no members.
 pub(super) fn of_array(module: &Module, name: &str, ty: Handle<naga::Type>) -> (Layout, u32, Option<u32>) {
     let whole = &module.types[ty].inner;
     let (element, stride, fixed_size) = match *whole {

@@ -23,7 +23,8 @@ pub(super) fn capabilities() -> naga::valid::Capabilities {
     C::default() | C::STORAGE_TEXTURE_16BIT_NORM_FORMATS | C::MULTIVIEW
 }
 
-/// naga_oil's composer. It compiles a dozen regular expressions when it is made: that takes longer than to join a shader.
+/// naga_oil's composer. It compiles a dozen regular expressions when it is made: that takes longer than to join a
+/// shader.
 #[derive(Debug)]
 pub(super) struct Oil(Composer);
 

@@ -1,5 +1,5 @@
-//! Checks in shaders: `#import lightgraph::report::{check}`, then `check(holds, invocation, #{HERE})`. The module is part
-//! of every project; a shader that does not import it pays nothing.
+//! Checks in shaders: `#import lightgraph::report::{check}`, then `check(holds, invocation, #{HERE})`. The module is
+//! part of every project; a shader that does not import it pays nothing.
 
 use super::{Library, Shader};
 use crate::diag::{Source, Span};

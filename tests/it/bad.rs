@@ -8,8 +8,8 @@
 //! // outputs: color, direct        what is asked for; without it, everything
 //! ```
 //!
-//! Warnings count as errors. Every error must stand there, with its first place and all its remedies. To add a test, add a file;
-//! `LIGHTGRAPH_BLESS=1 cargo test` writes the head from what is reported now: read it before you keep it.
+//! Warnings count as errors. Every error must stand there, with its first place and all its remedies. To add a test,
+//! add a file; `LIGHTGRAPH_BLESS=1 cargo test` writes the head from what is reported now: read it before you keep it.
 
 use crate::support::{faults_of_both, files, repository};
 use lightgraph::diag::{Diagnostic, Faults, Severity};

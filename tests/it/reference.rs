@@ -1,5 +1,5 @@
-//! `docs/reference.md` lists all of the language, and nothing that it does not have: every name in the first column of its
-//! tables, and those in the second where a row has fields or columns.
+//! `docs/reference.md` lists all of the language, and nothing that it does not have: every name in the first column of
+//! its tables, and those in the second where a row has fields or columns.
 
 use crate::support::{files, repository};
 use lightgraph::diag::{Faults, Source};

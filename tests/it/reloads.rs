@@ -197,7 +197,8 @@ fn held(gpu: &Gpu, instance: &wgpu::Instance) -> (usize, Vec<(&'static str, usiz
 
 const SEQUENCES: u64 = 500;
 
-/// 500 sequences of two to seven edits on one live session take their time: each of some 2,000 loads composes and builds.
+/// 500 sequences of two to seven edits on one live session take their time: each of some 2,000 loads composes and
+/// builds.
 #[test]
 fn random_edits_end_in_what_a_fresh_start_gives() {
     // A device of its own: what others hold on theirs is not counted.

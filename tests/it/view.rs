@@ -1,5 +1,5 @@
-//! `lightgraph view`: a real window on a virtual display, played by a script. It takes longer than other tests: a minute
-//! on two busy cores, for every step waits until the window shows what came of it.
+//! `lightgraph view`: a real window on a virtual display, played by a script. It takes longer than other tests: a
+//! minute on two busy cores, for every step waits until the window shows what came of it.
 
 use crate::device;
 use crate::support::{Scratch, repository};

@@ -109,7 +109,8 @@ impl Expr {
         }
     }
 
-    /// Component by component; a scalar goes with every component. `None`: lengths differ, or something has no components.
+    /// Component by component; a scalar goes with every component. `None`: lengths differ, or something has no
+    /// components.
     fn each(
         &self,
         vectors: &[&Val],

@@ -4,8 +4,8 @@ use super::network::{Item, Network, Pass, network};
 use crate::plan::Plan;
 use std::fmt::Write;
 
-/// Passes as nodes, resources as edges, loops and sub-graphs as clusters; what comes from an earlier iteration or frame is dashed,
-/// skipped passes are grey.
+/// Passes as nodes, resources as edges, loops and sub-graphs as clusters; what comes from an earlier iteration or frame
+/// is dashed, skipped passes are grey.
 pub fn to_dot(plan: &Plan) -> String {
     let net = network(plan);
     let mut out = String::from("digraph plan {\n");

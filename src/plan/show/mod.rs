@@ -1,8 +1,8 @@
 //! A plan as people and other programs read it: text, JSON, DOT, SVG, and the difference of two.
 //!
-//! `words` names the parts, `fold` draws equal steps together, `text` is `Display` of [`super::Plan`]. `network` sees passes
-//! and what flows between them, `layout` gives them places, `picture` names what stands there,
-//! `dot` and `svg` draw it.
+//! `words` names the parts, `fold` draws equal steps together, `text` is `Display` of [`super::Plan`]. `network` sees
+//! passes and what flows between them, `layout` gives them places, `picture` names what stands there, `dot` and `svg`
+//! draw it.
 
 mod diff;
 mod dot;

@@ -116,7 +116,8 @@ fn life(plan: &Plan, group: &Group, places: &[String]) -> String {
     if from == to { format!("{from}{initial}") } else { format!("{from} … {to}{initial}") }
 }
 
-/// The name of each place in the order, as [`crate::plan::Resource::alive`] counts them: the passes, and the end of each loop.
+/// The name of each place in the order, as [`crate::plan::Resource::alive`] counts them: the passes, and the end of
+/// each loop.
 fn place_names(plan: &Plan, nodes: &[Node], names: &mut Vec<String>) {
     for node in nodes {
         match node {

@@ -70,8 +70,8 @@ impl<'p> Machine<'p> {
         }
     }
 
-    /// Whether a step leaves what earlier iterations wrote. In the first there is nothing to leave: what an earlier frame
-    /// wrote is no one's.
+    /// Whether a step leaves what earlier iterations wrote. In the first there is nothing to leave: what an earlier
+    /// frame wrote is no one's.
     fn adds(&self, step: &Step) -> bool {
         let later = || self.loops.iter().filter(|l| l.1 > 0);
         let indexed = |b: &Binding| match b {

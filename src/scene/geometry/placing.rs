@@ -16,8 +16,8 @@ use rustc_hash::FxHashMap;
 /// Rows of a table of 128 bytes each, for which a binding of 128 MiB has room.
 const MAX_DEFORMED: usize = (1 << 20) - (1 << 18);
 
-/// Lays all instances out in one list, not yet in clusters. Mirroring transforms get their winding turned round, so that
-/// front stays front. `nodes`: how many there are.
+/// Lays all instances out in one list, not yet in clusters. Mirroring transforms get their winding turned round, so
+/// that front stays front. `nodes`: how many there are.
 pub(in crate::scene) fn assemble(
     document: &Document<'_>,
     nodes: usize,

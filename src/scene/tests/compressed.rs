@@ -1,6 +1,6 @@
-//! What Draco and Basis Universal have compressed. `compressed/` holds what their own encoders made (in C++, by DracoPy 2.2.0 and alktx2
-//! 0.1.7): a unit quad with normals and texture coordinates, and images of 8 × 8 texels, whose upper half is red and whose lower
-//! is blue.
+//! What Draco and Basis Universal have compressed. `compressed/` holds what their own encoders made (in C++, by DracoPy
+//! 2.2.0 and alktx2 0.1.7): a unit quad with normals and texture coordinates, and images of 8 × 8 texels, whose upper
+//! half is red and whose lower is blue.
 
 use super::fixture::Fixture;
 use crate::scene::{Scene, basis};

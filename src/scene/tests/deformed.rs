@@ -84,7 +84,8 @@ fn bent(corner: usize, time: f32) -> DVec3 {
     (1.0 - share) * joints[0].transform_point3(p) + share * joints[1].transform_point3(p)
 }
 
-/// Checks where all vertices are at five times, by the corner of the quad that they were, and that the bounds hold them.
+/// Checks where all vertices are at five times, by the corner of the quad that they were, and that the bounds hold
+/// them.
 fn hold(scene: &Scene, expected: impl Fn(usize, f32) -> DVec3) {
     for time in TIMES {
         let pose = scene.pose(time);
@@ -213,8 +214,8 @@ fn morph_targets_rest_at_the_mesh_s_weights_or_the_node_s_own() {
 
 #[test]
 fn weights_go_by_step_line_and_spline() {
-    // Times 0 and 2 s: weights (0, 1) and (2, −1). Of the spline, in-slopes, values and out-slopes of a keyframe: the first leaves 0 with
-    // a slope of 3.
+    // Times 0 and 2 s: weights (0, 1) and (2, −1). Of the spline, in-slopes, values and out-slopes of a keyframe: the
+    // first leaves 0 with a slope of 3.
     let spline = [0.0, 0.0, 0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 2.0, -1.0, 0.0, 0.0];
     let line = [0.0, 1.0, 2.0, -1.0];
     for (kind, values) in [("STEP", line.as_slice()), ("LINEAR", &line), ("CUBICSPLINE", &spline)] {

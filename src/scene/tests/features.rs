@@ -1,5 +1,5 @@
-//! One small file for each feature of glTF and for each misuse, with what must come of it: values of the scene, a notice, or a fault with
-//! its place.
+//! One small file for each feature of glTF and for each misuse, with what must come of it: values of the scene, a
+//! notice, or a fault with its place.
 
 mod materials;
 mod textures;

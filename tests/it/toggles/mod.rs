@@ -1,5 +1,6 @@
-//! Every field of every kind of pass and resource is edited live, there and back, and each frame equals one in full. The kinds and
-//! their fields come from the grammar itself: a new one that is not in `toggles/graph.ron` fails the test.
+//! Every field of every kind of pass and resource is edited live, there and back, and each frame equals one in full.
+//! The kinds and their fields come from the grammar itself: a new one that is not in `toggles/graph.ron` fails the
+//! test.
 
 use crate::reference::kinds;
 use crate::{device, support};
@@ -13,8 +14,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Fields whose edit may leave every result as it was: names and headings, promises, what is kept for other frames, other members than
-/// the one that is looked at.
+/// Fields whose edit may leave every result as it was: names and headings, promises, what is kept for other frames,
+/// other members than the one that is looked at.
 const SILENT: [&str; 14] = [
     "name",
     "group",

@@ -1,9 +1,9 @@
 //! Two results: what became slower or less accurate, and what came out again.
 //!
-//! A time is slower when the repeats don't overlap (the least of the new exceeds the greatest of the old) and the median
-//! grew by more than [`SLOWER`]. Phases with fewer than two repeats on either side say nothing. Times are compared on the
-//! same adapter and driver alone. An error is greater when it grew by more than [`WORSE`] of itself (on another adapter or
-//! driver: [`WORSE_ELSEWHERE`]) and by more than [`LEAST`] percent of the mean.
+//! A time is slower when the repeats don't overlap (the least of the new exceeds the greatest of the old) and the
+//! median grew by more than [`SLOWER`]. Phases with fewer than two repeats on either side say nothing. Times are
+//! compared on the same adapter and driver alone. An error is greater when it grew by more than [`WORSE`] of itself (on
+//! another adapter or driver: [`WORSE_ELSEWHERE`]) and by more than [`LEAST`] percent of the mean.
 
 use super::repeat::{Repeated, repeated};
 use super::results::{Entry, Results};

@@ -1,7 +1,8 @@
 //! Which of some points nothing beats.
 
 /// Indices of the points that no other is at least as good as in both coordinates and better in one; both are better
-/// when smaller. By increasing x. Points that aren't finite or are negative take no part; of equal points the first does.
+/// when smaller. By increasing x. Points that aren't finite or are negative take no part; of equal points the first
+/// does.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let fits = |v: f64| v.is_finite() && v >= 0.0;
     let mut order: Vec<usize> = (0..points.len()).filter(|i| fits(points[*i].0) && fits(points[*i].1)).collect();

@@ -5,8 +5,8 @@ use super::report::{METRICS, View, number, of, views};
 use super::results::{Entry, Phase, Results};
 use serde_json::{Map, Value, json};
 
-/// Errors below this count as it, so that a scene that some graphs solve exactly does not outweigh all others: a hundredth of
-/// the mean, for errors in percent of it, or of FLIP's range.
+/// Errors below this count as it, so that a scene that some graphs solve exactly does not outweigh all others: a
+/// hundredth of the mean, for errors in percent of it, or of FLIP's range.
 fn least(metric: &str) -> f64 {
     if metric == "flip" { 0.01 } else { 1.0 }
 }

@@ -2,9 +2,10 @@
 //!
 //! A file: `{"name": "mitsuba", "command": ["peers/run.sh", "run_mitsuba.py"], …}`. The command runs with `--scene FILE
 //! --size WxH --out FOLDER`, and `--camera NAME` where one is asked for, and tries all the `"settings"` of its file in turn, or those
-//! of the numbers, from 1, that `--setting N` names. It prints a JSON line a result: `{"renderer", "version", "settings", "seconds", "image", …}`, where `image` is the path of a linear EXR of all
-//! light; any other field that holds such a path (`"indirect": "a.exr"`) is the output of its name. Its exit code is 4 when
-//! the renderer isn't installed or can't render the scene; the reason is the last line of its error stream.
+//! of the numbers, from 1, that `--setting N` names. It prints a JSON line a result: `{"renderer", "version",
+//! "settings", "seconds", "image", …}`, where `image` is the path of a linear EXR of all light; any other field that
+//! holds such a path (`"indirect": "a.exr"`) is the output of its name. Its exit code is 4 when the renderer isn't
+//! installed or can't render the scene; the reason is the last line of its error stream.
 
 use super::measure::SEEN;
 use super::references::References;

@@ -1,4 +1,5 @@
-//! What of an earlier run comes out again: error figures, to the last digit, and which of two settings is the faster one.
+//! What of an earlier run comes out again: error figures, to the last digit, and which of two settings is the faster
+//! one.
 
 use super::against::name;
 use super::results::{Entry, Phase, Results};

@@ -155,15 +155,15 @@ pub struct PhaseTimes {
     pub passes: Vec<PassTime>,
     /// Root mean square change of `color` from the frame at rest to the first that moved, in percent of the mean.
     pub change_percent: Option<f64>,
-    /// For graphs that keep something from frame to frame: of the last still frame, or of a frame at rest right after one
-    /// that moved. Empty: those of the first frame, since every frame begins anew.
+    /// For graphs that keep something from frame to frame: of the last still frame, or of a frame at rest right after
+    /// one that moved. Empty: those of the first frame, since every frame begins anew.
     #[serde(default)]
     pub scores: Vec<Score>,
 }
 
 impl PhaseTimes {
-    /// Milliseconds that a quarter of the frames keep below. What else the machine does adds to a time, and now and then a device
-    /// finds a higher clock: neither the mean frame nor the quickest says best how quick they are.
+    /// Milliseconds that a quarter of the frames keep below. What else the machine does adds to a time, and now and
+    /// then a device finds a higher clock: neither the mean frame nor the quickest says best how quick they are.
     pub fn quick_ms(&self) -> f64 {
         let mut sorted = self.frames_ms.clone();
         sorted.sort_by(f64::total_cmp);

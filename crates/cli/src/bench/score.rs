@@ -21,7 +21,8 @@ pub struct Score {
     pub stderr_percent: Option<f64>,
     /// Over all pixels.
     pub metrics: Metrics,
-    /// What of `rmse_percent` is no error of 8 × 8 means: `√(rmse² − block rmse²)`. Noise, and detail finer than a block.
+    /// What of `rmse_percent` is no error of 8 × 8 means: `√(rmse² − block rmse²)`. Noise, and detail finer than a
+    /// block.
     pub fine_percent: f64,
     /// Over the pixels that see a surface.
     pub hit: Option<Metrics>,
@@ -29,8 +30,8 @@ pub struct Score {
     pub flip: Option<f64>,
 }
 
-/// Compares outputs with all references that apply to a setting. Outputs that aren't there are skipped, and so are black
-/// references, to which nothing is relative.
+/// Compares outputs with all references that apply to a setting. Outputs that aren't there are skipped, and so are
+/// black references, to which nothing is relative.
 ///
 /// # Errors
 /// As [`compare`]: an output that holds a NaN, say.

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 /// What a command adds to a scene.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct AdditionArgs {
-    /// Add a sun: compass bearing (0 north, along −Z; 90 east, along +X), height above the horizon, both in degrees, and lux
+    /// Add a sun: compass bearing (0 north, along −Z; 90 east, along +X), height above the horizon, both in degrees,
+    /// and lux
     #[arg(long, value_name = "AZ,EL,LUX", allow_hyphen_values = true)]
     pub sun: Vec<String>,
     /// Add a light: point:x,y,z,CANDELA or spot:x,y,z,TO_X,TO_Y,TO_Z,CANDELA,DEGREES (may be repeated)

@@ -60,7 +60,8 @@ pub(super) struct Asked<'a> {
 /// Runs all of it. `results` has no entries yet.
 ///
 /// # Errors
-/// Scenes and references that can't be read; files that can't be written. What a single setting does wrong is kept in its entry.
+/// Scenes and references that can't be read; files that can't be written. What a single setting does wrong is kept in
+/// its entry.
 pub(super) fn course(asked: &Asked<'_>, results: Results) -> Checked<Results> {
     let (journal, kept) = Journal::open(&asked.args.out, asked.args.resume)?;
     let settings: usize = asked.graphs.iter().map(|g| g.settings(asked.sweep).len()).sum();
@@ -180,7 +181,8 @@ impl<'a> Course<'a> {
         held.iter().try_for_each(|h| self.journal.add(&self.results.entries[h.entry]))
     }
 
-    /// Measures a setting, if no earlier run did, and adds its entry. Seconds of its slowest frame; what takes part in further rounds.
+    /// Measures a setting, if no earlier run did, and adds its entry. Seconds of its slowest frame; what takes part in
+    /// further rounds.
     fn one(&mut self, target: &Target<'_>, place: &Place<'_>) -> Checked<(f64, Option<Subject<'a>>)> {
         let plan = planned(target)?;
         let Args { rounds, brief, .. } = *self.asked.args;

@@ -189,8 +189,8 @@ pub fn print(text: &str) {
     print_data(&tame(text, usize::MAX));
 }
 
-/// Prints to the output stream. A reader that has gone away (`| head`) ends the output, not the program; where a disk is full,
-/// the command fails at its end.
+/// Prints to the output stream. A reader that has gone away (`| head`) ends the output, not the program; where a disk
+/// is full, the command fails at its end.
 pub fn print_data(text: &str) {
     if LOST.get().is_none()
         && let Err(e) = io::stdout().write_all(text.as_bytes())

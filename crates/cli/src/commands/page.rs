@@ -19,8 +19,8 @@ pub fn run(args: &Args, kept: &Path) -> Result<u8, Failure> {
     publish(args, &results, kept.parent().unwrap_or(Path::new("")), old.as_ref())
 }
 
-/// Writes the page, prints the fronts and, where there are old results, the comparison with them. `pictures` is the folder
-/// that the results name theirs in. Returns the exit code.
+/// Writes the page, prints the fronts and, where there are old results, the comparison with them. `pictures` is the
+/// folder that the results name theirs in. Returns the exit code.
 ///
 /// # Errors
 /// A page that can't be written.

@@ -9,7 +9,8 @@ use std::path::Path;
 /// Measures what a list asks for, says each figure as it comes, and writes all of them.
 ///
 /// # Errors
-/// A list, graph or scene that can't be read; no adapter. A figure that misses what it is held to is no fault: machines differ.
+/// A list, graph or scene that can't be read; no adapter. A figure that misses what it is held to is no fault: machines
+/// differ.
 pub fn run(args: &Args, list: &Path) -> Result<u8, Failure> {
     let list = List::read(list)?;
     let gpu = Gpu::open()?;

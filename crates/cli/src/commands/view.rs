@@ -7,8 +7,8 @@ use std::path::PathBuf;
 /// Opens a window on a graph.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// The graph file, or a glTF or GLB for its scene; without a graph, final_gather for a scene that is given, or else the
-    /// first of `graphs`
+    /// The graph file, or a glTF or GLB for its scene; without a graph, final_gather for a scene that is given, or else
+    /// the first of `graphs`
     #[arg(value_name = "GRAPH")]
     pub graph: Option<PathBuf>,
     /// The scene: a glTF, GLB or scene RON; without it, the first of `scenes`
@@ -119,8 +119,8 @@ pub fn run(_: &Args) -> Result<u8, Failure> {
     Err(Failure::Usage(d.help("build it with `--features window`, or use `lightgraph watch`").into()))
 }
 
-/// The graph and the scene that the arguments name: a glTF in the graph's place is a scene, and a scene alone is shown by the graph
-/// that is right anywhere.
+/// The graph and the scene that the arguments name: a glTF in the graph's place is a scene, and a scene alone is shown
+/// by the graph that is right anywhere.
 #[cfg(feature = "window")]
 fn given(args: &Args) -> (Option<PathBuf>, Option<&PathBuf>) {
     let is_scene = |path: &&PathBuf| path.extension().is_some_and(|e| e == "glb" || e == "gltf");

@@ -113,7 +113,8 @@ pub fn replace(params: &mut Vec<(Name, Node)>, by: &[(Name, Node)]) {
     params.extend(by.iter().cloned());
 }
 
-/// Seconds after which a test hangs that does not say its own: ten times what the slowest should take on a software driver.
+/// Seconds after which a test hangs that does not say its own: ten times what the slowest should take on a software
+/// driver.
 const TIME_LIMIT: f64 = 300.0;
 
 /// An image's edge beyond which a test is a benchmark.

@@ -1,5 +1,5 @@
-//! Runs tests, on threads with a device each. None takes longer than its limit: a thread that gives no answer in time is
-//! left to itself with its device, and another takes its place.
+//! Runs tests, on threads with a device each. None takes longer than its limit: a thread that gives no answer in time
+//! is left to itself with its device, and another takes its place.
 
 use super::file::{self, Test};
 use super::{Options, Outcome, Summary, judge};
@@ -16,8 +16,8 @@ use std::time::{Duration, Instant};
 /// Opens a device for a thread.
 pub type Open = Arc<dyn Fn() -> Result<Gpu, OpenError> + Send + Sync>;
 
-/// Runs tests, as [`super::find`] gives them, on the best adapter; `told` hears of each when it is over, in their order.
-/// What goes wrong in one test, a device that is lost or hangs too, fails that test only.
+/// Runs tests, as [`super::find`] gives them, on the best adapter; `told` hears of each when it is over, in their
+/// order. What goes wrong in one test, a device that is lost or hangs too, fails that test only.
 pub fn run(tests: &[(String, PathBuf)], options: &Options, told: &mut dyn FnMut(&Outcome)) -> Summary {
     let open: Open = Arc::new(Gpu::open);
     run_on(tests, options, &open, told)

@@ -1,4 +1,5 @@
-//! Small glTF files in memory: what the cases' scenes are made of. They go through the loader that every file goes through.
+//! Small glTF files in memory: what the cases' scenes are made of. They go through the loader that every file goes
+//! through.
 
 use glam::{DQuat, DVec3};
 use serde_json::{Value, json};

@@ -80,8 +80,8 @@ pub(super) struct Adapters {
     pub output: String,
     /// Root-mean-square difference over the root-mean-square of the image.
     pub bound: f64,
-    /// The share of pixels, those that differ most, that don't count: where a pixel's centre lies on the edge of a surface
-    /// or of a shadow, drivers round to one side or the other.
+    /// The share of pixels, those that differ most, that don't count: where a pixel's centre lies on the edge of a
+    /// surface or of a shadow, drivers round to one side or the other.
     pub edges: f64,
 }
 

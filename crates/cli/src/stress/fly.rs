@@ -24,7 +24,8 @@ const STRIDE: u32 = 25;
 const SETTLE: u32 = 24;
 /// Relative difference from the first image that is left then.
 const DRIFT: f64 = 5e-4;
-/// How much more memory the process may hold after the second flight than after the first: 5 %, and the driver's own buffers.
+/// How much more memory the process may hold after the second flight than after the first: 5 %, and the driver's own
+/// buffers.
 const MEMORY: f64 = 1.05;
 const MEMORY_SLACK: f64 = 16.0 * 1024.0 * 1024.0;
 
@@ -121,7 +122,8 @@ impl Flight<'_> {
             (Some((_, count)), Some((bytes, count_after)), Some((bytes_after, _))) => {
                 let (count, count_after) = (count as f64, count_after as f64);
                 objects.judge(Some(count), Some(count_after), count_after, count);
-                // The second flight does nothing that the first has not done, so the system has all pages that it takes.
+                // The second flight does nothing that the first has not done, so the system has all pages that it
+                // takes.
                 let mib = 1024.0 * 1024.0;
                 let most = (bytes * MEMORY).max(bytes + MEMORY_SLACK) / mib;
                 memory.judge(Some(bytes / mib), Some(bytes_after / mib), bytes_after / mib, most);
@@ -198,7 +200,8 @@ struct Plane<'a> {
 }
 
 impl Plane<'_> {
-    /// Everything as in the beginning, with nothing kept for plans that are gone, and what is seen once history has settled.
+    /// Everything as in the beginning, with nothing kept for plans that are gone, and what is seen once history has
+    /// settled.
     fn home(&mut self) -> Checked<Image> {
         let size = self.flight.cases.fly.size;
         self.flight.gpu.forget();

@@ -1,4 +1,5 @@
-//! Graphs side by side: shaders are compiled on one core each, so that one graph after the other would leave the others idle.
+//! Graphs side by side: shaders are compiled on one core each, so that one graph after the other would leave the others
+//! idle.
 
 use super::report::{Row, Rows};
 use lightgraph::diag::{Checked, Faults};
@@ -9,8 +10,8 @@ use std::sync::mpsc;
 /// More would compete for the device, and each has its own memory.
 const MOST: usize = 4;
 
-/// What a turn does: with a device of the lane's own, its number, its share of the time that is left, and whom to give its
-/// rows to.
+/// What a turn does: with a device of the lane's own, its number, its share of the time that is left, and whom to give
+/// its rows to.
 pub(super) type Turn<'t> = dyn Fn(&Gpu, usize, f64, &mut dyn FnMut(Vec<Row>)) -> Checked<()> + Sync + 't;
 
 /// How many turns are taken at once.

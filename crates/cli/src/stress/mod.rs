@@ -51,8 +51,8 @@ pub struct Options {
     pub shaders: Vec<PathBuf>,
 }
 
-/// Shares of the time, at whose end each part stops: cases and random parameters of every graph, other adapters, flights; more random
-/// parameters take the rest.
+/// Shares of the time, at whose end each part stops: cases and random parameters of every graph, other adapters,
+/// flights; more random parameters take the rest.
 const SHARES: [f64; 3] = [0.65, 0.72, 0.97];
 /// Of a quick run.
 const QUICK_FRAMES: u32 = 300;
@@ -169,7 +169,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// All graphs get an equal part of the time. What is left out for it has another turn, as long as others leave some of theirs.
+    /// All graphs get an equal part of the time. What is left out for it has another turn, as long as others leave some
+    /// of theirs.
     fn graph_by_graph(&self, rows: &mut Rows<'_>) -> Checked<()> {
         let all: Vec<usize> = (0..self.graphs.len()).collect();
         let mut found = self.turns(&all, Wanted::All, rows)?;
@@ -190,7 +191,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The cases and random parameters of some graphs, one graph after the other, so that a case takes over what the one before built.
+    /// The cases and random parameters of some graphs, one graph after the other, so that a case takes over what the
+    /// one before built.
     fn turns(&self, graphs: &[usize], wanted: Wanted<'_>, rows: &mut Rows<'_>) -> Checked<Vec<Row>> {
         lanes::turns(self.gpu, graphs.len(), rows, &|gpu, turn, part, give| {
             let i = graphs[turn];
@@ -219,8 +221,8 @@ impl Run<'_> {
         })
     }
 
-    /// All at once, where there are several, so that what ends early leaves the others its cores; each in a process of its own,
-    /// whose memory is nobody else's.
+    /// All at once, where there are several, so that what ends early leaves the others its cores; each in a process of
+    /// its own, whose memory is nobody else's.
     fn flights(&self, rows: &mut Rows<'_>) -> Checked<()> {
         let flying: Vec<&Graph> =
             self.graphs.iter().copied().filter(|g| self.cases.fly.graphs.contains(&g.name)).collect();

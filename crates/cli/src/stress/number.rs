@@ -43,7 +43,8 @@ pub(super) fn vector(v: &(Number, Number, Number), names: &Names) -> Checked<DVe
     Ok(DVec3::new(v.0.value(names)?, v.1.value(names)?, v.2.value(names)?))
 }
 
-/// The value of a formula in the language of graphs' expressions; whole numbers count as real ones, so that `/` divides.
+/// The value of a formula in the language of graphs' expressions; whole numbers count as real ones, so that `/`
+/// divides.
 ///
 /// # Errors
 /// As [`Number::value`].

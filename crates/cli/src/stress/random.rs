@@ -1,8 +1,9 @@
 //! Parameters drawn at random inside their declared ranges. What fails shrinks to the least that still does.
 //!
-//! Whole numbers mostly say how much work there is, and their ranges reach far beyond what a test can afford. So two things are
-//! bounded, each over the small settings: the product of what the numbers grow by, since nobody knows what a shader does with
-//! one, and the work that the plan says it does, since a length may count squared or cubed. What is cut for it is said.
+//! Whole numbers mostly say how much work there is, and their ranges reach far beyond what a test can afford. So two
+//! things are bounded, each over the small settings: the product of what the numbers grow by, since nobody knows what a
+//! shader does with one, and the work that the plan says it does, since a length may count squared or cubed. What is
+//! cut for it is said.
 
 use super::case::Cases;
 use super::dice::Dice;
@@ -86,8 +87,8 @@ impl<'a> Drawer<'a> {
         Ok(drawer)
     }
 
-    /// Every parameter at either end of its range, as far as there is room, the others at their small settings. Of one that
-    /// a graph before this one has just so, one end, the graphs in turn.
+    /// Every parameter at either end of its range, as far as there is room, the others at their small settings. Of one
+    /// that a graph before this one has just so, one end, the graphs in turn.
     pub fn ends(&mut self, before: &[&Graph], wanted: Wanted<'_>, stop: &mut dyn FnMut() -> bool) -> Vec<Row> {
         let mut rows = vec![];
         let params: Vec<(String, Param)> =
@@ -231,7 +232,8 @@ impl<'a> Drawer<'a> {
         Ok(broken)
     }
 
-    /// The least change of the small settings that still fails: parameters go back to them one by one, as far as they can.
+    /// The least change of the small settings that still fails: parameters go back to them one by one, as far as they
+    /// can.
     fn shrink(&mut self, mut values: Values) -> Values {
         let mut runs = 0;
         let names: Vec<String> = values.keys().cloned().collect();

@@ -93,7 +93,8 @@ impl<'a> Runner<'a> {
         Runner { gpu, cases, last: None }
     }
 
-    /// The rows of a case on a graph, one a run, for those of its runs that are `wanted`, until `stop` says that time is up.
+    /// The rows of a case on a graph, one a run, for those of its runs that are `wanted`, until `stop` says that time
+    /// is up.
     pub fn case(
         &mut self,
         case: &Case,

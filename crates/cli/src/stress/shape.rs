@@ -18,10 +18,11 @@ type Point = (f64, f64, f64);
 pub(super) enum Shape {
     /// A closed room round (0, 1, 0), facing inward; its camera is called `inside`.
     Room(Box<Room>),
-    /// Two sealed rooms of 2 m beside each other with a wall of this thickness between them (metres), a lamp of 1.5 cd in
-    /// the left one; cameras `lit` and `dark`.
+    /// Two sealed rooms of 2 m beside each other with a wall of this thickness between them (metres), a lamp of 1.5 cd
+    /// in the left one; cameras `lit` and `dark`.
     Rooms { wall: Number, albedo: Number },
-    /// A sphere of 1 m round the origin, facing inward, with a point light in its middle; its camera is called `inside`.
+    /// A sphere of 1 m round the origin, facing inward, with a point light in its middle; its camera is called
+    /// `inside`.
     Sphere { albedo: Number, intensity: Number, cuts: u32 },
     /// Another, moved.
     Placed {

@@ -1,5 +1,5 @@
-//! Faults over the image, or the checks in shaders that do not hold in it: all of them, with their places, until they are
-//! mended.
+//! Faults over the image, or the checks in shaders that do not hold in it: all of them, with their places, until they
+//! are mended.
 
 use super::feed::Told;
 use super::state::State;

@@ -18,8 +18,9 @@
 //! ]
 //! ```
 //!
-//! Files are relative to the working folder. The parts of the window by name: `param NAME`, `reset NAME`, `variant NAME`,
-//! `output NAME`, `image`, `light N`, `split line`, `against NAME`, `save picture`, `tab …`, `port NAME` (in the compiled graph), `channel R`, `undo` and so on.
+//! Files are relative to the working folder. The parts of the window by name: `param NAME`, `reset NAME`, `variant
+//! NAME`, `output NAME`, `image`, `light N`, `split line`, `against NAME`, `save picture`, `tab …`, `port NAME` (in the
+//! compiled graph), `channel R`, `undo` and so on.
 
 use super::feed::Told;
 use super::state::State;

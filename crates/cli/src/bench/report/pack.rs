@@ -7,8 +7,8 @@ use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
-/// Five digits, two more than a page shows, so that what it reckons with them is right too; whole numbers from ten thousand up.
-/// What isn't finite is no number.
+/// Five digits, two more than a page shows, so that what it reckons with them is right too; whole numbers from ten
+/// thousand up. What isn't finite is no number.
 pub fn number(x: f64) -> Value {
     let rounded = if x.abs() >= 1e4 { x.round() } else { format!("{x:.4e}").parse().unwrap_or(x) };
     // `3` is shorter than `3.0`.
@@ -51,7 +51,8 @@ impl Words {
     }
 }
 
-/// `["rows", {name: columns}]`, `["words", [places in the words]]` or `["values", [anything]]`. Absent and null are the same.
+/// `["rows", {name: columns}]`, `["words", [places in the words]]` or `["values", [anything]]`. Absent and null are the
+/// same.
 fn columns(rows: &[Option<&Value>], words: &mut Words) -> Value {
     let all = |fits: fn(&Value) -> bool| rows.iter().flatten().all(|v| fits(v));
     if all(Value::is_object) {

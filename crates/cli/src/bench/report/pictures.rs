@@ -21,7 +21,8 @@ const MIDDLE: f64 = 0.25;
 /// How every PNG file begins.
 const PNG: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
-/// Writes a picture of an entry and, where there is a reference, one of the difference. Its path relative to the folder.
+/// Writes a picture of an entry and, where there is a reference, one of the difference. Its path relative to the
+/// folder.
 ///
 /// # Errors
 /// Files that can't be written.

@@ -1,7 +1,7 @@
 //! What the framework itself costs: a chain of passes, few and many, and the same without the framework.
 //!
-//! Every ratio is the median over rounds. In a round both sides do equal work one after the other, so that what else the machine
-//! does falls on both, and a round in which it fell on one counts for nothing.
+//! Every ratio is the median over rounds. In a round both sides do equal work one after the other, so that what else
+//! the machine does falls on both, and a round in which it fell on one counts for nothing.
 
 use super::handwritten::Handwritten;
 use super::list::{Chain, Run};

@@ -91,8 +91,8 @@ pub struct Renderer {
     pub name: String,
     /// The folder of the files that describe renderers, and the name in one of them.
     pub peer: (String, String),
-    /// What of its settings must be so. Only those are run, and the one counts that errs least among all that err no less than
-    /// our image.
+    /// What of its settings must be so. Only those are run, and the one counts that errs least among all that err no
+    /// less than our image.
     #[serde(default)]
     pub setting: BTreeMap<String, String>,
     /// Its size is that of the reference images: errors are taken there.

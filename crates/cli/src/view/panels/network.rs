@@ -1,4 +1,5 @@
-//! The compiled graph as a picture: passes as boxes, wires from what writes to what reads. A click on a resource shows it.
+//! The compiled graph as a picture: passes as boxes, wires from what writes to what reads. A click on a resource shows
+//! it.
 
 use super::Seen;
 use crate::view::feed::{Rendered, Subject};
