@@ -95,7 +95,7 @@ class Live:
         """Draws a job to its end. None when cancelled."""
         self.draw(job)
         seen = 0
-        while True:
+        while not cancelled():
             with self._condition:
                 self._condition.wait(0.05)
             picture = self._picture
@@ -105,11 +105,10 @@ class Live:
                 if picture.round != seen:
                     seen = picture.round
                     progress(seen / job.rounds)
-            if cancelled():
-                self.draw_nothing()
-                return None
             if not self._thread.is_alive():
                 return None
+        self.draw_nothing()
+        return None
 
     def draw_nothing(self) -> None:
         """Ends the job after its present frame."""
