@@ -1,8 +1,10 @@
-//! Moves particles by a step of time.
+//! Moves particles by a step of time, and says which of them glow.
 #import lightgraph::random::{next, next_pair, scramble}
 #import play::particle::Particle
 
 var<storage, read_write> particles: array<Particle>;
+/// 1 of those that are to be seen.
+var<storage, read_write> glows: array<u32>;
 
 struct Params {
     gravity: f32,
@@ -12,6 +14,10 @@ struct Params {
 }
 var<uniform> params: Params;
 
+/// Seconds that a spark glows, and that it rests until it flies again.
+const LIFE: f32 = 3.0;
+const REST: f32 = 1.0;
+
 @compute @workgroup_size(64)
 fn fly(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= arrayLength(&particles) {
@@ -19,17 +25,17 @@ fn fly(@builtin(global_invocation_id) id: vec3u) {
     }
     var p = particles[id.x];
     p.life -= params.step;
-    if p.life <= 0.0 {
+    if p.life <= -REST || params.first_frame != 0u {
         var state = scramble(id.x + scramble(params.frame));
         let turn = 6.2831853 * next(&state);
         let apart = next_pair(&state);
         p.position = vec2f(0.0, 0.05);
         p.velocity = vec2f(0.25 * sqrt(apart.x) * cos(turn), 1.3 + 0.3 * apart.y);
         p.color = mix(vec3f(1.0, 0.35, 0.08), vec3f(0.3, 0.5, 1.0), apart.y);
-        p.life = 3.0;
+        p.life = LIFE;
         if params.first_frame != 0u {
             // A first frame has them everywhere on their way.
-            let age = 3.0 * next(&state);
+            let age = (LIFE + REST) * next(&state);
             p.life -= age;
             p.position = abs(p.position + (p.velocity - vec2f(0.0, 0.5 * params.gravity * age)) * age);
             p.position.x *= sign(cos(turn));
@@ -43,4 +49,5 @@ fn fly(@builtin(global_invocation_id) id: vec3u) {
         p.velocity *= vec2f(0.7, -0.5);
     }
     particles[id.x] = p;
+    glows[id.x] = u32(p.life > 0.0);
 }

@@ -1,7 +1,8 @@
-//! A particle as a soft spot, drawn out along its way.
+//! A particle of a list as a soft spot, drawn out along its way.
 #import play::particle::Particle
 
 var<storage, read> particles: array<Particle>;
+var<storage, read> list: array<u32>;
 
 struct Params {
     radius: f32,
@@ -19,7 +20,7 @@ struct Spot {
 
 @vertex
 fn place(@builtin(vertex_index) i: u32, @builtin(instance_index) instance: u32) -> Spot {
-    let p = particles[instance];
+    let p = particles[list[instance]];
     let corner = vec2f(f32(i % 2u), f32(i / 2u)) * 2.0 - 1.0;
     // No thinner than a pixel, and as bright altogether.
     let radius = max(params.radius, 0.75 / f32(params.screen.y));

@@ -68,11 +68,14 @@ impl Source<'_> {
         if dirty.is_some() {
             self.instances.choose(record, id);
         }
-        if let (Action::Compute { groups, instances, .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
-            let size = match (sizes, dirty) {
-                (Some(sizes), _) => Size::Indirect(sizes),
-                (None, Some(Arguments::Dispatch { groups, .. })) => Size::Indirect(Sizes { buffer: groups, at: 0 }),
-                _ => Size::Direct(workgroups(self.gpu, *groups, *instances)),
+        if let (Action::Compute { groups, instances, indirect, .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
+            let size = match (sizes, dirty, indirect) {
+                (Some(sizes), ..) => Size::Indirect(sizes),
+                (None, Some(Arguments::Dispatch { groups, .. }), _) => Size::Indirect(Sizes { buffer: groups, at: 0 }),
+                (None, _, Some(counts)) => {
+                    Size::Indirect(Sizes { buffer: self.pool.buffer(self.plan, *counts)?, at: 0 })
+                }
+                (None, _, None) => Size::Direct(workgroups(self.gpu, *groups, *instances)),
             };
             let group = shaded.partial.as_ref().filter(|_| run.partial).unwrap_or(&shaded.group);
             self.compute(record, &step.name, size, (shaded, group), run, offsets);
@@ -253,6 +256,9 @@ impl Source<'_> {
                     }
                     (Some(_), None, None) => render.draw_indexed(indices.clone(), 0, instance),
                     (None, None, _) => match draw.geometry {
+                        Geometry::Vertices { indirect: Some(counts), .. } => {
+                            render.draw_indirect(self.pool.buffer(self.plan, counts)?, 0);
+                        }
                         Geometry::Vertices { count, instances, .. } => render.draw(0..count, 0..instances),
                         Geometry::Screen | Geometry::Scene { .. } => render.draw(0..3, instance),
                     },

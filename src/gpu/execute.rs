@@ -262,9 +262,15 @@ impl Walk<'_> {
         }
         let follows = dispatches && self.record.stamped();
         let pair = match self.timing {
-            Timing::Steps => self.timer.pair(gpu, id, in_pass, follows),
+            Timing::Waited if !self.record.is_lent() => None,
+            Timing::Steps | Timing::Waited => self.timer.pair(gpu, id, in_pass, follows),
             Timing::Frame => None,
         };
+        let waited = self.timing == Timing::Waited && !self.record.is_lent();
+        if waited {
+            self.submit()?;
+            gpu.wait()?;
+        }
         let partial = self.chosen.is_some_and(|chosen| chosen.partial.contains(&id));
         let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, partial };
         self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
@@ -281,9 +287,13 @@ impl Walk<'_> {
             time.runs += 1;
             time.cpu_ms += ms_since(start);
         }
-        if self.careful && !self.record.is_lent() {
+        if (self.careful || waited) && !self.record.is_lent() {
+            let start = Instant::now();
             self.submit()?;
             gpu.wait().map_err(|faults| self.named(id, faults))?;
+            if waited && let Some(Some(time)) = self.times.get_mut(id.0) {
+                *time.gpu_ms.get_or_insert(0.0) += ms_since(start);
+            }
         }
         Ok(())
     }

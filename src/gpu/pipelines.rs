@@ -149,7 +149,7 @@ impl<'a> Job<'a> {
     fn of(gpu: &Gpu, plan: &'a Plan, step: &'a Step) -> Checked<Option<Job<'a>>> {
         let (index, kind) = match &step.action {
             Action::Copy { .. } | Action::Clear { .. } => return Ok(None),
-            Action::Compute { shader, entry, groups, instances } => {
+            Action::Compute { shader, entry, groups, instances, indirect: _ } => {
                 check_groups(gpu, step, workgroups(gpu, *groups, *instances))?;
                 (*shader, Kind::Compute { entry: entry.clone() })
             }
@@ -296,7 +296,9 @@ fn render(plan: &Plan, step: &Step, draw: &Draw) -> Checked<Render> {
         fragment: draw.fragment.clone(),
         geometry: match draw.geometry {
             // How many there are is nothing to a pipeline.
-            Geometry::Vertices { topology, cull, .. } => Geometry::Vertices { count: 0, instances: 0, topology, cull },
+            Geometry::Vertices { topology, cull, .. } => {
+                Geometry::Vertices { count: 0, instances: 0, topology, cull, indirect: None }
+            }
             geometry => geometry,
         },
         attributes,
@@ -389,7 +391,8 @@ fn length(shader: &Shader) -> usize {
     functions.map(|f| f.expressions.len()).sum()
 }
 
-/// `work` of each number on all cores, begun in the order given; results in the order of the numbers, or all faults in it.
+/// `work` of each number on all cores, begun in the order given; results in the order of the numbers, or all faults in
+/// it.
 fn in_parallel<T: Send>(
     numbers: impl IntoIterator<Item = usize>,
     work: impl Fn(usize) -> Checked<T> + Sync,

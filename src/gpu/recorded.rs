@@ -86,7 +86,7 @@ impl Recorded {
         let taken = self.taken.read(part(0), self.period, self.times.len());
         for ((ms, timed), time) in taken.steps.into_iter().zip(&mut self.times) {
             if let Some(time) = time {
-                time.gpu_ms = (timed == time.runs).then_some(ms);
+                time.gpu_ms = time.gpu_ms.or((timed == time.runs).then_some(ms));
             }
         }
         for (run, state) in self.gated.iter().zip(states(part(2))) {

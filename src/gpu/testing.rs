@@ -139,7 +139,7 @@ impl Sketch {
     pub fn compute(&mut self, name: &str, wgsl: &str, groups: [u32; 3]) -> Node {
         let (shader, bindings) = self.shader(name, wgsl);
         let entry = self.plan.shaders[shader].interface.entry(Stage::Compute).unwrap().name.clone();
-        self.step(name, Action::Compute { shader, entry, groups, instances: None }, bindings)
+        self.step(name, Action::Compute { shader, entry, groups, instances: None, indirect: None }, bindings)
     }
 
     /// A draw to these colour targets (cleared to 0) and this depth buffer (cleared to 1).

@@ -1,5 +1,5 @@
-//! Timestamps of the device: a pair for each run of a step, in as many query sets as a frame needs. A run that begins where
-//! another ends shares its stamp: on some drivers a stamp costs as much as a small dispatch.
+//! Timestamps of the device: a pair for each run of a step, in as many query sets as a frame needs. A run that begins
+//! where another ends shares its stamp: on some drivers a stamp costs as much as a small dispatch.
 
 use super::{device::Gpu, record::Record, scope::scoped};
 use crate::diag::Checked;
@@ -16,8 +16,19 @@ pub enum Timing {
     /// Each step: the device may have to end one before it begins the next.
     #[default]
     Steps,
+    /// Each step by itself, by the host's clock: it is submitted and waited for. For software drivers, whose stamps say
+    /// when a command was read and not when its work was done. A recorded frame waits for nothing and has the device's
+    /// stamps.
+    Waited,
     /// The frame as a whole.
     Frame,
+}
+
+impl Timing {
+    /// How steps are timed on this device by a caller who waits for its frames.
+    pub fn of_steps(gpu: &Gpu) -> Timing {
+        if gpu.is_software() { Timing::Waited } else { Timing::Steps }
+    }
 }
 
 /// Hands out pairs of queries and reads them at the end of a frame. Its query sets stay for the next frame.
@@ -72,8 +83,8 @@ impl Timer {
         self.used.clear();
     }
 
-    /// A pair for one run of a step; `None` when the device can't time it. With `follows` nothing has come since the last
-    /// run ended.
+    /// A pair for one run of a step; `None` when the device can't time it. With `follows` nothing has come since the
+    /// last run ended.
     pub(super) fn pair(&mut self, gpu: &Gpu, step: StepId, in_pass: bool, follows: bool) -> Option<Pair> {
         if !(if in_pass { self.passes } else { self.encoders }) {
             return None;

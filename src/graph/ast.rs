@@ -29,9 +29,9 @@ pub struct Graph {
     /// Files it was made from: itself first, then its bases.
     pub files: Vec<PathBuf>,
     pub about: String,
-    /// What the graph takes from the graph that uses it. By itself it has each as a resource: blank, unless told
-    /// otherwise.
-    pub inputs: Vec<(Name, Resource)>,
+    /// What the graph takes from the graph that uses it. By itself it has each as a resource or a parameter: blank,
+    /// unless told otherwise.
+    pub inputs: Vec<(Name, Input)>,
     pub params: Vec<(Name, Param)>,
     pub lets: Vec<(Name, Expr)>,
     pub defines: Vec<(Name, Expr)>,
@@ -41,6 +41,13 @@ pub struct Graph {
     pub outputs: Vec<(Name, Name)>,
     /// What the graph can't do, by a name for variants.
     pub warnings: Vec<(Name, Warning)>,
+}
+
+/// What a sub-graph takes: a resource, or a value.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Input {
+    Resource(Resource),
+    Value(Param),
 }
 
 /// `Warning(when: "metallic_materials > 0", about: "metals look matte")`: what users are told of a plan.
@@ -158,20 +165,38 @@ pub struct Pass {
 /// What the names of a sub-graph are in the graph that it is part of.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scope {
-    /// Of names that the sub-graph does not have.
+    /// Of names that nobody has.
     pub prefix: String,
     pub names: BTreeMap<String, String>,
+    /// Names that its shaders find in the graphs around, where it has none of its own.
+    pub around: BTreeMap<String, String>,
 }
 
 impl Scope {
     /// The name in the whole graph. What scenes and frames provide has the same name everywhere.
     pub fn resolve(&self, name: &str) -> String {
-        match self.names.get(name) {
+        match self.names.get(name).or_else(|| self.around.get(name)) {
             Some(whole) => whole.clone(),
             None if super::check::is_provided(name) => name.to_string(),
             None => format!("{}{name}", self.prefix),
         }
     }
+}
+
+/// Changes what the names of sub-graphs mean. Passes that share a scope go on sharing one.
+pub fn rescope(passes: &mut [Pass], mut change: impl FnMut(&Scope) -> Scope) {
+    let mut changed: Vec<(Arc<Scope>, Arc<Scope>)> = vec![];
+    walk_mut(passes, &mut |p| {
+        let Some(scope) = &mut p.scope else { return };
+        *scope = match changed.iter().rev().find(|(before, _)| Arc::ptr_eq(before, scope)) {
+            Some((_, after)) => after.clone(),
+            None => {
+                let after = Arc::new(change(scope));
+                changed.push((scope.clone(), after.clone()));
+                after
+            }
+        };
+    });
 }
 
 impl Pass {
@@ -201,6 +226,8 @@ pub enum PassKind {
     Compute {
         shader: Name,
         over: Size,
+        /// A buffer of three counts of workgroups, which earlier passes write; `over` is the most.
+        indirect: Option<Name>,
     },
     Reduce {
         shader: Name,
@@ -208,6 +235,12 @@ pub enum PassKind {
         to: Name,
         factor: Vec<Expr>,
         until: Expr,
+    },
+    /// Sums of all elements before each, or, if inclusive, up to it.
+    Scan {
+        from: Name,
+        to: Name,
+        inclusive: bool,
     },
     Copy {
         from: Name,
@@ -269,7 +302,8 @@ pub struct Raster {
     /// Targets whose content is kept.
     pub load: Vec<Name>,
     pub clear: Vec<(Name, [f64; 4])>,
-    pub blend: Option<wgpu::BlendState>,
+    /// How a target takes what is drawn, where it doesn't replace what is there.
+    pub blend: Vec<(Name, wgpu::BlendState)>,
     pub layer: Option<Expr>,
     /// Layers that each member draws to at once, through a view each.
     pub views: Option<Expr>,
@@ -291,7 +325,7 @@ impl Raster {
             tolerance: None,
             load: vec![],
             clear: vec![],
-            blend: None,
+            blend: vec![],
             layer: None,
             views: None,
         }
@@ -306,6 +340,8 @@ pub struct Vertices {
     /// `None`: one.
     pub instances: Option<Expr>,
     pub topology: wgpu::PrimitiveTopology,
+    /// A buffer of what is drawn, which earlier passes write: vertices, instances, the first of each.
+    pub indirect: Option<Name>,
 }
 
 impl Vertices {
@@ -323,6 +359,7 @@ impl PassKind {
             PassKind::Screen(_) => "Screen",
             PassKind::Compute { .. } => "Compute",
             PassKind::Reduce { .. } => "Reduce",
+            PassKind::Scan { .. } => "Scan",
             PassKind::Copy { .. } => "Copy",
             PassKind::Clear { .. } => "Clear",
             PassKind::Mips { .. } => "Mips",
@@ -337,12 +374,22 @@ impl PassKind {
         match self {
             PassKind::Draw(r) | PassKind::Screen(r) => Some(&r.shader),
             PassKind::Compute { shader, .. } | PassKind::Reduce { shader, .. } => Some(shader),
-            PassKind::Copy { .. }
+            PassKind::Scan { .. }
+            | PassKind::Copy { .. }
             | PassKind::Clear { .. }
             | PassKind::Mips { .. }
             | PassKind::Loop { .. }
             | PassKind::For { .. }
             | PassKind::Fastest { .. } => None,
+        }
+    }
+
+    /// The buffer from which the device takes how much it does.
+    pub fn indirect(&self) -> Option<&Name> {
+        match self {
+            PassKind::Draw(r) => r.vertices.as_ref()?.indirect.as_ref(),
+            PassKind::Compute { indirect, .. } => indirect.as_ref(),
+            _ => None,
         }
     }
 
@@ -427,8 +474,8 @@ impl Resource {
             }
             ResourceKind::Atlas { tile, count, .. } => counts.extend([tile, count]),
             ResourceKind::Buffer { stride, count } => {
+                sizes.push(count);
                 counts.extend(stride.expr());
-                counts.push(count);
             }
             ResourceKind::Image(_) | ResourceKind::Sampler(_) => {}
         }

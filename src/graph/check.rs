@@ -230,11 +230,22 @@ impl<'g> Check<'g> {
     fn kind(&mut self, p: &'g Pass, loops: &mut Vec<String>) {
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => self.raster(r, loops),
-            PassKind::Compute { over, .. } => over.exprs().iter().for_each(|e| self.names(e, Scope::Sizes)),
+            PassKind::Compute { over, indirect, .. } => {
+                over.exprs().iter().for_each(|e| self.names(e, Scope::Sizes));
+                indirect.iter().for_each(|n| self.buffer_name(n, "a list of counts"));
+            }
             PassKind::Reduce { from, to, factor, until, .. } => {
                 factor.iter().chain([until]).for_each(|e| self.names(e, Scope::Values));
                 self.texture_name(from, "reduced");
                 self.texture_name(to, "reduced");
+            }
+            PassKind::Scan { from, to, .. } => {
+                self.buffer_name(from, "summed up");
+                self.buffer_name(to, "summed up");
+                if from.value == to.value {
+                    let d = Diagnostic::error("sums in place of what they are of").at(&to.span, "");
+                    self.faults.push(d.help("sum up to another buffer"));
+                }
             }
             PassKind::Copy { from, to } => {
                 self.resource_name(from, "copied");
@@ -341,8 +352,16 @@ impl<'g> Check<'g> {
             let d = Diagnostic::error(format!("`{}` has a depth format", color.value));
             self.faults.push(d.at(&color.span, format!("{format:?}")).help("give it as `depth`"));
         }
-        for name in r.load.iter().chain(r.clear.iter().map(|c| &c.0)) {
+        for name in r.load.iter().chain(r.clear.iter().map(|c| &c.0)).chain(r.blend.iter().map(|b| &b.0)) {
             self.texture_name(name, "a target");
+        }
+        for (name, _) in &r.blend {
+            if !r.load.iter().chain(r.clear.iter().map(|c| &c.0)).any(|n| n.value == name.value) {
+                let d = Diagnostic::error(format!("nothing says what is blended with in `{}`", name.value));
+                let load = format!("keep what is there: `load: [\"{}\"]`", name.value);
+                let clear = format!("or begin with a value: `clear: {{\"{}\": 0}}`", name.value);
+                self.faults.push(d.at(&name.span, "").help(load).help(clear));
+            }
         }
         for name in &r.load {
             if r.clear.iter().any(|c| c.0.value == name.value) {
@@ -358,6 +377,9 @@ impl<'g> Check<'g> {
         }
         for expr in r.vertices.iter().flat_map(|v| v.exprs()) {
             self.names(expr, Scope::Values);
+        }
+        for name in r.vertices.iter().flat_map(|v| &v.indirect) {
+            self.buffer_name(name, "a list of counts");
         }
         if let Some(frusta) = &r.frusta {
             self.frusta(frusta);

@@ -1,7 +1,10 @@
 //! Sub-graphs: a `Use` becomes the passes of the graph that it names. Their names get the use's before them, inputs and
 //! outputs become resources of the graph around.
 
-use super::ast::{Graph, Name, Param, Pass, Resource, ResourceKind, Scope, Warning, set_of, walk, walk_mut};
+use super::ast::{
+    Graph, Input, Name, Param, Pass, Resource, ResourceKind, Scope, Warning, rescope, set_of, walk, walk_mut,
+};
+use super::check::is_provided;
 use super::expr::{Binary, Expr, ExprKind};
 use super::read::Reader;
 use super::rename;
@@ -23,7 +26,7 @@ pub struct Joined {
     resources: Vec<(Name, Resource)>,
     warnings: Vec<(Name, Warning)>,
     /// By input: what the graph around gives, and what is wanted.
-    given: Vec<(String, Name, Resource)>,
+    given: Vec<(String, Name, Input)>,
     /// Outputs by the names that the graph around may use.
     outputs: BTreeMap<String, String>,
 }
@@ -79,7 +82,7 @@ impl Used {
         });
         names.extend(given.iter().map(|(input, name, _)| (input.clone(), name.value.clone())));
         names.extend(taken.iter().map(|(resource, name)| (resource.clone(), name.value.clone())));
-        let scope = Scope { prefix: prefix.clone(), names };
+        let scope = Scope { prefix: prefix.clone(), names, around: BTreeMap::new() };
         let to = |name: &str| scope.resolve(name);
 
         sub.lets.iter_mut().for_each(|(_, e)| e.rename(&to));
@@ -88,22 +91,20 @@ impl Used {
         sub.warnings.iter_mut().for_each(|(_, w)| w.when.rename(&to));
         let whole = Arc::new(scope.clone());
         let group = self.group.unwrap_or_else(|| self.name.clone());
+        let names_of = |names: &BTreeMap<String, String>| {
+            names.iter().map(|(own, name)| (own.clone(), rename::renamed(name, &to))).collect()
+        };
+        rescope(&mut sub.passes, |inner| Scope {
+            prefix: format!("{prefix}{}", inner.prefix),
+            names: names_of(&inner.names),
+            around: names_of(&inner.around),
+        });
         walk_mut(&mut sub.passes, &mut |p| {
             rename::pass(p, &to);
             p.name.value = format!("{prefix}{}", p.name.value);
             p.group.get_or_insert_with(|| group.clone());
-            p.scope = Some(match &p.scope {
-                Some(inner) => {
-                    let names =
-                        inner.names.iter().map(|(own, name)| (own.clone(), rename::renamed(name, &to))).collect();
-                    Arc::new(Scope { prefix: format!("{prefix}{}", inner.prefix), names })
-                }
-                None => {
-                    let own: Vec<(Name, Expr)> = std::mem::take(&mut p.defines);
-                    p.defines = sub.defines.iter().cloned().chain(own).collect();
-                    whole.clone()
-                }
-            });
+            p.scope.get_or_insert_with(|| whole.clone());
+            p.defines.splice(0..0, sub.defines.iter().cloned());
         });
         if let Some(when) = &self.when {
             let both = |inner: Expr| Expr {
@@ -137,7 +138,7 @@ impl Used {
     }
 
     /// By input: what the graph around gives. Without a word, what it has of the same name.
-    fn given(&self, reader: &mut Reader, sub: &Graph) -> Vec<(String, Name, Resource)> {
+    fn given(&self, reader: &mut Reader, sub: &Graph) -> Vec<(String, Name, Input)> {
         for (input, _) in self.given.iter().filter(|(n, _)| !sub.inputs.iter().any(|i| i.0.value == n.value)) {
             let d = Diagnostic::error(format!("`{}` has no input `{}`", self.file.value, input.value));
             let names = sub.inputs.iter().map(|i| i.0.value.as_str());
@@ -232,12 +233,24 @@ impl Joined {
     /// Faults of what the graph around gives. `all` are its sub-graphs, every one declared.
     pub(super) fn check(&self, all: &[Joined], reader: &mut Reader, graph: &Graph) {
         let output = |name: &str| all.iter().find_map(|j| j.outputs.get(name));
+        let values = values(graph);
         for (port, name, input) in &self.given {
+            let input = match input {
+                Input::Resource(resource) => resource,
+                Input::Value(_) if is_provided(&name.value) || values.contains(&name.value.as_str()) => continue,
+                Input::Value(param) => {
+                    let d = Diagnostic::error(format!("`{}` needs a value `{}`", self.name, name.value));
+                    let d = d.at(&name.span, "").at(&param.span, "for this input");
+                    let d = d.nearest(&name.value, values.iter().copied());
+                    reader.fault(d.help(format!("give it one: `in: {{\"{port}\": \"…\"}}`")));
+                    reader.broken.extend([port.clone(), name.value.clone()]);
+                    continue;
+                }
+            };
             let whole = output(&name.value).unwrap_or(&name.value);
-            let there = graph.resources.iter().chain(&graph.inputs).find(|(n, _)| n.value == set_of(whole));
-            let Some((_, there)) = there else {
+            let Some(there) = resources(graph).find(|(n, _)| n.value == set_of(whole)).map(|(_, there)| there) else {
                 let d = Diagnostic::error(format!("`{}` needs a resource `{}`", self.name, name.value));
-                let known = graph.resources.iter().chain(&graph.inputs).map(|(n, _)| n.value.as_str());
+                let known = resources(graph).map(|(n, _)| n.value.as_str());
                 let outputs = all.iter().flat_map(|j| j.outputs.keys().map(String::as_str));
                 let d = d.at(&name.span, "").at(&input.span, "for this input");
                 let d = d.nearest(&name.value, known.chain(outputs));
@@ -266,12 +279,56 @@ impl Joined {
         walk_mut(&mut graph.passes, &mut |p| {
             if around(&p.name.value) {
                 rename::pass(p, &to);
-                if let Some(scope) = &mut p.scope {
-                    Arc::make_mut(scope).names.values_mut().for_each(|n| *n = rename::renamed(n, &to));
-                }
             }
         });
+        rescope(&mut graph.passes, |scope| {
+            let mut scope = scope.clone();
+            if around(&scope.prefix) {
+                scope.names.values_mut().for_each(|n| *n = rename::renamed(n, &to));
+            }
+            scope
+        });
     }
+}
+
+/// Lets the shaders of sub-graphs find what the graph around has and the sub-graphs have not.
+pub(super) fn look_around(graph: &mut Graph) {
+    let mut known: Vec<String> = values(graph).into_iter().map(String::from).collect();
+    known.extend(resources(graph).map(|(n, _)| n.value.clone()));
+    known.retain(|name| !name.contains('.'));
+    rescope(&mut graph.passes, |scope| {
+        let mut scope = scope.clone();
+        for name in &known {
+            scope.around.entry(name.clone()).or_insert_with(|| name.clone());
+        }
+        scope
+    });
+}
+
+/// The resources of a graph, those that it takes among them.
+fn resources(graph: &Graph) -> impl Iterator<Item = (&Name, &Resource)> {
+    let inputs = graph.inputs.iter().filter_map(|(name, input)| match input {
+        Input::Resource(resource) => Some((name, resource)),
+        Input::Value(_) => None,
+    });
+    graph.resources.iter().map(|(name, resource)| (name, resource)).chain(inputs)
+}
+
+/// The names of the values of a graph: parameters, lets, what it takes, and what loops and alternatives count.
+fn values(graph: &Graph) -> Vec<&str> {
+    let mut all: Vec<&str> =
+        graph.params.iter().map(|(n, _)| n).chain(graph.lets.iter().map(|(n, _)| n)).map(text).collect();
+    all.extend(graph.inputs.iter().filter(|(_, i)| matches!(i, Input::Value(_))).map(|(n, _)| text(n)));
+    walk(&graph.passes, &mut |p| {
+        if !p.kind.bodies().is_empty() {
+            all.push(&p.name.value);
+        }
+    });
+    all
+}
+
+fn text(name: &Name) -> &str {
+    &name.value
 }
 
 fn fits(given: &ResourceKind, wanted: &ResourceKind) -> bool {

@@ -24,7 +24,7 @@ pub use ast::Graph;
 
 use crate::diag::{Checked, Diagnostic, Faults, Source, Span};
 use crate::{builtin, files};
-use ast::Name;
+use ast::{Input, Name};
 use read::Reader;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -51,7 +51,12 @@ pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
     let Some((_, mut fields)) = reader.named(&tree, &["Graph"]) else { return Err(Faults(reader.faults)) };
     let mut graph = reader.graph(&mut fields, &tree.span);
     graph.files = files;
-    graph.resources.extend(graph.inputs.iter().cloned());
+    for (name, input) in &graph.inputs {
+        match input.clone() {
+            Input::Resource(resource) => graph.resources.push((name.clone(), resource)),
+            Input::Value(param) => graph.params.push((name.clone(), param)),
+        }
+    }
     ast::inherit_groups(&mut graph.passes, None);
     Faults::check(limits::check(&graph), ())?;
     if reader.faults.is_empty() {
@@ -181,7 +186,7 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
         PassKind::Draw(r) | PassKind::Screen(r) => {
             r.color.iter().chain(&r.depth).chain(&r.frusta).any(|n| n.value == resource)
         }
-        PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => {
+        PassKind::Reduce { from, to, .. } | PassKind::Scan { from, to, .. } | PassKind::Copy { from, to } => {
             from.value == resource || to.value == resource
         }
         PassKind::Clear { target, .. } => target.value == resource,
@@ -192,7 +197,8 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
         PassKind::Compute { .. } => false,
     };
     let bits = pass.only.iter().any(|dirty| dirty.bits.value == resource);
-    named || bits || pass.bind.iter().any(|(_, to)| to.value == resource)
+    let counts = pass.kind.indirect().is_some_and(|n| n.value == resource);
+    named || bits || counts || pass.bind.iter().any(|(_, to)| to.value == resource)
 }
 
 #[cfg(test)]

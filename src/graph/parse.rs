@@ -1,13 +1,15 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
-use super::ast::{Dirty, Graph, Name, Param, Pass, PassKind, Resource, ResourceKind, Size, Stride, Warning};
+use super::ast::{Dirty, Graph, Input, Name, Param, Pass, PassKind, Resource, ResourceKind, Size, Stride, Warning};
 use super::expr::Expr;
+use super::join::look_around;
 use super::param::parse_vector;
 use super::read::{Fields, Reader};
 use super::tree::{Kind, Node};
 use crate::diag::{Diagnostic, Span, nearest};
 use crate::plan::SamplerDesc;
 use crate::value::{Type, Value};
+use glam::{UVec2, UVec3, Vec2, Vec3, Vec4};
 use std::sync::LazyLock;
 
 impl Reader {
@@ -34,6 +36,7 @@ impl Reader {
         joined.iter_mut().for_each(|j| j.declare(&mut graph));
         joined.iter().for_each(|j| j.check(&joined, self, &graph));
         joined.iter().for_each(|j| j.name_outputs(&mut graph));
+        look_around(&mut graph);
         graph
     }
 
@@ -51,21 +54,19 @@ impl Reader {
 
     /// `Float(default: …, min: …, max: …, about: "…")` and the like.
     pub fn param(&mut self, node: &Node) -> Option<Param> {
-        const KINDS: [(&str, Type); 9] = [
-            ("Bool", Type::Bool),
-            ("Uint", Type::Uint),
-            ("Int", Type::Int),
-            ("Float", Type::Float),
-            ("UVec2", Type::UVec2),
-            ("UVec3", Type::UVec3),
-            ("Vec2", Type::Vec2),
-            ("Vec3", Type::Vec3),
-            ("Vec4", Type::Vec4),
-        ];
-        let (name, mut fields) = self.named(node, &KINDS.map(|k| k.0))?;
-        let ty = KINDS.iter().find(|k| k.0 == name).map_or(Type::Float, |k| k.1);
-        let place = self.need(&mut fields, "default");
-        let default = place.and_then(|n| self.value(n, ty));
+        let (name, fields) = self.named(node, &VALUES.map(|k| k.0))?;
+        self.param_of(node, name, fields, false)
+    }
+
+    /// `blank`: without a default it is 0, or false.
+    fn param_of(&mut self, node: &Node, name: &str, mut fields: Fields, blank: bool) -> Option<Param> {
+        let zero = VALUES.iter().find(|k| k.0 == name)?.1;
+        let ty = zero.ty();
+        let place = if blank { fields.get("default") } else { self.need(&mut fields, "default") };
+        let default = match place {
+            None if blank => Some(zero),
+            place => place.and_then(|n| self.value(n, ty)),
+        };
         let min = fields.get("min").and_then(|n| self.value(n, ty));
         let max = fields.get("max").and_then(|n| self.value(n, ty));
         let about = fields.get("about").and_then(|n| self.prose(n)).unwrap_or_default();
@@ -139,14 +140,18 @@ impl Reader {
         if name == "Image" { self.image(node, f) } else { self.resource_of(node, name, f, None) }
     }
 
-    /// What a graph takes from outside: a resource, of which only the kind must be said.
-    fn input(&mut self, node: &Node) -> Option<Resource> {
-        let (name, f) = self.named(node, &["Texture", "Texture3d", "Cube", "Atlas", "Buffer"])?;
+    /// What a graph takes from outside: a resource or a value, of which only the kind must be said.
+    fn input(&mut self, node: &Node) -> Option<Input> {
+        const RESOURCES: [&str; 5] = ["Texture", "Texture3d", "Cube", "Atlas", "Buffer"];
+        let (name, f) = self.named(node, &[&RESOURCES[..], &VALUES.map(|k| k.0)].concat())?;
+        if !RESOURCES.contains(&name) {
+            return self.param_of(node, name, f, true).map(Input::Value);
+        }
         let usual = if name == "Texture" { "screen" } else { "1" };
         let usual = Expr::parse(&Span::new(&node.span.source, node.span.start..node.span.start), usual).ok()?;
         let mut input = self.resource_of(node, name, f, Some(&usual))?;
         input.initial = input.initial.or(Some([0.0; 4]));
-        Some(input)
+        Some(Input::Resource(input))
     }
 
     /// `usual`: a size or number in place of one that isn't said.
@@ -259,8 +264,8 @@ impl Reader {
     /// A pass, with those in it.
     pub fn pass(&mut self, node: &Node) -> Option<Pass> {
         let before = self.faults.len();
-        const KINDS: [&str; 11] =
-            ["Draw", "Screen", "Compute", "Reduce", "Copy", "Clear", "Mips", "Loop", "For", "Fastest", "Use"];
+        const KINDS: [&str; 12] =
+            ["Draw", "Screen", "Compute", "Reduce", "Scan", "Copy", "Clear", "Mips", "Loop", "For", "Fastest", "Use"];
         let (word, mut f) = self.named(node, &KINDS)?;
         let name = self.need(&mut f, "name").and_then(|n| self.own_name(n));
         let when = f.get("when").and_then(|n| self.expr(n));
@@ -329,7 +334,13 @@ impl Reader {
             "Compute" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));
                 let over = self.need(f, "over").and_then(|n| self.size(n));
-                Some(PassKind::Compute { shader: shader?, over: over? })
+                let indirect = f.get("indirect");
+                if let (Some(node), Some(each)) = (indirect, f.get("each")) {
+                    let d = Diagnostic::error("one list of counts can't be that of each instance").at(&node.span, "");
+                    self.fault(d.at(&each.span, "").help("leave `each` out, or `indirect`"));
+                }
+                let indirect = indirect.and_then(|n| self.name(n));
+                Some(PassKind::Compute { shader: shader?, over: over?, indirect })
             }
             "Reduce" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));
@@ -352,6 +363,12 @@ impl Reader {
                 let target = self.need(f, "target").and_then(|n| self.name(n));
                 let value = f.get("value").map_or(Some([0.0; 4]), |n| self.color(n));
                 Some(PassKind::Clear { target: target?, value: value? })
+            }
+            "Scan" => {
+                let from = self.need(f, "from").and_then(|n| self.name(n));
+                let to = self.need(f, "to").and_then(|n| self.name(n));
+                let inclusive = self.bool(f.get("inclusive"), false);
+                Some(PassKind::Scan { from: from?, to: to?, inclusive })
             }
             "Mips" => {
                 let of = self.need(f, "of").and_then(|n| self.name(n));
@@ -378,6 +395,19 @@ impl Reader {
         }
     }
 }
+
+/// The kinds of parameters, with what is blank of each.
+const VALUES: [(&str, Value); 9] = [
+    ("Bool", Value::Bool(false)),
+    ("Uint", Value::Uint(0)),
+    ("Int", Value::Int(0)),
+    ("Float", Value::Float(0.0)),
+    ("UVec2", Value::UVec2(UVec2::ZERO)),
+    ("UVec3", Value::UVec3(UVec3::ZERO)),
+    ("Vec2", Value::Vec2(Vec2::ZERO)),
+    ("Vec3", Value::Vec3(Vec3::ZERO)),
+    ("Vec4", Value::Vec4(Vec4::ZERO)),
+];
 
 /// The names of [`FORMATS`].
 static FORMAT_NAMES: LazyLock<[String; FORMATS.len()]> = LazyLock::new(|| FORMATS.map(|f| format!("{f:?}")));

@@ -6,11 +6,12 @@ use crate::diag::Diagnostic;
 use crate::plan::Cull;
 
 impl Reader {
-    /// `vertices`, `instances` and `topology` of a draw without the scene.
+    /// `vertices`, `instances`, `topology` and `indirect` of a draw without the scene.
     fn vertices(&mut self, f: &mut Fields) -> Option<Vertices> {
         let (count, instances, topology) = (f.get("vertices"), f.get("instances"), f.get("topology"));
+        let indirect = f.get("indirect");
         let Some(count) = count else {
-            for (name, node) in [("instances", instances), ("topology", topology)] {
+            for (name, node) in [("instances", instances), ("topology", topology), ("indirect", indirect)] {
                 if let Some(node) = node {
                     let d = Diagnostic::error(format!("`{name}` without `vertices`")).at(&node.span, "");
                     self.fault(d.help("say how many vertices an instance has; a draw without them is of the scene"));
@@ -42,7 +43,8 @@ impl Reader {
             ("Points", T::PointList),
         ];
         let topology = self.word(topology, &topologies, T::TriangleList);
-        Some(Vertices { count: self.expr(count)?, instances: instances.flatten(), topology })
+        let indirect = indirect.and_then(|n| self.name(n));
+        Some(Vertices { count: self.expr(count)?, instances: instances.flatten(), topology, indirect })
     }
 
     pub(super) fn raster(&mut self, f: &mut Fields, geometry: bool) -> Option<Raster> {
@@ -72,13 +74,13 @@ impl Reader {
         };
         let same = |operation| wgpu::BlendState { color: component(operation), alpha: component(operation) };
         let blends = [
-            ("Add", Some(same(wgpu::BlendOperation::Add))),
-            ("Max", Some(same(wgpu::BlendOperation::Max))),
-            ("Min", Some(same(wgpu::BlendOperation::Min))),
-            ("Alpha", Some(wgpu::BlendState::ALPHA_BLENDING)),
-            ("None", None),
+            ("Add", same(wgpu::BlendOperation::Add)),
+            ("Max", same(wgpu::BlendOperation::Max)),
+            ("Min", same(wgpu::BlendOperation::Min)),
+            ("Alpha", wgpu::BlendState::ALPHA_BLENDING),
         ];
-        let blend = self.word(f.get("blend"), &blends, None);
+        let blend =
+            self.pairs(f.get("blend"), |reader, n| Some(reader.word(Some(n), &blends, wgpu::BlendState::REPLACE)));
         let layer = f.get("layer").and_then(|n| self.expr(n));
         let views = f.get("views").and_then(|n| self.expr(n));
         Some(Raster {

@@ -77,12 +77,16 @@ pub fn references(p: &mut Pass) -> Vec<&mut Name> {
     match &mut p.kind {
         PassKind::Draw(r) | PassKind::Screen(r) => {
             all.extend(r.color.iter_mut().chain(&mut r.depth).chain(&mut r.frusta).chain(&mut r.load));
-            all.extend(r.clear.iter_mut().map(|(n, _)| n));
+            all.extend(r.clear.iter_mut().map(|(n, _)| n).chain(r.blend.iter_mut().map(|(n, _)| n)));
+            all.extend(r.vertices.iter_mut().flat_map(|v| &mut v.indirect));
         }
-        PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => all.extend([from, to]),
+        PassKind::Reduce { from, to, .. } | PassKind::Scan { from, to, .. } | PassKind::Copy { from, to } => {
+            all.extend([from, to]);
+        }
         PassKind::Clear { target, .. } => all.push(target),
         PassKind::Mips { of } => all.push(of),
-        PassKind::Compute { .. } | PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {}
+        PassKind::Compute { indirect, .. } => all.extend(indirect),
+        PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {}
     }
     all
 }
@@ -109,7 +113,11 @@ pub fn exprs(p: &mut Pass) -> Vec<&mut Expr> {
             all.extend(until);
         }
         PassKind::For { count, .. } => all.push(count),
-        PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Mips { .. } | PassKind::Fastest { .. } => {}
+        PassKind::Scan { .. }
+        | PassKind::Copy { .. }
+        | PassKind::Clear { .. }
+        | PassKind::Mips { .. }
+        | PassKind::Fastest { .. } => {}
     }
     all
 }

@@ -173,10 +173,8 @@ impl Unroll<'_> {
                     Size::One(e) => e.substitute(&value),
                     Size::Axes(axes, _) => axes.iter_mut().for_each(|e| e.substitute(&value)),
                 },
-                ResourceKind::Atlas { .. }
-                | ResourceKind::Buffer { .. }
-                | ResourceKind::Image(_)
-                | ResourceKind::Sampler(_) => {}
+                ResourceKind::Buffer { count, .. } => count.substitute(&value),
+                ResourceKind::Atlas { .. } | ResourceKind::Image(_) | ResourceKind::Sampler(_) => {}
             }
             (Name { value: item(&name.value, i.into()), span: name.span.clone() }, one)
         };

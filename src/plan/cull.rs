@@ -1,17 +1,14 @@
 //! Draws over many views: a step before them finds what each member sees, so that they draw no more.
 
+use super::built_in::BuiltIn;
 use super::expand::Expander;
 use super::wire::{How, Mode, Use, Wire, Wired, Wirer};
-use super::{Action, Binding, Cull, Desc, Frusta, Indirect, Member, Resource, ResourceId, Step};
-use crate::diag::{Checked, Diagnostic, Source, Span};
+use super::{Binding, Cull, Desc, Frusta, Indirect, Member, ResourceId};
+use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, Raster};
 use crate::scene::{TABLES, TableKind};
-use crate::shader::{BindingKind, Defs, Library, Shader, Stage, compose};
+use crate::shader::BindingKind;
 use crate::value::{Value, Values};
-use std::sync::{Arc, LazyLock};
-
-/// The shader that fills a buffer of draws; its path can't be that of a file of the graph.
-const SHADER: &str = "built-in: cull.wgsl";
 
 /// The column of a table, and the only thing in a buffer, that says what a member sees: world to clip space.
 pub const FRUSTUM: &str = "view_projection";
@@ -37,16 +34,6 @@ pub struct Culling {
     bindings: Vec<Wire>,
     /// Which of the bindings are the frusta.
     frusta: usize,
-}
-
-/// The built-in shader. It is the same for all plans, and made once.
-fn culler() -> Checked<Arc<Shader>> {
-    static COMPOSED: LazyLock<Checked<Arc<Shader>>> = LazyLock::new(|| {
-        let mut library = Library::default();
-        library.files.insert(SHADER.into(), Source::new(SHADER, include_str!("cull.wgsl")));
-        compose(&library, SHADER, &Defs::new(), &[]).map(Arc::new)
-    });
-    COMPOSED.clone()
 }
 
 /// The triangles of the draws in a buffer of them.
@@ -84,11 +71,7 @@ impl<'g> Wirer<'g, '_> {
         if !self.request.features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE) {
             return None;
         }
-        let shader = culler().map_err(|f| self.faults.extend(f.0)).ok()?;
-        if !self.out.shaders.iter().any(|s| Arc::ptr_eq(s, &shader)) {
-            self.out.shaders.push(shader.clone());
-        }
-        let index = self.out.shaders.iter().position(|s| Arc::ptr_eq(s, &shader))?;
+        let (index, shader) = self.built_in(BuiltIn::Cull)?;
         let mut bindings = vec![];
         for v in &shader.interface.variables {
             bindings.push(match (&v.kind, v.name.as_str()) {
@@ -192,23 +175,8 @@ impl Expander<'_, '_> {
         };
         let groups = (rows.checked_mul(draws)?).div_ceil(DRAWS_A_WORKGROUP);
         let across = groups.clamp(1, self.limits.max_compute_workgroups_per_dimension);
-        let entry = self.shaders[culling.shader].interface.entry(Stage::Compute)?.name.clone();
-        self.out.steps.push(Step {
-            name: format!("{name}.cull"),
-            pass: w.pass.name.value.clone(),
-            group: w.pass.group.as_ref().map(|g| g.value.clone()),
-            action: Action::Compute {
-                shader: culling.shader,
-                entry,
-                groups: [across, groups.div_ceil(across), 1],
-                instances: None,
-            },
-            bindings,
-            reads,
-            writes: vec![buffer],
-            only: None,
-            after: vec![],
-        });
+        let groups = [across, groups.div_ceil(across), 1];
+        self.dispatch(w, format!("{name}.cull"), (culling.shader, groups), (bindings, reads, vec![buffer]))?;
         let [first, second] = [draws - parts[1].1, parts[1].1];
         let clusters = [first_cluster, parts[0].0, parts[1].0];
         Some(Indirect { buffer, first, second, frusta, occluders: r.occluders, clusters })
@@ -218,11 +186,6 @@ impl Expander<'_, '_> {
         use wgpu::BufferUsages as U;
         // It can be read back: how much was drawn is part of a frame's statistics.
         let usage = U::STORAGE | U::INDIRECT | U::COPY_SRC;
-        let desc = Desc::Buffer { size, usage };
-        let name = format!("{name}.draws");
-        let fits = super::sizes::limits(&name, &desc, span, self.limits);
-        self.keep(fits)?;
-        self.out.resources.push(Resource::new(name, desc));
-        Some(ResourceId(self.out.resources.len() - 1))
+        self.made((format!("{name}.draws"), Desc::Buffer { size, usage }), span)
     }
 }

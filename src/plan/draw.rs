@@ -1,6 +1,7 @@
 //! What draw and screen passes draw to: targets, layers, tiles.
 
 use super::expand::Expander;
+use super::indirect::Most;
 use super::wire::Wired;
 use super::{
     ColorTarget, Cull, DepthTarget, Desc, Draw, Geometry, Member, Place, Resource, ResourceId, TextureDesc,
@@ -38,7 +39,7 @@ impl Expander<'_, '_> {
         let interface = &self.shaders[index].interface;
         let geometry = match w.pass.kind {
             PassKind::Draw(_) => match &r.vertices {
-                Some(vertices) => self.vertices(vertices, r.cull)?,
+                Some(vertices) => self.vertices(w, vertices, r.cull, name)?,
                 None => Geometry::Scene { cull: r.cull },
             },
             _ => Geometry::Screen,
@@ -61,7 +62,7 @@ impl Expander<'_, '_> {
                 location: *location,
                 format: t.format,
                 clear,
-                blend: r.blend,
+                blend: r.blend.iter().find(|b| b.0.value == *name).map(|b| b.1),
             });
             extents.push((id, name.clone()));
             mips.push(*mip);
@@ -94,7 +95,7 @@ impl Expander<'_, '_> {
     }
 
     /// How many vertices and instances a draw without the scene has.
-    fn vertices(&mut self, v: &Vertices, cull: Cull) -> Option<Geometry> {
+    fn vertices(&mut self, w: &Wired, v: &Vertices, cull: Cull, name: &str) -> Option<Geometry> {
         let count = request::count(&v.count, self.values, "a number of vertices");
         let count = self.keep(count)?;
         let instances = match &v.instances {
@@ -109,7 +110,11 @@ impl Expander<'_, '_> {
             self.faults.push(d.at(&v.count.span, "").help("draw fewer, or in several passes"));
             return None;
         }
-        Some(Geometry::Vertices { count, instances, topology: v.topology, cull })
+        let indirect = match &w.counts {
+            Some(counts) => Some(self.counted(w, counts, name, Most::Vertices { count, instances })?),
+            None => None,
+        };
+        Some(Geometry::Vertices { count, instances, topology: v.topology, cull, indirect })
     }
 
     /// Layers that each member draws to at once: what the adapter can do, and the targets hold.

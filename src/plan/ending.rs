@@ -3,7 +3,7 @@
 //! Draws and dispatches can be told on the device to do nothing; copies and clears can't. One is harmless after the end
 //! when nothing needs what it writes any more, or when it writes what is there already.
 
-use super::{Action, Ending, Loop, Node, Plan, ResourceId, StepId};
+use super::{Action, Ending, Geometry, Loop, Node, Plan, ResourceId, StepId};
 use std::collections::BTreeSet;
 
 /// Decides where each loop with a test is ended. After memory is allocated: what shares memory matters.
@@ -54,6 +54,9 @@ fn obstacle(plan: &Plan, l: &Loop, features: wgpu::Features, after: &[ResourceId
     for (place, s) in body.iter().enumerate() {
         let step = &plan.steps[s.0];
         let harmless = match &step.action {
+            Action::Compute { indirect: Some(_), .. } => {
+                return Some(format!("`{}` already runs as often as the device says", step.name));
+            }
             Action::Compute { .. } => true,
             Action::Draw(draw) => {
                 let numbered = draw.members.iter().any(|m| m.index > 0);
@@ -66,7 +69,7 @@ fn obstacle(plan: &Plan, l: &Loop, features: wgpu::Features, after: &[ResourceId
                 if draw.views > 1 {
                     return Some(format!("`{}` draws to several layers at once", step.name));
                 }
-                if draw.indirect.is_some() {
+                if draw.indirect.is_some() || matches!(draw.geometry, Geometry::Vertices { indirect: Some(_), .. }) {
                     return Some(format!("`{}` already draws what the device says", step.name));
                 }
                 true
@@ -86,8 +89,8 @@ fn unneeded(plan: &Plan, id: ResourceId, after: &[ResourceId]) -> bool {
     !after.contains(&id) && !plan.resources[id.0].history && plan.outputs.iter().all(|o| o.1 != id)
 }
 
-/// Whether a copy or clear at this place of a body, done once more after an iteration, changes nothing: nothing writes to the
-/// memory it touches between, and no other copy or clear does at all.
+/// Whether a copy or clear at this place of a body, done once more after an iteration, changes nothing: nothing writes
+/// to the memory it touches between, and no other copy or clear does at all.
 fn repeats(plan: &Plan, body: &[StepId], place: usize, touched: &[ResourceId]) -> bool {
     let slots: BTreeSet<usize> = touched.iter().map(|r| plan.resources[r.0].slot).collect();
     body.iter().enumerate().filter(|(i, _)| *i != place).all(|(i, s)| {

@@ -2,10 +2,13 @@
 //!
 //! [`super::draw`] places what draw and screen passes draw, [`super::reduce`] makes the stages of reductions.
 
+use super::indirect::Most;
 use super::order::{Block, Entry};
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
-use super::{Action, Binding, Desc, Ending, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until};
+use super::{
+    Action, Binding, Desc, Ending, Geometry, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until,
+};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{PassKind, Size};
 use crate::graph::expr::{Expr, ExprKind, Val};
@@ -137,6 +140,37 @@ impl Expander<'_, '_> {
         }
     }
 
+    /// A resource that no graph declares.
+    pub(super) fn made(&mut self, (name, desc): (String, Desc), span: &Span) -> Option<ResourceId> {
+        let fits = super::sizes::limits(&name, &desc, span, self.limits);
+        self.keep(fits)?;
+        self.out.resources.push(Resource::new(name, desc));
+        Some(ResourceId(self.out.resources.len() - 1))
+    }
+
+    /// Adds a step that the planner makes for a pass: a dispatch of one of the plan's shaders.
+    pub(super) fn dispatch(
+        &mut self,
+        w: &Wired,
+        name: String,
+        (shader, groups): (usize, [u32; 3]),
+        (bindings, reads, writes): (Vec<Binding>, Vec<ResourceId>, Vec<ResourceId>),
+    ) -> Option<()> {
+        let entry = self.shaders[shader].interface.entry(Stage::Compute)?.name.clone();
+        self.out.steps.push(Step {
+            name,
+            pass: w.pass.name.value.clone(),
+            group: w.pass.group.as_ref().map(|g| g.value.clone()),
+            action: Action::Compute { shader, entry, groups, instances: None, indirect: None },
+            bindings,
+            reads,
+            writes,
+            only: None,
+            after: vec![],
+        });
+        Some(())
+    }
+
     /// The steps of a pass with the member each belongs to.
     fn pass(&mut self, w: &Wired) -> Vec<(u32, StepId)> {
         let sets = w.uses.iter().any(|u| self.sizes.declared(&u.resource).is_some_and(|r| r.members.is_some()));
@@ -176,8 +210,10 @@ impl Expander<'_, '_> {
             (Some(_), false) => format!("{}[{member}]", pass.name.value),
             _ => pass.name.value.clone(),
         };
-        if let PassKind::Reduce { .. } = pass.kind {
-            return self.reduce(w, member, &name);
+        match pass.kind {
+            PassKind::Reduce { .. } => return self.reduce(w, member, &name),
+            PassKind::Scan { .. } => return self.scan(w, member, &name),
+            _ => {}
         }
         let (mut reads, mut writes) = (vec![], vec![]);
         for u in &w.uses {
@@ -194,6 +230,9 @@ impl Expander<'_, '_> {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 let draw = self.draw(w, r, &name, member, batched)?;
                 reads.extend(draw.indirect.map(|i| i.buffer));
+                if let Geometry::Vertices { indirect, .. } = draw.geometry {
+                    reads.extend(indirect);
+                }
                 Action::Draw(draw)
             }
             PassKind::Compute { shader, over, .. } => {
@@ -204,14 +243,25 @@ impl Expander<'_, '_> {
                     None => self.groups(index, over, &shader.span)?,
                 };
                 let entry = self.shaders[index].interface.entry(Stage::Compute)?.name.clone();
-                Action::Compute { shader: index, entry, groups, instances }
+                let indirect = match &w.counts {
+                    Some(counts) => Some(self.counted(w, counts, &name, Most::Groups(groups))?),
+                    None => None,
+                };
+                reads.extend(indirect);
+                Action::Compute { shader: index, entry, groups, instances, indirect }
             }
             PassKind::Copy { from, to } => {
                 let (a, b) = (self.id(&from.value, member, &from.span)?, self.id(&to.value, member, &to.span)?);
                 let (da, db) = (self.out.resources[a.0].desc.shape(), self.out.resources[b.0].desc.shape());
                 if da != db {
-                    let d = Diagnostic::error(format!("`{}` and `{}` differ in shape", from.value, to.value));
-                    self.faults.push(d.at(&to.span, shape(&db)).at(&from.span, shape(&da)));
+                    let d = Diagnostic::error(format!(
+                        "`{}` and `{}` differ in {}",
+                        from.value,
+                        to.value,
+                        differ(&da, &db)
+                    ));
+                    let d = d.at(&to.span, shape(&db)).at(&from.span, shape(&da));
+                    self.faults.push(d.help("a copy takes all of one resource to another like it"));
                     return None;
                 }
                 Action::Copy { from: a, to: b }
@@ -220,6 +270,7 @@ impl Expander<'_, '_> {
                 Action::Clear { target: self.id(&target.value, member, &target.span)?, value: *value }
             }
             PassKind::Reduce { .. }
+            | PassKind::Scan { .. }
             | PassKind::Mips { .. }
             | PassKind::Loop { .. }
             | PassKind::For { .. }
@@ -410,6 +461,23 @@ fn each_pass(items: &[Item], tell: &mut impl FnMut(&Wired)) {
     }
 }
 
+/// What differs between two descriptions.
+fn differ(a: &Desc, b: &Desc) -> String {
+    let (Desc::Texture(a), Desc::Texture(b)) = (a, b) else {
+        let buffers = matches!((a, b), (Desc::Buffer { .. }, Desc::Buffer { .. }));
+        return if buffers { "size".into() } else { "kind: one is a buffer".into() };
+    };
+    let parts = [
+        ("format", a.format != b.format),
+        ("size", (a.width, a.height) != (b.width, b.height)),
+        ("kind", a.kind != b.kind),
+        ("layers", a.kind == b.kind && a.layers != b.layers),
+        ("mips", a.mips != b.mips),
+    ];
+    let differing: Vec<&str> = parts.into_iter().filter(|(_, differs)| *differs).map(|(name, _)| name).collect();
+    differing.join(", ")
+}
+
 /// A description in words.
 pub fn shape(desc: &Desc) -> String {
     match desc {
@@ -419,7 +487,8 @@ pub fn shape(desc: &Desc) -> String {
             let kind = match t.kind {
                 TextureKind::D2 { array: false } => String::new(),
                 TextureKind::D2 { array: true } => format!(" × {} layers", t.layers),
-                TextureKind::Cube { .. } => format!(" × {} faces", t.layers),
+                TextureKind::Cube { array: false } => " × 6 faces".into(),
+                TextureKind::Cube { array: true } => format!(" × {} × 6 faces", t.layers / 6),
                 TextureKind::D3 => format!("×{}", t.layers),
             };
             let mips = if t.mips > 1 { format!(", {} mips", t.mips) } else { String::new() };

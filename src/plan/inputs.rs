@@ -140,9 +140,10 @@ pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>>
             frusta = list.draw(draw);
             variables = &plan.shaders[draw.shader].interface.variables;
         }
-        Action::Compute { shader, entry, groups, instances } => {
+        Action::Compute { shader, entry, groups, instances, indirect } => {
             list.shader(*shader, entry);
             list.fix(Kind::Extent, "", &(groups, instances));
+            indirect.iter().for_each(|buffer| list.uses(*buffer, Access::Bound));
             variables = &plan.shaders[*shader].interface.variables;
         }
         Action::Copy { from, to } => {
@@ -223,9 +224,10 @@ impl<'p> List<'p> {
                 self.all.push(Input::Geometry);
             }
             Geometry::Screen => self.fix(Kind::Target, "", &"screen"),
-            Geometry::Vertices { count, instances, topology, cull } => {
+            Geometry::Vertices { count, instances, topology, cull, indirect } => {
                 self.fix(Kind::Target, "", &(topology, cull));
                 self.fix(Kind::Extent, "", &(count, instances));
+                indirect.iter().for_each(|buffer| self.uses(*buffer, Access::Bound));
             }
         }
         for ColorTarget { resource, mip, location, format, clear, blend } in color {

@@ -35,7 +35,11 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
             PassKind::Reduce { factor, until, .. } => factor.iter().chain([until]).for_each(&mut note),
             PassKind::Loop { count, until, .. } => [count].into_iter().chain(until).for_each(&mut note),
             PassKind::For { count, .. } => note(count),
-            PassKind::Copy { .. } | PassKind::Clear { .. } | PassKind::Mips { .. } | PassKind::Fastest { .. } => {}
+            PassKind::Scan { .. }
+            | PassKind::Copy { .. }
+            | PassKind::Clear { .. }
+            | PassKind::Mips { .. }
+            | PassKind::Fastest { .. } => {}
         }
     });
     used
@@ -100,12 +104,13 @@ fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str
         // What another name of a shader stands for.
         let renamed = p.scope.iter().flat_map(|s| &s.names).filter(|(own, whole)| !whole.ends_with(own.as_str()));
         used.extend(renamed.map(|(_, whole)| whole.as_str()));
+        used.extend(p.kind.indirect().map(|name| name.value.as_str()));
         shaders.extend(p.kind.shader().map(|s| s.value.as_str()));
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 used.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.as_str()));
             }
-            PassKind::Reduce { from, to, .. } | PassKind::Copy { from, to } => {
+            PassKind::Reduce { from, to, .. } | PassKind::Scan { from, to, .. } | PassKind::Copy { from, to } => {
                 used.extend([from.value.as_str(), to.value.as_str()]);
             }
             PassKind::Clear { target, .. } => used.extend([target.value.as_str()]),

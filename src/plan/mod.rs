@@ -5,6 +5,7 @@
 
 mod bind;
 pub mod build;
+mod built_in;
 pub mod change;
 pub mod cull;
 mod dirty;
@@ -12,6 +13,7 @@ mod draw;
 mod ending;
 pub mod expand;
 pub mod fastest;
+mod indirect;
 pub mod inputs;
 pub mod keys;
 pub mod lint;
@@ -21,6 +23,7 @@ pub mod order;
 mod reduce;
 pub mod request;
 mod resource;
+mod scan;
 pub mod scene_inputs;
 mod shaders;
 pub mod show;
@@ -183,8 +186,9 @@ pub struct Only {
 pub enum Action {
     /// Scene geometry (or one full-screen triangle) into targets.
     Draw(Draw),
-    /// `shader` indexes [`Plan::shaders`]. With `instances`, `groups` are those of one instance.
-    Compute { shader: usize, entry: String, groups: [u32; 3], instances: Option<u32> },
+    /// `shader` indexes [`Plan::shaders`]. With `instances`, `groups` are those of one instance; with `indirect`, a
+    /// buffer says how many there are, none of them more than `groups`.
+    Compute { shader: usize, entry: String, groups: [u32; 3], instances: Option<u32>, indirect: Option<ResourceId> },
     /// All of one resource to another of the same shape.
     Copy { from: ResourceId, to: ResourceId },
     /// Every texel (or, for buffers, every `f32`) to a value.
@@ -284,6 +288,8 @@ pub enum Geometry {
         instances: u32,
         topology: wgpu::PrimitiveTopology,
         cull: Cull,
+        /// The buffer that says which of them are drawn.
+        indirect: Option<ResourceId>,
     },
 }
 

@@ -2,12 +2,10 @@
 
 use super::expand::{Expander, shape};
 use super::request;
-use super::sizes;
 use super::wire::{How, Wired};
-use super::{Action, Desc, Resource, ResourceId, Step, TextureDesc, TextureKind, Tiles};
+use super::{Desc, ResourceId, TextureDesc, TextureKind, Tiles};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::PassKind;
-use crate::shader::Stage;
 use crate::value::{Value, Values};
 use std::collections::BTreeMap;
 
@@ -55,7 +53,8 @@ impl Expander<'_, '_> {
         }
         let mut from_id = source;
         for (i, desc) in stages.iter().enumerate() {
-            let to_id = if i + 1 == stages.len() { target } else { self.intermediate(name, i, desc, &w.pass.span)? };
+            let made = || (format!("{name}.{i}"), Desc::Texture(desc.clone()));
+            let to_id = if i + 1 == stages.len() { target } else { self.made(made(), &w.pass.span)? };
             self.usage(from_id, How::Sampled);
             self.usage(to_id, How::Storage);
             let stage = BTreeMap::from([("source", from_id), ("result", to_id)]);
@@ -73,18 +72,8 @@ impl Expander<'_, '_> {
             }
             let index = w.shader?;
             let groups = self.in_groups(index, [desc.width, desc.height, desc.layers], &shader.span)?;
-            let entry = self.shaders[index].interface.entry(Stage::Compute)?.name.clone();
-            self.out.steps.push(Step {
-                name: if stages.len() > 1 { format!("{name}.{i}") } else { name.to_string() },
-                pass: w.pass.name.value.clone(),
-                group: w.pass.group.as_ref().map(|g| g.value.clone()),
-                action: Action::Compute { shader: index, entry, groups, instances: None },
-                bindings,
-                reads,
-                writes,
-                only: None,
-                after: vec![],
-            });
+            let name = if stages.len() > 1 { format!("{name}.{i}") } else { name.to_string() };
+            self.dispatch(w, name, (index, groups), (bindings, reads, writes))?;
             from_id = to_id;
         }
         Some(())
@@ -138,15 +127,6 @@ impl Expander<'_, '_> {
                 return Some(stages);
             }
         }
-    }
-
-    fn intermediate(&mut self, name: &str, stage: usize, desc: &TextureDesc, span: &Span) -> Option<ResourceId> {
-        let desc = Desc::Texture(desc.clone());
-        let name = format!("{name}.{stage}");
-        let fits = sizes::limits(&name, &desc, span, self.limits);
-        self.keep(fits)?;
-        self.out.resources.push(Resource::new(name, desc));
-        Some(ResourceId(self.out.resources.len() - 1))
     }
 
     /// The tiling of a reduction's present source and target.

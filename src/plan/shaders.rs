@@ -64,9 +64,7 @@ impl<'g> Wirer<'g, '_> {
         let mentioned = self.mentioned.entry(&name.value).or_insert_with(|| Arc::new(all())).clone();
         let mut defs = Defs::new();
         // A pass of a sub-graph has that one's definitions among its own.
-        let graph =
-            if pass.scope.as_ref().is_none_or(|s| s.prefix.is_empty()) { self.graph().defines.as_slice() } else { &[] };
-        for (key, e) in graph.iter().chain(&pass.defines) {
+        for (key, e) in self.graph().defines.iter().chain(&pass.defines) {
             let def = match e.eval(&|n| self.value(n)) {
                 Ok(Val::Bool(b)) => Some(Def::Bool(b)),
                 Ok(Val::Int(i)) => i32::try_from(i).ok().map(Def::Int),

@@ -3,7 +3,7 @@
 use super::wire::{How, Mode, Use, Wired, Wirer, by_name};
 use super::{Desc, request};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Pass, PassKind, Raster};
+use crate::graph::ast::{Name, Pass, PassKind, Raster};
 use crate::shader::{Output, OutputKind, Shader, Stage};
 use std::collections::BTreeSet;
 
@@ -96,6 +96,9 @@ impl<'g> Wirer<'g, '_> {
             let d = Diagnostic::error("the pass has neither a colour output nor a depth target");
             self.faults.push(d.at(&wired.pass.name.span, ""));
         }
+        for (name, _) in &r.blend {
+            self.blends(wired, name);
+        }
         let named: BTreeSet<&str> =
             wired.uses.iter().filter(|u| u.how == How::Target).map(|u| u.resource.as_str()).collect();
         let strays = r.load.iter().chain(r.clear.iter().map(|c| &c.0)).filter(|n| !named.contains(n.value.as_str()));
@@ -106,6 +109,22 @@ impl<'g> Wirer<'g, '_> {
             })
             .collect();
         self.faults.extend(strays);
+    }
+
+    /// Only colours are blended, of formats that can be.
+    fn blends(&mut self, wired: &Wired, name: &Name) {
+        let Some(Ok(sized)) = self.sizes.of(&name.value) else { return };
+        let Desc::Texture(t) = &sized.desc else { return };
+        if !wired.color.iter().any(|(_, color, _)| *color == name.value) {
+            let d = Diagnostic::error(format!("`{}` is no colour target of this pass", name.value)).at(&name.span, "");
+            self.faults.push(d.nearest(&name.value, wired.color.iter().map(|c| c.1.as_str())));
+            return;
+        }
+        let features = t.format.guaranteed_format_features(self.request.features);
+        if !features.flags.contains(wgpu::TextureFormatFeatureFlags::BLENDABLE) {
+            let d = Diagnostic::error(format!("{:?} can't be blended on this adapter", t.format)).at(&name.span, "");
+            self.faults.push(d.help("take a format of 8 or 16 bits that is no integer: `Rgba16Float`"));
+        }
     }
 
     /// A target is overwritten whole, unless it is loaded or only some of its layers are drawn to.

@@ -5,6 +5,7 @@
 
 use super::cull::Culling;
 use super::fastest::{self, Group};
+use super::indirect::Counts;
 use super::request::{self, Request};
 use super::sizes::Sizes;
 use super::{Binding, Comparison, Desc, TableUse};
@@ -47,6 +48,10 @@ pub struct Wired<'g> {
     pub loops: Vec<String>,
     /// Of a draw that leaves out what its members don't see.
     pub culling: Option<Culling>,
+    /// Of a pass that does as much as a buffer says.
+    pub counts: Option<Counts<'g>>,
+    /// Of prefix sums: the plan's shaders of their stages.
+    pub scan: Vec<usize>,
     /// Tables whose changes its dirty bits account for, by index of the plan's.
     pub dirty_tables: Vec<usize>,
     /// The same of resources.
@@ -140,7 +145,9 @@ pub fn wire<'g>(
     w.compose_ahead();
     w.strides();
     let mut items = w.passes(&request.graph.passes, &[]);
-    let given = request.graph.resources.iter().filter(|(_, r)| r.is_given());
+    // The shaders of a sub-graph may read an input for the definitions of a graph around alone.
+    let input = |name: &str| request.graph.inputs.iter().any(|(n, _)| n.value == name);
+    let given = request.graph.resources.iter().filter(|(name, r)| r.is_given() && !input(&name.value));
     let mut made: BTreeSet<String> = given.map(|(name, _)| name.value.clone()).collect();
     any_use(&items, &mut |u| {
         if u.mode.writes() {
@@ -296,6 +303,8 @@ impl<'g> Wirer<'g, '_> {
             bindings: vec![],
             loops: loops.to_vec(),
             culling: None,
+            counts: None,
+            scan: vec![],
             dirty_tables: vec![],
             dirty: vec![],
         };
@@ -307,6 +316,12 @@ impl<'g> Wirer<'g, '_> {
             }
             PassKind::Clear { target, .. } => {
                 wired.uses.push(by_name(target, Mode::Write, How::Cleared));
+                return Some(wired);
+            }
+            PassKind::Scan { from, to, .. } => {
+                wired.uses.push(by_name(from, Mode::Read, How::Storage));
+                wired.uses.push(by_name(to, Mode::Write, How::Storage));
+                wired.scan = self.scan(from, to)?;
                 return Some(wired);
             }
             PassKind::Mips { .. } | PassKind::Loop { .. } | PassKind::For { .. } | PassKind::Fastest { .. } => {
@@ -369,6 +384,9 @@ impl<'g> Wirer<'g, '_> {
                 wired.uses.push(by_name(to, Mode::Write, How::Storage));
             }
             _ => {}
+        }
+        if let Some(name) = pass.kind.indirect() {
+            wired.counts = Some(self.counts(&mut wired, name)?);
         }
         self.feedback(&wired);
         if let Some(dirty) = &pass.only {

@@ -6,8 +6,8 @@ use super::{Action, Desc, Node, Place, Plan, ResourceId, Step};
 const TEXEL: u64 = 16;
 
 impl Plan {
-    /// Invocations of compute shaders, texels under draws, and for each step all that it may write, in texels of 16 bytes; loops go
-    /// all of their rounds. What one invocation does is not in it.
+    /// Invocations of compute shaders, texels under draws, and for each step all that it may write, in texels of 16
+    /// bytes; loops go all of their rounds. What one invocation does is not in it.
     pub fn work(&self) -> u64 {
         self.work_of(&self.order)
     }
@@ -24,7 +24,7 @@ impl Plan {
         let content = |id: &ResourceId| self.resources.get(id.0).map_or(0, |r| r.desc.bytes() / TEXEL);
         let written = step.writes.iter().map(content).fold(0, u64::saturating_add);
         let run = match &step.action {
-            Action::Compute { shader, entry, groups, instances } => {
+            Action::Compute { shader, entry, groups, instances, indirect: _ } => {
                 let entries = self.shaders.get(*shader).map_or(&[][..], |s| s.interface.entries.as_slice());
                 let size = entries.iter().find(|e| e.name == *entry).map_or([1; 3], |e| e.workgroup_size);
                 groups.iter().chain(&size).chain(instances).fold(1, |all: u64, n| all.saturating_mul((*n).into()))

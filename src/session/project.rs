@@ -25,7 +25,7 @@ pub struct Project {
 }
 
 impl Project {
-    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then one and two
+    /// Reads a graph file and the shader folders: those given, then `shaders` beside the graph, then up to three
     /// folders up; where the graph or a base is one of the binary's, then the binary's.
     ///
     /// # Errors
@@ -142,8 +142,8 @@ impl Project {
     }
 }
 
-/// Where the shaders of a graph are looked for: beside it, and one and two folders up.
-pub fn shader_folders(graph: &Path) -> [PathBuf; 3] {
+/// Where the shaders of a graph are looked for: beside it, and up to three folders up.
+pub fn shader_folders(graph: &Path) -> [PathBuf; 4] {
     let beside = graph.parent().unwrap_or(Path::new(""));
     let up = |folder: &Path| match folder.components().next_back() {
         Some(Component::Normal(_)) => folder.parent().unwrap_or(Path::new("")).to_path_buf(),
@@ -151,7 +151,7 @@ pub fn shader_folders(graph: &Path) -> [PathBuf; 3] {
         None => PathBuf::from(".."),
     };
     let (once, twice) = (up(beside), up(&up(beside)));
-    [beside.to_path_buf(), once, twice].map(|folder| folder.join("shaders"))
+    [beside.to_path_buf(), once, twice.clone(), up(&twice)].map(|folder| folder.join("shaders"))
 }
 
 /// What a session renders.

@@ -132,10 +132,10 @@ impl Graph<'_> {
             }
             Thing::Dirty => vec!["bits", "of"],
             Thing::Warning => vec!["when", "about"],
-            _ => match word(what.heading(), frame.word) {
+            _ => match what.headings().iter().find_map(|heading| word(heading, frame.word)) {
                 Some(kind) => kind.parts.clone(),
                 // An edit may change a field of whatever the base has.
-                None => section(what.heading()).iter().flat_map(|w| w.parts.iter().copied()).collect(),
+                None => what.headings().iter().flat_map(|h| section(h)).flat_map(|w| w.parts.iter().copied()).collect(),
             },
         };
         for name in names.into_iter().filter(|n| !frame.keys.contains(n)) {
@@ -175,7 +175,9 @@ impl Graph<'_> {
                 );
             }
             Role::Kind(what) => {
-                self.offer.words(section(what.heading()), CompletionItemKind::CLASS, "", &|name| format!("{name}("));
+                for heading in what.headings() {
+                    self.offer.words(section(heading), CompletionItemKind::CLASS, "", &|name| format!("{name}("));
+                }
             }
             Role::Choice => {
                 let field = thing(frames).and_then(|(at, _)| frames[at].key.as_ref().map(|k| k.0)).unwrap_or("");

@@ -24,8 +24,8 @@ pub fn of_language(source: &Arc<Source>, byte: usize) -> Option<String> {
             return;
         }
         let said = match role(frames, token.shape, token.key) {
-            Role::Kind(what @ (Thing::Parameter | Thing::Resource | Thing::Pass)) => {
-                word(what.heading(), token.text).map(kind)
+            Role::Kind(what @ (Thing::Parameter | Thing::Resource | Thing::Input | Thing::Pass)) => {
+                what.headings().iter().find_map(|heading| word(heading, token.text)).map(kind)
             }
             Role::Field(Thing::Root) => word("Sections", token.text).map(|w| format!("`{}`: {}", w.name, w.about)),
             Role::Choice => word("Formats", token.text).map(|w| format!("`{}`: {}", w.name, w.about)),

@@ -3,6 +3,7 @@
 //! A walk over the text keeps the brackets that are open, what stands before each and the key in it; from these follows
 //! what a word means. It never fails: half-typed text is text up to the cursor.
 
+use crate::words::word;
 use lightgraph::graph::tree::comment;
 use std::ops::Range;
 
@@ -141,20 +142,23 @@ pub enum Thing {
     Root,
     Parameter,
     Resource,
+    /// What a sub-graph takes, before it is known to be a resource or a value.
+    Input,
     Pass,
     Dirty,
     Warning,
 }
 
 impl Thing {
-    /// The heading of the reference that lists its kinds.
-    pub fn heading(self) -> &'static str {
+    /// The headings of the reference that list its kinds.
+    pub fn headings(self) -> &'static [&'static str] {
         match self {
-            Thing::Root => "Sections",
-            Thing::Parameter => "Parameters",
-            Thing::Resource => "Resources",
-            Thing::Pass | Thing::Dirty => "Passes",
-            Thing::Warning => "Warnings",
+            Thing::Root => &["Sections"],
+            Thing::Parameter => &["Parameters"],
+            Thing::Resource => &["Resources"],
+            Thing::Input => &["Resources", "Parameters"],
+            Thing::Pass | Thing::Dirty => &["Passes"],
+            Thing::Warning => &["Warnings"],
         }
     }
 }
@@ -202,6 +206,7 @@ pub fn thing(frames: &[Frame]) -> Option<(usize, Thing)> {
     for (i, frame) in frames.iter().enumerate().skip(1).filter(|(_, f)| f.open == b'(') {
         found = match section {
             "params" if i == 2 => (i, Thing::Parameter),
+            "inputs" if i == 2 && word("Parameters", frame.word).is_some() => (i, Thing::Parameter),
             "resources" | "inputs" if i == 2 => (i, Thing::Resource),
             "warnings" if i == 2 => (i, Thing::Warning),
             "passes" | "before" | "after" | "append" => match &frames[i - 1] {
@@ -241,7 +246,8 @@ pub fn role(frames: &[Frame], shape: Shape, key: bool) -> Role {
             "lets" | "defines" if in_map && !bare => Role::Expression,
             "params" if in_map && bare => Role::Kind(Thing::Parameter),
             "warnings" if in_map && bare => Role::Kind(Thing::Warning),
-            "resources" | "inputs" if in_map && bare => Role::Kind(Thing::Resource),
+            "resources" if in_map && bare => Role::Kind(Thing::Resource),
+            "inputs" if in_map && bare => Role::Kind(Thing::Input),
             "passes" | "before" | "after" if key && in_map => Role::OfPass,
             "passes" | "append" | "before" | "after" if bare => Role::Kind(Thing::Pass),
             _ => Role::Other,
@@ -253,7 +259,7 @@ pub fn role(frames: &[Frame], shape: Shape, key: bool) -> Role {
                 Role::Other
             }
         }
-        Thing::Resource => match field {
+        Thing::Resource | Thing::Input => match field {
             "size" | "layers" | "mips" | "count" | "tile" | "members" | "stride" if !bare => Role::Expression,
             "file" | "element" => Role::Other,
             _ if bare && inner.is_empty() => Role::Choice,
@@ -278,8 +284,9 @@ pub fn role(frames: &[Frame], shape: Shape, key: bool) -> Role {
             "shader" => Role::Shader,
             "graph" => Role::Graph,
             "entry" => Role::Entry,
-            "color" | "depth" | "frusta" | "from" | "to" | "target" | "load" if !bare => Role::Names,
-            "clear" if key => Role::Names,
+            "color" | "depth" | "frusta" | "indirect" | "from" | "to" | "target" | "load" if !bare => Role::Names,
+            "clear" | "blend" if key => Role::Names,
+            "blend" if bare => Role::Choice,
             "bind" if key => Role::Variable,
             "bind" | "in" if !bare && !key => Role::Names,
             "in" if key => Role::Input,

@@ -56,9 +56,9 @@ pub fn provided(name: &str) -> Option<(&'static str, &'static Word)> {
 /// The bare words that a field takes, where they are few.
 pub fn choices(field: &str) -> &'static [&'static str] {
     match field {
-        "history" | "depth_write" | "occluders" | "once" => &["true", "false"],
+        "history" | "depth_write" | "occluders" | "once" | "inclusive" => &["true", "false"],
         "cull" => &["None", "Front", "Back", "Material"],
-        "blend" => &["Add", "Max", "Min", "Alpha", "None"],
+        "blend" => &["Add", "Max", "Min", "Alpha"],
         "filter" => &["Nearest", "Linear"],
         "address" => &["Clamp", "Repeat", "Mirror"],
         "topology" => &["Triangles", "TriangleStrip", "Lines", "LineStrip", "Points"],

@@ -57,6 +57,23 @@ fn a_frame_timed_as_a_whole_has_no_times_of_steps() {
 }
 
 #[test]
+fn steps_that_are_waited_for_are_timed_by_the_host() {
+    let mut s = Sketch::new();
+    s.image("image", F::Rgba32Float, 5, 3);
+    s.buffer("sums", 60);
+    let fills = ["first", "second"].map(|name| s.compute(name, FILL, [1, 1, 1]));
+    let plan = s.order(fills);
+    let mut prepared =
+        prepare(gpu(), &plan, &Assets::new(&Geometry::default(), None), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let frame = Frame { timing: Timing::Waited, ..Frame::default() };
+    let report = execute(gpu(), &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));
+    let times: Vec<f64> = report.steps.iter().filter_map(|s| s.gpu_ms).collect();
+    assert_eq!(times.len(), 2);
+    assert!(times.iter().all(|ms| *ms > 0.0) && times.iter().sum::<f64>() <= report.wall_ms);
+    assert_eq!(report.device_ms, None);
+}
+
+#[test]
 fn two_runs_give_the_same_bits() {
     let bits = || {
         let mut s = Sketch::new();

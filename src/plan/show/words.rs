@@ -30,10 +30,11 @@ impl Row {
                 let kind = if d.geometry == Geometry::Screen { "screen" } else { "draw" };
                 (kind, shader_name(plan, d.shader), drawing(plan, d))
             }
-            Action::Compute { shader, groups: [x, y, z], instances, .. } => {
-                let groups = match instances {
-                    Some(instances) => format!("{instances} instances of {x}×{y}"),
-                    None => format!("{x}×{y}×{z}"),
+            Action::Compute { shader, groups: [x, y, z], instances, indirect, .. } => {
+                let groups = match (instances, indirect) {
+                    (Some(instances), _) => format!("{instances} instances of {x}×{y}"),
+                    (None, Some(_)) => format!("at most {x}×{y}×{z}"),
+                    (None, None) => format!("{x}×{y}×{z}"),
                 };
                 ("compute", shader_name(plan, *shader), format!("{groups} groups"))
             }
@@ -142,8 +143,11 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
             words.push("depth only tested".into());
         }
     }
-    if d.color.iter().any(|c| c.blend.is_some()) {
-        words.push("blends".into());
+    let blended: Vec<&str> = d.color.iter().filter(|c| c.blend.is_some()).map(|c| name(c.resource)).collect();
+    match blended.len() {
+        0 => {}
+        n if n == d.color.len() => words.push("blends".into()),
+        _ => words.push(format!("blends {}", blended.join(", "))),
     }
     if let Some(level) = d.level.and_then(|i| plan.levels.get(i)) {
         let all = plan.value("triangles").map_or(String::new(), |n| format!(" of {n}"));
@@ -152,8 +156,9 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
     match d.geometry {
         Geometry::Scene { cull: Cull::Material } | Geometry::Screen => {}
         Geometry::Scene { cull } => words.push(format!("cull {cull:?}")),
-        Geometry::Vertices { count, instances, cull, .. } => {
-            words.push(format!("{instances} × {count} vertices"));
+        Geometry::Vertices { count, instances, cull, indirect, .. } => {
+            let most = if indirect.is_some() { "at most " } else { "" };
+            words.push(format!("{most}{instances} × {count} vertices"));
             if cull != Cull::None {
                 words.push(format!("cull {cull:?}"));
             }
