@@ -1,4 +1,5 @@
-//! Writes the scenes under `scenes/`: `cargo run --example make_scenes [-- OUT_DIR]`.
+//! Writes the scenes under `scenes/`, and the panorama of `graphs/play`: `cargo run --example make_scenes [--
+//! OUT_DIR]`.
 //!
 //! The same bytes on every run: there is no randomness, and coordinates are rounded where systems' mathematics differ.
 //! It shares no code with lightgraph's scene reader, so that one can check the other.
@@ -17,13 +18,15 @@ mod paintings;
 mod rooms;
 mod shapes;
 mod street;
+mod studio;
 mod workshop;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// A file of `scenes/`.
+/// A file of `scenes/`, or of another folder of the repository.
 struct Output {
+    folder: &'static str,
     name: String,
     bytes: Vec<u8>,
     /// `None` for a file that is not geometry.
@@ -59,6 +62,7 @@ fn outputs() -> Vec<Output> {
     let mut out: Vec<Output> = geometry
         .into_iter()
         .map(|(name, document)| Output {
+            folder: "scenes",
             name: format!("{name}.glb"),
             triangles: Some(document.triangle_count()),
             bytes: document.finish(),
@@ -79,8 +83,15 @@ fn outputs() -> Vec<Output> {
         ("sky_ball.ron", open_air::BALL_SCENE),
         ("yard_evening.ron", open_air::YARD_SCENE),
     ] {
-        out.push(Output { name: name.to_string(), bytes: text.as_bytes().to_vec(), triangles: None });
+        let bytes = text.as_bytes().to_vec();
+        out.push(Output { folder: "scenes", name: name.to_string(), bytes, triangles: None });
     }
+    out.push(Output {
+        folder: "graphs/play",
+        name: "studio.hdr".to_string(),
+        bytes: studio::studio(),
+        triangles: None,
+    });
     out
 }
 
@@ -91,13 +102,15 @@ fn write(directory: &Path, output: &Output) -> std::io::Result<()> {
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args_os().skip(1);
-    let directory = arguments.next().map_or_else(|| PathBuf::from("scenes"), PathBuf::from);
-    if arguments.next().is_some() || directory.as_os_str().to_string_lossy().starts_with('-') {
+    let directory = arguments.next().map(PathBuf::from);
+    let flag = directory.as_ref().is_some_and(|d| d.as_os_str().to_string_lossy().starts_with('-'));
+    if arguments.next().is_some() || flag {
         eprintln!("usage: make_scenes [OUT_DIR]");
         return ExitCode::from(2);
     }
     for output in outputs() {
-        if let Err(error) = write(&directory, &output) {
+        let directory = directory.as_deref().unwrap_or(Path::new(output.folder));
+        if let Err(error) = write(directory, &output) {
             eprintln!("error: cannot write {}: {error}", directory.join(&output.name).display());
             return ExitCode::FAILURE;
         }
@@ -113,10 +126,12 @@ mod tests {
 
     #[test]
     fn committed_scenes_are_what_this_program_writes() {
-        let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let stale: Vec<String> = outputs()
             .into_iter()
-            .filter(|output| std::fs::read(directory.join(&output.name)).ok().as_ref() != Some(&output.bytes))
+            .filter(|output| {
+                std::fs::read(root.join(output.folder).join(&output.name)).ok().as_ref() != Some(&output.bytes)
+            })
             .map(|output| output.name)
             .collect();
         assert!(stale.is_empty(), "out of date: {stale:?}; `cargo run --example make_scenes` writes them anew");
