@@ -1,13 +1,13 @@
 //! The first light of the cells: their rays met some of what lights and emitters light, and each looks at a source,
-//! too. What both
-//! bring takes the place of what the ray met.
+//! too. What both bring takes the place of what the ray met.
 #import lightgraph::cells::{NO_CELL, PLACES}
 #import lightgraph::photons::{RAYS_A_SOURCE, density_of, form, from_source, share_of_ray, sum_of}
 #import lightgraph::packed_light
 #import lightgraph::random::scramble
 #import lightgraph::rays::unpack
 #import lightgraph::rounds::salt
-#import lightgraph::sources::{CANDIDATES, choose, sees, source_at, source_count}
+#import lightgraph::source_texels::source_at
+#import lightgraph::sources::{CANDIDATES, choose, sees, source_count}
 #import lightgraph::trace::leave
 
 const LINKS: u32 = #{LINKS}u;

@@ -3,7 +3,8 @@
 #import lightgraph::random::seed
 #import lightgraph::rounds::salt
 #import lightgraph::seen::seen_at
-#import lightgraph::sources::{CANDIDATES, choose, sees, source_at, source_count}
+#import lightgraph::source_texels::source_at
+#import lightgraph::sources::{CANDIDATES, choose, sees, source_count}
 #import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::tiles::{NO_POINT, point_pixel, points_across}
 #import lightgraph::trace::leave

@@ -21,7 +21,19 @@ var<storage, read> gathered: array<vec4u>;
 /// See cell_total.wgsl.
 var<storage, read> held: array<vec4f>;
 #endif
-var<storage, read_write> light: array<vec2u>;
+/// See connect_points.wgsl.
+var<storage, read> shown: array<vec2u>;
+/// Of each ray: where it ended and which way the surface there faces; the light it brings, and what its point sees of a
+/// source.
+var ray_texels: texture_storage_2d<rgba32uint, write>;
+const RAYS_A_ROW: u32 = 1024u;
+
+/// What pixels read of ray `row`, which stands in row `from` of those gathered.
+fn put(row: u32, from_row: u32, light: vec3f) {
+    let place = vec2u(2u * (row % RAYS_A_ROW), row / RAYS_A_ROW);
+    textureStore(ray_texels, place, gathered[2u * from_row]);
+    textureStore(ray_texels, place + vec2u(1u, 0u), vec4u(packed_light::pack(light), shown[row]));
+}
 
 /// Rays that all points have.
 const COUNT: u32 = #{COUNT}u;
@@ -77,7 +89,7 @@ fn share_light(@builtin(global_invocation_id) id: vec3u) {
     if met.cell != 0u {
         sum = brought(met, more_points[id.x], find_near(met.position, met.normal));
     }
-    light[COUNT + id.x] = packed_light::pack(sum);
+    put(COUNT + id.x, row, sum);
 }
 #else
 @compute @workgroup_size(64)
@@ -87,6 +99,6 @@ fn share_light(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let met = unpack(gathered[2u * index], gathered[2u * index + 1u]);
-    light[index] = packed_light::pack(brought(met, index / rays, met.cell));
+    put(index, index, brought(met, index / rays, met.cell));
 }
 #endif

@@ -1,17 +1,15 @@
-//! Indirect light in the image from the rays of the points round each pixel. A ray's end sends light to the pixel
-//! as it does to
-//! the point it was traced from, as far as both see it; it counts by how likely the pixel would have met it. Ends
-//! near by are
-//! shared with few pixels, far ones with many: what hides one from a pixel but not from its neighbour mostly lies
-//! at the distance of what
-//! it hides, or nearer.
+//! Indirect light in the image from the rays of the points round each pixel. A ray's end sends light to the pixel as it
+//! does to the point it was traced from, as far as both see it; it counts by how likely the pixel would have met it.
+//! Ends near by are shared with few pixels, far ones with many: what hides one from a pixel but not from its neighbour
+//! mostly lies at the distance of what it hides, or nearer.
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::gloss::matte
 #import lightgraph::packed_light
-#import lightgraph::photons::{RAYS_A_SOURCE, from_source, unpack_source}
+#import lightgraph::photons::{RAYS_A_SOURCE, from_source}
 #import lightgraph::rays::unpack_normal
 #import lightgraph::rounds::round
 #import lightgraph::seen::seen_at
+#import lightgraph::source_texels::source_at
 #import lightgraph::surface::{Surface, is_lit, read_record}
 #import lightgraph::tiles::{NO_POINT, TILE, point_pixel, points_across}
 
@@ -23,20 +21,16 @@ struct Params {
 var<uniform> params: Params;
 /// See points.wgsl.
 var<storage, read> points: array<vec4u>;
-/// Where rays ended, and which way the surfaces there face, in every other one.
-var<storage, read> gathered: array<vec4u>;
-var<storage, read> light: array<vec2u>;
-var<storage, read> sources: array<vec4u>;
-/// See connect_points.wgsl.
-var<storage, read> shown: array<vec2u>;
+/// See share_light.wgsl.
+var ray_texels: texture_storage_2d<rgba32uint, read>;
+const RAYS_A_ROW: u32 = 1024u;
 #ifdef DOUBT
 /// Variance of each point's light, the sum of the channels; below 0 where there is no point.
 var<storage, read_write> doubts: array<f32>;
 #else
 /// Rays that a point has beside those that all have: the first row and the number.
 var<storage, read> more: array<vec2u>;
-/// Rows of `gathered`, and of `light` and `shown`, before those.
-const BEFORE: u32 = #{BEFORE}u;
+/// Rays before those.
 const COUNT: u32 = #{COUNT}u;
 var indirect: texture_storage_2d<rgba32float, write>;
 #endif
@@ -123,9 +117,13 @@ struct Sums {
 var<private> sums: Sums;
 
 /// Adds what the neighbour sees of a source, and its ray's end. `weights`: of the neighbour, by the step of distance.
-fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, look: vec2u, row: u32, end_row: u32) {
+fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row: u32) {
+    let place = vec2u(2u * (row % RAYS_A_ROW), row / RAYS_A_ROW);
+    let end = textureLoad(ray_texels, place);
+    let brings = textureLoad(ray_texels, place + vec2u(1u, 0u));
+    let look = brings.zw;
     if look.y != 0u {
-        let source = unpack_source(sources[2u * look.x], sources[2u * look.x + 1u]);
+        let source = source_at(look.x);
         let step = step_of(distance(source.position, n.position));
         if step >= n.step {
             let weight = n.weight * (*weights)[step] * bitcast<f32>(look.y);
@@ -137,7 +135,6 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, look
 #endif
         }
     }
-    let end = gathered[2u * end_row];
     let to_here = bitcast<vec3f>(end.xyz) - s.position;
     let to_there = bitcast<vec3f>(end.xyz) - n.position;
     let here2 = max(dot(to_here, to_here), 1e-12);
@@ -152,7 +149,7 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, look
     let meets_here = max(dot(s.normal, way_here), 0.0) * max(-dot(normal, way_here), 0.0) / here2;
     let meets_there = max(dot(n.normal, way_there), 1e-3) * max(-dot(normal, way_there), 1e-3) / there2;
     let share = n.weight * (*weights)[step] * min(meets_here / meets_there, MOST);
-    let sent = packed_light::unpack(light[row]);
+    let sent = packed_light::unpack(brings.xy);
     sums.ends += share * vec4f(sent, 1.0);
 #ifdef DOUBT
     let bright = dot(sent, vec3f(1.0));
@@ -214,12 +211,11 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
             for (var k = 0u; k < params.rays; k++) {
-                let row = n.index * params.rays + k;
-                add(s, n, &sharing, shown[row], row, row);
+                add(s, n, &sharing, n.index * params.rays + k);
             }
 #ifndef DOUBT
             for (var k = n.more.x; k < n.more.x + n.more.y; k++) {
-                add(s, n, &sharing, shown[COUNT + k], COUNT + k, BEFORE + k);
+                add(s, n, &sharing, COUNT + k);
             }
 #endif
         }

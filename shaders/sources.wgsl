@@ -7,8 +7,9 @@ const LANES: u32 = 128u;
 const EACH: u32 = (PHOTONS + LANES - 1u) / LANES;
 var<storage, read> photon_ends: array<vec4u>;
 var<storage, read> emitted: array<vec4f>;
-/// Two times four words each, as `lightgraph::photons` reads them.
-var<storage, read_write> sources: array<vec4u>;
+/// As `lightgraph::source_texels` reads them.
+var source_texels: texture_storage_2d<rgba32uint, write>;
+const SOURCES_A_ROW: u32 = 128u;
 struct Count {
     count: u32,
     /// `density_of` wants it.
@@ -47,8 +48,10 @@ fn gather_sources(@builtin(local_invocation_id) id: vec3u) {
             }
             // As if it stood for all.
             let sent = packed_light::pack(packed_light::unpack(b.xy) * f32(all));
-            sources[2u * at] = photon_ends[3u * k];
-            sources[2u * at + 1u] = vec4u(sent, bitcast<u32>(density_of(arrived, scale)), 0u);
+            let place = vec2u(2u * (at % SOURCES_A_ROW), at / SOURCES_A_ROW);
+            textureStore(source_texels, place, photon_ends[3u * k]);
+            let of_density = bitcast<u32>(density_of(arrived, scale));
+            textureStore(source_texels, place + vec2u(1u, 0u), vec4u(sent, of_density, 0u));
             at++;
         }
     }

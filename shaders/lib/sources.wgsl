@@ -1,7 +1,8 @@
 //! Looks at the places that light comes from: one of a run of them, chosen by what it gives.
 #define_import_path lightgraph::sources
-#import lightgraph::photons::{Source, promised, unpack_source}
+#import lightgraph::photons::{Source, promised}
 #import lightgraph::random::next
+#import lightgraph::source_texels::source_at
 #import lightgraph::trace::is_free
 
 struct Count {
@@ -9,15 +10,9 @@ struct Count {
     scale: f32,
 }
 var<storage, read> source_count: Count;
-/// Two times four words each.
-var<storage, read> sources: array<vec4u>;
 
 /// Rays end this share before a source, which would be in its own way.
 const REACH: f32 = 0.999;
-
-fn source_at(row: u32) -> Source {
-    return unpack_source(sources[2u * row], sources[2u * row + 1u]);
-}
 
 /// Whether rays from `start` see a source.
 fn sees(start: vec3f, source: Source) -> bool {
