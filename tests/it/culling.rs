@@ -82,7 +82,7 @@ fn culled_draws_make_the_same_bits() {
         let same = bits(gpu, &mut with, times, outputs) == bits(gpu, &mut without, times, outputs);
         assert!(same, "{graph} on {scene} differs without culling");
         assert!(without.triangles(gpu).unwrap().is_empty(), "{graph} is culled all the same");
-        let (drawn, whole) = triangles(gpu, &with, "shadow_maps");
+        let (drawn, whole) = triangles(gpu, &with, "shadow.shadow_maps");
         assert!(drawn > 0 && drawn <= whole, "{graph} on {scene}: {drawn} of {whole}");
     }
 }
@@ -104,7 +104,7 @@ fn walls_round_everything_shadow_nothing() {
         assert!(new.iter().zip(&old).all(|(n, o)| n >= o), "{scene}: it is darker without walls");
         let brighter = new.iter().zip(&old).filter(|(n, o)| n > o).count();
         assert!(brighter * 25 < new.len(), "{scene}: {brighter} of {} values differ", new.len());
-        let (drawn, whole) = triangles(gpu, &with, "shadow_maps");
+        let (drawn, whole) = triangles(gpu, &with, "shadow.shadow_maps");
         assert!(drawn <= blocks && whole >= 6 * room, "{scene}: {drawn} of {whole} triangles are drawn");
 
         // From outside the wall is all that hides the room.
@@ -112,7 +112,7 @@ fn walls_round_everything_shadow_nothing() {
             s.shift.lights = Vec3::new(0.0, 40.0, 0.0);
         }
         let (new, old) = (values(&mut with), values(&mut without));
-        assert!(triangles(gpu, &with, "shadow_maps").0 > 0, "{scene}: the ceiling is left out");
+        assert!(triangles(gpu, &with, "shadow.shadow_maps").0 > 0, "{scene}: the ceiling is left out");
         let same = new.iter().zip(&old).filter(|(n, o)| n == o).count();
         assert!(same * 50 > new.len() * 49, "{scene}: {same} of {} values are the same", new.len());
     }
@@ -125,7 +125,7 @@ fn a_face_of_a_cube_draws_less_than_a_quarter_of_the_scene() {
     for (scene, grid) in [("hall.ron", "grid=4"), ("hall.ron", "grid=8"), ("art_gallery.ron", "grid=4")] {
         let mut s = session(gpu, "uniform_grid.ron", scene, &[grid, "face=2", "bounces=1"], Culled::Unseen, &["sh"]);
         s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
-        let (drawn, whole) = triangles(gpu, &s, "capture");
+        let (drawn, whole) = triangles(gpu, &s, "capture.capture");
         assert!(drawn * 4 <= whole && drawn > 0, "{scene}, {grid}: {drawn} of {whole} triangles are drawn");
     }
 }
@@ -139,7 +139,7 @@ fn simplified_captures_take_fewer_triangles_and_leave_the_light() {
         let set = ["grid=2", "face=8", "bounces=1", tolerance];
         let mut s = session(gpu, "uniform_grid.ron", "art_gallery.ron", &set, Culled::Unseen, &["indirect"]);
         s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
-        (s.image(gpu, "indirect").unwrap_or_else(|f| panic!("{f}")), triangles(gpu, &s, "capture").0)
+        (s.image(gpu, "indirect").unwrap_or_else(|f| panic!("{f}")), triangles(gpu, &s, "capture.capture").0)
     };
     let ((all, many), (some, few)) = (made("capture_tolerance=0"), made("capture_tolerance=0.005"));
     assert!(few * 2 < many, "{few} of {many} triangles are drawn");

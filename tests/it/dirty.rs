@@ -84,14 +84,14 @@ fn an_object_is_captured_again_only_by_the_faces_that_see_it() {
     frame(gpu, &mut s, &[]);
     let there = [(ball, Vec3::new(0.05, 0.1, 0.0))];
     let r = frame(gpu, &mut s, &there);
-    let some = ran(&s, &r, "capture").part();
+    let some = ran(&s, &r, "capture.capture").part();
     // Every probe has a face that looks its way.
     assert!(some > 0 && some < 27 * 2, "{some} of {} faces show the ball", 27 * 6);
     // Nothing more moves: nothing more is drawn, nor marked.
     let r = frame(gpu, &mut s, &there);
-    assert_eq!([ran(&s, &r, "capture"), ran(&s, &r, "moved_faces")], [Ran::No; 2]);
+    assert_eq!([ran(&s, &r, "capture.capture"), ran(&s, &r, "capture.moved_faces")], [Ran::No; 2]);
     let r = frame(gpu, &mut s, &[]);
-    assert_eq!(ran(&s, &r, "capture"), Ran::Part(some), "back where it was, seen by the same faces");
+    assert_eq!(ran(&s, &r, "capture.capture"), Ran::Part(some), "back where it was, seen by the same faces");
 }
 
 /// Rays find the same faces as drawing does but for those that a wall hides, and probes are lit again that see what
@@ -108,12 +108,12 @@ fn rays_are_traced_again_only_for_the_faces_that_show_what_moved() {
     for i in 1..4 {
         let moved = [(corbel, Vec3::new(0.03 * i as f32, 0.0, 0.0))];
         let r = frame(gpu, &mut s, &moved);
-        let some = ran(&s, &r, "capture_rays").part();
+        let some = ran(&s, &r, "capture.capture_rays").part();
         assert!(some > 0 && some < 24, "{some} of 48 faces show the corbel");
-        let lit = ran(&s, &r, "first_bounce").part();
+        let lit = ran(&s, &r, "first.first_bounce").part();
         assert!(lit > 0 && lit <= some, "{lit} of 8 probes for {some} faces");
         let r = frame(gpu, &mut drawn, &moved);
-        let as_drawn = ran(&drawn, &r, "capture").part();
+        let as_drawn = ran(&drawn, &r, "capture.capture").part();
         assert!(some <= as_drawn && as_drawn < 24, "{some} faces by rays, {as_drawn} drawn");
     }
     // Far through the hall, into the ball, out of the scene's box, and back.
@@ -133,8 +133,8 @@ fn an_object_in_the_dark_lights_again_only_the_probes_that_see_it() {
     frame(gpu, &mut s, &[]);
     for i in 1..4 {
         let r = frame(gpu, &mut s, &[(corbel, Vec3::new(0.03 * i as f32, 0.0, 0.0))]);
-        assert_eq!(ran(&s, &r, "shadow_maps"), Ran::Part(0), "the light does not see the corbel");
-        let (first, second) = (ran(&s, &r, "first_bounce").part(), ran(&s, &r, "second_bounce").part());
+        assert_eq!(ran(&s, &r, "shadow.shadow_maps"), Ran::Part(0), "the light does not see the corbel");
+        let (first, second) = (ran(&s, &r, "first.first_bounce").part(), ran(&s, &r, "second.gather").part());
         assert!(first > 0 && second >= first && second < 64, "{first} and {second} of 64 probes");
     }
     // Back where it was, all is as it was.
@@ -144,8 +144,8 @@ fn an_object_in_the_dark_lights_again_only_the_probes_that_see_it() {
     assert!(s.image(gpu, "color").unwrap_or_else(|f| panic!("{f}")) == end);
     // What stands in the light changes the light of all, and every probe gathers it.
     let r = frame(gpu, &mut s, &[(ball, Vec3::new(0.1, 0.2, 0.0))]);
-    assert_eq!(ran(&s, &r, "shadow_maps"), Ran::Part(1));
-    assert_eq!(ran(&s, &r, "second_bounce"), Ran::Part(64));
+    assert_eq!(ran(&s, &r, "shadow.shadow_maps"), Ran::Part(1));
+    assert_eq!(ran(&s, &r, "second.gather"), Ran::Part(64));
 }
 
 /// Where the first bounce of few probes comes out otherwise, only those need the second that take light from them or
@@ -161,9 +161,9 @@ fn light_that_changes_at_few_probes_is_gathered_again_by_those_that_take_it() {
         let mut few = 0;
         for i in 1..6 {
             let r = frame(gpu, &mut s, &[(corbel, Vec3::new(0.02 * i as f32, 0.0, 0.0))]);
-            let first = ran(&s, &r, "first_bounce").part();
+            let first = ran(&s, &r, "first.first_bounce").part();
             if graph == "fast_grid.ron" {
-                let second = ran(&s, &r, "second_bounce").part();
+                let second = ran(&s, &r, "second.gather").part();
                 assert!(second >= first && second < 512, "{first} and {second} of 512 probes");
                 // Light that changed at some of them is what the others take.
                 few += u32::from(second > first);
@@ -188,17 +188,17 @@ fn an_object_in_the_light_lights_again_only_the_probes_that_its_shadow_may_reach
         let mut lit = vec![];
         for i in 1..5 {
             let r = frame(gpu, &mut s, &[(moved, Vec3::new(0.01 * i as f32, 0.0, 0.0))]);
-            lit.push(ran(&s, &r, "first_bounce").part());
+            lit.push(ran(&s, &r, "first.first_bounce").part());
         }
         assert!(lit.iter().all(|some| *some > 0 && *some <= 64), "{scene}: {lit:?} of 64 probes");
         // The light itself lights all of them.
         s.shift.lights = Vec3::new(0.0, -0.05, 0.0);
         let r = s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
-        assert_eq!(ran(&s, &r, "first_bounce"), Ran::Full);
+        assert_eq!(ran(&s, &r, "first.first_bounce"), Ran::Full);
         // Both at once.
         s.shift.lights = Vec3::new(0.0, -0.06, 0.0);
         let r = frame(gpu, &mut s, &[(moved, Vec3::ZERO)]);
-        assert_eq!(ran(&s, &r, "first_bounce"), Ran::Full);
+        assert_eq!(ran(&s, &r, "first.first_bounce"), Ran::Full);
     }
 }
 
@@ -209,10 +209,10 @@ fn the_proof_catches_bits_that_say_too_little() {
     let none = "var<storage, read_write> bits: array<u32>;
         @compute @workgroup_size(1) fn main() { bits[0] &= 1u; }";
     let cases = [
-        ("moved_lights", "light_dirty", "lights > 0", "urn"),
-        ("moved_faces", "face_dirty", "bounces > 0", "corbel"),
-        ("dirty_first", "first_dirty", "bounces > 0", "urn"),
-        ("dirty_second", "second_dirty", "second_apart", "urn"),
+        ("shadow.moved_lights", "light_dirty", "lights > 0", "urn"),
+        ("capture.moved_faces", "face_dirty", "probes > 0", "corbel"),
+        ("first.dirty_first", "first_dirty", "probes > 0", "urn"),
+        ("second.dirty_second", "second_dirty", "second_apart", "urn"),
     ];
     for (pass, bits, when, moved) in cases {
         let graph = format!(
@@ -318,9 +318,9 @@ fn rays_are_not_traced_again_for_what_a_wall_hides() {
         (Vec3::ZERO, false),
     ] {
         let r = frame(gpu, &mut s, &[(block, by)]);
-        let some = ran(&s, &r, "capture_rays").part();
+        let some = ran(&s, &r, "capture.capture_rays").part();
         let r = frame(gpu, &mut drawn, &[(block, by)]);
-        let as_drawn = ran(&drawn, &r, "capture").part();
+        let as_drawn = ran(&drawn, &r, "capture.capture").part();
         assert!(some > 0 && some <= as_drawn, "{some} faces by rays, {as_drawn} drawn");
         assert!(!hidden || some < as_drawn - 32, "the wall hides it from the other room: {some} of {as_drawn}");
     }
@@ -358,7 +358,7 @@ fn a_shadow_moves_only_in_the_maps_that_see_it() {
             continue;
         }
         let r = frame(gpu, &mut s, &[(node, Vec3::new(0.0, 0.02, 0.01))]);
-        few += u32::from(matches!(ran(&s, &r, "shadow_maps"), Ran::Part(some) if some > 0 && some < 6));
+        few += u32::from(matches!(ran(&s, &r, "shadow.shadow_maps"), Ran::Part(some) if some > 0 && some < 6));
         frame(gpu, &mut s, &[]);
     }
     assert!(few > 0, "no object moved in some of the maps only");
@@ -368,13 +368,19 @@ fn a_shadow_moves_only_in_the_maps_that_see_it() {
 #[test]
 fn leaving_out_other_occluders_draws_the_shadow_map_again() {
     let gpu = &device::gpu();
-    let text = std::fs::read_to_string(support::repository("graphs/gi/direct.ron")).unwrap();
-    assert!(text.contains(", occluders: true"));
+    let text = |occluders: &str| {
+        format!(
+            r#"Variant(
+                base: "lightgraph:graphs/gi/direct.ron",
+                passes: {{"shadow.shadow_maps": (occluders: {occluders})}},
+            )"#
+        )
+    };
     let scratch = support::Scratch::new("occluders");
     let file = scratch.path().join("direct.ron");
     let mut s: Option<Session> = None;
-    for text in [&text, &text.replace(", occluders: true", ""), &text] {
-        std::fs::write(&file, text).unwrap();
+    for occluders in ["true", "None", "true"] {
+        std::fs::write(&file, text(occluders)).unwrap();
         let project = Project::open(&file, &[support::repository("shaders")]).unwrap_or_else(|f| panic!("{f}"));
         let next = match &s {
             None => open(gpu, &project, "hall.ron", &["shadow_size=64"], Settings::default()),
@@ -383,6 +389,6 @@ fn leaving_out_other_occluders_draws_the_shadow_map_again() {
         };
         let s = s.insert(next);
         let r = s.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
-        assert_eq!(ran(s, &r, "shadow_maps"), Ran::Full);
+        assert_eq!(ran(s, &r, "shadow.shadow_maps"), Ran::Full);
     }
 }

@@ -271,7 +271,7 @@ fn shadow_maps_are_the_same_drawn_and_computed() {
         let set = ["grid=2,2,2".to_string(), "face=8".into(), format!("shadow_size={size}")];
         let outputs = ["direct", "indirect"];
         let scene = loaded(name);
-        let [drawn, computed] = [("shadows", 0, "shadow_maps"), ("shadows", 1, "shadow_tiles")]
+        let [drawn, computed] = [("shadows", 0, "shadow.shadow_maps"), ("shadows", 1, "kernels.shadow_tiles")]
             .map(|asked| outputs_of(&fast_grid(), asked, &scene, &set, &outputs, &[Shift::default()]));
         for (output, (a, b)) in outputs.iter().zip(drawn.iter().zip(&computed)) {
             let other = |(a, b): &(&f32, &f32)| (**a - **b).abs() > 1e-3 * a.abs().max(0.01);
@@ -296,8 +296,9 @@ fn what_probes_see_is_the_same_drawn_and_computed() {
         let last = scene.geometry.vertices.last().expect("it has surfaces").node;
         let moved = Shift { nodes: vec![(last as usize, Vec3::splat(0.05))], ..Shift::default() };
         let (set, shifts) = (set.map(String::from), [Shift::default(), moved]);
-        let [drawn, computed] = [("captures", 0, "capture"), ("captures", 1, "capture_triangles")]
-            .map(|asked| outputs_of(&fast_grid(), asked, &scene, &set, &["indirect"], &shifts));
+        let [drawn, computed] =
+            [("capture.captures", 0, "capture.capture"), ("capture.captures", 1, "capture.capture_triangles")]
+                .map(|asked| outputs_of(&fast_grid(), asked, &scene, &set, &["indirect"], &shifts));
         assert!(drawn[0].data.iter().any(|v| *v > 0.0), "{name}: nothing is lit");
         let off = compare(&computed[0], &drawn[0], None).unwrap_or_else(|f| panic!("{f}")).rmse_percent;
         assert!(off <= 0.1, "{name}: {off} % of the mean");

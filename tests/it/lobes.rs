@@ -21,10 +21,8 @@ fn phong_table() -> (Image, Vec<(usize, f64)>) {
     let gpu = gpu();
     let scratch = Scratch::new("lobes");
     let variant = scratch.path().join("variant.ron");
-    for base in ["uniform_grid.ron", "phong.ron"] {
-        std::fs::copy(repository(&format!("graphs/gi/{base}")), scratch.path().join(base)).unwrap();
-    }
-    let text = r#"Variant(base: "phong.ron", about: "for tests", outputs: {"lobe_table": "lobe_table"})"#;
+    let text =
+        r#"Variant(base: "lightgraph:graphs/gi/phong.ron", about: "for tests", outputs: {"lobe_table": "lobe_table"})"#;
     std::fs::write(&variant, text).unwrap();
     let project = Project::open(&variant, &[repository("shaders")]).unwrap_or_else(|f| panic!("{f}"));
     let settings = Settings {

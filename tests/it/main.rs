@@ -23,6 +23,7 @@
 //! - `last_frame`: what shaders know of the last frame, of time and of the pointer
 //! - `lesser_devices`: what a device lacks is told, and all else goes on
 //! - `library`: public types in other programs
+//! - `lists`: prefix sums, compaction, sorting and counts of buffers, against their twins
 //! - `lobes`: glossy lobes against their integrals and another renderer
 //! - `many_lights`: lights lit in groups, held against lights lit one by one
 //! - `open_air`: environments, suns and cameras that files don't hold
@@ -71,6 +72,7 @@ mod large_graph;
 mod last_frame;
 mod lesser_devices;
 mod library;
+mod lists;
 mod lobes;
 mod many_lights;
 mod mutants;

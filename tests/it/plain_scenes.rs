@@ -69,10 +69,19 @@ fn without_lights_nothing_casts_shadows_and_without_bounces_there_are_no_probes(
     let project = open("uniform_grid.ron");
     let passes = |plan: &Plan| plan.steps.iter().map(|s| s.pass.clone()).collect::<Vec<_>>();
     let dark = passes(&planned(&project, &[("emissive_materials", 1), ("triangles", 12)], &[]));
-    assert!(!dark.iter().any(|p| p == "shadow_maps") && dark.iter().any(|p| p == "capture"), "{dark:?}");
+    assert!(!dark.iter().any(|p| p == "shadow.shadow_maps") && dark.iter().any(|p| p == "capture.capture"), "{dark:?}");
     let lit = [("lights", 1), ("spot_lights", 1), ("light_views", 1), ("triangles", 12)];
     let direct = planned(&project, &lit, &["bounces=0".into()]);
-    let probes = ["probe_views", "capture", "factors", "direct_at_probes", "relight", "multiply", "sum", "place"];
+    let probes = [
+        "capture.probe_views",
+        "capture.capture",
+        "factors.factors",
+        "direct_at_probes",
+        "relight",
+        "project.multiply",
+        "project.sum",
+        "project.place",
+    ];
     let left: Vec<String> = passes(&direct).into_iter().filter(|p| probes.contains(&p.as_str())).collect();
     assert!(left.is_empty(), "{left:?}");
     assert!(direct.resources.iter().all(|r| !r.name.starts_with("cube_")), "probes have memory without bounces");
@@ -93,7 +102,7 @@ fn hall(gpu: &Gpu, lean: bool) -> (Image, u64) {
     let mut session = Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"));
     session.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
     let drawn = session.triangles(gpu).unwrap_or_else(|f| panic!("{f}"));
-    let capture = session.plan.steps.iter().position(|s| s.name == "capture").expect("probes are captured");
+    let capture = session.plan.steps.iter().position(|s| s.name == "capture.capture").expect("probes are captured");
     (session.image(gpu, "color").unwrap_or_else(|f| panic!("{f}")), drawn[&capture].0)
 }
 

@@ -18,10 +18,7 @@ fn placed(scene: Scene) -> Vec<f32> {
     let gpu = gpu();
     let scratch = Scratch::new("planes");
     let variant = scratch.path().join("variant.ron");
-    for base in ["uniform_grid.ron", "fast_grid.ron", "facing_probes.ron", "nonuniform_grid.ron"] {
-        std::fs::copy(repository(&format!("graphs/gi/{base}")), scratch.path().join(base)).unwrap();
-    }
-    let text = r#"Variant(base: "nonuniform_grid.ron", about: "for tests", outputs: {"probe_axes": "probe_axes"})"#;
+    let text = r#"Variant(base: "lightgraph:graphs/gi/nonuniform_grid.ron", about: "for tests", outputs: {"probe_axes": "probe_axes"})"#;
     std::fs::write(&variant, text).unwrap();
     let project = Project::open(&variant, &[repository("shaders")]).unwrap_or_else(|f| panic!("{f}"));
     let [x, y, z] = COUNTS;

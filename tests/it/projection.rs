@@ -12,8 +12,7 @@ fn products(order: usize, face: u32, set: &str) -> Vec<f64> {
     let gpu = gpu();
     let scratch = Scratch::new("projection");
     let variant = scratch.path().join("variant.ron");
-    std::fs::copy(repository("graphs/gi/uniform_grid.ron"), scratch.path().join("uniform_grid.ron")).unwrap();
-    let text = r#"Variant(base: "uniform_grid.ron", about: "for tests", lets: {"degree": "order"}, outputs: {"factor": "factor"})"#;
+    let text = r#"Variant(base: "lightgraph:graphs/gi/uniform_grid.ron", about: "for tests", lets: {"degree": "order"}, outputs: {"factor": "factor"})"#;
     std::fs::write(&variant, text).unwrap();
     let project = Project::open(&variant, &[repository("shaders")]).unwrap_or_else(|f| panic!("{f}"));
     let set = format!("grid=1,1,1 order={order} face={face} {set}");

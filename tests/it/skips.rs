@@ -53,17 +53,26 @@ fn a_moving_camera_touches_no_probe_and_a_moving_light_captures_nothing() {
     frame(gpu, &mut s, 0, 0.0);
     s.shift.cameras.x = 0.1;
     frame(gpu, &mut s, 1, 0.0);
-    for pass in ["shadow_maps", "capture", "factors", "direct_at_probes", "relight", "multiply", "sum", "place"] {
+    for pass in [
+        "shadow.shadow_maps",
+        "capture.capture",
+        "factors.factors",
+        "direct_at_probes",
+        "relight",
+        "project.multiply",
+        "project.sum",
+        "project.place",
+    ] {
         assert!(!ran(&s).contains(pass), "{pass} ran, though only the camera moved");
     }
     assert!(ran(&s).contains("composite"));
     s.shift.lights.y = -0.2;
     frame(gpu, &mut s, 2, 0.0);
     // What the camera sees shares its memory with nothing that changes with the light.
-    for pass in ["capture", "factors", "surface"] {
+    for pass in ["capture.capture", "factors.factors", "surface"] {
         assert!(!ran(&s).contains(pass), "{pass} ran, though only the light moved");
     }
-    for pass in ["shadow_maps", "direct_at_probes", "relight", "place", "composite"] {
+    for pass in ["shadow.shadow_maps", "direct_at_probes", "relight", "project.place", "composite"] {
         assert!(ran(&s).contains(pass), "{pass} did not run, though the light moved");
     }
 }
@@ -202,13 +211,13 @@ fn a_variant_keeps_what_it_shares_with_its_base() {
     stage.graph = "facing_probes.ron".into();
     let mut other = stage.open(gpu, Some(&session));
     frame(gpu, &mut other, 1, 0.0);
-    for pass in ["shadow_maps", "capture"] {
+    for pass in ["shadow.shadow_maps", "capture.capture"] {
         assert!(!ran(&other).contains(pass), "{pass} ran, though the variant shares it");
     }
     stage.graph = "fast_grid.ron".into();
     let mut back = stage.open(gpu, Some(&other));
     frame(gpu, &mut back, 2, 0.0);
-    for pass in ["shadow_maps", "capture"] {
+    for pass in ["shadow.shadow_maps", "capture.capture"] {
         assert!(!ran(&back).contains(pass), "{pass} ran, though its memory was never given up");
     }
     // The first session shares memory with the later ones, and knows what they wrote there.
@@ -227,7 +236,16 @@ fn another_size_leaves_alone_what_is_no_picture() {
     stage.size = [24, 12];
     let mut session = stage.open(gpu, Some(&session));
     frame(gpu, &mut session, 1, 0.0);
-    let probes = ["shadow_maps", "capture", "factors", "direct_at_probes", "relight", "multiply", "sum", "place"];
+    let probes = [
+        "shadow.shadow_maps",
+        "capture.capture",
+        "factors.factors",
+        "direct_at_probes",
+        "relight",
+        "project.multiply",
+        "project.sum",
+        "project.place",
+    ];
     for pass in probes {
         assert!(!ran(&session).contains(pass), "{pass} ran, though only the picture's size changed");
     }

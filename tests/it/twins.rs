@@ -16,7 +16,7 @@ const FACE: u32 = 6;
 const ORDER: usize = 4;
 
 /// What the probes see, and what that sends them, can be read back.
-const VARIANT: &str = r#"Variant(base: "uniform_grid.ron", about: "for tests", outputs: {
+const VARIANT: &str = r#"Variant(base: "lightgraph:graphs/gi/uniform_grid.ron", about: "for tests", outputs: {
     "cube_albedo": "cube_albedo", "cube_normal": "cube_normal",
     "cube_direct": "cube_direct", "cube_light": "cube_light",
 })"#;
@@ -24,10 +24,8 @@ const VARIANT: &str = r#"Variant(base: "uniform_grid.ron", about: "for tests", o
 /// Outputs of the uniform grid after so many bounces, in this order.
 fn render<const N: usize>(bounces: u32, outputs: [&str; N]) -> [Image; N] {
     let gpu = gpu();
-    // A variant lies beside its base.
     let scratch = Scratch::new("twins");
     let variant = scratch.path().join("variant.ron");
-    std::fs::copy(repository("graphs/gi/uniform_grid.ron"), scratch.path().join("uniform_grid.ron")).unwrap();
     std::fs::write(&variant, VARIANT).unwrap();
     let project = Project::open(&variant, &[repository("shaders")]);
     let project = project.unwrap_or_else(|f| panic!("{f}"));
