@@ -1,10 +1,11 @@
 //! How bright a picture of an image is made.
 
 use super::Image;
+use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
 /// Stops (each doubles the light), or what suits the image.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub enum Exposure {
     #[default]
     Auto,
@@ -21,7 +22,8 @@ const SHOWN: [f64; 2] = [0.01, 1.5];
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 impl Exposure {
-    /// In stops, for an image. `Auto` leaves an image as it is that shows well; a dark or a photometric one it brings to a middle grey.
+    /// In stops, for an image. `Auto` leaves an image as it is that shows well; a dark or a photometric one it brings
+    /// to a middle grey.
     pub fn stops(self, image: &Image) -> f32 {
         match self {
             Exposure::Stops(stops) => stops,

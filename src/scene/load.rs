@@ -53,7 +53,15 @@ pub fn load_with(path: &Path, additions: &Additions) -> Checked<Loaded> {
         let source = Source::read(&found)?;
         files.push(found.clone());
         let description = description::parse(&source, &mut faults);
-        (described_gltf(&found, &description)?, Some(description))
+        match described_gltf(&found, &description) {
+            Ok(gltf) => (gltf, Some(description)),
+            // Which one the file names may be what can't be read of it.
+            Err(_) if description.gltf.is_none() && !faults.is_empty() => return Err(Faults(faults)),
+            Err(more) => {
+                faults.extend(more.0);
+                return Err(Faults(faults));
+            }
+        }
     } else {
         let description = beside(&found, &mut files, &mut faults)?;
         (found, description)

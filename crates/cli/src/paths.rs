@@ -1,6 +1,7 @@
 //! The `.ron` files that a command line names.
 
 use lightgraph::diag::{Checked, Diagnostic};
+use lightgraph::graph::Graph;
 use std::path::{Path, PathBuf};
 
 /// Files, and of folders every `.ron` file in them and below, by name.
@@ -17,6 +18,11 @@ pub fn ron_files(given: &[PathBuf]) -> Checked<Vec<PathBuf>> {
         }
     }
     Ok(found)
+}
+
+/// Whether a graph is meant to run by itself: one that was named is, and of a folder those that take nothing from another.
+pub fn is_whole(given: &[PathBuf], path: &Path, graph: &Graph) -> bool {
+    graph.inputs.is_empty() || given.iter().any(|g| g == path)
 }
 
 /// A file, or every `.ron` file of a folder and below it, by name.

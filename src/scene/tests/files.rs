@@ -98,6 +98,12 @@ fn a_scene_file_names_its_gltf() {
     assert!(text.contains("night.ron:1:13") && text.contains("is no glTF file that is there"), "{text}");
     folder.write("alone.ron", "Scene()");
     assert!(folder.load("alone").unwrap_err().contains("names no glTF"));
+    // What can't be read of the file is told, not that it names nothing.
+    for (text, fault) in [("Scene(gtlf: \"models/hall.glb\")", "gtlf"), ("Scene(gltf: 3)", "alone.ron:1:")] {
+        folder.write("alone.ron", text);
+        let told = folder.load("alone").unwrap_err();
+        assert!(told.contains(fault) && !told.contains("names no glTF"), "{told}");
+    }
     // A scene file of the same stem that is about another glTF is left alone, aloud.
     folder.write("day.glb", Fixture::quad().glb());
     let loaded = folder.load("day.glb").unwrap();

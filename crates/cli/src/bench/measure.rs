@@ -1,9 +1,9 @@
 //! One graph on one scene at one setting: its phases timed, its images compared.
 //!
-//! The frames: the first; then nothing moves; then one of each kind of motion, for the change it makes and, where a graph
-//! keeps something from frame to frame, the error it leaves; then more of each, as many as there is time for. How many
-//! frames come before an image is compared never depends on how long they take, so that errors are the same in every
-//! repeat of a bench. Further rounds, with other settings' in between, add to the times alone.
+//! The frames: the first; then nothing moves; then one of each kind of motion, for the change it makes and, where a
+//! graph keeps something from frame to frame, the error it leaves; then more of each, as many as there is time for. How
+//! many frames come before an image is compared never depends on how long they take, so that errors are the same in
+//! every repeat of a bench. Further rounds, with other settings' in between, add to the times alone.
 
 use super::references::References;
 use super::results::{Entry, PassTime, Phase, PhaseTimes, Spread};
@@ -11,7 +11,7 @@ use super::score::{change, mean, score};
 use glam::Vec3;
 use lightgraph::diag::{Checked, Faults};
 use lightgraph::fastest::Policy;
-use lightgraph::gpu::{FrameReport, Gpu};
+use lightgraph::gpu::{FrameReport, Gpu, Timing};
 use lightgraph::image::Image;
 use lightgraph::plan::Plan;
 use lightgraph::scene::{Bounds, Scene, Shift};
@@ -131,6 +131,8 @@ fn run<'a>(
         camera: target.camera.map(String::from),
         outputs: Some(outputs.clone()),
         skip: true,
+        // A software driver's stamps tell no step's time, and waiting for each would tell on the frame's.
+        timing: if gpu.is_software() { Timing::Frame } else { Timing::Steps },
         ..Settings::default()
     };
     settings.choices = target.fastest.choices(gpu, target.project, target.scene, &settings)?;
@@ -203,8 +205,9 @@ pub struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// Another round: of each phase in which something moves a frame more. In the second round a frame before them in which nothing is
-    /// held, as in the first one; by then the driver has compiled everything. False: what went wrong is the entry's `fault`.
+    /// Another round: of each phase in which something moves a frame more. In the second round a frame before them in
+    /// which nothing is held, as in the first one; by then the driver has compiled everything. False: what went wrong
+    /// is the entry's `fault`.
     pub fn again(&mut self, entry: &mut Entry) -> bool {
         let more = self.frames(entry.rounds == 1);
         entry.rounds += 1;

@@ -7,7 +7,7 @@ use crate::bench::peers;
 use crate::bench::references::Manifest;
 use crate::bench::results::{Machine, Phase, Results};
 use crate::bench::sweep::Sweep;
-use crate::paths::ron_files;
+use crate::paths::{is_whole, ron_files};
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::fastest::Policy;
 use lightgraph::gpu::Gpu;
@@ -144,11 +144,13 @@ fn graphs(args: &Args) -> Checked<Vec<Named>> {
     for path in &paths {
         let start = Instant::now();
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        if graphs.iter().any(|g| g.name == name) {
-            faults.push(Diagnostic::error(format!("two graphs are called `{name}`")).help("rename one of the files"));
-        }
         match Project::open(path, &args.shaders.folders) {
+            Ok(project) if !is_whole(&args.graphs, path, &project.graph) => {}
             Ok(mut project) => {
+                if graphs.iter().any(|g| g.name == name) {
+                    let d = Diagnostic::error(format!("two graphs are called `{name}`"));
+                    faults.push(d.help("rename one of the files"));
+                }
                 // What graphs share of their shaders is composed once.
                 if let Some(first) = graphs.first() {
                     project.texts = project.texts.after(&first.project.texts);

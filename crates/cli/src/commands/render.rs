@@ -6,7 +6,7 @@ use super::outputs::{OutputArgs, Written, is_numbered, number, output_names};
 use super::stats::{FrameStats, Stats};
 use super::{Failure, ShaderFolders, needs_no_scene, notices, print, scene_or_none, size, table};
 use lightgraph::diag::{Diagnostic, Faults};
-use lightgraph::gpu::Gpu;
+use lightgraph::gpu::{Gpu, Timing};
 use lightgraph::image::file::write_atomically;
 use lightgraph::session::{Project, Session, Settings};
 use std::collections::BTreeMap;
@@ -35,7 +35,8 @@ pub struct Args {
     /// Set a parameter of the graph (may be repeated)
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub set: Vec<String>,
-    /// Render this many frames. The last is written; each, where a file is named with a place for its number: f_%04d.png
+    /// Render this many frames. The last is written; each, where a file is named with a place for its number:
+    /// f_%04d.png
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
     /// Frames in a second, for scenes that move
@@ -84,6 +85,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         skip: !args.no_skip,
         verify: args.verify_skips,
         watch: args.watch_numerics,
+        timing: Timing::of_steps(&gpu),
         ..Settings::default()
     };
     let scene = Arc::new(loaded.scene);
@@ -128,12 +130,19 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
             .map_err(|e| Faults::from(Diagnostic::error(format!("can't write the statistics: {e}"))))?;
         write_atomically(path, json.as_bytes())?;
     }
+    if let [first, .., last] = stats.frames.as_slice() {
+        let mean = stats.frames.iter().map(|f| f.wall_ms).sum::<f64>() / stats.frames.len() as f64;
+        let of_all = format!("{} frames: the first {:.1} ms, the mean {mean:.1} ms", stats.frames.len(), first.wall_ms);
+        text = format!("{of_all}; the last, {:.1} ms, by step:\n{text}", last.wall_ms);
+    }
     let start: Vec<String> = stats.start_up_ms.iter().map(|(name, ms)| format!("{name} {ms:.0} ms")).collect();
     let software = if stats.adapter.software { " (software)" } else { "" };
     let (adapter, info) = (&stats.adapter.name, &stats.adapter.driver_info);
     print(&format!("{adapter}, {info}{software}\nstart-up: {}\n{text}", start.join(", ")));
     if stats.adapter.software {
-        print("a software driver says when a step was handed over, not what it took: go by the frame's CPU time\n");
+        print(
+            "on a software driver each step is waited for, so that its time is its own: a frame in one piece takes less\n",
+        );
     }
     for ((output, path), exposed) in last.iter().zip(&exposed) {
         print(&format!("wrote {output} to {}{exposed}\n", path.display()));

@@ -1,7 +1,7 @@
 //! `lightgraph stress`: numerical stability.
 
 use super::{Failure, ShaderFolders, print};
-use crate::paths::ron_files;
+use crate::paths::{is_whole, ron_files};
 use crate::stress::{self, Cases, Graph, Options, State};
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::Gpu;
@@ -82,7 +82,8 @@ fn graphs(args: &Args) -> Checked<Vec<Graph>> {
     let mut graphs = vec![];
     for path in &paths {
         match Graph::open(path, &args.shaders.folders) {
-            Ok(graph) => graphs.push(graph),
+            Ok(graph) if is_whole(&args.graphs, path, &graph.project.graph) => graphs.push(graph),
+            Ok(_) => {}
             Err(f) => faults.extend(f.0),
         }
     }

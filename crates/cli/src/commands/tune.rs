@@ -8,7 +8,7 @@ use crate::bench::results::{Entry, Phase};
 use crate::bench::score::change;
 use crate::bench::sweep::Sweep;
 use crate::bench::tune::{Candidate, Wish, choose, unbeaten, variant};
-use crate::paths::ron_files;
+use crate::paths::{is_whole, ron_files};
 use lightgraph::builtin;
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::fastest::Policy;
@@ -151,6 +151,7 @@ fn graphs(args: &Args) -> Checked<Vec<(PathBuf, Project)>> {
     for path in paths {
         match Project::open(&path, &args.shaders.folders) {
             Ok(project) if project.graph.outputs.iter().any(|o| o.0.value == COMPARED) => graphs.push((path, project)),
+            Ok(project) if !is_whole(&args.graphs, &path, &project.graph) => {}
             Ok(_) => faults.push(Diagnostic::error(format!("{} has no output `{COMPARED}`", path.display()))),
             Err(Faults(more)) => faults.extend(more),
         }

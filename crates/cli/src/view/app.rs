@@ -14,6 +14,7 @@ use super::variants;
 use lightgraph::diag::{Checked, Diagnostic, Faults, render};
 use lightgraph::fastest::Policy;
 use lightgraph::gpu::{self, Gpu, OpenError, wanted_adapter};
+use lightgraph::image::exposure::Exposure;
 use lightgraph::image::exr::{Precision, write_exr};
 use lightgraph::image::png::{ToneMap, write_png};
 use lightgraph::image::{Image, difference};
@@ -449,7 +450,7 @@ impl App {
     fn seen(&self) -> Checked<(Image, ToneMap, f32)> {
         use super::choice::Layout;
         let (choice, told) = (self.state.now(), &self.feed.told);
-        let shown = (choice.tone_map, choice.exposure);
+        let shown = (choice.tone_map, choice.stops(told.automatic));
         let mut image = self.read(told.image.as_ref())?;
         let Some(other) = &told.other else { return Ok((image, shown.0, shown.1)) };
         let other = self.read(Some(other))?;
@@ -497,8 +498,10 @@ impl App {
 fn same(a: &Wish, b: &Wish) -> bool {
     let stage = |w: &Wish| {
         let mut choice = w.choice.clone();
-        // The window alone cares for these.
-        choice.exposure = 0.0;
+        // The window alone cares for these; what exposes by itself has to look at the image.
+        if choice.exposure != Exposure::Auto {
+            choice.exposure = Exposure::Stops(0.0);
+        }
         choice.tone_map = ToneMap::None;
         choice.compare.layout = super::choice::Layout::default();
         (choice, w.size, w.time.to_bits(), w.pointer, w.output.clone(), w.inspect.clone(), w.prepare)

@@ -101,8 +101,8 @@ impl Canvas {
         Canvas { pipeline, layout, main: None, previews: BTreeMap::new(), recorded: vec![] }
     }
 
-    /// What is to be submitted before the panels are drawn. Each submission waits for the frame that the engine waits for, so
-    /// the window makes one only.
+    /// What is to be submitted before the panels are drawn. Each submission waits for the frame that the engine waits
+    /// for, so the window makes one only.
     pub fn recorded(&mut self) -> Vec<wgpu::CommandBuffer> {
         std::mem::take(&mut self.recorded)
     }
@@ -122,7 +122,7 @@ impl Canvas {
             (Layout::Difference(full), _) => (2, full.max(1e-6)),
             (Layout::Other, _) => (3, 0.0),
         };
-        let look = Look { arrangement, at, ..plain(choice) };
+        let look = Look { arrangement, at, ..plain(choice, told) };
         let size = [first.width(), first.height()];
         let source = (first.clone(), told.other.clone(), told.images, look);
         let old = self.main.take();
@@ -140,7 +140,7 @@ impl Canvas {
         told: &Told,
         choice: &Choice,
     ) -> BTreeMap<PathBuf, Shown> {
-        let look = plain(choice);
+        let look = plain(choice, told);
         let old = std::mem::take(&mut self.previews);
         let mut shown = BTreeMap::new();
         for (path, image, images) in &told.ready {
@@ -236,12 +236,12 @@ impl Canvas {
     }
 }
 
-fn plain(choice: &Choice) -> Look {
+fn plain(choice: &Choice, told: &Told) -> Look {
     let tone_map = match choice.tone_map {
         ToneMap::None => 0,
         ToneMap::Neutral => 1,
     };
-    Look { exposure: choice.exposure.exp2(), tone_map, arrangement: 0, at: 0.0 }
+    Look { exposure: choice.stops(told.automatic).exp2(), tone_map, arrangement: 0, at: 0.0 }
 }
 
 fn target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use lightgraph::diag::{Checked, Diagnostic, Source};
+use lightgraph::image::exposure::Exposure;
 use lightgraph::image::file::write_atomically;
 use lightgraph::image::png::ToneMap;
 use lightgraph::scene::{Shift, View};
@@ -34,9 +35,8 @@ pub struct Choice {
     /// Seconds, for scenes that move.
     #[serde(default)]
     pub time: f32,
-    /// In stops.
     #[serde(default)]
-    pub exposure: f32,
+    pub exposure: Exposure,
     #[serde(default)]
     pub tone_map: ToneMap,
     #[serde(default)]
@@ -119,10 +119,18 @@ impl Choice {
             lights: BTreeMap::new(),
             nodes: BTreeMap::new(),
             time: 0.0,
-            exposure: 0.0,
+            exposure: Exposure::default(),
             tone_map: ToneMap::default(),
             resolution: Resolution::default(),
             compare: Compare::default(),
+        }
+    }
+
+    /// Stops to show an image with, where `automatic` suits it.
+    pub fn stops(&self, automatic: f32) -> f32 {
+        match self.exposure {
+            Exposure::Auto => automatic,
+            Exposure::Stops(stops) => stops,
         }
     }
 
@@ -184,7 +192,7 @@ mod tests {
             lights: BTreeMap::from([(0, Vec3::X)]),
             nodes: BTreeMap::from([(7, Vec3::NEG_Y)]),
             time: 1.5,
-            exposure: -1.0,
+            exposure: Exposure::Stops(-1.0),
             resolution: Resolution::Fixed([128, 64]),
             compare: Compare { against: Against::Image("a b.exr".into()), layout: Layout::Difference(4.0) },
             ..Choice::new("g.ron".into(), "s.glb".into())

@@ -31,6 +31,8 @@ pub struct Told {
     pub image: Option<wgpu::Texture>,
     /// Counts the contents of `image` and `other`.
     pub images: u64,
+    /// Stops that `image` is well exposed with, where the choice leaves them open.
+    pub automatic: f32,
     /// What it is held against.
     pub other: Option<wgpu::Texture>,
     /// How often each of the two was rendered since it was last changed.

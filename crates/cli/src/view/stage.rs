@@ -7,7 +7,8 @@ use super::shown::{Reference, copy, reference};
 use super::variants::{self, Variant};
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::fastest::Policy;
-use lightgraph::gpu::{self, Gpu, Memory, Numerics};
+use lightgraph::gpu::{self, Gpu, Memory, Numerics, Timing};
+use lightgraph::image::exposure::Exposure;
 use lightgraph::image::metrics;
 use lightgraph::plan::fastest::still;
 use lightgraph::plan::show::picture;
@@ -75,6 +76,8 @@ pub struct Stage {
     images: u64,
     score: Option<(u64, Instant, Arc<Score>)>,
     inspected: Option<(u64, Inspect, Instant, Arc<Inspected>)>,
+    /// Of which images, when, and the stops that suit them.
+    exposed: Option<(u64, Instant, f32)>,
     remade: Option<Remade>,
     /// Grows when files change.
     revision: u64,
@@ -142,6 +145,7 @@ impl Stage {
             images: 0,
             score: None,
             inspected: None,
+            exposed: None,
             remade: None,
             revision: 0,
         }
@@ -231,6 +235,7 @@ impl Stage {
             told.frames[1] = self.find(path).map_or(0, |k| k.frames);
         }
         told.other = other;
+        told.automatic = self.expose(wish, rest);
         told.score = self.score(wish, rest);
         told.inspected = self.inspect(wish, rest);
         told.rest = rest;
@@ -341,6 +346,7 @@ impl Stage {
             skip: true,
             watch: self.watch,
             inspect: true,
+            timing: Timing::of_steps(&self.gpu),
             choices: decided.unwrap_or_default(),
             ..Settings::default()
         };
@@ -393,7 +399,7 @@ impl Stage {
         let kept = &mut self.kept[at];
         let mut seen = wish.choice.clone();
         // How it is shown does not matter to what is rendered.
-        (seen.exposure, seen.compare) = (0.0, super::choice::Compare::default());
+        (seen.exposure, seen.compare) = (Exposure::Auto, super::choice::Compare::default());
         let same = kept.session.pointer == wish.pointer
             && kept.last.as_ref().is_some_and(|l| l.0 == seen && l.1.to_bits() == wish.time.to_bits());
         let output = output(&kept.session, wish.output.as_deref())?;
@@ -453,6 +459,22 @@ impl Stage {
             }
         }
         false
+    }
+
+    /// Stops that the shown image is well exposed with. While images follow each other they stay unless they are far
+    /// off, so that what moves does not flicker.
+    fn expose(&mut self, wish: &Wish, rest: bool) -> f32 {
+        let (images, before) = (self.images, self.exposed);
+        let due = before.is_none_or(|(of, at, _)| of != images && (rest || at.elapsed() > SELDOM));
+        if wish.choice.exposure == Exposure::Auto && due {
+            let shown = self.shown.as_ref().and_then(|s| self.find(s));
+            let image = shown.and_then(|k| gpu::read_plane(&self.gpu, k.image.as_ref()?, &k.output, 0, 0).ok());
+            if let Some(stops) = image.map(|image| wish.choice.exposure.stops(&image)) {
+                let stays = before.filter(|b| !rest && (b.2 - stops).abs() < 1.0);
+                self.exposed = Some((images, Instant::now(), stays.map_or(stops, |b| b.2)));
+            }
+        }
+        self.exposed.map_or(0.0, |e| e.2)
     }
 
     fn score(&mut self, wish: &Wish, rest: bool) -> Option<Arc<Score>> {

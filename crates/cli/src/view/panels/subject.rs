@@ -6,6 +6,7 @@ use crate::view::pick::Thing;
 use crate::view::state::{Save, State};
 use egui::{ComboBox, DragValue, RichText, Slider, Ui};
 use glam::Vec3;
+use lightgraph::image::exposure::Exposure;
 use lightgraph::image::png::ToneMap;
 use lightgraph::scene::Scene;
 
@@ -99,13 +100,21 @@ fn selected(ui: &mut Ui, state: &mut State, scene: &Scene) {
 
 /// Exposure, tone map, how many pixels.
 pub fn image(ui: &mut Ui, state: &mut State, seen: &Seen) {
-    let mut exposure = state.now().exposure;
-    let slider = ui.add(Slider::new(&mut exposure, -8.0..=8.0).text("exposure").suffix(" EV"));
+    let automatic = state.now().exposure == Exposure::Auto;
+    let mut stops = state.now().stops(seen.feed.told.automatic);
+    let slider = ui.add(Slider::new(&mut stops, -20.0..=20.0).text("exposure").suffix(" EV"));
     if slider.changed() {
-        state.edit("exposure", |c| c.exposure = exposure);
+        state.edit("exposure", |c| c.exposure = Exposure::Stops(stops));
     }
     let rail = ui.spacing().slider_width;
     state.mark("exposure", egui::Rect::from_min_size(slider.rect.min, egui::Vec2::new(rail, slider.rect.height())));
+    let mut wanted = automatic;
+    let about = "brings what is dark, or lit in lux, to a middle grey; leaves the rest as it is";
+    let by_itself = ui.checkbox(&mut wanted, "automatic exposure").on_hover_text(about);
+    if wanted != automatic {
+        state.edit("exposure", |c| c.exposure = if wanted { Exposure::Auto } else { Exposure::Stops(stops) });
+    }
+    state.mark("automatic exposure", by_itself.rect);
     ui.horizontal(|ui| {
         let mut tone_map = state.now().tone_map;
         ui.label("tone map");

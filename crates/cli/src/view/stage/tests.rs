@@ -123,6 +123,24 @@ fn a_fault_leaves_the_last_good_frame_until_it_is_mended() {
 }
 
 #[test]
+fn what_is_lit_in_lux_is_exposed_by_itself() {
+    let (files, mut stage) = (Files::new("exposed"), stage());
+    let mut wish = files.wish();
+    // A quarter of one is shown as it is.
+    assert_eq!(settle(&mut stage, &wish).automatic, 0.0);
+    let shader = files.0.join("shaders/paint.wgsl");
+    let bright =
+        PAINT.replace("vec4f(red, textureLoad(ramp, vec2u(0u), 0, 0).r, 0.0, 1.0)", "vec4f(vec3f(8e4 * red), 1.0)");
+    fs::write(&shader, bright).unwrap();
+    stage.changed(&BTreeSet::from([shader]));
+    let stops = settle(&mut stage, &wish).automatic;
+    assert!((stops - (0.18_f32 / 2e4).log2()).abs() < 1e-3, "{stops}");
+    // A choice of the user's is left alone.
+    wish.choice.exposure = Exposure::Stops(-3.0);
+    assert_eq!(wish.choice.stops(stops), -3.0);
+}
+
+#[test]
 fn numbers_that_should_not_be_are_told_until_they_are_mended() {
     let (files, mut stage) = (Files::new("numbers"), stage());
     stage.watch = true;
