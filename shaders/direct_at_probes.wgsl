@@ -1,11 +1,15 @@
 //! Light that every captured texel sends to its probe without the help of others: its own, and the lights' first
-//! bounce. With EMITTERS_DIRECT: the emitters' first bounce instead of its own, for graphs that count emission
-//! elsewhere. With PACKED_SURFACE what the probes see is packed in one texel, and so is the light. A face of a probe is
-//! an instance. Texels that show nothing send the light of the environment, where the scene has one.
+//! bounce; with EMITTERS_DIRECT that of emitters instead of its own, with ENVIRONMENT_DIRECT that of the environment
+//! instead of the environment's own, for graphs that count both where they arrive. With PACKED_SURFACE what the probes
+//! see is packed in one texel, and so is the light. A face of a probe is an instance.
 #import lightgraph::cube
+#ifdef ENVIRONMENT_DIRECT
+#import lightgraph::environment_light::reflected_environment
+#else
 #ifdef ENVIRONMENT
 #import lightgraph::environment
 #import lightgraph::surface::is_nothing
+#endif
 #endif
 #import lightgraph::instances
 #import lightgraph::probes
@@ -23,6 +27,8 @@
 #endif
 #ifdef EMITTERS_DIRECT
 #import lightgraph::emitters::reflected_emitters
+#endif
+#ifdef RAYS
 #import lightgraph::random::seed
 #import lightgraph::trace::leave
 #endif
@@ -30,7 +36,7 @@
 struct Params {
     cube_direct_tile: u32,
     cube_direct_columns: u32,
-#ifdef EMITTERS_DIRECT
+#ifdef RAYS
     hit_samples: u32,
 #endif
 #ifdef LIGHT_CUTS
@@ -66,10 +72,16 @@ fn direct_at_probes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocati
     if is_lit(r.albedo) {
         let probe = probes::position(probes::coordinates(face / 6u));
         let s = read_record(r.albedo, r.normal, probe, ray);
+#ifdef RAYS
+        let start = leave(s.position, s.normal + s.view);
+#endif
 #ifdef EMITTERS_DIRECT
-        light = reflected_emitters(s, leave(s.position, s.normal + s.view), params.hit_samples, seed(at, 0u));
+        light = reflected_emitters(s, start, params.hit_samples, seed(at, 0u));
 #else
         light = s.emission;
+#endif
+#ifdef ENVIRONMENT_DIRECT
+        light += reflected_environment(s, start, params.hit_samples, seed(at, 1u));
 #endif
 #ifdef LIGHTS
 #ifdef LIGHT_CUTS
@@ -79,10 +91,12 @@ fn direct_at_probes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocati
 #endif
 #endif
     }
+#ifndef ENVIRONMENT_DIRECT
 #ifdef ENVIRONMENT
     if is_nothing(r.albedo, r.normal) {
         light = environment::mean_radiance(ray, cube::solid_angle(texel, edge));
     }
+#endif
 #endif
 #ifdef PACKED_SURFACE
     textureStore(cube_direct, at, vec4u(packed_light::pack(light), 0u, 0u));

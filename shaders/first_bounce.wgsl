@@ -16,9 +16,8 @@
 #ifdef EMITTERS_DIRECT
 #import lightgraph::emitters::reflected_emitters
 #endif
-#ifdef ENVIRONMENT
-#import lightgraph::environment
-#import lightgraph::trace::FAR
+#ifdef ENVIRONMENT_DIRECT
+#import lightgraph::environment_light::reflected_environment
 #endif
 
 struct Params {
@@ -27,7 +26,7 @@ struct Params {
 #ifdef MORE_BOUNCES
     behind_captured: f32,
 #endif
-#ifdef EMITTERS_DIRECT
+#ifdef RAYS
     hit_samples: u32,
 #endif
 }
@@ -35,14 +34,9 @@ var<uniform> params: Params;
 /// Irradiance over pi; then the radiance that the Phong lobe reflects.
 var gathered: texture_storage_2d_array<rgba32float, write>;
 
-/// Radiance that arrives along a ray from others than emitters. `spread`: solid angle of what it stands for.
-fn arriving(start: vec3f, direction: vec3f, shift: u32, spread: f32) -> vec3f {
+/// Radiance that arrives along a ray from others than emitters and the environment.
+fn arriving(start: vec3f, direction: vec3f, shift: u32) -> vec3f {
     let met = look(start, direction);
-#ifdef ENVIRONMENT
-    if met.distance >= FAR {
-        return environment::mean_radiance(direction, spread);
-    }
-#endif
     if !met.lit {
         return vec3f(0.0);
     }
@@ -56,6 +50,9 @@ fn arriving(start: vec3f, direction: vec3f, shift: u32, spread: f32) -> vec3f {
 #endif
 #ifdef EMITTERS_DIRECT
     light += reflected_emitters(met.surface, met.start, params.hit_samples, shift);
+#endif
+#ifdef ENVIRONMENT_DIRECT
+    light += reflected_environment(met.surface, met.start, params.hit_samples, shift + 1u);
 #endif
     return light;
 }
@@ -78,13 +75,12 @@ fn first_bounce(@builtin(global_invocation_id) id: vec3u) {
         for (var i = 0u; i < rays; i++) {
             let u = even_pair(place * rays + i, seed(id.xy / 4u, 0u));
             let shift = seed(id.xy, i);
-            // Half of the sphere is shared by all rays.
-            sum += arriving(start, cosine_direction(s.normal, u), shift, 6.28318530718 / f32(rays)) / f32(rays);
+            sum += arriving(start, cosine_direction(s.normal, u), shift) / f32(rays);
 #ifdef SPECULAR
             if s.specular > 0.0 {
                 let direction = lobe_direction(reflect(-s.view, s.normal), s.shininess, u);
                 if dot(direction, s.normal) > 0.0 {
-                    shine += s.specular * arriving(start, direction, shift, 0.0) / f32(rays);
+                    shine += s.specular * arriving(start, direction, shift) / f32(rays);
                 }
             }
 #endif

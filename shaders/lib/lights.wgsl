@@ -1,11 +1,15 @@
 //! Light straight from the scene's lights. Units as in glTF's KHR_lights_punctual, taken as radiometric: point and
 //! spot lights in W/sr a channel, directional ones in W/m².
 //!
-//! With LIGHT_UNIFORMS the rows of lights lie in uniforms: for scenes that have few.
+//! With LIGHT_UNIFORMS the rows of lights lie in uniforms: for scenes that have few. With SUN_RAYS shadows of
+//! directional lights are traced: a map of one would have to show the whole scene.
 #define_import_path lightgraph::lights
 #import lightgraph::cube
 #import lightgraph::surface::Surface
 #import lightgraph::lobe::reflectance
+#ifdef SUN_RAYS
+#import lightgraph::trace::{FAR, is_free, leave}
+#endif
 
 struct Light {
     /// 0 point, 1 spot, 2 directional.
@@ -213,7 +217,24 @@ fn reflected_from(i: u32, s: Surface) -> vec3f {
 fn reflected_light(s: Surface) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < light_count(); i++) {
+#ifdef SUN_RAYS
+        if lights[i].kind == 2u {
+            continue;
+        }
+#endif
         sum += reflected_from(i, s);
     }
+#ifdef SUN_RAYS
+    // In a loop of their own: llvmpipe of Mesa 22.3 crashes where a map is gathered from and a ray traced in one.
+    for (var i = 0u; i < light_count(); i++) {
+        if lights[i].kind == 2u {
+            let reflected = unshadowed(lights[i], s);
+            let towards = -lights[i].direction;
+            if any(reflected > vec3f(0.0)) && is_free(leave(s.position, s.normal + s.view), towards, FAR) {
+                sum += reflected;
+            }
+        }
+    }
+#endif
     return sum;
 }
