@@ -5,6 +5,9 @@
 #ifdef PACKED_PROBES
 #import lightgraph::packed_indirect::{ALL, reflected_probes}
 #import lightgraph::surface::is_lit
+#ifdef PROBE_VISIBILITY
+#import lightgraph::report::{check}
+#endif
 #else
 #import lightgraph::indirect::reflected_probes
 #import lightgraph::surface::{is_lit, read_record}
@@ -13,8 +16,9 @@
 var<uniform> behind_seen: f32;
 #ifdef PACKED_PROBES
 #ifdef PROBE_VISIBILITY
-/// What sees each pixel's surface.
+/// What sees each pixel's surface; see surface_sight.wgsl.
 var surface_sight: texture_2d<u32>;
+var<storage, read> blind: array<u32>;
 #endif
 #else
 var sh: texture_3d<f32>;
@@ -26,6 +30,14 @@ fn indirect_light(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(indirect)) {
         return;
     }
+#ifdef PACKED_PROBES
+#ifdef PROBE_VISIBILITY
+    if all(id.xy == vec2u(0u)) {
+        // Too few probes for the scene: a tenth of the surfaces in sight are black, since none sees them.
+        check(10u * blind[0] <= blind[1], id, #{HERE}); // no probe sees a tenth of the image: take a finer `grid`
+    }
+#endif
+#endif
     var light = vec3f(0.0);
     let seen = seen_at(id.xy);
     if is_lit(seen.albedo) {

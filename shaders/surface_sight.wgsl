@@ -1,4 +1,4 @@
-//! Which probes see what the camera sees.
+//! Which probes see what the camera sees, and how much of it none does.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::seen::seen_at
 #import lightgraph::probes
@@ -7,6 +7,8 @@
 
 /// As `lightgraph::visible_probes::sight` has it.
 var surface_sight: texture_storage_2d<r32uint, write>;
+/// Pixels that show a surface which no probe sees, and all that show a surface.
+var<storage, read_write> blind: array<atomic<u32>>;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -19,6 +21,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let ray = pixel_ray(id.xy);
         let point = ray.origin + surface.normal.w * ray.direction;
         seen = sight(probes::cell(point), point, surface.normal.xyz);
+        atomicAdd(&blind[0], u32(seen == 0u));
+        atomicAdd(&blind[1], 1u);
     }
     textureStore(surface_sight, id.xy, vec4u(seen, 0u, 0u, 0u));
 }

@@ -161,3 +161,23 @@ fn shaders_that_check_nothing_pay_nothing() {
     assert_eq!(bound("show.wgsl"), ["numbers"]);
     assert_eq!(bound("count.wgsl"), ["most", "numbers", "shader_report"]);
 }
+
+/// A grid of which no probe sees a large part of the image would leave that part black without a word.
+#[test]
+fn probes_that_see_too_little_are_told() {
+    let _alone = device::gpu();
+    let scratch = Scratch::new("checks-blind");
+    let scene = repository("scenes/street").display().to_string();
+    let graph = repository("graphs/gi/fast_grid_visible.ron").display().to_string();
+    let out = scratch.path().join("out.exr").display().to_string();
+    let render = ["render", &graph, "--scene", &scene, "--size", "64x64", "--out", &out, "--set"];
+    let told = |grid: &str| {
+        let output = lightgraph(&[&render[..], &[grid]].concat(), true);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, said) = told("grid=2,2,2");
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("no probe sees a tenth of the image"), "{said}");
+    let (code, said) = told("grid=4,4,4");
+    assert_eq!(code, Some(0), "{said}");
+}
