@@ -30,9 +30,9 @@ test: display browser lint
 	scripts/install-python.sh
 	cargo build
 	target/debug/lightgraph fmt --check graphs scenes template tests/graphs tests/variants
-	$(VENV) target/python/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
+	scripts/python-module.sh
 	target/python/venv/bin/python -m pytest --quiet crates/python/tests
-	cargo test --lib --bins --package lightgraph --package lightgraph-cli --package lightgraph-lsp --package lightgraph-web
+	cargo test --lib --bins
 	cargo test --doc
 	cargo test --examples --test it
 
@@ -49,7 +49,8 @@ blender:
 
 test-blender: driver
 	scripts/install-blender.sh
-	VIRTUAL_ENV="$(CURDIR)/target/blender/venv" target/blender/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
+	cargo build
+	scripts/python-module.sh target/blender/venv
 	target/blender/venv/bin/python -m pytest --quiet editors/blender/tests
 	scripts/blender-window.sh
 

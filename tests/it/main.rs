@@ -3,6 +3,7 @@
 //! - `bad`: every file of `tests/bad` gives the errors that stand at its head
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
 //! - `bench_run`: a bench of a few pixels from end to end
+//! - `bench_shards`: a bench in parts, joined
 //! - `bench_page`: the page of kept results of a bench, in a browser
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
@@ -55,6 +56,7 @@ mod bad;
 mod bad_scenes;
 mod bench_page;
 mod bench_run;
+mod bench_shards;
 mod browser;
 mod closed_forms;
 mod command;

@@ -95,6 +95,7 @@ pub fn planned(target: &Target<'_>) -> Checked<Entry> {
         leak: None,
         picture: None,
         fault: None,
+        host: None,
     })
 }
 

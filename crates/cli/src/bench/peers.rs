@@ -173,6 +173,7 @@ fn entry(line: &str, job: Job<'_>) -> Checked<(Entry, BTreeMap<String, Image>)> 
         leak: None,
         picture: None,
         fault: None,
+        host: None,
     };
     Ok((entry, images))
 }

@@ -17,6 +17,7 @@ mod page;
 pub mod plan;
 pub mod render;
 pub mod serve;
+mod shards;
 mod speed;
 mod stats;
 pub mod stress;
@@ -125,8 +126,11 @@ impl From<OpenError> for Failure {
     }
 }
 
-/// Runs a command and says how it went. Returns the exit code.
-pub fn run(cli: &Cli) -> u8 {
+/// Runs a command. Returns the exit code.
+///
+/// # Errors
+/// Why it did not do its work.
+pub fn attempt(cli: &Cli) -> Result<u8, Failure> {
     if let Some(folder) = caches::folder() {
         shader::keep_joined_in(folder.join("shaders"));
     }
@@ -136,7 +140,7 @@ pub fn run(cli: &Cli) -> u8 {
     if let Some(timeout) = cli.timeout {
         gpu::set_patience(timeout);
     }
-    let result = match &cli.command {
+    match &cli.command {
         Command::Render(args) => render::run(args),
         Command::View(args) => view::run(args),
         Command::Watch(args) => watch::run(args),
@@ -152,8 +156,12 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Bench(args) => bench::run(args),
         Command::Tune(args) => tune::run(args),
         Command::Stress(args) => stress::run(args),
-    };
-    let (faults, code) = match result {
+    }
+}
+
+/// Runs a command and says how it went. Returns the exit code.
+pub fn run(cli: &Cli) -> u8 {
+    let (faults, code) = match attempt(cli) {
         Ok(code) => (vec![], code),
         Err(Failure::Faults(f)) => (f.0, 1),
         Err(Failure::Usage(f)) => (f.0, 2),

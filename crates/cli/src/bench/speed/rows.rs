@@ -1,6 +1,6 @@
 //! What was measured, line by line.
 
-use crate::bench::results::Machine;
+use crate::bench::host::Machine;
 use lightgraph::diag::Checked;
 use lightgraph::image::file::write_atomically;
 use serde::Serialize;
