@@ -2,6 +2,7 @@
 # make web     the page for browsers, the engine as WebAssembly and an editor, to target/web
 # make test-web  the same in Chromium without a display, on a software adapter: pictures go to out/web
 # make python  the Python module, built and installed into target/python/venv
+# make wheel   the Python wheel, to target/wheels, tried in an environment of its own
 # make blender the add-on for Blender, with the Python module inside, to out/lightgraph_blender.zip
 # make test-blender  the add-on in Blender, against Cycles; installs Blender as a Python module (400 MB) into target/blender
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
@@ -24,7 +25,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test web test-web python blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor deny driver display browser lint
+.PHONY: test web test-web python wheel blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor deny driver display browser lint
 
 test: display browser lint
 	scripts/install-python.sh
@@ -42,6 +43,10 @@ python: driver
 	scripts/install-python.sh
 	$(VENV) target/python/venv/bin/maturin develop --quiet --release --manifest-path crates/python/Cargo.toml
 	target/python/venv/bin/python -c 'import lightgraph; print("lightgraph", lightgraph.__version__, "is in target/python/venv")'
+
+wheel: driver
+	scripts/install-python.sh
+	scripts/wheel.sh
 
 blender:
 	scripts/install-python.sh

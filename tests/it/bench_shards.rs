@@ -108,9 +108,9 @@ fn parts_of_a_bench_are_joined_to_the_whole() {
     merge(&parts.each_ref().map(String::as_str), 0);
 
     // A part of another bench.
-    let other = [&WORK[..], &["--shard", "2/3", "--seconds", "0", "--out", &at("other")]].concat();
-    run(&other, true, 0);
-    let text = merge(&[one, &at("other")], 1);
+    let other = at("other");
+    run(&[&WORK[..], &["--shard", "2/3", "--seconds", "0", "--out", &other]].concat(), true, 0);
+    let text = merge(&[one, &other], 1);
     assert!(text.contains("parts of different benches"), "{text}");
 }
 

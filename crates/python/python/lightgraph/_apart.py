@@ -18,7 +18,7 @@ def run(words: list[str]) -> str:
     with tempfile.TemporaryDirectory() as folder:
         fault = Path(folder, "fault")
         done = subprocess.run(
-            [sys.executable, "-m", f"{package.name}._apart", str(fault), *words],
+            [sys.executable, "-c", "from lightgraph._apart import _main; _main()", str(fault), *words],
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
             stdout=subprocess.PIPE,
             encoding="utf-8",
@@ -31,18 +31,15 @@ def run(words: list[str]) -> str:
     return done.stdout
 
 
-def _main(fault: str, words: list[str]) -> int:
+def _main() -> None:
     import signal
 
-    from lightgraph import _native
+    from . import _native
 
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    fault, *words = sys.argv[1:]
     try:
-        return _native.attempt(words)
+        sys.exit(_native.attempt(words))
     except Exception as error:
         Path(fault).write_bytes(pickle.dumps(error))
-        return 1
-
-
-if __name__ == "__main__":
-    sys.exit(_main(sys.argv[1], sys.argv[2:]))
+        sys.exit(1)
