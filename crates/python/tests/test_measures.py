@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lightgraph as lg
+from lightgraph.measures import _swept
 
 DIRECT, GRID = (f"lightgraph:graphs/gi/{name}.ron" for name in ("direct", "fast_grid"))
 
@@ -23,44 +24,43 @@ def module(*words):
     return subprocess.run(command, capture_output=True, text=True, timeout=300)
 
 
-def test_a_bench_is_what_the_command_writes(scene, tmp_path):
-    sweep = {"grid": [(1, 1, 1), 2], "bounces": [1]}
+def test_a_bench_is_what_the_command_writes(scenes, tmp_path):
+    work = [DIRECT], [scenes / "cornell_point.gltf", scenes / "furnace.glb"], {"bias": [1.0, 2]}
     more = {"size": (16, 12), "repeat": 1, "phases": ["still"], "references": tmp_path}
-    found = lg.bench([DIRECT, GRID], [scene], sweep, out=tmp_path / "whole", **more)
-    told = [(e["graph"], e["setting"]) for e in found["entries"]]
-    assert told == [
-        ("direct", ""),
-        ("fast_grid", ""),
-        ("fast_grid", "grid=(1, 1, 1) bounces=1"),
-        ("fast_grid", "grid=2 bounces=1"),
-    ]
+    found = lg.bench(*work, out=tmp_path / "whole", **more)
+    told = [(e["scene"], e["setting"]) for e in found["entries"]]
+    settings = ["", "bias=1.0", "bias=2"]
+    assert told == [(scene, setting) for scene in ("cornell_point", "furnace") for setting in settings]
     for entry in found["entries"]:
         assert entry["fault"] is None and [p["phase"] for p in entry["phases"]] == ["first", "still"]
         assert entry["host"]["machine"]["adapter"] == lg.adapter()[0]
     for number in (1, 2):
-        part = lg.bench([DIRECT, GRID], [scene], sweep, out=tmp_path / f"part-{number}", shard=(number, 2), **more)
-        assert part["part"]["shard"] == {"number": number, "of": 2}
+        part = lg.bench(*work, out=tmp_path / f"part-{number}", shard=(number, 2), **more)
+        assert part["part"]["shard"] == {"number": number, "of": 2} and len(part["entries"]) == 3
     done = module("bench", "--merge", tmp_path / "part-1", tmp_path / "part-2", "--out", tmp_path / "joined")
     assert done.returncode == 0, done.stderr
     joined = json.loads((tmp_path / "joined" / "results.json").read_text())
-    assert [(e["graph"], e["setting"]) for e in joined["entries"]] == told
+    assert [(e["scene"], e["setting"]) for e in joined["entries"]] == told
     # What is there is not measured again.
-    assert lg.bench([DIRECT, GRID], [scene], sweep, out=tmp_path / "whole", resume=True, **more) == found
+    assert lg.bench(*work, out=tmp_path / "whole", resume=True, **more) == found
+
+
+def test_a_sweep_is_written_as_the_command_reads_it():
+    assert _swept({"grid": [(1, 1, 1), 2], "soft": [True]}) == "grid=(1, 1, 1),2;soft=true"
 
 
 def test_a_scene_is_tuned(scene, tmp_path):
     out = tmp_path / "tuned.ron"
-    found = lg.tune(
-        scene, out=out, error=1000, graphs=[DIRECT, GRID], sweep={"grid": [2]}, size=(24, 16), reference_seconds=1
-    )
+    more = {"out": out, "graphs": [DIRECT], "sweep": {"bias": [1.0]}, "size": (16, 12), "reference_seconds": 0.1}
+    found = lg.tune(scene, error=1000, **more)
     chosen = found["candidates"][found["chosen"]]
     assert chosen["unbeaten"] and chosen["ms"] == min(c["ms"] for c in found["candidates"])
     assert found["variant"] == str(out) and found["reference"]["frames"] >= 4
-    assert {c["graph"] for c in found["candidates"]} == {DIRECT, GRID}
-    image = lg.Renderer(out, scene, (24, 16)).frame()["color"]
+    assert [c["setting"] for c in found["candidates"]] == [{}, {"bias": "1"}]
+    image = lg.Renderer(out, scene, (16, 12)).frame()["color"]
     assert np.isfinite(image).all() and image.max() > 0
     with pytest.raises(lg.GraphError, match="nothing measured errs by"):
-        lg.tune(scene, out=out, error=1e-9, graphs=[DIRECT], sweep={}, size=(24, 16), reference_seconds=0.1)
+        lg.tune(scene, error=1e-9, **more)
 
 
 @pytest.mark.parametrize(
