@@ -256,7 +256,8 @@ class Renderer:
 
     @property
     def stats(self) -> dict[str, Any]:
-        """What the last frame took: by step whether and why it ran, milliseconds, loops, bytes, the adapter."""
+        """What the last frame took: by step whether and why it ran, milliseconds, loops, bytes, the adapter. `call_ms` is
+        the library's whole call, the same from Rust; `wall_ms` of it from recording to the end of the device's work."""
         return self._native.stats()
 
     @property
