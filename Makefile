@@ -33,7 +33,7 @@ test: display browser lint
 	target/debug/lightgraph fmt --check graphs scenes template tests/graphs tests/variants
 	scripts/python-module.sh
 	target/python/venv/bin/python -m pytest --quiet crates/python/tests
-	cargo test --lib --bins
+	cargo test --workspace --lib --bins
 	cargo test --doc
 	cargo test --examples --test it
 
