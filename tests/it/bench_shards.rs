@@ -29,11 +29,10 @@ fn run(words: &[&str], adapter: bool, code: i32) -> String {
     text
 }
 
-/// All but times, which no two runs share.
-fn errors(results: &Results) -> Vec<(String, String, String, &[Score], Option<&str>)> {
-    let one = |e: &Entry| (e.scene.clone(), e.graph.clone(), format!("{:?}", e.params));
-    let all = results.entries.iter().map(|e| (one(e), e.scores.as_slice(), e.fault.as_deref()));
-    all.map(|((scene, graph, params), scores, fault)| (scene, graph, params, scores, fault)).collect()
+/// All but times, which no two runs share: what was measured, its errors, its fault.
+fn errors(results: &Results) -> Vec<(String, &[Score], Option<&str>)> {
+    let what = |e: &Entry| format!("{} {} {:?}", e.scene, e.graph, e.params);
+    results.entries.iter().map(|e| (what(e), e.scores.as_slice(), e.fault.as_deref())).collect()
 }
 
 #[test]
