@@ -22,7 +22,8 @@ class Tracer:
         self.pixels = width * height
         self.shape = (height, width, 3)
         # Direct light from points reaches pixel centres along one path: no chance is involved.
-        self.direct_is_exact = scene.panorama is None and all(max(m.emission) == 0 for m in scene.materials)
+        self.under_panorama = scene.panorama is not None
+        self.direct_is_exact = not self.under_panorama and all(max(m.emission) == 0 for m in scene.materials)
         # `path` lets no light of points through masks.
         self.integrator = "path" if all(m.cutoff is None for m in scene.materials) else "volpath"
 

@@ -1,5 +1,5 @@
-//! A board of materials: every part of glTF's metallic-roughness model and each kind of texture once, under a panorama
-//! and a sun.
+//! A board of materials: every part of glTF's metallic-roughness model and each kind of texture once, under a
+//! panorama.
 
 use crate::glb::Document;
 use crate::mesh::Mesh;
@@ -100,7 +100,6 @@ pub fn board() -> Document {
     });
     d.place("chalk panel", chalk_panel, DAffine3::IDENTITY);
 
-    d.sun("sun", p(-2.0, 4.0, 5.0), [2.0, 1.8, 1.5]);
     d.camera("front", p(0.0, 2.2, 9.0), p(0.0, 1.95, 0.0), 36.0);
     d
 }

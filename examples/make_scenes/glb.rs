@@ -158,6 +158,17 @@ impl Document {
         self.accessor(bytemuck::cast_slice(values.as_flattened()), values.len(), FLOAT, shape)
     }
 
+    /// An accessor of places, or of what moves them.
+    pub fn places(&mut self, values: &[[f32; 3]]) -> usize {
+        let index = self.floats(values);
+        for (name, pick) in [("min", f32::min as fn(f32, f32) -> f32), ("max", f32::max)] {
+            let extent: [f32; 3] =
+                std::array::from_fn(|axis| values.iter().map(|v| v[axis]).reduce(pick).unwrap_or(0.0));
+            self.accessors[index][name] = json!(extent);
+        }
+        index
+    }
+
     /// An accessor of times.
     pub fn times(&mut self, times: &[f32]) -> usize {
         let index = self.accessor(bytemuck::cast_slice(times), times.len(), FLOAT, "SCALAR");
@@ -197,14 +208,8 @@ impl Document {
         let welded = mesh.weld(textured);
         let count = welded.positions.len();
         assert!(count <= 65_535, "a primitive has {count} vertices; 16-bit indices reach 65,535");
-        let extent = |pick: fn(f32, f32) -> f32| -> [f32; 3] {
-            std::array::from_fn(|axis| welded.positions.iter().map(|p| p[axis]).reduce(pick).unwrap_or(0.0))
-        };
         let mut attributes = json!({});
-        let position = self.accessor(bytemuck::cast_slice(&welded.positions), count, FLOAT, "VEC3");
-        self.accessors[position]["min"] = json!(extent(f32::min));
-        self.accessors[position]["max"] = json!(extent(f32::max));
-        attributes["POSITION"] = json!(position);
+        attributes["POSITION"] = json!(self.places(&welded.positions));
         if !welded.flat {
             attributes["NORMAL"] = json!(self.accessor(bytemuck::cast_slice(&welded.normals), count, FLOAT, "VEC3"));
         }

@@ -54,7 +54,7 @@ pub fn moves() -> Document {
         let swell: Vec<[f32; 3]> = positions.iter().map(|p| [p[0] * p[1], 0.0, p[2] * p[1]]).collect();
         primitive["attributes"]["JOINTS_0"] = json!(d.bytes(&joints));
         primitive["attributes"]["WEIGHTS_0"] = json!(d.floats(&weights));
-        primitive["targets"] = json!([{ "POSITION": d.floats(&swell) }]);
+        primitive["targets"] = json!([{ "POSITION": d.places(&swell) }]);
     });
     d.words_of(stalk)["weights"] = json!([0.25]);
     let binds: Vec<[f32; 16]> = [0.0, 1.0, 2.0].map(|y: f32| shift(-y)).to_vec();
@@ -73,7 +73,7 @@ pub fn moves() -> Document {
     let ball = d.mesh_with("ball", &ball, clay, |d, positions, primitive| {
         let flat: Vec<[f32; 3]> = positions.iter().map(|p| [0.4 * p[0], -0.7 * p[1], 0.4 * p[2]]).collect();
         let lean: Vec<[f32; 3]> = positions.iter().map(|p| [p[1] * p[1], 0.0, 0.3 * p[0]]).collect();
-        primitive["targets"] = json!([{ "POSITION": d.floats(&flat) }, { "POSITION": d.floats(&lean) }]);
+        primitive["targets"] = json!([{ "POSITION": d.places(&flat) }, { "POSITION": d.places(&lean) }]);
     });
     let ball = d.node(json!({ "name": "ball", "translation": [0.5, 0.0, 0.0] }), Some(ball));
     let values = [[0.0f32, 1.0], [1.0, 0.3], [0.2, 0.0], [0.7, 0.8]];

@@ -3,6 +3,7 @@
 use super::{
     model::{Camera, Lens, Scene},
     motion::{CameraPose, Pose, View},
+    room::FROM_FRONT,
 };
 use crate::{
     diag::{Checked, Diagnostic},
@@ -167,7 +168,7 @@ impl Scene {
         let half_height = (DEFAULT_YFOV * 0.5).tan();
         let narrower = half_height.min(half_height * aspect).atan();
         let distance = radius / narrower.sin();
-        let back = Vec3::new(0.0, 0.3, 1.0).normalize();
+        let back = FROM_FRONT.normalize();
         let forward = -back;
         let up = (Vec3::Y - forward * Vec3::Y.dot(forward)).normalize();
         let place = CameraPose { position: self.bounds.center() + back * distance, forward, up };

@@ -29,6 +29,7 @@ const KNOWN: [&str; 16] = [
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_clearcoat",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_texture_transform",
     "KHR_texture_basisu",
     "KHR_mesh_quantization",

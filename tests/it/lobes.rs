@@ -50,7 +50,7 @@ fn legendre(x: f64) -> [f64; ORDER + 1] {
 }
 
 /// Midpoints of cells of the sphere, and their solid angles.
-fn sphere() -> impl Iterator<Item = (DVec3, f64)> {
+pub fn sphere() -> impl Iterator<Item = (DVec3, f64)> {
     const STEPS: usize = 180;
     (0..STEPS * 2 * STEPS).map(|i| {
         let polar = PI * ((i / (2 * STEPS)) as f64 + 0.5) / STEPS as f64;

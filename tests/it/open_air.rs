@@ -199,6 +199,34 @@ fn only_rooms_are_stood_in() {
     assert!(loaded.scene.cameras.is_empty(), "{}", render(&loaded.notices));
 }
 
+/// A wall that faces −Z would show nothing to a camera before it.
+#[test]
+fn what_shows_only_backs_is_looked_at_from_the_other_side() {
+    let scratch = Scratch::new("turned");
+    let corners: [[f32; 3]; 3] = [[-1.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [1.0, 0.0, 0.0]];
+    let bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    std::fs::write(scratch.path().join("wall.bin"), &bytes).unwrap();
+    let wall = |sides: &str| {
+        let path = scratch.path().join("wall.gltf");
+        let text = format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+                "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "material": 0}}]}}],
+                "materials": [{{"doubleSided": {sides}}}], "buffers": [{{"uri": "wall.bin", "byteLength": 36}}],
+                "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+                "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                    "min": [-1, 0, 0], "max": [1, 2, 0]}}]}}"#
+        );
+        std::fs::write(&path, text).unwrap();
+        scene::load(&path).unwrap_or_else(|f| panic!("{f}"))
+    };
+    let turned = wall("false");
+    let text = render(&turned.notices);
+    assert!(text.contains("from +Z only backs would show"), "{text}");
+    let (view, _) = turned.scene.view(&turned.scene.pose(0.0), None, 1.0).unwrap_or_else(|f| panic!("{f}"));
+    assert!(view.place.position.z < -1.0 && view.place.forward.z > 0.9, "{view:?}");
+    assert!(wall("true").scene.cameras.is_empty(), "both sides show");
+}
+
 /// The camera looks through the backs of single-sided surfaces in every graph; light does not pass them.
 #[test]
 fn the_camera_looks_through_backs() {
