@@ -78,7 +78,8 @@ def written(sky, ball):
     panorama = HOME / f"{sky}.exr"
     raw = HOME / f"{sky}.packed.exr"
     raw.write_bytes(base64.b64decode(text.split("base64,", 1)[1].split("'")[0]))
-    image_files.write(panorama, image_files.read(raw))
+    # As it was made smaller, lamps have got rims of less than no light.
+    image_files.write(panorama, np.maximum(image_files.read(raw), 0))
     model = HOME / f"{ball}.glb"
     j, data = gltf.document(ROOT / "scenes/sky_ball.glb")
     if ball == "metal":
