@@ -102,6 +102,9 @@ def make(scene, camera, samples, bounces, folder):
     images = {"direct": direct, "indirect": mean, "full": direct + mean}
     counts = {"direct": 1 if tracer.direct_is_exact else samples, "indirect": samples, "full": samples}
     errors = {"direct": 0.0, "indirect": percent(error, mean), "full": percent(error, direct + mean)}
+    if tracer.under_panorama:
+        # Its direct light has noise, too; what the blocks' errors are is in images.
+        errors = {"indirect": errors["indirect"]}
     for n in bounces:
         mean, error, _ = light.mean_and_error(tracer, n + 2, fewer, SEED + n)
         name = f"b{n}_indirect"

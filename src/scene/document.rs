@@ -21,7 +21,7 @@ use std::{
 };
 
 /// What a file may use: by these names, as `extensionsUsed` lists them.
-const KNOWN: [&str; 16] = [
+const KNOWN: [&str; 17] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_unlit",
