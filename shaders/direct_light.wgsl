@@ -1,6 +1,6 @@
 //! Direct light in the image: emission, and the lights' first bounce; with EMITTERS_DIRECT, that of emitters too. With
-//! ENVIRONMENT it is seen where nothing else is; with ENVIRONMENT_DIRECT surfaces are lit by it. With FINISH metals shine
-//! as rough as they are at each pixel.
+//! ENVIRONMENT it is seen where nothing else is; with ENVIRONMENT_DIRECT surfaces are lit by it. With FINISH
+//! metals shine as rough as they are at each pixel.
 #import lightgraph::camera::pixel_ray
 #ifdef ENVIRONMENT
 #import lightgraph::environment

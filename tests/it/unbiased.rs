@@ -267,7 +267,7 @@ fn path_tracing_is_unbiased() {
     hold(&some.map(|(scene, quantity, bounces)| (listed(&manifest, scene), quantity, bounces)));
 }
 
-/// A board of balls and panels: roughness by metalness, each kind of texture, holes and vertex colours, under a panorama.
+/// A board of balls and panels under a panorama: roughness by metalness, each kind of texture, holes, vertex colours.
 #[test]
 fn path_tracing_shows_materials_as_mitsuba_does() {
     let manifest = manifest();
