@@ -176,7 +176,8 @@ pub const MATERIALS: &[Case] = &[
         |f| {
             base_texture(f, RED);
             let other = texture(f, [[0, 255, 0, 255]; 4]);
-            let mut stated = json!({"diffuseFactor": [0.5, 1, 0, 1], "diffuseTexture": other, "glossinessFactor": 0.75});
+            let mut stated =
+                json!({"diffuseFactor": [0.5, 1, 0, 1], "diffuseTexture": other, "glossinessFactor": 0.75});
             stated["specularFactor"] = json!([0.04, 0.08, 0.2]);
             extension(f, "KHR_materials_pbrSpecularGlossiness", stated);
         },
