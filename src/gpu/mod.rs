@@ -7,6 +7,7 @@
 mod bindings;
 mod device;
 mod dirty;
+mod display;
 mod encode;
 mod execute;
 mod gate;
@@ -32,6 +33,7 @@ mod upload;
 mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, set_patience, wanted_adapter};
+pub use display::{Arrangement, Display, Look};
 pub use execute::{Frame, execute, record};
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};

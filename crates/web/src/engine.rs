@@ -1,14 +1,14 @@
 //! From what the page wishes to frames on its canvas. Nothing waits: a session that is made is shown once the device
 //! has found no fault with it, and until then the one before goes on.
 
-use crate::display::{Display, showable};
 use crate::link;
 use crate::tell;
 use glam::{Vec2, Vec3};
 use lightgraph::builtin;
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::files;
-use lightgraph::gpu::{ArrivingImage, FrameReport, Gpu, Memory, Recorded};
+use lightgraph::gpu::{Arrangement, ArrivingImage, Display, FrameReport, Gpu, Look, Memory, Recorded};
+use lightgraph::image::png::ToneMap;
 use lightgraph::scene::{self, Scene, View, navigate};
 use lightgraph::session::{Pointer, Project, Session, Settings};
 use serde::Deserialize;
@@ -438,7 +438,8 @@ impl Engine {
             let recorded = made.session.record(&self.gpu, &mut encoder, self.index, time)?;
             if let Memory::Texture(texture) = made.session.memory(made.session.output(&made.output)?)? {
                 let view = target.texture.create_view(&Default::default());
-                self.display.draw(&self.gpu, &mut encoder, texture, self.exposure, &view);
+                let look = Look { stops: self.exposure, tone_map: ToneMap::Neutral, arrangement: Arrangement::First };
+                self.display.draw(&self.gpu, &mut encoder, [texture; 2], look, &view);
                 if self.image_wanted && self.image.is_none() {
                     self.image = Some(made.session.image_later(&self.gpu, &mut encoder, &made.output)?);
                     self.image_wanted = false;
@@ -479,4 +480,16 @@ impl Engine {
             "checks": tell::diagnostics(&Faults(warnings).0),
         })
     }
+}
+
+/// # Errors
+/// The texture holds no colours.
+pub fn showable(gpu: &Gpu, texture: &wgpu::Texture, name: &str) -> Checked<()> {
+    let sampled = texture.format().sample_type(None, Some(gpu.features));
+    let color = matches!(sampled, Some(wgpu::TextureSampleType::Float { .. }));
+    if color && texture.dimension() == wgpu::TextureDimension::D2 {
+        return Ok(());
+    }
+    let d = Diagnostic::error(format!("`{name}` holds no image of colours, and can't be shown"));
+    Err(d.help("choose another output").into())
 }
