@@ -14,8 +14,10 @@
 //! - [`mentions`], [`wgsl`]: the names in graph files and in shaders; [`workspace`] looks at each file once for a text
 //! - [`symbols`]: what names mean across files; [`answers`]: definitions, references, renames
 //! - [`complete`]: what may stand at a cursor; [`hover`]: what is known of a name; [`computed`]: what a graph comes to
-//! - [`outline`]: symbols, folds and hints of a document; [`fixes`]: edits that faults propose
-//! - [`server`]: messages in and out
+//! - [`outline`]: symbols, folds, hints and lenses of a document; [`semantic`]: what words in strings are; [`fixes`]:
+//!   edits that faults propose
+//! - [`status`]: what passes took last, from a run that goes on
+//! - [`capabilities`]: what the server says of itself; [`server`]: messages in and out
 //!
 //! What must stay true: a fault here is a fault of `lightgraph check`, in the same words at the same place; no text
 //! ends the server; answers don't wait for checks.
@@ -23,6 +25,7 @@
 #![forbid(unsafe_code)]
 
 mod answers;
+mod capabilities;
 mod checker;
 mod complete;
 mod computed;
@@ -32,7 +35,9 @@ mod hover;
 mod mentions;
 mod outline;
 mod ron;
+mod semantic;
 mod server;
+pub mod status;
 mod symbols;
 mod text;
 mod texts;
