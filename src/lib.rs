@@ -13,7 +13,7 @@
 //!   other code into faults, [`files`] reads regular files up to a size
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, sub-graphs, repetitions, names, layout
-//! - [`shader`]: composition, bindings, reflection, byte layouts
+//! - [`shader`]: composition, bindings, reflection, byte layouts, copies that note what an invocation computes
 //! - [`scene`]: glTF, scene RON, poses, tables, a hierarchy of boxes over triangles, simplified triangles
 //! - [`plan`]: wiring, liveness, sets and reductions, dirty bits, order, lifetimes and shared memory, where loops end,
 //!   the inputs of each step and the fingerprints made from them, what changed, how much work it is

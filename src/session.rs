@@ -1,9 +1,12 @@
 //! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
 
+mod capture;
 mod last;
+mod probe;
 mod project;
 
 pub use last::Pointer;
+pub use probe::Probing;
 pub use project::{Project, Settings, plan_for, shader_folders};
 
 use last::Last;
@@ -36,6 +39,8 @@ pub struct Session {
     pub notices: Vec<Diagnostic>,
     /// Milliseconds that the plan took, before anything was asked of the device.
     pub plan_ms: f64,
+    /// Of them: to compose the shaders.
+    pub compose_ms: f64,
     /// How far cameras, lights and nodes of the next frames are from where the scene says.
     pub shift: Shift,
     /// The texts that the plan's shaders were made from.
@@ -54,6 +59,8 @@ pub struct Session {
     /// By step: why it ran or did not in the last frame.
     why: Vec<Why>,
     scratch: Option<Scratch>,
+    /// The pass that is asked what it computes.
+    probe: Option<probe::Probed>,
 }
 
 impl Session {
@@ -88,8 +95,9 @@ impl Session {
             None => scene.assets().hashes,
         };
         let start = Instant::now();
-        let (Planned { plan, mut notices, warnings }, levels) =
+        let (Planned { mut plan, mut notices, warnings, compose_ms }, levels) =
             plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
+        let probe = settings.probe.as_ref().map(|wanted| probe::Probed::of(&mut plan, wanted, gpu)).transpose()?;
         let plan_ms = start.elapsed().as_secs_f64() * 1e3;
         // The next frame is most likely the last one again.
         let mut last = previous.map(|p| p.last.clone()).unwrap_or_default();
@@ -141,6 +149,7 @@ impl Session {
             plan,
             notices,
             plan_ms,
+            compose_ms,
             shift,
             texts,
             prepared,
@@ -153,6 +162,7 @@ impl Session {
             last,
             why: vec![],
             scratch,
+            probe,
         })
     }
 

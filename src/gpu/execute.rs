@@ -114,6 +114,9 @@ fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, reco
         first_runs: Vec::with_capacity(plan.steps.len()),
         loops: vec![],
         warnings: vec![],
+        start,
+        submit_ms: 0.0,
+        wait_ms: 0.0,
     };
     if frame.timing == Timing::Frame {
         walk.timer.mark(gpu, &mut walk.record);
@@ -136,7 +139,8 @@ fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, reco
     ];
     let later = Later::copy(gpu, &mut walk.record, spare, &of)?;
     walk.submit()?;
-    let Walk { times, first_runs, loops, warnings, gated, watch, .. } = walk;
+    let Walk { times, first_runs, loops, warnings, gated, watch, submit_ms, wait_ms, .. } = walk;
+    let record_ms = (ms_since(start) - submit_ms - wait_ms).max(0.0);
     let numerics = match watch {
         Some(watch) => {
             watch.collect(gpu, plan)?;
@@ -146,7 +150,22 @@ fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, reco
     };
     let (reporting, period) = (reports.steps(), gpu.timestamp_period);
     let places = frame.chosen.map_or(vec![], |chosen| instances.places(chosen));
-    Ok(Recorded { times, first_runs, loops, warnings, gated, numerics, taken, period, reporting, places, later, start })
+    Ok(Recorded {
+        times,
+        first_runs,
+        loops,
+        warnings,
+        gated,
+        numerics,
+        taken,
+        period,
+        reporting,
+        places,
+        later,
+        start,
+        record_ms,
+        submit_ms,
+    })
 }
 
 /// The state of a walk along the order.
@@ -176,6 +195,10 @@ struct Walk<'a> {
     first_runs: Vec<StepId>,
     loops: Vec<LoopReport>,
     warnings: Vec<Diagnostic>,
+    /// When the frame began, and how long it has handed over and waited since.
+    start: Instant,
+    submit_ms: f64,
+    wait_ms: f64,
 }
 
 /// A run of a loop that ended on the device, to be settled when the frame is done.
@@ -269,7 +292,7 @@ impl Walk<'_> {
         let waited = self.timing == Timing::Waited && !self.record.is_lent();
         if waited {
             self.submit()?;
-            gpu.wait()?;
+            self.wait()?;
         }
         let partial = self.chosen.is_some_and(|chosen| chosen.partial.contains(&id));
         let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, partial };
@@ -283,16 +306,24 @@ impl Walk<'_> {
             if time.is_none() {
                 self.first_runs.push(id);
             }
-            let time = time.get_or_insert(StepTime { step: id.0, runs: 0, instances: None, gpu_ms: None, cpu_ms: 0.0 });
+            let time = time.get_or_insert(StepTime {
+                step: id.0,
+                runs: 0,
+                instances: None,
+                gpu_ms: None,
+                began_ms: None,
+                cpu_ms: 0.0,
+            });
             time.runs += 1;
             time.cpu_ms += ms_since(start);
         }
         if (self.careful || waited) && !self.record.is_lent() {
-            let start = Instant::now();
+            let (start, began) = (Instant::now(), ms_since(self.start));
             self.submit()?;
-            gpu.wait().map_err(|faults| self.named(id, faults))?;
+            self.wait().map_err(|faults| self.named(id, faults))?;
             if waited && let Some(Some(time)) = self.times.get_mut(id.0) {
                 *time.gpu_ms.get_or_insert(0.0) += ms_since(start);
+                time.began_ms.get_or_insert(began);
             }
         }
         Ok(())
@@ -393,13 +424,22 @@ impl Walk<'_> {
 
     /// Hands what is encoded to the device; `None` when that is nothing.
     fn submit(&mut self) -> Checked<Option<wgpu::SubmissionIndex>> {
+        let start = Instant::now();
         let Some((commands, scope)) = self.record.finish() else { return Ok(None) };
         let submission = self.source.gpu.queue.submit([commands]);
         let ended = scope.end("run the frame");
         ended.map_err(|faults| self.blame().unwrap_or(faults))?;
         self.pending.clear();
         self.pending_iterations.clear();
+        self.submit_ms += ms_since(start);
         Ok(Some(submission))
+    }
+
+    fn wait(&mut self) -> Checked<()> {
+        let start = Instant::now();
+        let waited = self.source.gpu.wait();
+        self.wait_ms += ms_since(start);
+        waited
     }
 
     /// The faults of the first run that fails when each is encoded by itself. wgpu finds faults when an encoder is

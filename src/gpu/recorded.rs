@@ -26,6 +26,9 @@ pub struct FrameReport {
     pub device_ms: Option<f64>,
     /// From the call to the end of the device's work, in milliseconds.
     pub wall_ms: f64,
+    /// Of them: to upload and encode, and to hand over to the driver.
+    pub record_ms: f64,
+    pub submit_ms: f64,
 }
 
 /// The time of one step, summed over the iterations of the loops around it.
@@ -38,6 +41,9 @@ pub struct StepTime {
     pub instances: Option<u32>,
     /// On the device; `None` where it can't say.
     pub gpu_ms: Option<f64>,
+    /// When its first run began, in milliseconds: with [`super::Timing::Waited`] since the call, else since the first
+    /// timed step.
+    pub began_ms: Option<f64>,
     /// To encode.
     pub cpu_ms: f64,
 }
@@ -70,6 +76,8 @@ pub struct Recorded {
     pub(super) places: Vec<(StepId, usize)>,
     pub(super) later: Later,
     pub(super) start: Instant,
+    pub(super) record_ms: f64,
+    pub(super) submit_ms: f64,
 }
 
 impl Recorded {
@@ -84,9 +92,10 @@ impl Recorded {
     pub(super) fn report(&mut self, bytes: &[Vec<u8>]) -> FrameReport {
         let part = |i: usize| bytes.get(i).map_or(&[][..], Vec::as_slice);
         let taken = self.taken.read(part(0), self.period, self.times.len());
-        for ((ms, timed), time) in taken.steps.into_iter().zip(&mut self.times) {
+        for (timed, time) in taken.steps.into_iter().zip(&mut self.times) {
             if let Some(time) = time {
-                time.gpu_ms = time.gpu_ms.or((timed == time.runs).then_some(ms));
+                time.gpu_ms = time.gpu_ms.or((timed.runs == time.runs).then_some(timed.ms));
+                time.began_ms = time.began_ms.or(timed.began_ms);
             }
         }
         for (run, state) in self.gated.iter().zip(states(part(2))) {
@@ -107,6 +116,8 @@ impl Recorded {
             failed: failed(&self.reporting, part(1)),
             device_ms: taken.whole,
             wall_ms: ms_since(self.start),
+            record_ms: self.record_ms,
+            submit_ms: self.submit_ms,
         }
     }
 }

@@ -65,10 +65,20 @@ pub(super) struct Pair {
 
 /// What a frame took on the device.
 pub(super) struct Timed {
-    /// By index of the step: milliseconds, and the runs that were timed.
-    pub steps: Vec<(f64, u32)>,
+    /// By index of the step.
+    pub steps: Vec<TimedStep>,
     /// From the first begin to the last end, milliseconds.
     pub whole: Option<f64>,
+}
+
+/// What the runs of a step took, in milliseconds.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct TimedStep {
+    pub ms: f64,
+    /// The runs that were timed.
+    pub runs: u32,
+    /// From the first begin of all to that of its first run.
+    pub began_ms: Option<f64>,
 }
 
 impl Timer {
@@ -180,7 +190,7 @@ impl Timer {
 impl Taken {
     /// What `steps` steps took, by the bytes of their stamps.
     pub(super) fn read(&self, bytes: &[u8], period: f32, steps: usize) -> Timed {
-        let mut out = vec![(0.0, 0); steps];
+        let mut out = vec![TimedStep::default(); steps];
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(bytes);
         let ms = |begin: u64, end: u64| end.saturating_sub(begin) as f64 * f64::from(period) * 1e-6;
         let at = |chunk: usize, query: u32| ticks.get(chunk * CHUNK as usize + query as usize);
@@ -188,11 +198,16 @@ impl Taken {
         let mut whole = marks.clone().min().zip(marks.max()).map(|(first, last)| [first, last]);
         for (step, chunk, pair) in &self.runs {
             let [begin, end] = pair.map(|query| at(*chunk, query));
-            if let (Some((sum, runs)), Some(&begin), Some(&end)) = (out.get_mut(step.0), begin, end) {
-                *sum += ms(begin, end);
-                *runs += 1;
+            if let (Some(timed), Some(&begin), Some(&end)) = (out.get_mut(step.0), begin, end) {
+                timed.ms += ms(begin, end);
+                timed.runs += 1;
                 let [first, last] = whole.unwrap_or([begin, end]);
                 whole = Some([first.min(begin), last.max(end)]);
+            }
+        }
+        for (step, chunk, [begin, _]) in &self.runs {
+            if let (Some(timed), Some(&begin), Some([first, _])) = (out.get_mut(step.0), at(*chunk, *begin), whole) {
+                timed.began_ms.get_or_insert(ms(first, begin));
             }
         }
         Timed { steps: out, whole: whole.map(|[begin, end]| ms(begin, end)) }

@@ -23,6 +23,8 @@ pub struct Planned {
     pub notices: Vec<Diagnostic>,
     /// What the graph says that it can't do with these values.
     pub warnings: Vec<Diagnostic>,
+    /// Milliseconds that composing the shaders took.
+    pub compose_ms: f64,
 }
 
 /// How freely the plan may be made; both ways must give the same images.
@@ -149,7 +151,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     ending::decide(&mut plan, request.features);
     Faults::check(dirty::lasting(&plan, graph), ())?;
     let notices = unused.into_iter().chain(lint::notices(&plan)).collect();
-    Ok(Planned { plan, notices, warnings })
+    Ok(Planned { plan, notices, warnings, compose_ms: wiring.compose_ms })
 }
 
 /// What the plan knows of the levels: their clusters stand in the table behind those of the scene itself.

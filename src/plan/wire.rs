@@ -16,6 +16,7 @@ use crate::shader::{Index, Shader, Stage};
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use web_time::Instant;
 
 /// A pass that runs, or a loop over such.
 pub enum Item<'g> {
@@ -122,6 +123,8 @@ pub struct Wiring<'g> {
     pub off: Vec<(&'g Pass, String)>,
     /// Groups of alternatives of which more than one could run.
     pub groups: Vec<Group<'g>>,
+    /// Milliseconds that the shaders took.
+    pub compose_ms: f64,
 }
 
 /// Wires all passes whose conditions hold.
@@ -136,13 +139,15 @@ pub fn wire<'g>(
         values,
         sizes,
         faults,
-        out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![], groups: vec![] },
+        out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![], groups: vec![], compose_ms: 0.0 },
         index: request.texts.index(),
         mentioned: BTreeMap::new(),
         bits: BTreeSet::new(),
     };
     walk(&request.graph.passes, &mut |p| w.bits.extend(p.only.iter().map(|dirty| dirty.bits.value.as_str())));
+    let start = Instant::now();
     w.compose_ahead();
+    w.out.compose_ms = start.elapsed().as_secs_f64() * 1e3;
     w.strides();
     let mut items = w.passes(&request.graph.passes, &[]);
     // The shaders of a sub-graph may read an input for the definitions of a graph around alone.

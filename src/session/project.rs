@@ -1,5 +1,6 @@
 //! What is rendered and how: a graph with its shaders, the settings, and the plan that they make for a scene.
 
+use super::Probing;
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::files;
@@ -178,6 +179,8 @@ pub struct Settings {
     pub watch: bool,
     /// Every resource keeps memory of its own and can be looked at after the frame.
     pub inspect: bool,
+    /// A pass whose invocations can be asked what they compute; see [`super::Session::probe`].
+    pub probe: Option<Probing>,
     /// For tests of the proof: a kind of ingredient that is left out of every key, so that contents become wrong.
     pub without: Option<Kind>,
 }

@@ -29,6 +29,7 @@
 //! - `open_air`: environments, suns and cameras that files don't hold
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
+//! - `probe`: what one invocation computed, against a readback
 //! - `record`: frames recorded into a program's commands, with memory of its own
 //! - `references`: images and probes against another renderer
 //! - `renderers`: graphs beside other programs, as `bench --speed` sets them
@@ -44,6 +45,7 @@
 //! - `stress`: numerical stability: the cases that matter most
 //! - `toggles`: every field of the language, edited live
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
+//! - `trace`: traces of runs for Perfetto and Chrome
 //! - `trusted`: the end of the bounce loop, held to what it promises
 //! - `twins`: shaders against the Rust of the same mathematics
 //! - `view`: the window, on a virtual display
@@ -81,6 +83,7 @@ mod mutations;
 mod open_air;
 mod plain_scenes;
 mod planes;
+mod probe;
 mod projection;
 mod record;
 mod reference;
@@ -99,6 +102,7 @@ mod stress;
 mod support;
 mod test_command;
 mod toggles;
+mod trace;
 mod traced;
 mod trusted;
 mod tutorial;

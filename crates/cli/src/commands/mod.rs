@@ -4,6 +4,7 @@
 
 mod additions;
 pub mod bench;
+mod capture;
 pub mod check;
 pub mod compare;
 mod course;
@@ -15,6 +16,7 @@ pub mod new;
 mod outputs;
 mod page;
 pub mod plan;
+pub mod probe;
 pub mod render;
 pub mod serve;
 mod speed;
@@ -22,6 +24,7 @@ mod stats;
 pub mod stress;
 mod table;
 pub mod test;
+mod trace;
 pub mod tune;
 pub mod view;
 pub mod watch;
@@ -72,6 +75,8 @@ pub enum Command {
     Lsp(lsp::Args),
     /// Print what a graph compiles to; needs no adapter
     Plan(plan::Args),
+    /// Ask one invocation of a pass what it computes: inputs, uniforms, every `let`, outputs
+    Probe(probe::Args),
     /// Compare two images
     Compare(compare::Args),
     /// Run graph snapshot tests
@@ -144,6 +149,7 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Fmt(args) => fmt::run(args),
         Command::Lsp(args) => lsp::run(args),
         Command::Plan(args) => plan::run(args),
+        Command::Probe(args) => probe::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
         Command::Test(args) => test::run(args),
         Command::New(args) => new::run(args),

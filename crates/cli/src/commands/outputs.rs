@@ -162,7 +162,7 @@ fn place(path: &Path) -> Option<(&str, usize, &str)> {
 }
 
 /// A line for each word of a buffer: its place, and the word as an unsigned integer and as a float.
-fn lines(words: &[u32]) -> String {
+pub(super) fn lines(words: &[u32]) -> String {
     let line = |(i, word): (usize, &u32)| format!("{i}\t{word}\t{}\n", f32::from_bits(*word));
     words.iter().enumerate().map(line).collect()
 }

@@ -1,9 +1,11 @@
 //! `lightgraph render`: a graph to images, without a window.
 
 use super::additions::AdditionArgs;
+use super::capture::{self, Capture};
 use super::fastest::FastestArgs;
 use super::outputs::{OutputArgs, Written, is_numbered, number, output_names};
 use super::stats::{FrameStats, Stats};
+use super::trace::Trace;
 use super::{Failure, ShaderFolders, needs_no_scene, notices, print, scene_or_none, size, table};
 use lightgraph::diag::{Diagnostic, Faults};
 use lightgraph::gpu::{Gpu, Timing};
@@ -13,7 +15,6 @@ use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// Renders a graph without a window.
 #[derive(Debug, Clone, clap::Args)]
@@ -56,6 +57,12 @@ pub struct Args {
     /// Check what every step leaves: NaN, infinite numbers, and those outside of the ranges that the graph states
     #[arg(long)]
     pub watch_numerics: bool,
+    /// Write a trace of the run, of the host and of each step on the device: for ui.perfetto.dev or chrome://tracing
+    #[arg(long, value_name = "FILE.json")]
+    pub trace: Option<PathBuf>,
+    /// Write what a pass of the last frame reads and writes, images as EXR, and its uniforms, into a folder
+    #[arg(long, value_name = "PASS=DIR", conflicts_with_all = ["verify_skips", "watch_numerics"])]
+    pub capture: Option<Capture>,
     #[command(flatten)]
     pub fastest: FastestArgs,
     #[command(flatten)]
@@ -67,22 +74,23 @@ pub struct Args {
 /// # Errors
 /// Faults of files, graph, scene and device; wrong usage; no adapter.
 pub fn run(args: &Args) -> Result<u8, Failure> {
-    let mut clock = Clock::new();
+    let mut trace = Trace::new();
     let mut project = Project::open(&args.graph, &args.shaders.folders)?;
-    clock.lap("graph");
+    trace.lap("graph");
     let files = args.outputs.files(&mut project)?;
     let params = project.params(&args.set).map_err(Failure::Usage)?;
     let loaded = scene_or_none(args.scene.as_deref(), &args.additions)?;
     notices(&loaded.notices);
-    clock.lap("scene");
+    trace.lap("scene");
     let gpu = Gpu::open()?;
-    clock.lap("device");
+    trace.lap("device");
     let mut settings = Settings {
         params,
         size: args.size,
         camera: args.camera.clone(),
         outputs: Some(output_names(&files)),
         skip: !args.no_skip,
+        inspect: args.capture.is_some(),
         verify: args.verify_skips,
         watch: args.watch_numerics,
         timing: Timing::of_steps(&gpu),
@@ -90,18 +98,21 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     };
     let scene = Arc::new(loaded.scene);
     settings.choices = args.fastest.choices(&gpu, &project, &scene, &settings)?;
-    clock.lap("alternatives");
+    trace.lap("alternatives");
     let mut session = Session::new(&gpu, &project, scene, settings)?;
     needs_no_scene(args.scene.as_deref(), &project, &session.plan)?;
     notices(&session.notices);
-    clock.lap("prepare");
+    trace.prepared(&session);
 
-    let mut stats = Stats::new(&gpu, &session, clock.laps);
+    let mut stats = Stats::new(&gpu, &session, trace.laps());
     let progress = progress(args.frames);
     let mut text = String::new();
     let (mut failed, mut wrong) = (vec![], vec![]);
     for frame in 0..args.frames {
-        let report = session.frame(&gpu, frame, frame as f32 / args.fps)?;
+        let time = frame as f32 / args.fps;
+        let wanted = args.capture.as_ref().filter(|_| frame + 1 == args.frames);
+        let report = capture::frame(&gpu, &mut session, (frame, time), wanted)?;
+        trace.frame(frame, &session, &report);
         let triangles = if args.stats.is_some() { session.triangles(&gpu)? } else { BTreeMap::new() };
         stats.frames.push(FrameStats::new(&session.plan, &report, session.why(), &triangles));
         if failed.is_empty() {
@@ -124,6 +135,10 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         notices(&wrong);
     } else {
         failed.extend(wrong);
+    }
+    trace.lap("files");
+    if let Some(path) = &args.trace {
+        trace.write(path)?;
     }
     if let Some(path) = &args.stats {
         let json = serde_json::to_string_pretty(&stats)
@@ -151,6 +166,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         let end = number(path, args.frames - 1);
         print(&format!("wrote {output} to {} … {}\n", number(path, 0).display(), end.display()));
     }
+    if let Some(capture) = &args.capture {
+        print(&format!("wrote inputs, outputs and uniforms of {} to {}\n", capture.pass, capture.folder.display()));
+    }
     // The images are there to be looked at, but something is wrong in them.
     Faults::check(failed, 0).map_err(Failure::from)
 }
@@ -165,21 +183,4 @@ fn progress(frames: u32) -> indicatif::ProgressBar {
 
 fn rate(text: &str) -> Result<f32, String> {
     text.parse().ok().filter(|x: &f32| x.is_finite() && *x > 0.0).ok_or_else(|| "it isn't a number above 0".into())
-}
-
-/// Milliseconds from lap to lap.
-struct Clock {
-    last: Instant,
-    laps: BTreeMap<&'static str, f64>,
-}
-
-impl Clock {
-    fn new() -> Clock {
-        Clock { last: Instant::now(), laps: BTreeMap::new() }
-    }
-
-    fn lap(&mut self, name: &'static str) {
-        self.laps.insert(name, self.last.elapsed().as_secs_f64() * 1e3);
-        self.last = Instant::now();
-    }
 }
