@@ -7,7 +7,6 @@ use lightgraph::graph::Graph;
 use lightgraph::image::Image;
 use lightgraph::image::metrics::Metrics;
 use lightgraph::plan::change::Why;
-use lightgraph::plan::show::Picture;
 use lightgraph::plan::{Plan, ResourceId};
 use lightgraph::scene::Scene;
 use lightgraph::value::Values;
@@ -62,7 +61,8 @@ pub struct Subject {
     /// What the plan was made with.
     pub params: Values,
     pub plan: Plan,
-    pub picture: Picture,
+    /// As [`Subject::plan`], with memory shared as a run without a window shares it.
+    pub shared: Plan,
     pub scene: Arc<Scene>,
     /// Time makes a difference: to the scene, or to a shader.
     pub moves: bool,

@@ -1,7 +1,9 @@
 //! Wishes and what comes of them, on the adapter of this machine.
 
+use super::super::feed::{Content, Score};
 use super::*;
 use lightgraph::diag::render;
+use lightgraph::gpu;
 use lightgraph::image::Image;
 use lightgraph::image::exr::{Precision, write_exr};
 use lightgraph::value::Value;
