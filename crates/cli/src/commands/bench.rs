@@ -12,6 +12,7 @@ use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::fastest::Policy;
 use lightgraph::gpu::Gpu;
 use lightgraph::session::Project;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -21,7 +22,8 @@ pub struct Args {
     /// Graph files, or folders that hold some, separated by commas
     #[arg(long, value_name = "FILES", value_delimiter = ',', default_value = "graphs/gi")]
     pub graphs: Vec<PathBuf>,
-    /// Scenes, as FILE or FILE:CAMERA, separated by commas [default: all that have references]
+    /// Scenes, as FILE or FILE:CAMERA, separated by commas [default: all that have references; without any, those in
+    /// `scenes`]
     #[arg(long, value_name = "SCENES", value_delimiter = ',')]
     pub scenes: Vec<String>,
     /// Settings to try; each graph takes the parameters it has [default: a dozen of the usual ones]
@@ -196,16 +198,28 @@ fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
             (text.clone(), listed.and_then(|(_, camera)| camera))
         }
     });
-    let all: Vec<_> = if args.scenes.is_empty() { manifest.views() } else { named.collect() };
+    let mut all: Vec<_> = if args.scenes.is_empty() { manifest.views() } else { named.collect() };
+    if all.is_empty() {
+        // A project without references has times to measure all the same.
+        all.extend(scenes_of(Path::new("scenes")).into_iter().map(|scene| (scene, None)));
+    }
     if all.is_empty() {
         let d = Diagnostic::error(format!("{} lists no scenes", args.references.display()));
-        return Err(Failure::Usage(d.help("give --scenes").into()));
+        return Err(Failure::Usage(d.help("give --scenes, or put some into `scenes`").into()));
     }
     let path = |scene: &str| match scene.contains('/') {
         true => PathBuf::from(scene),
         false => Path::new("scenes").join(scene),
     };
     Ok(all.into_iter().map(|(scene, camera)| View { path: path(&scene), camera }).collect())
+}
+
+/// The scenes of a folder, by their names without endings.
+fn scenes_of(folder: &Path) -> BTreeSet<String> {
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let scenes =
+        files.filter(|f| f.extension().is_some_and(|e| ["glb", "gltf", "ron"].iter().any(|known| e == *known)));
+    scenes.filter_map(|f| Some(f.file_stem()?.to_string_lossy().into_owned())).collect()
 }
 
 pub(super) fn machine(gpu: &Gpu) -> Machine {

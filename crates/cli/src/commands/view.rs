@@ -119,14 +119,14 @@ pub fn run(_: &Args) -> Result<u8, Failure> {
     Err(Failure::Usage(d.help("build it with `--features window`, or use `lightgraph watch`").into()))
 }
 
-/// The graph and the scene that the arguments name: a glTF in the graph's place is a scene, and a scene alone is shown
-/// by the graph that is right anywhere.
+/// The graph and the scene that the arguments name: a glTF in the graph's place is a scene. Without a graph it is the
+/// one that `render` takes, too.
 #[cfg(feature = "window")]
 fn given(args: &Args) -> (Option<PathBuf>, Option<&PathBuf>) {
     let is_scene = |path: &&PathBuf| path.extension().is_some_and(|e| e == "glb" || e == "gltf");
     let scene = args.scene.as_ref().or(args.graph.as_ref().filter(is_scene));
     let graph = args.graph.as_ref().filter(|path| !is_scene(path)).cloned();
-    let usual = || Some(PathBuf::from(super::DEFAULT_GRAPH)).filter(|_| scene.is_some() && args.restore.is_none());
+    let usual = || Some(PathBuf::from(super::DEFAULT_GRAPH)).filter(|_| args.restore.is_none());
     (graph.or_else(usual), scene)
 }
 

@@ -9,7 +9,7 @@ use super::save;
 use super::script::{Act, Moment, Script};
 use super::stage::{Stage, Wish};
 use super::state::{Save, State};
-use super::surface::{Paint, Screen};
+use super::surface::{Paint, Screen, fitting};
 use super::variants;
 use lightgraph::diag::{Checked, Diagnostic, Faults, render};
 use lightgraph::fastest::Policy;
@@ -203,7 +203,10 @@ impl ApplicationHandler<Wake> for App {
 
 impl App {
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<Open, Ended> {
-        let [width, height] = self.start.size;
+        let display = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+        // A script says the size that its pictures have.
+        let display = display.filter(|_| self.start.script.is_none()).map(|d| d.size().into());
+        let [width, height] = fitting(self.start.size, display);
         let attributes = Window::default_attributes()
             .with_title("lightgraph")
             .with_inner_size(PhysicalSize::new(width, height))

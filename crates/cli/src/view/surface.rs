@@ -30,6 +30,16 @@ pub struct Paint<'a> {
     pub shot: Option<&'a Path>,
 }
 
+/// The size of a window that its display shows all of, with room for a title and a bar.
+pub fn fitting(wanted: [u32; 2], display: Option<[u32; 2]>) -> [u32; 2] {
+    match display {
+        Some([width, height]) if width > 0 && height > 0 => {
+            [wanted[0].min(width), wanted[1].min((height - height / 10).max(1))]
+        }
+        _ => wanted,
+    }
+}
+
 impl Screen {
     /// # Errors
     /// The device can't draw to the window.
@@ -157,5 +167,17 @@ impl Screen {
         image.data.iter_mut().for_each(|v| *v = srgb::decode(*v));
         let image = Image::new(image.width, image.height, image.channels, image.data)?;
         write_png(path, &image, ToneMap::None, 0.0, &BTreeMap::new())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_is_no_larger_than_its_display() {
+        assert_eq!(fitting([1600, 900], Some([1280, 800])), [1280, 720]);
+        assert_eq!(fitting([640, 480], Some([1280, 800])), [640, 480]);
+        assert_eq!(fitting([640, 480], None), [640, 480]);
     }
 }
