@@ -109,3 +109,4 @@ mod unbiased;
 mod view;
 mod watch;
 mod web;
+mod written;

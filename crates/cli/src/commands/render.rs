@@ -2,10 +2,11 @@
 
 use super::additions::AdditionArgs;
 use super::fastest::FastestArgs;
+use super::film::{Film, is_film};
 use super::outputs::{OutputArgs, Written, is_numbered, number, output_names};
 use super::stats::{FrameStats, Stats};
 use super::{Failure, ShaderFolders, needs_no_scene, notices, print, scene_or_none, size, table};
-use lightgraph::diag::{Diagnostic, Faults};
+use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::{Gpu, Timing};
 use lightgraph::image::file::write_atomically;
 use lightgraph::session::{Project, Session, Settings};
@@ -99,6 +100,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let mut stats = Stats::new(&gpu, &session, clock.laps);
     let progress = progress(args.frames);
     let mut text = String::new();
+    let (films, files): (Vec<_>, Vec<_>) = files.into_iter().partition(|f| is_film(&f.1));
+    let mut films = Films { of: films, open: vec![], fps: args.fps };
     let (mut failed, mut wrong) = (vec![], vec![]);
     for frame in 0..args.frames {
         let report = session.frame(&gpu, frame, frame as f32 / args.fps)?;
@@ -110,6 +113,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         let numbered = files.iter().filter(|f| is_numbered(&f.1));
         let now: Vec<(String, PathBuf)> = numbered.map(|(o, path)| (o.clone(), number(path, frame))).collect();
         wrong.extend(args.outputs.write(&gpu, &session, &now)?.wrong);
+        wrong.extend(films.add(&gpu, &session, &args.outputs)?);
         progress.inc(1);
         if frame + 1 == args.frames {
             notices(&report.warnings);
@@ -117,6 +121,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     progress.finish_and_clear();
+    let filmed = films.finish()?;
     let last: Vec<(String, PathBuf)> = files.iter().filter(|f| !is_numbered(&f.1)).cloned().collect();
     let Written { wrong: more, exposed } = args.outputs.write(&gpu, &session, &last)?;
     wrong.extend(more);
@@ -151,8 +156,39 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         let end = number(path, args.frames - 1);
         print(&format!("wrote {output} to {} … {}\n", number(path, 0).display(), end.display()));
     }
+    for (output, path) in &filmed {
+        print(&format!("wrote {output} to {}, {} frames\n", path.display(), args.frames));
+    }
     // The images are there to be looked at, but something is wrong in them.
     Faults::check(failed, 0).map_err(Failure::from)
+}
+
+/// The outputs that become films, each frame as it comes.
+struct Films {
+    of: Vec<(String, PathBuf)>,
+    open: Vec<Film>,
+    fps: f32,
+}
+
+impl Films {
+    /// Adds a frame to each. Returns what is wrong in the images.
+    fn add(&mut self, gpu: &Gpu, session: &Session, how: &OutputArgs) -> Checked<Vec<Diagnostic>> {
+        let mut wrong = vec![];
+        for (i, (output, path)) in self.of.iter().enumerate() {
+            let image = session.image(gpu, output)?;
+            wrong.extend(how.wrong(output, &image));
+            if self.open.len() == i {
+                self.open.push(Film::new(path, [image.width, image.height], self.fps)?);
+            }
+            self.open[i].add(&image, how.tone_map, how.exposure.stops(&image))?;
+        }
+        Ok(wrong)
+    }
+
+    fn finish(self) -> Checked<Vec<(String, PathBuf)>> {
+        self.open.into_iter().try_for_each(Film::finish)?;
+        Ok(self.of)
+    }
 }
 
 /// A bar on a terminal, for more than one frame.

@@ -3,10 +3,11 @@
 //! A reload is a transaction: graph, shaders, scene and pipelines are all made anew and swapped in together, or
 //! the last good image stays and every fault is shown.
 
+use super::film::is_film;
 use super::outputs::{Written, number, output_names};
 use super::render;
 use super::{Failure, needs_no_scene, notices, print, scene_or_none};
-use lightgraph::diag::{Checked, Faults};
+use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::gpu::{FrameReport, Gpu};
 use lightgraph::plan::fastest::{Choices, still};
 use lightgraph::reload::{Watcher, folder_of, folders, settled};
@@ -89,6 +90,10 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         };
         let mut project = Project::open(&args.graph, &args.shaders.folders)?;
         let files = args.outputs.files(&mut project).map_err(Faults::from)?;
+        if let Some((_, film)) = files.iter().find(|f| is_film(&f.1)) {
+            let d = Diagnostic::error(format!("{}: `watch` renders one frame after each save", film.display()));
+            return Err(d.help("`lightgraph render --frames` makes films").into());
+        }
         let graph_ms = lap();
         let loaded = scene_or_none(args.scene.as_deref(), &args.additions).map_err(Faults::from)?;
         folders.extend(loaded.files.iter().filter_map(|f| folder_of(f)));
