@@ -9,7 +9,7 @@ pub mod known;
 use crate::content::hash;
 use crate::diag::Checked;
 use crate::gpu::{FrameReport, Gpu};
-use crate::graph::ast::{Pass, PassKind, Size, walk};
+use crate::graph::ast::{Pass, PassKind, walk};
 use crate::graph::expr::{Expr, Val};
 use crate::plan::fastest::{Alternatives, Choice, Choices, groups, once};
 use crate::plan::keys::work;
@@ -179,8 +179,7 @@ fn magnitude(pass: &Pass, value: &dyn Fn(&Expr) -> Option<Val>) -> u32 {
         _ => 1.0,
     };
     let over = match &pass.kind {
-        PassKind::Compute { over: Size::One(e), .. } => count(e),
-        PassKind::Compute { over: Size::Axes(axes, _), .. } => axes.iter().map(count).product(),
+        PassKind::Compute { over: Some(over), .. } => over.exprs().iter().map(count).product(),
         _ => 1.0,
     };
     ((pass.each.as_ref().map_or(1.0, count) * over).log2() / 6.0) as u32

@@ -80,7 +80,7 @@ impl Scratch {
                 continue;
             }
             let Some(id) = plan.resources.iter().position(|r| r.slot == slot).map(ResourceId) else { continue };
-            if keys.from_bits[id.0] {
+            if keys.from_bits[id.0] || !plan.resources[id.0].desc.is_readable() {
                 continue;
             }
             if let Some(place) = self.difference(gpu, plan, prepared, id)? {

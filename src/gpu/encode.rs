@@ -6,7 +6,7 @@ use super::{
     gate::Gate,
     pipelines::{Built, view_mask},
     pool::{Memory, Pool, floats, target_view},
-    prepare::{Pass, Ready, Shaded},
+    prepare::{Pass, Ready, Shaded, Target},
     record::Record,
     scene_data::SceneData,
     timing::Pair,
@@ -416,15 +416,16 @@ fn begin<'e>(
     timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
 ) -> Option<wgpu::RenderPass<'e>> {
     let targets = pass.targets.get(turn)?;
-    let attach = |(location, view): (usize, &'e Option<(wgpu::TextureView, Option<u32>)>)| {
-        let (view, depth_slice) = view.as_ref()?;
+    let attach = |(location, target): (usize, &'e Option<Target>)| {
+        let Target { view, slice: depth_slice, resolve } = target.as_ref()?;
         let target = draw.color.iter().find(|t| t.location as usize == location)?;
         let load = match target.clear.filter(|_| clears) {
             Some(value) => wgpu::LoadOp::Clear(color(value)),
             None => wgpu::LoadOp::Load,
         };
         let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
-        Some(wgpu::RenderPassColorAttachment { view, depth_slice: *depth_slice, resolve_target: None, ops })
+        let resolve_target = resolve.as_ref();
+        Some(wgpu::RenderPassColorAttachment { view, depth_slice: *depth_slice, resolve_target, ops })
     };
     let mut attachments = [const { None }; MOST_TARGETS];
     for (to, found) in attachments.iter_mut().zip(targets.color.iter().enumerate().map(attach)) {

@@ -154,7 +154,7 @@ impl Watch {
     ) -> Checked<()> {
         let Some(writes) = plan.steps.get(step.0).map(|s| s.writes.as_slice()) else { return Ok(()) };
         for id in writes.iter().take(SLOTS) {
-            let Some(resource) = plan.resources.get(id.0) else { continue };
+            let Some(resource) = plan.resources.get(id.0).filter(|r| r.desc.is_readable()) else { continue };
             let Some((source, texels, numbers)) = numbers(plan, step, *id, resource) else { continue };
             self.ready(gpu, pool.memory(plan, *id)?, *id, source)?;
             let Some((pipeline, group)) = self.ready.get(&(id.0, source)) else { continue };

@@ -128,6 +128,7 @@ struct Render {
     attributes: Vec<wgpu::VertexAttribute>,
     targets: Vec<Option<wgpu::ColorTargetState>>,
     depth: Option<wgpu::DepthStencilState>,
+    samples: u32,
     views: u32,
 }
 
@@ -256,7 +257,7 @@ impl Render {
                 ..Default::default()
             },
             depth_stencil: self.depth.clone(),
-            multisample: wgpu::MultisampleState::default(),
+            multisample: wgpu::MultisampleState { count: self.samples, ..Default::default() },
             fragment: self.fragment.as_ref().map(|name| wgpu::FragmentState {
                 module,
                 entry_point: Some(name),
@@ -304,6 +305,7 @@ fn render(plan: &Plan, step: &Step, draw: &Draw) -> Checked<Render> {
         attributes,
         targets: targets.collect(),
         depth: draw.depth.as_ref().map(depth_state),
+        samples: draw.samples,
         views: draw.views,
     })
 }

@@ -260,7 +260,7 @@ fn texture<'a>(t: &TextureDesc, label: &'a str) -> wgpu::TextureDescriptor<'a> {
         label: Some(label),
         size: wgpu::Extent3d { width: t.width, height: t.height, depth_or_array_layers: t.layers },
         mip_level_count: t.mips,
-        sample_count: 1,
+        sample_count: t.samples,
         dimension: match t.kind {
             TextureKind::D2 { .. } | TextureKind::Cube { .. } => wgpu::TextureDimension::D2,
             TextureKind::D3 => wgpu::TextureDimension::D3,
@@ -292,7 +292,11 @@ fn unfit(wanted: &Desc, memory: &Memory) -> Vec<(String, String)> {
             let format = |f: wgpu::TextureFormat| format!("of the format {f:?}");
             expect(t.format == theirs.format(), format(t.format), format(theirs.format()));
             let samples = theirs.sample_count();
-            expect(samples == 1, "one sample a texel".into(), format!("a texture of {samples} samples"));
+            expect(
+                samples == t.samples,
+                format!("{} samples a texel", t.samples),
+                format!("a texture of {samples} samples"),
+            );
             // Nothing is written there.
             let needed = t.usage - wgpu::TextureUsages::COPY_DST - wgpu::TextureUsages::RENDER_ATTACHMENT;
             let usage = theirs.usage();

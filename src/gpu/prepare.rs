@@ -18,7 +18,7 @@ use super::{
     wipe,
 };
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::{Action, Desc, Draw, Member, Node, Place, Plan, ResourceId, Step, StepId};
+use crate::plan::{Action, ColorTarget, Desc, Draw, Member, Node, Place, Plan, ResourceId, Step, StepId};
 use crate::scene::{Assets, Table};
 
 /// A plan made ready for one device and one scene. Frames run on it through [`super::execute`].
@@ -76,9 +76,19 @@ pub(super) struct Pass {
 /// The attachments of a render pass.
 #[derive(Debug)]
 pub(super) struct Targets {
-    /// By location; with the slice of a 3D texture.
-    pub color: Vec<Option<(wgpu::TextureView, Option<u32>)>>,
+    /// By location.
+    pub color: Vec<Option<Target>>,
     pub depth: Option<wgpu::TextureView>,
+}
+
+/// A colour target of a render pass.
+#[derive(Debug)]
+pub(super) struct Target {
+    pub view: wgpu::TextureView,
+    /// Of a 3D texture.
+    pub slice: Option<u32>,
+    /// What takes the mean of its samples.
+    pub resolve: Option<wgpu::TextureView>,
 }
 
 /// Makes a plan ready.
@@ -301,7 +311,12 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
         let slice = (texture.dimension() == wgpu::TextureDimension::D3).then_some(layer);
         Ok((target_view(texture, layer..layer.saturating_add(draw.views), mip), slice))
     };
-    let color = by_location(&draw.color).into_iter().map(|t| t.map(|t| attach(t.resource, layer, t.mip)).transpose());
+    let target = |t: &ColorTarget| -> Checked<Target> {
+        let (view, slice) = attach(t.resource, layer, t.mip)?;
+        let resolve = t.resolve.map(|id| attach(id, 0, 0)).transpose()?.map(|(view, _)| view);
+        Ok(Target { view, slice, resolve })
+    };
+    let color = by_location(&draw.color).into_iter().map(|t| t.map(target).transpose());
     let depth = draw.depth.as_ref().map(|d| {
         // A depth buffer with the layers of one member serves all in turn.
         let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == draw.views;

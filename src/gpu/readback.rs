@@ -109,6 +109,10 @@ pub fn read_image_later(
 /// Channels and bytes of a texture's texels, where the host can read them.
 fn readable(texture: &wgpu::Texture, name: &str) -> Checked<(u32, u32)> {
     let format = texture.format();
+    if texture.sample_count() > 1 {
+        let d = Diagnostic::error(format!("`{name}` has several samples a texel, and can't be read back"));
+        return Err(d.help("look at what it resolves to").into());
+    }
     let (Some(channels), Some(texel)) = (texel::channels(format), texel_bytes(format)) else {
         return Err(Diagnostic::error(format!("`{name}` has the format {format:?}, which can't be read back"))
             .help("copy it to a texture of a plain format in a pass")

@@ -11,6 +11,7 @@ pub(super) struct Fill {
     text: String,
     targets: Vec<Option<wgpu::ColorTargetState>>,
     depth: Option<wgpu::DepthStencilState>,
+    samples: u32,
 }
 
 /// A pipeline without bindings that gives each target of a draw its clear value, by one triangle of three vertices.
@@ -34,6 +35,7 @@ pub(super) fn pipeline(gpu: &Gpu, name: &str, draw: &Draw) -> Checked<wgpu::Rend
             stencil: wgpu::StencilState::default(),
             bias: wgpu::DepthBiasState::default(),
         }),
+        samples: draw.samples,
     };
     gpu.kept.fills.get(&fill, || fill.build(gpu, name))
 }
@@ -61,7 +63,7 @@ impl Fill {
                 },
                 primitive: wgpu::PrimitiveState::default(),
                 depth_stencil: self.depth.clone(),
-                multisample: wgpu::MultisampleState::default(),
+                multisample: wgpu::MultisampleState { count: self.samples, ..Default::default() },
                 fragment: (!self.targets.is_empty()).then_some(wgpu::FragmentState {
                     module: &module,
                     entry_point: Some("fill"),

@@ -196,8 +196,9 @@ impl Reader {
                     _ => None,
                 };
                 let many = many.and_then(|n| self.expr(n));
+                let samples = if name == "Texture" { f.get("samples").and_then(|n| self.expr(n)) } else { None };
                 format.zip(size).map(|(format, size)| match name {
-                    "Texture" => ResourceKind::Texture { format, size, layers: many, mips },
+                    "Texture" => ResourceKind::Texture { format, size, layers: many, mips, samples },
                     "Cube" => ResourceKind::Cube { format, size, count: many, mips },
                     _ => ResourceKind::Texture3d { format, size, mips },
                 })
@@ -273,6 +274,7 @@ impl Reader {
         let (mut each, mut only) = (None, None);
         let (mut defines, mut entry, mut set) = (vec![], vec![], vec![]);
         let (mut bind, mut mips) = (vec![], vec![]);
+        let mut tune = None;
         if !matches!(word, "Mips" | "Loop" | "For" | "Fastest") {
             each = f.get("each").and_then(|n| self.expr(n));
         }
@@ -284,6 +286,7 @@ impl Reader {
             entry = self.entries(f.get("entry"));
             (bind, mips) = self.bindings(f.get("bind"));
             set = self.exprs(f.get("set"));
+            tune = f.get("tune");
         }
         let kind = self.pass_kind(word, &mut f);
         self.finish(&f);
@@ -291,21 +294,11 @@ impl Reader {
             self.broken.extend(name.iter().map(|n| n.value.clone()));
         }
         let (name, span) = (name?, node.span.clone());
-        Some(Pass {
-            name,
-            span,
-            when,
-            group,
-            each,
-            only,
-            defines,
-            entry,
-            bind,
-            mips,
-            set,
-            scope: None,
-            indices: vec![],
-            kind: kind?,
+        let (scope, indices, kind) = (None, vec![], kind?);
+        let pass = Pass { name, span, when, group, each, only, defines, entry, bind, mips, set, scope, indices, kind };
+        Some(match tune {
+            Some(tune) => self.tuned(pass, tune),
+            None => pass,
         })
     }
 
@@ -333,14 +326,17 @@ impl Reader {
             "Screen" => self.raster(f, false).map(PassKind::Screen),
             "Compute" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));
-                let over = self.need(f, "over").and_then(|n| self.size(n));
+                let over = match f.get("over") {
+                    Some(n) => Some(self.size(n)?),
+                    None => None,
+                };
                 let indirect = f.get("indirect");
                 if let (Some(node), Some(each)) = (indirect, f.get("each")) {
                     let d = Diagnostic::error("one list of counts can't be that of each instance").at(&node.span, "");
                     self.fault(d.at(&each.span, "").help("leave `each` out, or `indirect`"));
                 }
                 let indirect = indirect.and_then(|n| self.name(n));
-                Some(PassKind::Compute { shader: shader?, over: over?, indirect })
+                Some(PassKind::Compute { shader: shader?, over, indirect })
             }
             "Reduce" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));

@@ -19,7 +19,7 @@ impl Reader {
             }
             return None;
         };
-        for name in ["each", "only", "frusta", "occluders", "tolerance"] {
+        for name in ["each", "only", "frusta", "occluders", "materials", "nodes", "tolerance"] {
             if let Some(node) = f.get(name) {
                 let d = Diagnostic::error(format!("`{name}` in a draw that has `vertices` of its own"));
                 let help = match name {
@@ -64,6 +64,9 @@ impl Reader {
             self.fault(d.help("give the pass `frusta`"));
         }
         let occluders = self.bool(occluders, false);
+        let materials = if geometry { f.get("materials").and_then(|n| self.expr(n)) } else { None };
+        let nodes = if geometry { f.get("nodes") } else { None };
+        let nodes = self.list(nodes).iter().filter_map(|n| self.text(n)).collect();
         let tolerance = if geometry { f.get("tolerance").and_then(|n| self.expr(n)) } else { None };
         let load = self.list(f.get("load")).iter().filter_map(|n| self.name(n)).collect();
         let clear = self.pairs(f.get("clear"), Reader::color);
@@ -81,6 +84,7 @@ impl Reader {
         ];
         let blend =
             self.pairs(f.get("blend"), |reader, n| Some(reader.word(Some(n), &blends, wgpu::BlendState::REPLACE)));
+        let resolve = self.names(f.get("resolve"));
         let layer = f.get("layer").and_then(|n| self.expr(n));
         let views = f.get("views").and_then(|n| self.expr(n));
         Some(Raster {
@@ -93,9 +97,12 @@ impl Reader {
             frusta,
             occluders,
             cull,
+            materials,
+            nodes,
             tolerance,
             load,
             clear,
+            resolve,
             blend,
             layer,
             views,

@@ -84,6 +84,8 @@ pub struct TextureDesc {
     /// Depth of a 3D texture, layers of any other (a cube has 6 for each).
     pub layers: u32,
     pub mips: u32,
+    /// Of each texel. More than one: a target of passes that draw, and nothing else.
+    pub samples: u32,
     pub usage: wgpu::TextureUsages,
     /// An atlas: square tiles in rows, each the view of one member.
     pub tiles: Option<Tiles>,
@@ -116,7 +118,7 @@ impl Desc {
         match self {
             Desc::Buffer { size, .. } => *size,
             Desc::Texture(t) => {
-                let texel = u64::from(t.format.block_copy_size(None).unwrap_or(4));
+                let texel = u64::from(t.format.block_copy_size(None).unwrap_or(4)).saturating_mul(t.samples.into());
                 let level = |m: u32| {
                     let side = |n: u32| u64::from((n >> m).max(1));
                     let layers = if t.kind == TextureKind::D3 { side(t.layers) } else { u64::from(t.layers) };
@@ -125,6 +127,11 @@ impl Desc {
                 (0..t.mips.min(32)).map(level).fold(0, u64::saturating_add)
             }
         }
+    }
+
+    /// Whether its numbers can be looked at: samples are seen by what they resolve to.
+    pub fn is_readable(&self) -> bool {
+        !matches!(self, Desc::Texture(t) if t.samples > 1)
     }
 
     /// The same without usages: what must agree for memory to be shared.

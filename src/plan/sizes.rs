@@ -1,6 +1,7 @@
 //! Declared resources to concrete descriptions: extents, counts, limits.
 
 use super::request::{Request, count_with};
+use super::samples::sampled;
 use super::{Desc, TextureDesc, TextureKind, Tiles};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, Resource, ResourceKind, Size, Stride};
@@ -201,14 +202,21 @@ impl<'a> Sizes<'a> {
         let optional = |e: &Option<Expr>, what| e.as_ref().map_or(Ok(1), |e| self.count(e, what));
         let texture = |kind, format, width, height, layers, mips, tiles| {
             let usage = wgpu::TextureUsages::empty();
-            Desc::Texture(TextureDesc { kind, format, width, height, layers, mips, usage, tiles })
+            Desc::Texture(TextureDesc { kind, format, width, height, layers, mips, samples: 1, usage, tiles })
         };
         let (mut elements, mut stride) = (0, 0);
         let desc = match &r.kind {
-            ResourceKind::Texture { format, size, layers, mips } => {
+            ResourceKind::Texture { format, size, layers, mips, samples } => {
                 let (e, n) = (self.extent(size, 2)?, optional(layers, "a number of layers")?);
                 let kind = TextureKind::D2 { array: layers.is_some() };
-                texture(kind, *format, e[0], e[1], n, optional(mips, "a number of mips")?, None)
+                let desc = texture(kind, *format, e[0], e[1], n, optional(mips, "a number of mips")?, None);
+                match (desc, samples) {
+                    (Desc::Texture(t), Some(said)) => {
+                        let samples = self.count(said, "a number of samples")?;
+                        Desc::Texture(sampled(name, r, t, (samples, said), self.request.features)?)
+                    }
+                    (desc, _) => desc,
+                }
             }
             ResourceKind::Texture3d { format, size, mips } => {
                 let e = self.extent(size, 3)?;

@@ -83,6 +83,7 @@ impl<'g> Wirer<'g, '_> {
             wired.uses.push(Use { resource, mip, mode, how: How::Target, span });
         }
         wired.color.sort();
+        self.resolves(wired, r);
         if let Some(depth) = &r.depth {
             let mode = if r.depth_write { self.target_mode(wired, r, &depth.value) } else { Mode::Read };
             let several =

@@ -99,7 +99,7 @@ pub use corners::{Corners, Held};
 pub use deform::{Deformed, Owners};
 pub use environment::Environment;
 pub use geometry::{Geometry, More, VERTEX_ATTRIBUTES, Vertex};
-pub use levels::{Level, Levels};
+pub use levels::{Level, Levels, Taken};
 pub use load::{Loaded, from_bytes, load, load_with, stand_in};
 pub use mips::Coding;
 pub use model::{Alpha, Bounds, Camera, Coat, Face, Keyframe, Lens, Light, LightKind, Material, Node, Scene};

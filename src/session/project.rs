@@ -10,7 +10,8 @@ use crate::plan::build::{Options, Planned, faults, plan_with};
 use crate::plan::fastest::{Choices, FIRST};
 use crate::plan::inputs::Kind;
 use crate::plan::lint;
-use crate::plan::request::{self, Request, tolerances};
+use crate::plan::parts::{asked, parts};
+use crate::plan::request::{self, Request};
 use crate::scene::{Level, Scene};
 use crate::shader::Library;
 use crate::value::Values;
@@ -200,7 +201,7 @@ pub(super) fn plan_of(
 ) -> Checked<(Planned, Vec<Arc<Level>>)> {
     let facts = scene.facts();
     let request = request_for((graph, texts), &facts, settings, gpu);
-    let levels: Vec<Arc<Level>> = tolerances(&request).into_iter().map(|metres| scene.level(metres)).collect();
+    let levels = parts(&asked(&request), scene)?;
     let readable = settings.verify || settings.inspect || settings.watch;
     let options = Options { readable, share: !settings.inspect, ..Options::default() };
     Ok((plan_with(&Request { levels: &levels, ..request }, options)?, levels))

@@ -79,6 +79,7 @@ mod mutants;
 mod mutated;
 mod mutations;
 mod open_air;
+mod parts;
 mod plain_scenes;
 mod planes;
 mod projection;

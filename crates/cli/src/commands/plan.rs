@@ -6,7 +6,8 @@ use super::{Failure, ShaderFolders, notices, print, print_data, size};
 use lightgraph::diag::Diagnostic;
 use lightgraph::fastest::Policy;
 use lightgraph::plan::build::{Planned, plan};
-use lightgraph::plan::request::{Request, sample_device, sample_facts, tolerances};
+use lightgraph::plan::parts::{asked, parts};
+use lightgraph::plan::request::{Request, sample_device, sample_facts};
 use lightgraph::plan::show;
 use lightgraph::scene::Scene;
 use lightgraph::session::Project;
@@ -103,7 +104,9 @@ fn planned(args: &Args, graph: &Path, scene: Option<&Scene>) -> Result<Planned, 
         limits: &limits,
         features,
     };
-    let tolerances = tolerances(&request).into_iter();
-    let levels: Vec<_> = tolerances.filter_map(|metres| Some(scene?.level(metres))).collect();
+    let levels = match scene {
+        Some(scene) => parts(&asked(&request), scene)?,
+        None => vec![],
+    };
     Ok(plan(&Request { levels: &levels, ..request })?)
 }
