@@ -87,24 +87,24 @@ pub struct Resource {
 #[derive(Debug, Clone, PartialEq)]
 pub enum ResourceKind {
     Texture {
-        format: wgpu::TextureFormat,
+        format: wgpu_types::TextureFormat,
         size: Size,
         layers: Option<Expr>,
         mips: Option<Expr>,
     },
     Texture3d {
-        format: wgpu::TextureFormat,
+        format: wgpu_types::TextureFormat,
         size: Size,
         mips: Option<Expr>,
     },
     Cube {
-        format: wgpu::TextureFormat,
+        format: wgpu_types::TextureFormat,
         size: Size,
         count: Option<Expr>,
         mips: Option<Expr>,
     },
     Atlas {
-        format: wgpu::TextureFormat,
+        format: wgpu_types::TextureFormat,
         tile: Expr,
         count: Expr,
     },
@@ -288,7 +288,7 @@ pub struct Raster {
     /// The target of a fragment that returns a bare value.
     pub color: Option<Name>,
     pub depth: Option<Name>,
-    pub depth_compare: wgpu::CompareFunction,
+    pub depth_compare: wgpu_types::CompareFunction,
     pub depth_write: bool,
     /// What is drawn instead of the scene.
     pub vertices: Option<Vertices>,
@@ -303,7 +303,7 @@ pub struct Raster {
     pub load: Vec<Name>,
     pub clear: Vec<(Name, [f64; 4])>,
     /// How a target takes what is drawn, where it doesn't replace what is there.
-    pub blend: Vec<(Name, wgpu::BlendState)>,
+    pub blend: Vec<(Name, wgpu_types::BlendState)>,
     pub layer: Option<Expr>,
     /// Layers that each member draws to at once, through a view each.
     pub views: Option<Expr>,
@@ -316,7 +316,7 @@ impl Raster {
             shader,
             color: None,
             depth: None,
-            depth_compare: wgpu::CompareFunction::Less,
+            depth_compare: wgpu_types::CompareFunction::Less,
             depth_write: true,
             vertices: None,
             frusta: None,
@@ -339,7 +339,7 @@ pub struct Vertices {
     pub count: Expr,
     /// `None`: one.
     pub instances: Option<Expr>,
-    pub topology: wgpu::PrimitiveTopology,
+    pub topology: wgpu_types::PrimitiveTopology,
     /// A buffer of what is drawn, which earlier passes write: vertices, instances, the first of each.
     pub indirect: Option<Name>,
 }

@@ -497,7 +497,7 @@ impl<'g> Check<'g> {
     }
 
     /// The format of a texture resource; a fault when it is none.
-    fn texture_name(&mut self, name: &Name, noun: &str) -> Option<wgpu::TextureFormat> {
+    fn texture_name(&mut self, name: &Name, noun: &str) -> Option<wgpu_types::TextureFormat> {
         match self.kind_of(name) {
             Some(ResourceKind::Buffer { .. }) => {
                 let d = Diagnostic::error(format!("`{}` is a buffer, it can't be {noun}", name.value));

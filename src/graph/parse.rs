@@ -109,7 +109,7 @@ impl Reader {
         value
     }
 
-    pub(super) fn format(&mut self, node: &Node) -> Option<wgpu::TextureFormat> {
+    pub(super) fn format(&mut self, node: &Node) -> Option<wgpu_types::TextureFormat> {
         let word = node.word().unwrap_or("");
         let found = FORMAT_NAMES.iter().position(|name| name == word).map(|i| FORMATS[i]);
         if found.is_none() {
@@ -158,16 +158,16 @@ impl Reader {
     fn resource_of(&mut self, node: &Node, name: &str, mut f: Fields, usual: Option<&Expr>) -> Option<Resource> {
         let before = self.faults.len();
         let kind = if name == "Sampler" {
-            let filter = [("Nearest", wgpu::FilterMode::Nearest), ("Linear", wgpu::FilterMode::Linear)];
+            let filter = [("Nearest", wgpu_types::FilterMode::Nearest), ("Linear", wgpu_types::FilterMode::Linear)];
             let address = [
-                ("Clamp", wgpu::AddressMode::ClampToEdge),
-                ("Repeat", wgpu::AddressMode::Repeat),
-                ("Mirror", wgpu::AddressMode::MirrorRepeat),
+                ("Clamp", wgpu_types::AddressMode::ClampToEdge),
+                ("Repeat", wgpu_types::AddressMode::Repeat),
+                ("Mirror", wgpu_types::AddressMode::MirrorRepeat),
             ];
             Some(ResourceKind::Sampler(SamplerDesc {
-                filter: self.word(f.get("filter"), &filter, wgpu::FilterMode::Nearest),
-                address: self.word(f.get("address"), &address, wgpu::AddressMode::ClampToEdge),
-                compare: f.get("compare").map(|n| self.compare(Some(n), wgpu::CompareFunction::LessEqual)),
+                filter: self.word(f.get("filter"), &filter, wgpu_types::FilterMode::Nearest),
+                address: self.word(f.get("address"), &address, wgpu_types::AddressMode::ClampToEdge),
+                compare: f.get("compare").map(|n| self.compare(Some(n), wgpu_types::CompareFunction::LessEqual)),
             }))
         } else if name == "Buffer" {
             let stride = self.stride(&mut f, usual.is_some());
@@ -176,7 +176,7 @@ impl Reader {
         } else {
             let format = match (usual, f.get("format")) {
                 (_, Some(n)) => self.format(n),
-                (Some(_), None) => Some(wgpu::TextureFormat::Rgba16Float),
+                (Some(_), None) => Some(wgpu_types::TextureFormat::Rgba16Float),
                 (None, None) => self.need(&mut f, "format").and(None),
             };
             if name == "Atlas" {
@@ -246,8 +246,12 @@ impl Reader {
         }
     }
 
-    pub(super) fn compare(&mut self, node: Option<&Node>, default: wgpu::CompareFunction) -> wgpu::CompareFunction {
-        use wgpu::CompareFunction as C;
+    pub(super) fn compare(
+        &mut self,
+        node: Option<&Node>,
+        default: wgpu_types::CompareFunction,
+    ) -> wgpu_types::CompareFunction {
+        use wgpu_types::CompareFunction as C;
         let choices = [
             ("Less", C::Less),
             ("LessEqual", C::LessEqual),
@@ -413,8 +417,8 @@ const VALUES: [(&str, Value); 9] = [
 static FORMAT_NAMES: LazyLock<[String; FORMATS.len()]> = LazyLock::new(|| FORMATS.map(|f| format!("{f:?}")));
 
 /// The formats a graph may name.
-pub const FORMATS: [wgpu::TextureFormat; 33] = {
-    use wgpu::TextureFormat as F;
+pub const FORMATS: [wgpu_types::TextureFormat; 33] = {
+    use wgpu_types::TextureFormat as F;
     [
         F::R8Unorm,
         F::R8Snorm,

@@ -176,8 +176,8 @@ fn level_uses(request: &Request, values: &Values) -> Vec<LevelUse> {
 
 fn readable(desc: &mut Desc) {
     match desc {
-        Desc::Texture(t) => t.usage |= wgpu::TextureUsages::COPY_SRC,
-        Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_SRC,
+        Desc::Texture(t) => t.usage |= wgpu_types::TextureUsages::COPY_SRC,
+        Desc::Buffer { usage, .. } => *usage |= wgpu_types::BufferUsages::COPY_SRC,
     }
 }
 
@@ -185,8 +185,8 @@ fn readable(desc: &mut Desc) {
 fn open(desc: &mut Desc) {
     readable(desc);
     match desc {
-        Desc::Texture(t) => t.usage |= wgpu::TextureUsages::TEXTURE_BINDING,
-        Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::STORAGE,
+        Desc::Texture(t) => t.usage |= wgpu_types::TextureUsages::TEXTURE_BINDING,
+        Desc::Buffer { usage, .. } => *usage |= wgpu_types::BufferUsages::STORAGE,
     }
 }
 
@@ -294,7 +294,7 @@ fn initial_clears(
             let id = super::ResourceId(first.0 + m);
             match &mut resources[id.0].desc {
                 Desc::Texture(t) => t.usage |= clear_usage(t),
-                Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_DST,
+                Desc::Buffer { usage, .. } => *usage |= wgpu_types::BufferUsages::COPY_DST,
             }
             cleared.push(StepId(steps.len()));
             steps.push(Step {
@@ -337,7 +337,7 @@ fn until_usage(plan: &mut Plan) {
     buffers(&plan.order, &mut ids);
     for id in ids {
         if let Desc::Buffer { usage, .. } = &mut plan.resources[id].desc {
-            *usage |= wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::STORAGE;
+            *usage |= wgpu_types::BufferUsages::COPY_SRC | wgpu_types::BufferUsages::STORAGE;
         }
     }
 }
@@ -347,7 +347,7 @@ fn history_usage(plan: &mut Plan) {
     for r in plan.resources.iter_mut().filter(|r| r.history) {
         match &mut r.desc {
             Desc::Texture(t) => t.usage |= clear_usage(t),
-            Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_DST,
+            Desc::Buffer { usage, .. } => *usage |= wgpu_types::BufferUsages::COPY_DST,
         }
     }
 }

@@ -127,7 +127,7 @@ impl Expander<'_, '_> {
             self.faults.push(d.help("leave `views` out to draw to one layer at a time"));
             return None;
         }
-        let able = self.features.contains(wgpu::Features::MULTIVIEW);
+        let able = self.features.contains(wgpu_types::Features::MULTIVIEW);
         let most = if able { self.limits.max_multiview_view_count } else { 1 };
         if views > most {
             let d =

@@ -33,7 +33,7 @@ pub fn expand(
     sizes: &Sizes,
     values: &Values,
     shaders: &[Arc<Shader>],
-    (limits, features, levels): (&wgpu::Limits, wgpu::Features, &[LevelUse]),
+    (limits, features, levels): (&wgpu_types::Limits, wgpu_types::Features, &[LevelUse]),
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
     let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: FxHashMap::default() };
@@ -50,8 +50,8 @@ pub(super) struct Expander<'a, 'f> {
     pub(super) sizes: &'a Sizes<'a>,
     pub(super) values: &'a Values,
     pub(super) shaders: &'a [Arc<Shader>],
-    pub(super) limits: &'a wgpu::Limits,
-    pub(super) features: wgpu::Features,
+    pub(super) limits: &'a wgpu_types::Limits,
+    pub(super) features: wgpu_types::Features,
     pub(super) levels: &'a [LevelUse],
     /// Names of buffers of dirty bits.
     bits: BTreeSet<String>,
@@ -355,20 +355,20 @@ impl Expander<'_, '_> {
         match &mut self.out.resources[id.0].desc {
             Desc::Texture(t) => {
                 t.usage |= match how {
-                    How::Sampled | How::Uniform => wgpu::TextureUsages::TEXTURE_BINDING,
-                    How::Storage => wgpu::TextureUsages::STORAGE_BINDING,
-                    How::Target => wgpu::TextureUsages::RENDER_ATTACHMENT,
-                    How::CopySource => wgpu::TextureUsages::COPY_SRC,
-                    How::CopyTarget => wgpu::TextureUsages::COPY_DST,
+                    How::Sampled | How::Uniform => wgpu_types::TextureUsages::TEXTURE_BINDING,
+                    How::Storage => wgpu_types::TextureUsages::STORAGE_BINDING,
+                    How::Target => wgpu_types::TextureUsages::RENDER_ATTACHMENT,
+                    How::CopySource => wgpu_types::TextureUsages::COPY_SRC,
+                    How::CopyTarget => wgpu_types::TextureUsages::COPY_DST,
                     How::Cleared => super::clear_usage(t),
                 }
             }
             Desc::Buffer { usage, .. } => {
                 *usage |= match how {
-                    How::CopySource => wgpu::BufferUsages::COPY_SRC,
-                    How::CopyTarget | How::Cleared => wgpu::BufferUsages::COPY_DST,
-                    How::Uniform => wgpu::BufferUsages::UNIFORM,
-                    How::Sampled | How::Storage | How::Target => wgpu::BufferUsages::STORAGE,
+                    How::CopySource => wgpu_types::BufferUsages::COPY_SRC,
+                    How::CopyTarget | How::Cleared => wgpu_types::BufferUsages::COPY_DST,
+                    How::Uniform => wgpu_types::BufferUsages::UNIFORM,
+                    How::Sampled | How::Storage | How::Target => wgpu_types::BufferUsages::STORAGE,
                 }
             }
         }

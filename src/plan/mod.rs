@@ -286,7 +286,7 @@ pub enum Geometry {
     Vertices {
         count: u32,
         instances: u32,
-        topology: wgpu::PrimitiveTopology,
+        topology: wgpu_types::PrimitiveTopology,
         cull: Cull,
         /// The buffer that says which of them are drawn.
         indirect: Option<ResourceId>,
@@ -307,19 +307,19 @@ pub struct ColorTarget {
     pub resource: ResourceId,
     pub mip: u32,
     pub location: u32,
-    pub format: wgpu::TextureFormat,
+    pub format: wgpu_types::TextureFormat,
     /// `None`: what is there is kept.
     pub clear: Option<[f64; 4]>,
-    pub blend: Option<wgpu::BlendState>,
+    pub blend: Option<wgpu_types::BlendState>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthTarget {
     pub resource: ResourceId,
-    pub format: wgpu::TextureFormat,
+    pub format: wgpu_types::TextureFormat,
     /// `None`: what is there is kept.
     pub clear: Option<f32>,
-    pub compare: wgpu::CompareFunction,
+    pub compare: wgpu_types::CompareFunction,
     pub write: bool,
 }
 
@@ -368,9 +368,9 @@ pub enum Binding {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SamplerDesc {
-    pub filter: wgpu::FilterMode,
-    pub address: wgpu::AddressMode,
-    pub compare: Option<wgpu::CompareFunction>,
+    pub filter: wgpu_types::FilterMode,
+    pub address: wgpu_types::AddressMode,
+    pub compare: Option<wgpu_types::CompareFunction>,
 }
 
 impl Plan {

@@ -29,8 +29,8 @@ pub struct Request<'a> {
     pub choices: &'a Choices,
     /// Levels of the scene: those of [`tolerances`]. A draw that finds its own missing draws the scene as it is.
     pub levels: &'a [Arc<Level>],
-    pub limits: &'a wgpu::Limits,
-    pub features: wgpu::Features,
+    pub limits: &'a wgpu_types::Limits,
+    pub features: wgpu_types::Features,
 }
 
 /// The tolerances of all draws that run, rising, each once; nothing where a plan will find faults.
@@ -147,9 +147,9 @@ pub fn absurd(span: &Span, what: &str, value: i64) -> Diagnostic {
 }
 
 /// What checks without a device hold a graph to: the limits and features of any recent Vulkan adapter.
-pub fn sample_device() -> (wgpu::Limits, wgpu::Features) {
-    let limits = wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() };
-    use wgpu::Features as F;
+pub fn sample_device() -> (wgpu_types::Limits, wgpu_types::Features) {
+    let limits = wgpu_types::Limits { max_multiview_view_count: 6, ..wgpu_types::Limits::default() };
+    use wgpu_types::Features as F;
     (limits, F::FLOAT32_FILTERABLE | F::MULTIVIEW | F::INDIRECT_FIRST_INSTANCE)
 }
 

@@ -70,7 +70,7 @@ pub enum Desc {
     /// Size in bytes, a multiple of 4.
     Buffer {
         size: u64,
-        usage: wgpu::BufferUsages,
+        usage: wgpu_types::BufferUsages,
     },
 }
 
@@ -78,13 +78,13 @@ pub enum Desc {
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct TextureDesc {
     pub kind: TextureKind,
-    pub format: wgpu::TextureFormat,
+    pub format: wgpu_types::TextureFormat,
     pub width: u32,
     pub height: u32,
     /// Depth of a 3D texture, layers of any other (a cube has 6 for each).
     pub layers: u32,
     pub mips: u32,
-    pub usage: wgpu::TextureUsages,
+    pub usage: wgpu_types::TextureUsages,
     /// An atlas: square tiles in rows, each the view of one member.
     pub tiles: Option<Tiles>,
 }
@@ -130,9 +130,9 @@ impl Desc {
     /// The same without usages: what must agree for memory to be shared.
     pub fn shape(&self) -> Desc {
         match self {
-            Desc::Buffer { size, .. } => Desc::Buffer { size: *size, usage: wgpu::BufferUsages::empty() },
+            Desc::Buffer { size, .. } => Desc::Buffer { size: *size, usage: wgpu_types::BufferUsages::empty() },
             Desc::Texture(t) => {
-                Desc::Texture(TextureDesc { usage: wgpu::TextureUsages::empty(), tiles: None, ..t.clone() })
+                Desc::Texture(TextureDesc { usage: wgpu_types::TextureUsages::empty(), tiles: None, ..t.clone() })
             }
         }
     }
@@ -148,11 +148,11 @@ impl TextureDesc {
 }
 
 /// The usage by which a texture is cleared: as a target where its format can be one, else by a copy.
-pub fn clear_usage(t: &TextureDesc) -> wgpu::TextureUsages {
-    let able = t.format.guaranteed_format_features(wgpu::Features::empty()).allowed_usages;
-    if t.kind != TextureKind::D3 && able.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
-        wgpu::TextureUsages::RENDER_ATTACHMENT
+pub fn clear_usage(t: &TextureDesc) -> wgpu_types::TextureUsages {
+    let able = t.format.guaranteed_format_features(wgpu_types::Features::empty()).allowed_usages;
+    if t.kind != TextureKind::D3 && able.contains(wgpu_types::TextureUsages::RENDER_ATTACHMENT) {
+        wgpu_types::TextureUsages::RENDER_ATTACHMENT
     } else {
-        wgpu::TextureUsages::COPY_DST
+        wgpu_types::TextureUsages::COPY_DST
     }
 }

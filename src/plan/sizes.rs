@@ -200,7 +200,7 @@ impl<'a> Sizes<'a> {
         }
         let optional = |e: &Option<Expr>, what| e.as_ref().map_or(Ok(1), |e| self.count(e, what));
         let texture = |kind, format, width, height, layers, mips, tiles| {
-            let usage = wgpu::TextureUsages::empty();
+            let usage = wgpu_types::TextureUsages::empty();
             Desc::Texture(TextureDesc { kind, format, width, height, layers, mips, usage, tiles })
         };
         let (mut elements, mut stride) = (0, 0);
@@ -240,7 +240,7 @@ impl<'a> Sizes<'a> {
                 stride = if *said == Stride::Any { 0 } else { bytes };
                 elements = self.count(count, "a number of elements")?;
                 let size = u64::from(bytes) * u64::from(elements);
-                Desc::Buffer { size: size.next_multiple_of(4), usage: wgpu::BufferUsages::empty() }
+                Desc::Buffer { size: size.next_multiple_of(4), usage: wgpu_types::BufferUsages::empty() }
             }
             ResourceKind::Image(image) => {
                 let kind = match image.shape {
@@ -300,7 +300,7 @@ fn gib(bytes: u64) -> f64 {
 }
 
 /// Checks a description against an adapter's limits; the fault says the limit's number and ours.
-pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Result<(), Diagnostic> {
+pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu_types::Limits) -> Result<(), Diagnostic> {
     let over = |what: &str, ours: u64, limit: u64| {
         let d = Diagnostic::error(format!("`{name}`: {what} {ours} exceeds the adapter's limit of {limit}"));
         Err(d.at(span, "").help("choose smaller parameters"))

@@ -136,7 +136,7 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
             Some(value) if value != 1.0 => words.push(format!("clears {} to {value}", name(depth.resource))),
             Some(_) => {}
         }
-        if depth.compare != wgpu::CompareFunction::Less {
+        if depth.compare != wgpu_types::CompareFunction::Less {
             words.push(format!("depth {:?}", depth.compare));
         }
         if !depth.write {
