@@ -140,7 +140,8 @@ display:
 browser:
 	@scripts/install-browser.sh
 
-# Where cargo-deny is installed, dependencies are held to deny.toml too.
+# The stages before the device, and the language server on them, build without wgpu. Where cargo-deny is installed,
+# dependencies are held to deny.toml too.
 lint:
 	@for tool in fmt clippy; do \
 	    if ! cargo "$$tool" --version >/dev/null 2>&1; then \
@@ -150,6 +151,11 @@ lint:
 	done
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
+	cargo clippy --package lightgraph --package lightgraph-lsp --no-default-features --all-targets -- -D warnings
+	@if cargo tree --package lightgraph-lsp --edges normal | grep -E ' wgpu(-core|-hal)? v'; then \
+	    echo "make: the stages before the device must not depend on one" >&2; \
+	    exit 1; \
+	fi
 	@if cargo deny --version >/dev/null 2>&1; then \
 	    cargo deny check licenses bans sources; \
 	else \

@@ -8,8 +8,8 @@
 //! glTF and scene RON ─scene─→ Scene (geometry, tables, facts)
 //! ```
 //!
-//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `recent` keeps what is
-//!   asked for again, `parallel` works on all cores, `caches` keeps what can be made again, `caught` turns panics of
+//! - [`diag`]: places in texts, faults, how they are shown; `content` hashes what is compared, `lru` is a
+//!   bounded cache, `parallel` works on all cores, `caches` keeps what can be made again, `caught` turns panics of
 //!   other code into faults, [`files`] reads regular files up to a size
 //! - [`value`]: values by name: parameters, facts, what a frame adds
 //! - [`graph`]: the graph file: tree, expressions, variants, sub-graphs, repetitions, names, layout
@@ -58,20 +58,25 @@ pub mod caches;
 mod caught;
 mod content;
 pub mod diag;
+#[cfg(feature = "gpu")]
 pub mod fastest;
 pub mod files;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod graph;
 pub mod image;
+mod lru;
 pub mod math;
 #[doc(hidden)]
 pub mod parallel;
 pub mod plan;
-mod recent;
+pub mod project;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod reload;
 pub mod scene;
+#[cfg(feature = "gpu")]
 pub mod session;
 pub mod shader;
 pub mod value;
+#[cfg(feature = "gpu")]
 pub mod verify;

@@ -1,14 +1,15 @@
 //! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
 
 mod last;
-mod project;
+mod settings;
 
+pub use crate::project::{Project, shader_folders};
 pub use last::Pointer;
-pub use project::{Project, Settings, plan_for, shader_folders};
+pub use settings::{Settings, plan_for};
 
 use last::Last;
-use project::plan_of;
-pub(crate) use project::values_for;
+use settings::plan_of;
+pub(crate) use settings::values_for;
 
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::{self, ArrivingImage, Frame, FrameReport, Gpu, Memory, Prepared, Recorded};

@@ -1,6 +1,6 @@
 //! Opens a device, best adapter first.
 
-use super::{kept::Kept, scope::Mailbox};
+use super::{caches::Caches, scope::Mailbox};
 use crate::diag::{Checked, Diagnostic, Faults};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -43,7 +43,7 @@ pub struct Gpu {
     pub patience: Duration,
     polls: AtomicU32,
     pub(super) mailbox: Arc<Mailbox>,
-    pub(super) kept: Kept,
+    pub(super) caches: Caches,
 }
 
 /// How long a wait for the device may take. No step of a graph should take as long.
@@ -188,7 +188,7 @@ impl Gpu {
             patience: *DEFAULT_PATIENCE.get().unwrap_or(&PATIENCE),
             polls: AtomicU32::new(0),
             mailbox,
-            kept: Kept::default(),
+            caches: Caches::default(),
         }
     }
 
@@ -222,10 +222,9 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Lets go of pipelines, samplers and uploads that are kept for whoever asks for the same again. What sessions use
-    /// goes on as it was; the next session makes its own.
+    /// Drops the cached pipelines, samplers and uploads. Sessions keep what they use; the next session makes its own.
     pub fn forget(&self) {
-        self.kept.clear();
+        self.caches.clear();
     }
 
     /// # Errors

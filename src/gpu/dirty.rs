@@ -187,7 +187,7 @@ impl Partial {
             }
         };
         let job = filled(gpu, "dirty instances", &job, U::UNIFORM)?;
-        let pipeline = gpu.kept.dirty.get(&kernel, || kernel.pipeline(gpu))?;
+        let pipeline = gpu.caches.dirty.get(&kernel, || kernel.pipeline(gpu))?;
         let mut buffers = vec![&job, bits, counts];
         match &arguments {
             Arguments::Dispatch { list, groups } => buffers.extend([list, groups]),

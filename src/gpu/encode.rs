@@ -165,7 +165,7 @@ impl Source<'_> {
         let Run { iterations, pair, .. } = *run;
         let last = shaded.passes.len().saturating_sub(1);
         // The arguments of draws that clear the places of instances, a row each.
-        let wipes = match dirty {
+        let indirect_clears = match dirty {
             Some(Arguments::Draws { clears, .. }) => Some(Sizes { buffer: clears, at: 0 }),
             _ => sizes,
         };
@@ -176,17 +176,17 @@ impl Source<'_> {
                 end_of_pass_write_index: (i == last).then_some(p.end),
             });
             let turn = if pass.targets.len() > 1 { iterations.last().copied().unwrap_or(0) as usize } else { 0 };
-            let clears = pass.clears && wipes.is_none();
+            let clears = pass.clears && indirect_clears.is_none();
             let Some(mut render) = begin(encoder, name, draw, pass, turn, clears, times) else { continue };
-            if let (Some(wipe), Some(wipes), true) = (shaded.wipe.as_ref(), wipes, pass.clears) {
-                render.set_pipeline(wipe);
-                // A loop's gate opens or shuts for all members at once.
+            if let (Some(clear), Some(arguments), true) = (shaded.clear.as_ref(), indirect_clears, pass.clears) {
+                render.set_pipeline(clear);
+                // A loop ends for all members at once.
                 let some = if dirty.is_some() { pass.members.len() } else { 1 };
                 for member in pass.members.iter().take(some) {
                     if dirty.is_some() {
                         place(&mut render, member);
                     }
-                    render.draw_indirect(wipes.buffer, wipes.at + row(draw, member) * PLAIN_DRAW_BYTES);
+                    render.draw_indirect(arguments.buffer, arguments.at + row(draw, member) * PLAIN_DRAW_BYTES);
                 }
             }
             render.set_bind_group(0, &shaded.group, offsets);

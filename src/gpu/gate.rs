@@ -177,7 +177,7 @@ impl Gate {
             Comparison::GreaterEqual => 3,
         };
         let number = pool.buffer(plan, until.buffer)?;
-        let pipeline = gpu.kept.ends.get(&(), || pipeline(gpu))?;
+        let pipeline = gpu.caches.ends.get(&(), || pipeline(gpu))?;
         scoped(gpu, &format!("prepare the end of the loop `{}`", l.name), || {
             use wgpu::BufferUsages as U;
             let filled = |words: &[u32]| {

@@ -5,12 +5,13 @@
 //! errors come back as faults with the step's name.
 
 mod bindings;
+mod caches;
+mod clear;
 mod device;
 mod dirty;
 mod encode;
 mod execute;
 mod gate;
-mod kept;
 mod later;
 mod numerics;
 mod pipelines;
@@ -29,7 +30,6 @@ mod tests;
 mod timing;
 mod uniforms;
 mod upload;
-mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, set_patience, wanted_adapter};
 pub use execute::{Frame, execute, record};

@@ -189,7 +189,7 @@ impl Watch {
             return Ok(());
         }
         let what = "prepare the check of numbers";
-        let pipeline = gpu.kept.checks.get(&source, || scoped(gpu, what, || pipeline(gpu, source)))?;
+        let pipeline = gpu.caches.checks.get(&source, || scoped(gpu, what, || pipeline(gpu, source)))?;
         let group = scoped(gpu, what, || {
             let view;
             let read = match memory {

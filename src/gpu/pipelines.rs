@@ -7,7 +7,7 @@ use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, Geometry, Plan, 
 use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
 use crate::shader::{Entry, Shader, Stage};
 use std::num::NonZeroU32;
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 /// The vertex stage of a pass that covers its target: one triangle, nearest in depth.
 const SCREEN: &str = "@vertex fn screen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
@@ -73,29 +73,29 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
     }
     Faults::check(faults, ())?;
 
-    let kept: Vec<Option<Pipeline>> = {
-        let mut store = gpu.kept.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        store.next();
-        jobs.iter().map(|j| store.find(|k| k.content == j.shader.content && k.key == j.key).cloned()).collect()
+    let cached: Vec<Option<Pipeline>> = {
+        let mut cache = gpu.caches.pipelines.lock();
+        cache.next_plan();
+        jobs.iter().map(|j| cache.find(|k| k.content == j.shader.content && k.key == j.key).cloned()).collect()
     };
     // Only those that a new pipeline needs: a module that nobody runs need not suit the device.
-    let wanted = |i: usize| jobs.iter().zip(&kept).any(|(j, k)| j.index == i && k.is_none());
+    let wanted = |i: usize| jobs.iter().zip(&cached).any(|(j, k)| j.index == i && k.is_none());
     let modules = in_parallel(0..plan.shaders.len(), |i| match plan.shaders.get(i) {
         Some(shader) if wanted(i) => module(gpu, shader).map(Some),
         _ => Ok(None),
     })?;
-    let screen = if kept.iter().all(Option::is_some) { None } else { Some(screen(gpu)?) };
+    let screen = if cached.iter().all(Option::is_some) { None } else { Some(screen(gpu)?) };
     // The longest first, so that no core waits for one that began last.
     let mut order: Vec<usize> = (0..jobs.len()).collect();
     order.sort_by_key(|i| std::cmp::Reverse(length(jobs[*i].shader)));
-    let built = in_parallel(order, |i| match &kept[i] {
-        Some(kept) => Ok(kept.clone()),
+    let built = in_parallel(order, |i| match &cached[i] {
+        Some(cached) => Ok(cached.clone()),
         None => jobs[i].build(gpu, modules[jobs[i].index].as_ref().zip(screen.as_ref())),
     })?;
     {
-        let mut store = gpu.kept.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        let new = built.iter().zip(&kept).filter(|(_, kept)| kept.is_none());
-        new.for_each(|(new, _)| store.keep(new.clone()));
+        let mut cache = gpu.caches.pipelines.lock();
+        let new = built.iter().zip(&cached).filter(|(_, cached)| cached.is_none());
+        new.for_each(|(new, _)| cache.insert(new.clone()));
     }
     let of_step = of_step.into_iter().map(|job| {
         job.and_then(|j| built.get(j)).map(|p| StepPipelines {

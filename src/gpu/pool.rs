@@ -6,7 +6,6 @@ use crate::image::texture::Texture;
 use crate::plan::{Desc, Plan, ResourceId, TextureDesc, TextureKind};
 use crate::shader::TextureDim;
 use std::ops::Range;
-use std::sync::PoisonError;
 
 /// What a plan may allocate overall, in bytes. Beyond it a size in the graph is far more likely a slip than a wish.
 pub const MOST_BYTES: u64 = 8 << 30;
@@ -48,7 +47,7 @@ impl Pool {
         let mut slots = vec![];
         let mut fresh = vec![];
         let mut faults = vec![];
-        gpu.kept.images.lock().unwrap_or_else(PoisonError::into_inner).next();
+        gpu.caches.images.lock().next_plan();
         for (index, slot) in plan.slots.iter().enumerate() {
             if let Some(Some(kept)) = kept.get(index) {
                 slots.push(kept.clone());
@@ -241,17 +240,17 @@ pub(super) struct Uploaded {
     texture: wgpu::Texture,
 }
 
-/// The texture of an image: what the device keeps of earlier plans, or a new one.
+/// The texture of an image: a cached one, or a new one.
 fn uploaded(gpu: &Gpu, image: &Texture, t: &TextureDesc, label: &str) -> wgpu::Texture {
-    let mut kept = gpu.kept.images.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(there) = kept.find(|k| k.hash == image.hash && k.desc == *t) {
+    let mut cache = gpu.caches.images.lock();
+    if let Some(there) = cache.find(|k| k.hash == image.hash && k.desc == *t) {
         return there.texture.clone();
     }
     let mut wanted = texture(t, label);
     wanted.usage |= wgpu::TextureUsages::COPY_DST;
     let made = gpu.device.create_texture(&wanted);
     write_levels(gpu, &made, &image.levels);
-    kept.keep(Uploaded { hash: image.hash, desc: t.clone(), texture: made.clone() });
+    cache.insert(Uploaded { hash: image.hash, desc: t.clone(), texture: made.clone() });
     made
 }
 

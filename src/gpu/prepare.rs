@@ -2,6 +2,7 @@
 
 use super::{
     bindings::{Bindable, Shared, bind_group},
+    clear,
     device::Gpu,
     dirty::{Instances, able},
     gate::{Gates, on_device},
@@ -15,7 +16,6 @@ use super::{
     scope::Scope,
     timing::Timer,
     uniforms::{Uniforms, enclosing_loops},
-    wipe,
 };
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::{Action, Desc, Draw, Member, Node, Place, Plan, ResourceId, Step, StepId};
@@ -60,7 +60,7 @@ pub(super) struct Shaded {
     /// The render passes of a draw; none for a compute step.
     pub passes: Vec<Pass>,
     /// Clears the targets of a draw by drawing, where it may have to keep what is around or not happen at all.
-    pub wipe: Option<wgpu::RenderPipeline>,
+    pub clear: Option<wgpu::RenderPipeline>,
 }
 
 /// One render pass of a draw: the members that go to the same layer.
@@ -212,18 +212,18 @@ fn shaded(
         None => None,
     };
     let uniforms = things.uniforms.of_step(index, |v| pipelines.entries.iter().any(|e| e.binding as usize == v));
-    let (passes, wipe) = match plan.steps.get(index).map(|s| (&s.action, s)) {
+    let (passes, clear) = match plan.steps.get(index).map(|s| (&s.action, s)) {
         Some((Action::Draw(draw), step)) => {
             let scope = Scope::begin(gpu);
             let passes = passes(plan, &step.name, draw, innermost, things.pool);
             scope.end(&format!("make the targets of `{}`", step.name))?;
             let some = step.only.is_some() && able(step);
-            let wipe = if gated || some { Some(wipe::pipeline(gpu, &step.name, draw)?) } else { None };
-            (passes?, wipe)
+            let clear = if gated || some { Some(clear::pipeline(gpu, &step.name, draw)?) } else { None };
+            (passes?, clear)
         }
         _ => (vec![], None),
     };
-    Ok(Shaded { pipelines, group, partial, uniforms, passes, wipe })
+    Ok(Shaded { pipelines, group, partial, uniforms, passes, clear })
 }
 
 fn bound(

@@ -54,9 +54,9 @@ impl SceneData {
         let mut keep = |f: Faults| faults.extend(f.0);
         let tolerances: Vec<u32> = assets.levels.iter().map(|l| l.tolerance.to_bits()).collect();
         let content = hash(&(assets.hashes.geometry, tolerances));
-        let mesh = gpu.kept.meshes.get(&content, || Mesh::upload(gpu, assets.geometry, assets.levels));
+        let mesh = gpu.caches.meshes.get(&content, || Mesh::upload(gpu, assets.geometry, assets.levels));
         let mesh = mesh.map_err(&mut keep).ok();
-        let views = gpu.kept.textures.get(&assets.hashes.textures, || upload_textures(gpu, assets.textures));
+        let views = gpu.caches.textures.get(&assets.hashes.textures, || upload_textures(gpu, assets.textures));
         let views = views.map_err(&mut keep).ok();
         let (mut buffers, mut uploaded) = (vec![], vec![]);
         for wanted in &plan.tables {

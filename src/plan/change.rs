@@ -112,7 +112,7 @@ impl Why {
 
 impl Why {
     /// Whether code runs that has not run before, as far as is known.
-    pub(crate) fn is_new(&self) -> bool {
+    pub fn is_new(&self) -> bool {
         match self {
             Why::First => true,
             Why::Changed(names) => names.iter().any(|name| name.starts_with("shader ")),

@@ -36,30 +36,6 @@ pub const FRAME_VALUES: &[(&str, Type)] = &[
     ("buttons", Type::Uint),
 ];
 
-/// Begins the names of the last frame's values.
-const PREVIOUS: &str = "camera_previous_";
-
-/// What the camera's values were in the last frame, from all the values of that one.
-pub(crate) fn previous(values: &Values) -> Values {
-    let own = |name: &str| name.strip_prefix("camera_").filter(|_| !name.starts_with(PREVIOUS)).map(str::to_owned);
-    values.iter().filter_map(|(name, v)| Some((format!("{PREVIOUS}{}", own(name)?), *v))).collect()
-}
-
-/// Where in its pixel a frame looks through, from its centre: -0.5 to 0.5 along x and y. The first 16 points of
-/// Halton's sequence to the bases 2 and 3, over and over.
-pub(crate) fn jitter(frame: u32) -> Vec2 {
-    let at = |base: u32| {
-        let (mut n, mut share, mut sum) = (frame % 16 + 1, 1.0, 0.0);
-        while n > 0 {
-            share /= base as f32;
-            sum += share * (n % base) as f32;
-            n /= base;
-        }
-        sum - 0.5
-    };
-    Vec2::new(at(2), at(3))
-}
-
 /// Whole vertical angle of the camera made up for a scene without one, in radians (60°).
 const DEFAULT_YFOV: f32 = std::f32::consts::FRAC_PI_3;
 

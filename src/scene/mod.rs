@@ -91,7 +91,6 @@ pub use animation::Animation;
 pub use assets::{AssetHashes, Assets};
 pub use bvh::reach;
 pub use camera::FRAME_VALUES;
-pub(crate) use camera::{jitter, previous};
 pub use clusters::{CLUSTER, Cluster};
 pub(crate) use columns::Since;
 pub use columns::{Column, Table};

@@ -4,7 +4,7 @@ use crate::texts::Texts;
 use lightgraph::diag::{Checked, Diagnostic, Faults, Source};
 use lightgraph::graph::ast::walk;
 use lightgraph::plan::request::all_sample_facts;
-use lightgraph::session::Project;
+use lightgraph::project::Project;
 use lightgraph::shader::Library;
 use lightgraph::value::Values;
 use std::cell::RefCell;

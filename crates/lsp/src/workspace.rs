@@ -6,7 +6,7 @@ use crate::texts::Texts;
 use crate::wgsl::ShaderFile;
 use lightgraph::builtin;
 use lightgraph::diag::Source;
-use lightgraph::session::shader_folders;
+use lightgraph::project::shader_folders;
 use lightgraph::shader::{Library, report};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

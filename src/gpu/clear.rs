@@ -14,7 +14,7 @@ pub(super) struct Fill {
 }
 
 /// A pipeline without bindings that gives each target of a draw its clear value, by one triangle of three vertices.
-/// Targets that the draw keeps stay as they are. What the device keeps of earlier plans is used again.
+/// Targets that the draw keeps stay as they are. Cached pipelines are used again.
 ///
 /// # Errors
 /// What the device finds wrong.
@@ -35,23 +35,23 @@ pub(super) fn pipeline(gpu: &Gpu, name: &str, draw: &Draw) -> Checked<wgpu::Rend
             bias: wgpu::DepthBiasState::default(),
         }),
     };
-    gpu.kept.fills.get(&fill, || fill.build(gpu, name))
+    gpu.caches.fills.get(&fill, || fill.build(gpu, name))
 }
 
 impl Fill {
     fn build(&self, gpu: &Gpu, name: &str) -> Checked<wgpu::RenderPipeline> {
         scoped(gpu, &format!("build the pipeline that clears for `{name}`"), || {
             let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("wipe"),
+                label: Some("clear"),
                 source: wgpu::ShaderSource::Wgsl(self.text.as_str().into()),
             });
             let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("wipe"),
+                label: Some("clear"),
                 bind_group_layouts: &[],
                 immediate_size: 0,
             });
             gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some("wipe"),
+                label: Some("clear"),
                 layout: Some(&layout),
                 vertex: wgpu::VertexState {
                     module: &module,
