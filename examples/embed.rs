@@ -3,7 +3,7 @@
 //! makes them glow. Nothing waits before a frame is handed over. `cargo run --example embed -- out/embed.png`.
 
 use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::{FrameReport, Gpu, Memory, Recorded};
+use lightgraph::gpu::{Frame, FrameReport, Gpu, Memory};
 use lightgraph::scene::{self, CameraPose, Lens, Scene, View};
 use lightgraph::session::{Project, Session, Settings};
 use std::path::Path;
@@ -171,7 +171,7 @@ impl Program {
 struct Picture {
     session: Session,
     /// Whose times have not arrived.
-    frames: Vec<Recorded>,
+    frames: Vec<Frame>,
     reports: Vec<FrameReport>,
     /// Left and top, in pixels of the program's image.
     place: [u32; 2],

@@ -12,7 +12,7 @@ use settings::plan_of;
 pub(crate) use settings::values_for;
 
 use crate::diag::{Checked, Diagnostic};
-use crate::gpu::{self, ArrivingImage, Frame, FrameReport, Gpu, Memory, Prepared, Recorded};
+use crate::gpu::{self, Frame, FrameInputs, FrameReport, Gpu, Memory, PendingImage, Prepared};
 use crate::image::Image;
 use crate::plan::build::Planned;
 use crate::plan::change::{self, Held, Selection, Why};
@@ -165,7 +165,7 @@ impl Session {
         let (values, tables, selection) = self.choose(index, time)?;
         let careful = selection.why.iter().any(Why::is_new);
         let (chosen, timing) = (Some(&selection), self.settings.timing);
-        let frame = Frame { values, tables: tables.as_deref(), chosen, timing, careful };
+        let frame = FrameInputs { values, tables: tables.as_deref(), chosen, timing, careful };
         self.start(&selection);
         let report = gpu::execute(gpu, &self.plan, &mut self.prepared, &frame);
         let report = self.finish(&selection, (index, time), &frame.values, report)?;
@@ -182,20 +182,14 @@ impl Session {
     /// # Errors
     /// As [`gpu::record`]; a session that verifies waits, and can't be recorded. What the device finds wrong comes when
     /// the encoder is finished.
-    pub fn record(
-        &mut self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        index: u32,
-        time: f32,
-    ) -> Checked<Recorded> {
+    pub fn record(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, index: u32, time: f32) -> Checked<Frame> {
         if self.scratch.is_some() {
             let d = Diagnostic::error("a session that verifies waits for both of its frames, and can't be recorded");
             return Err(d.help("run frames with `Session::frame`, or leave out `verify`").into());
         }
         let (values, tables, selection) = self.choose(index, time)?;
         let (chosen, timing) = (Some(&selection), self.settings.timing);
-        let frame = Frame { values, tables: tables.as_deref(), chosen, timing, careful: false };
+        let frame = FrameInputs { values, tables: tables.as_deref(), chosen, timing, careful: false };
         self.start(&selection);
         let recorded = gpu::record(gpu, &self.plan, &mut self.prepared, &frame, encoder);
         self.finish(&selection, (index, time), &frame.values, recorded)
@@ -287,7 +281,7 @@ impl Session {
             gpu,
             &self.plan,
             &mut self.prepared,
-            &Frame { values, chosen: Some(&Selection::of(run)), ..Frame::default() },
+            &FrameInputs { values, chosen: Some(&Selection::of(run)), ..FrameInputs::default() },
         )
     }
 
@@ -380,7 +374,7 @@ impl Session {
     ///
     /// # Errors
     /// As [`Session::image`].
-    pub fn image_later(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, output: &str) -> Checked<ArrivingImage> {
+    pub fn image_later(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, output: &str) -> Checked<PendingImage> {
         gpu::read_image_later(gpu, &self.prepared, &self.plan, self.output(output)?, encoder)
     }
 

@@ -2,12 +2,12 @@
 
 use super::{
     device::Gpu,
+    device_loop::DeviceLoop,
     dirty::{Arguments, Instances, workgroups},
-    gate::Gate,
     pipelines::{Built, view_mask},
     pool::{Memory, Pool, floats, target_view},
     prepare::{Pass, Ready, Shaded},
-    record::Record,
+    recorder::Recorder,
     scene_data::SceneData,
     timing::Pair,
     uniforms::Uniforms,
@@ -38,7 +38,7 @@ pub(super) struct Run<'a> {
     /// Where it writes its times.
     pub pair: Option<&'a Pair>,
     /// Lets the device say whether it does anything.
-    pub gate: Option<&'a Gate>,
+    pub device_loop: Option<&'a DeviceLoop>,
     /// The step runs for its dirty instances.
     pub partial: bool,
 }
@@ -51,12 +51,12 @@ impl Source<'_> {
     /// the encoder is finished.
     pub(super) fn encode(
         &self,
-        record: &mut Record<'_>,
+        record: &mut Recorder<'_>,
         id: StepId,
         run: &Run<'_>,
         offsets: &mut Vec<u32>,
     ) -> Checked<()> {
-        let sizes = run.gate.map(|g| Sizes { buffer: &g.sizes, at: g.place(id) });
+        let sizes = run.device_loop.map(|g| Sizes { buffer: &g.sizes, at: g.place(id) });
         let (Some(step), Some(ready)) = (self.plan.steps.get(id.0), self.steps.get(id.0)) else {
             return Err(Diagnostic::error(format!("step {} is not in the plan", id.0)).into());
         };
@@ -116,7 +116,7 @@ impl Source<'_> {
     /// In the pass that neighbours share, unless times can be taken at the ends of passes only.
     fn compute(
         &self,
-        record: &mut Record<'_>,
+        record: &mut Recorder<'_>,
         name: &str,
         size: Size<'_>,
         (shaded, group): (&Shaded, &wgpu::BindGroup),
@@ -242,10 +242,10 @@ impl Source<'_> {
                 // The largest index has no end that fits; nothing asks for four billion members.
                 let instance = member.index..member.index.saturating_add(1);
                 let row = row(draw, member);
-                // The first of a gated draw's sizes are those that clear.
+                // The first sizes of a draw in a loop that the device ends are those that clear.
                 let all = draw.members.len() as u64;
-                let gated = sizes.map(|s| (s.buffer, s.at + all * PLAIN_DRAW_BYTES));
-                match (mesh, gated, seen) {
+                let sized = sizes.map(|s| (s.buffer, s.at + all * PLAIN_DRAW_BYTES));
+                match (mesh, sized, seen) {
                     (Some(_), Some((buffer, at)), _) => {
                         render.draw_indexed_indirect(buffer, at + (part as u64 * all + row) * DRAW_BYTES);
                     }

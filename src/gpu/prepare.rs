@@ -4,10 +4,10 @@ use super::{
     bindings::{Bindable, Shared, bind_group},
     clear,
     device::Gpu,
+    device_loop::{DeviceLoops, on_device},
     dirty::{Instances, able},
-    gate::{Gates, on_device},
-    later::Spare,
     numerics::Watch,
+    pending::Spare,
     pipelines::{self, StepPipelines, by_location},
     pool::{Memory, Pool, target_view},
     readback::staging,
@@ -34,7 +34,7 @@ pub struct Prepared {
     pub(super) timer: Timer,
     /// Where loops that the host ends read their number; `None` without such loops.
     pub(super) probe: Option<wgpu::Buffer>,
-    pub(super) gates: Gates,
+    pub(super) device_loops: DeviceLoops,
     /// Where frames leave what the host reads of them.
     pub(super) spare: Spare,
     /// Checks the numbers that every step leaves; `None`: nobody asked.
@@ -109,7 +109,7 @@ pub fn prepare_after(
     let instances = Instances::prepare(gpu, plan, &pool)?;
     let loops = enclosing_loops(plan);
     let pipelines = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step))?;
-    let gates = Gates::prepare(gpu, plan, &pool, &scene)?;
+    let device_loops = DeviceLoops::prepare(gpu, plan, &pool, &scene)?;
     let mut shared = Shared::default();
     let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms, reports: &reports, instances: &instances };
     let mut steps = vec![];
@@ -120,8 +120,8 @@ pub fn prepare_after(
             continue;
         };
         let around = loops.iter().find(|(id, _)| id.0 == index).and_then(|(_, l)| l.last());
-        let gated = around.is_some_and(|(name, _)| gates.get(name).is_ok());
-        match shaded(gpu, plan, index, built, (around.map(|(_, count)| *count), gated), &things, &mut shared) {
+        let device_ended = around.is_some_and(|(name, _)| device_loops.get(name).is_ok());
+        match shaded(gpu, plan, index, built, (around.map(|(_, count)| *count), device_ended), &things, &mut shared) {
             Ok(ready) => steps.push(Ready::Shaded(Box::new(ready))),
             Err(f) => faults.extend(f.0),
         }
@@ -138,7 +138,7 @@ pub fn prepare_after(
         steps,
         timer,
         probe,
-        gates,
+        device_loops,
         spare: Spare::default(),
         watch: None,
     })
@@ -202,7 +202,7 @@ fn shaded(
     plan: &Plan,
     index: usize,
     pipelines: StepPipelines,
-    (innermost, gated): (Option<u32>, bool),
+    (innermost, device_ended): (Option<u32>, bool),
     things: &Bindable<'_>,
     shared: &mut Shared,
 ) -> Checked<Shaded> {
@@ -218,7 +218,7 @@ fn shaded(
             let passes = passes(plan, &step.name, draw, innermost, things.pool);
             scope.end(&format!("make the targets of `{}`", step.name))?;
             let some = step.only.is_some() && able(step);
-            let clear = if gated || some { Some(clear::pipeline(gpu, &step.name, draw)?) } else { None };
+            let clear = if device_ended || some { Some(clear::pipeline(gpu, &step.name, draw)?) } else { None };
             (passes?, clear)
         }
         _ => (vec![], None),

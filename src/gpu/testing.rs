@@ -1,6 +1,6 @@
 //! Helpers for tests on a device: plans by hand, in a few words.
 
-use super::{Frame, FrameReport, Gpu, Prepared, execute, prepare, read_buffer, read_image};
+use super::{FrameInputs, FrameReport, Gpu, Prepared, execute, prepare, read_buffer, read_image};
 use crate::diag::{Checked, Source};
 use crate::image::Image;
 use crate::plan::*;
@@ -224,7 +224,7 @@ impl Ran {
 
 pub fn try_run(plan: Plan, geometry: &scene::Geometry, tables: &[Table]) -> Checked<Ran> {
     let mut prepared = prepare(gpu(), &plan, &scene::Assets::new(geometry, None), tables)?;
-    let report = execute(gpu(), &plan, &mut prepared, &Frame::default())?;
+    let report = execute(gpu(), &plan, &mut prepared, &FrameInputs::default())?;
     Ok(Ran { plan, prepared, report })
 }
 

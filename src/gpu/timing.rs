@@ -1,7 +1,7 @@
 //! Timestamps of the device: a pair for each run of a step, in as many query sets as a frame needs. A run that begins
 //! where another ends shares its stamp: on some drivers a stamp costs as much as a small dispatch.
 
-use super::{device::Gpu, record::Record, scope::scoped};
+use super::{device::Gpu, recorder::Recorder, scope::scoped};
 use crate::diag::Checked;
 use crate::plan::StepId;
 
@@ -100,7 +100,7 @@ impl Timer {
     }
 
     /// Notes when the device comes to this moment of the frame.
-    pub(super) fn mark(&mut self, gpu: &Gpu, record: &mut Record<'_>) {
+    pub(super) fn mark(&mut self, gpu: &Gpu, record: &mut Recorder<'_>) {
         if !self.encoders {
             return;
         }
@@ -140,7 +140,7 @@ impl Timer {
     pub(super) fn resolve(
         &mut self,
         gpu: &Gpu,
-        record: &mut Record<'_>,
+        record: &mut Recorder<'_>,
     ) -> Checked<(Taken, Option<(wgpu::Buffer, u64)>)> {
         let taken = std::mem::take(&mut self.taken);
         let bytes = 8 * self.queries();

@@ -3,7 +3,7 @@
 
 use crate::{device, support};
 use glam::Vec3;
-use lightgraph::gpu::{ArrivingImage, FrameReport, Gpu, Recorded};
+use lightgraph::gpu::{Frame, FrameReport, Gpu, PendingImage};
 use lightgraph::image::Image;
 use lightgraph::plan::change::Why;
 use lightgraph::scene;
@@ -28,7 +28,7 @@ fn encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
 }
 
 /// What arrives of a frame. It polls as a program's own loop does.
-fn arrive(gpu: &Gpu, recorded: &mut Recorded, image: &mut ArrivingImage) -> (FrameReport, Image) {
+fn arrive(gpu: &Gpu, recorded: &mut Frame, image: &mut PendingImage) -> (FrameReport, Image) {
     let (mut report, mut picture) = (None, None);
     for _ in 0..1_000_000 {
         report = report.or_else(|| recorded.arrived(gpu).unwrap_or_else(|f| panic!("{f}")));

@@ -4,7 +4,7 @@ use crate::device::{Device, usable};
 use crate::faults::raised;
 use crate::values::array;
 use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::{ArrivingImage, FrameReport, Gpu, Recorded};
+use lightgraph::gpu::{Frame, FrameReport, Gpu, PendingImage};
 use lightgraph::image::Image;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,7 +24,7 @@ pub struct Flight {
 }
 
 struct State {
-    recorded: Recorded,
+    recorded: Frame,
     report: Option<FrameReport>,
     images: Vec<(String, Arriving)>,
     /// What was found wrong, for whoever asks again.
@@ -32,7 +32,7 @@ struct State {
 }
 
 enum Arriving {
-    Under(ArrivingImage),
+    Under(PendingImage),
     There(Image),
     Taken,
 }
@@ -82,8 +82,8 @@ impl State {
 impl Flight {
     pub fn new(
         device: Device,
-        recorded: Recorded,
-        images: Vec<(String, ArrivingImage)>,
+        recorded: Frame,
+        images: Vec<(String, PendingImage)>,
         known: Vec<(String, Py<PyAny>)>,
     ) -> Flight {
         let images = images.into_iter().map(|(name, image)| (name, Arriving::Under(image))).collect();

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use lightgraph::builtin;
 use lightgraph::diag::{Checked, Diagnostic, Faults};
 use lightgraph::files;
-use lightgraph::gpu::{ArrivingImage, FrameReport, Gpu, Memory, Recorded};
+use lightgraph::gpu::{Frame, FrameReport, Gpu, Memory, PendingImage};
 use lightgraph::scene::{self, Scene, View, navigate};
 use lightgraph::session::{Pointer, Project, Session, Settings};
 use serde::Deserialize;
@@ -86,8 +86,8 @@ pub struct Engine {
     view: Option<View>,
     exposure: f32,
     pointer: Pointer,
-    frames: VecDeque<Recorded>,
-    image: Option<ArrivingImage>,
+    frames: VecDeque<Frame>,
+    image: Option<PendingImage>,
     image_wanted: bool,
     /// The first image of the next session is wanted.
     first_wanted: bool,

@@ -1,7 +1,9 @@
 //! What a frame took: times, loops and findings, which arrive when the device is done.
 
-use super::execute::{Gated, ms_since};
-use super::{device::Gpu, gate::states, later::Later, numerics::Numerics, reports::failed, timing::Taken};
+use super::execute::{DeviceLoopRun, ms_since};
+use super::{
+    device::Gpu, device_loop::states, numerics::Numerics, pending::PendingBytes, reports::failed, timing::Taken,
+};
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::StepId;
 use crate::shader::report::Failed;
@@ -52,14 +54,15 @@ pub struct LoopReport {
     pub last: Option<f32>,
 }
 
-/// A frame that was recorded, whose times and counts arrive later.
+/// A recorded frame, whose report arrives once the device is done. The caller submits the encoder that holds its
+/// commands.
 #[derive(Debug)]
-pub struct Recorded {
+pub struct Frame {
     pub(super) times: Vec<Option<StepTime>>,
     pub(super) first_runs: Vec<StepId>,
     pub(super) loops: Vec<LoopReport>,
     pub(super) warnings: Vec<Diagnostic>,
-    pub(super) gated: Vec<Gated>,
+    pub(super) device_loop_runs: Vec<DeviceLoopRun>,
     pub(super) numerics: Option<Numerics>,
     pub(super) taken: Taken,
     /// Nanoseconds of a tick.
@@ -68,17 +71,17 @@ pub struct Recorded {
     pub(super) reporting: Vec<StepId>,
     /// Of steps that ran in part: where their counts are.
     pub(super) places: Vec<(StepId, usize)>,
-    pub(super) later: Later,
+    pub(super) pending_bytes: PendingBytes,
     pub(super) start: Instant,
 }
 
-impl Recorded {
+impl Frame {
     /// What the frame took, once the device has done it; never waits. The frame must have been submitted.
     ///
     /// # Errors
     /// The device fails.
     pub fn arrived(&mut self, gpu: &Gpu) -> Checked<Option<FrameReport>> {
-        Ok(self.later.arrived(gpu)?.map(|bytes| self.report(&bytes)))
+        Ok(self.pending_bytes.arrived(gpu)?.map(|bytes| self.report(&bytes)))
     }
 
     pub(super) fn report(&mut self, bytes: &[Vec<u8>]) -> FrameReport {
@@ -89,8 +92,8 @@ impl Recorded {
                 time.gpu_ms = time.gpu_ms.or((timed == time.runs).then_some(ms));
             }
         }
-        for (run, state) in self.gated.iter().zip(states(part(2))) {
-            run.settle(&state, &mut self.times, &mut self.loops, &mut self.warnings);
+        for (run, state) in self.device_loop_runs.iter().zip(states(part(2))) {
+            run.correct(&state, &mut self.times, &mut self.loops, &mut self.warnings);
         }
         let counts: Vec<u32> = bytemuck::pod_collect_to_vec(part(3));
         for (id, place) in &self.places {

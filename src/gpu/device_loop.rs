@@ -1,6 +1,6 @@
-//! Loops that end on the device: after each iteration a kernel tests the loop's number, and once it passes sets the
-//! sizes of all draws and dispatches that follow to zero. The host hands iterations over without waiting for the
-//! answer.
+//! Loops that the device ends: after each iteration a kernel tests the loop's number. Once the test passes, the kernel
+//! sets the sizes of all indirect draws and dispatches that follow to zero. The host submits iterations without waiting
+//! for the answer.
 
 use super::{device::Gpu, dirty::workgroups, pool::Pool, scene_data::SceneData, scope::scoped};
 use crate::diag::{Checked, Diagnostic};
@@ -57,7 +57,7 @@ fn end_of_iteration(@builtin(local_invocation_index) lane: u32) {
     }
 }";
 
-/// How a loop stands, as the device says.
+/// The state of a loop on the device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct State {
     pub ended: bool,
@@ -65,17 +65,17 @@ pub(super) struct State {
     pub last: f32,
 }
 
-/// All loops of a plan that end on the device.
+/// All loops of a plan that the device ends.
 #[derive(Debug)]
-pub(super) struct Gates {
-    gates: Vec<Gate>,
+pub(super) struct DeviceLoops {
+    loops: Vec<DeviceLoop>,
     /// The states of all their runs in a frame.
     reports: Option<wgpu::Buffer>,
 }
 
 /// One such loop.
 #[derive(Debug)]
-pub(super) struct Gate {
+pub(super) struct DeviceLoop {
     name: String,
     /// Sizes of the draws and dispatches of an iteration, as indirect arguments; zeroed at the end.
     pub sizes: wgpu::Buffer,
@@ -86,19 +86,19 @@ pub(super) struct Gate {
     first_state: wgpu::Buffer,
     pipeline: wgpu::ComputePipeline,
     group: wgpu::BindGroup,
-    /// To ask how it stands while it runs.
-    asked: [wgpu::Buffer; 2],
+    /// Copies of the state that the host reads while the loop runs.
+    state_copies: [wgpu::Buffer; 2],
 }
 
-impl Gates {
+impl DeviceLoops {
     /// # Errors
     /// What the device finds wrong; loops too long to report on.
-    pub(super) fn prepare(gpu: &Gpu, plan: &Plan, pool: &Pool, scene: &SceneData) -> Checked<Gates> {
+    pub(super) fn prepare(gpu: &Gpu, plan: &Plan, pool: &Pool, scene: &SceneData) -> Checked<DeviceLoops> {
         let mut found = vec![];
-        gated(&plan.order, 1, &mut found);
+        collect(&plan.order, 1, &mut found);
         let runs = found.iter().fold(0u64, |sum, (_, runs)| sum.saturating_add(*runs));
         if runs == 0 {
-            return Ok(Gates { gates: vec![], reports: None });
+            return Ok(DeviceLoops { loops: vec![], reports: None });
         }
         let size = runs.saturating_mul(STATE_BYTES);
         let reports = scoped(gpu, "allocate room for the iterations of loops", || {
@@ -106,19 +106,20 @@ impl Gates {
             let desc = wgpu::BufferDescriptor { label: Some("loops"), size, usage, mapped_at_creation: false };
             gpu.device.create_buffer(&desc)
         })?;
-        let gates = found.iter().map(|(l, _)| Gate::prepare(gpu, plan, l, pool, scene)).collect::<Checked<_>>()?;
-        Ok(Gates { gates, reports: Some(reports) })
+        let loops =
+            found.iter().map(|(l, _)| DeviceLoop::prepare(gpu, plan, l, pool, scene)).collect::<Checked<_>>()?;
+        Ok(DeviceLoops { loops, reports: Some(reports) })
     }
 
-    pub(super) fn get(&self, name: &str) -> Checked<&Gate> {
-        let found = self.gates.iter().find(|g| g.name == name);
+    pub(super) fn get(&self, name: &str) -> Checked<&DeviceLoop> {
+        let found = self.loops.iter().find(|l| l.name == name);
         found.ok_or_else(|| Diagnostic::error(format!("the loop `{name}` was not prepared")).into())
     }
 
-    /// Keeps how a loop stands as the report of a run.
-    pub(super) fn report(&self, encoder: &mut wgpu::CommandEncoder, gate: &Gate, run: usize) {
+    /// Copies the state of a loop to the report of a run.
+    pub(super) fn report(&self, encoder: &mut wgpu::CommandEncoder, device_loop: &DeviceLoop, run: usize) {
         if let Some(reports) = &self.reports {
-            encoder.copy_buffer_to_buffer(&gate.state, 0, reports, run as u64 * STATE_BYTES, STATE_BYTES);
+            encoder.copy_buffer_to_buffer(&device_loop.state, 0, reports, run as u64 * STATE_BYTES, STATE_BYTES);
         }
     }
 
@@ -128,7 +129,7 @@ impl Gates {
     }
 }
 
-/// How loops stood, by the bytes of their reports.
+/// The states in the bytes of reports.
 pub(super) fn states(bytes: &[u8]) -> Vec<State> {
     bytes.chunks_exact(STATE_BYTES as usize).map(state).collect()
 }
@@ -151,8 +152,8 @@ fn pipeline(gpu: &Gpu) -> Checked<wgpu::ComputePipeline> {
     })
 }
 
-impl Gate {
-    fn prepare(gpu: &Gpu, plan: &Plan, l: &Loop, pool: &Pool, scene: &SceneData) -> Checked<Gate> {
+impl DeviceLoop {
+    fn prepare(gpu: &Gpu, plan: &Plan, l: &Loop, pool: &Pool, scene: &SceneData) -> Checked<DeviceLoop> {
         let Some(until) = &l.until else {
             return Err(Diagnostic::error(format!("the loop `{}` has no test", l.name)).into());
         };
@@ -205,8 +206,8 @@ impl Gate {
                 layout: &pipeline.get_bind_group_layout(0),
                 entries: &entries,
             });
-            let asked = || empty(STATE_BYTES, U::MAP_READ | U::COPY_DST);
-            Gate {
+            let state_copy = || empty(STATE_BYTES, U::MAP_READ | U::COPY_DST);
+            DeviceLoop {
                 name: l.name.clone(),
                 places,
                 first_sizes: filled(&words),
@@ -215,7 +216,7 @@ impl Gate {
                 state,
                 pipeline,
                 group,
-                asked: [asked(), asked()],
+                state_copies: [state_copy(), state_copy()],
             }
         })
     }
@@ -225,30 +226,30 @@ impl Gate {
         self.places.get(id.0).copied().unwrap_or(0)
     }
 
-    /// Before the first iteration.
-    pub(super) fn open(&self, encoder: &mut wgpu::CommandEncoder) {
+    /// Resets sizes and state before the first iteration.
+    pub(super) fn begin(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.copy_buffer_to_buffer(&self.first_sizes, 0, &self.sizes, 0, self.sizes.size());
         encoder.copy_buffer_to_buffer(&self.first_state, 0, &self.state, 0, STATE_BYTES);
     }
 
-    /// After each iteration.
+    /// Tests the number after an iteration.
     pub(super) fn test(&self, pass: &mut wgpu::ComputePass<'_>) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.group, &[]);
         pass.dispatch_workgroups(1, 1, 1);
     }
 
-    /// Notes how the loop stands, to be read by [`Gate::answer`] with the same turn.
-    pub(super) fn ask(&self, encoder: &mut wgpu::CommandEncoder, turn: usize) {
-        encoder.copy_buffer_to_buffer(&self.state, 0, &self.asked[turn % 2], 0, STATE_BYTES);
+    /// Copies the state, for [`DeviceLoop::read_state`] with the same turn.
+    pub(super) fn copy_state(&self, encoder: &mut wgpu::CommandEncoder, turn: usize) {
+        encoder.copy_buffer_to_buffer(&self.state, 0, &self.state_copies[turn % 2], 0, STATE_BYTES);
     }
 
-    /// How the loop stood, once the submission of the question is done. It waits for no later one.
+    /// Reads the copied state once its submission is done; waits for no later submission.
     ///
     /// # Errors
     /// The device fails.
-    pub(super) fn answer(&self, gpu: &Gpu, turn: usize, submission: wgpu::SubmissionIndex) -> Checked<State> {
-        super::readback::map_after(gpu, &self.asked[turn % 2], STATE_BYTES, Some(submission), state)
+    pub(super) fn read_state(&self, gpu: &Gpu, turn: usize, submission: wgpu::SubmissionIndex) -> Checked<State> {
+        super::readback::map_after(gpu, &self.state_copies[turn % 2], STATE_BYTES, Some(submission), state)
     }
 }
 
@@ -284,19 +285,19 @@ fn draw_sizes(draw: &Draw, scene: &SceneData) -> Vec<u32> {
     words
 }
 
-/// The loops that end on the device, and how often each runs in a frame.
-fn gated<'a>(nodes: &'a [Node], runs: u64, out: &mut Vec<(&'a Loop, u64)>) {
+/// Collects the loops that the device ends, with the number of runs of each in a frame.
+fn collect<'a>(nodes: &'a [Node], runs: u64, out: &mut Vec<(&'a Loop, u64)>) {
     for node in nodes {
         if let Node::Loop(l) = node {
             if on_device(l) {
                 out.push((l, runs));
             }
-            gated(&l.body, runs.saturating_mul(l.count.into()), out);
+            collect(&l.body, runs.saturating_mul(l.count.into()), out);
         }
     }
 }
 
-/// Whether a loop ends on the device.
+/// Whether the device ends a loop.
 pub(super) fn on_device(l: &Loop) -> bool {
     matches!(&l.until, Some(until) if until.ending == Ending::Device)
 }

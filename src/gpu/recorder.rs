@@ -1,13 +1,13 @@
-//! Commands on their way to the device: an encoder, the scope that catches its errors, and the compute pass that
-//! neighbours share.
+//! Records commands: an encoder, the scope that catches its errors, and the compute pass that consecutive dispatches
+//! share.
 //!
 //! Each pass of wgpu becomes command buffers of its own, so steps that only dispatch go to one pass as long as nothing
 //! else comes between them. wgpu keeps the order of what they write and read all the same.
 
 use super::{device::Gpu, scope::Scope};
 
-/// What is encoded and not yet submitted.
-pub(super) struct Record<'a> {
+/// Commands that are encoded and not yet submitted.
+pub(super) struct Recorder<'a> {
     gpu: &'a Gpu,
     // Before the encoder, which nothing may end while a pass is open.
     pass: Option<wgpu::ComputePass<'static>>,
@@ -20,14 +20,14 @@ pub(super) struct Record<'a> {
     stamped: bool,
 }
 
-impl<'a> Record<'a> {
-    pub(super) fn new(gpu: &'a Gpu) -> Record<'a> {
-        Record { gpu, pass: None, open: None, lent: None, used: false, stamped: false }
+impl<'a> Recorder<'a> {
+    pub(super) fn new(gpu: &'a Gpu) -> Recorder<'a> {
+        Recorder { gpu, pass: None, open: None, lent: None, used: false, stamped: false }
     }
 
     /// Into an encoder that the caller submits.
-    pub(super) fn into(gpu: &'a Gpu, encoder: &'a mut wgpu::CommandEncoder) -> Record<'a> {
-        Record { lent: Some(encoder), ..Record::new(gpu) }
+    pub(super) fn into(gpu: &'a Gpu, encoder: &'a mut wgpu::CommandEncoder) -> Recorder<'a> {
+        Recorder { lent: Some(encoder), ..Recorder::new(gpu) }
     }
 
     /// Whether the caller submits: nothing can be waited for.
@@ -72,7 +72,7 @@ impl<'a> Record<'a> {
         self.stamped = true;
     }
 
-    /// Whether nothing has come since [`Record::stamp`].
+    /// Whether nothing has come since [`Recorder::stamp`].
     pub(super) fn stamped(&self) -> bool {
         self.stamped
     }

@@ -1,7 +1,7 @@
-//! What the host reads of a frame: copied to one mappable buffer in the frame itself, and read once the device has done
-//! it.
+//! Read-back without waiting: the frame itself copies bytes to one mappable buffer, which the host reads once the device
+//! is done.
 
-use super::{device::Gpu, readback::staging, record::Record};
+use super::{device::Gpu, readback::staging, recorder::Recorder};
 use crate::diag::{Checked, Diagnostic};
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -12,7 +12,7 @@ pub(super) type Spare = Arc<Mutex<Vec<wgpu::Buffer>>>;
 
 /// Bytes on their way from the device. The frame that copies them must be submitted before they are asked for.
 #[derive(Debug)]
-pub(super) struct Later {
+pub(super) struct PendingBytes {
     /// `None`: there is nothing to wait for.
     buffer: Option<wgpu::Buffer>,
     size: u64,
@@ -22,17 +22,17 @@ pub(super) struct Later {
     spare: Spare,
 }
 
-impl Later {
+impl PendingBytes {
     /// Copies the first so many bytes of each part's buffers, as the commands before leave them.
     ///
     /// # Errors
     /// No memory is left.
     pub(super) fn copy(
         gpu: &Gpu,
-        record: &mut Record<'_>,
+        record: &mut Recorder<'_>,
         spare: &Spare,
         of: &[Vec<(&wgpu::Buffer, u64)>],
-    ) -> Checked<Later> {
+    ) -> Checked<PendingBytes> {
         let mut parts = vec![];
         let mut end = 0;
         for part in of {
@@ -40,9 +40,9 @@ impl Later {
             end += part.iter().map(|(_, bytes)| bytes).sum::<u64>();
             parts.push(start as usize..end as usize);
         }
-        let mut later = Later { buffer: None, size: end, parts, answer: None, spare: spare.clone() };
+        let mut pending = PendingBytes { buffer: None, size: end, parts, answer: None, spare: spare.clone() };
         if end == 0 {
-            return Ok(later);
+            return Ok(pending);
         }
         let buffer = buffer(gpu, spare, end)?;
         let mut at = 0;
@@ -50,18 +50,18 @@ impl Later {
             record.encoder().copy_buffer_to_buffer(from, 0, &buffer, at, *bytes);
             at += bytes;
         }
-        later.buffer = Some(buffer);
-        Ok(later)
+        pending.buffer = Some(buffer);
+        Ok(pending)
     }
 
-    /// So many bytes, which the caller copies to the buffer that comes with them.
+    /// Allocates a buffer of a size; the caller records the copy to it.
     ///
     /// # Errors
     /// No memory is left.
-    pub(super) fn of(gpu: &Gpu, spare: &Spare, size: u64) -> Checked<(Later, wgpu::Buffer)> {
+    pub(super) fn allocate(gpu: &Gpu, spare: &Spare, size: u64) -> Checked<(PendingBytes, wgpu::Buffer)> {
         let buffer = buffer(gpu, spare, size)?;
         let parts = std::iter::once(0..size as usize).collect();
-        Ok((Later { buffer: Some(buffer.clone()), size, parts, answer: None, spare: spare.clone() }, buffer))
+        Ok((PendingBytes { buffer: Some(buffer.clone()), size, parts, answer: None, spare: spare.clone() }, buffer))
     }
 
     /// The bytes of each part, once the device has done the frame; never waits.
@@ -79,7 +79,7 @@ impl Later {
         }
     }
 
-    /// As [`Later::arrived`], and waits.
+    /// As [`PendingBytes::arrived`], and waits.
     ///
     /// # Errors
     /// The device fails, or does not answer within [`Gpu::patience`].
