@@ -15,6 +15,7 @@
 # make vscode  packages the extension for Visual Studio Code, editors/vscode/lightgraph.vsix; needs npm
 # make neovim  drives a headless Neovim through a fault, its remedy and a rename; installs Neovim through apt
 # make editor  two minutes of random edits against the language server
+# make book    the pages of docs/ as a book, to out/book; installs mdBook into target/book
 # make deny    licences, duplicates, sources and advisories of dependencies; needs cargo-deny
 # make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
 
@@ -24,7 +25,7 @@ export XDG_RUNTIME_DIR ?= /tmp
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test web test-web python blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor deny driver display browser lint
+.PHONY: test web test-web python blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor book deny driver display browser lint
 
 test: display browser lint
 	scripts/install-python.sh
@@ -114,6 +115,11 @@ neovim:
 
 editor:
 	LIGHTGRAPH_EDITS=120 cargo test --test it -- editor:: --nocapture
+
+# A test holds docs/SUMMARY.md to the pages that there are.
+book:
+	@[ -x target/book/bin/mdbook ] || cargo install mdbook --version '^0.5' --locked --no-default-features --root target/book
+	target/book/bin/mdbook build
 
 # Advisories need RustSec's repository of them: where there is no way to it, the rest is checked and that is said.
 deny:

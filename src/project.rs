@@ -14,6 +14,18 @@ use crate::value::Values;
 use std::path::{Component, Path, PathBuf};
 
 /// A graph and the shaders it may use.
+///
+/// ```
+/// use lightgraph::{Project, Scene};
+/// use std::path::Path;
+///
+/// let project = Project::open(Path::new("lightgraph:graphs/gi/uniform_grid.ron"), &[])?;
+/// assert_eq!(project.main_output(), Some("color"));
+/// let params = project.params(&["bounces=2".into()])?;
+/// let scene = Scene::load(Path::new("scenes/cornell.glb"))?.scene;
+/// assert_eq!(project.faults(&params, &[scene.facts()]), []);
+/// # lightgraph::Checked::Ok(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Project {
     pub graph: Graph,

@@ -29,6 +29,16 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::INDIRECT_FIRST_INSTANCE);
 
 /// An open device. Every other part of the program reaches the GPU through it.
+///
+/// ```no_run
+/// use lightgraph::{Checked, Gpu};
+///
+/// fn main() -> Checked<()> {
+///     let gpu = Gpu::open()?;
+///     println!("{}", gpu.info.name);
+///     Ok(())
+/// }
+/// ```
 #[derive(Debug)]
 pub struct Gpu {
     pub adapter: wgpu::Adapter,

@@ -56,6 +56,24 @@ pub struct LoopReport {
 
 /// A recorded frame, whose report arrives once the device is done. The caller submits the encoder that holds its
 /// commands.
+///
+/// ```no_run
+/// use lightgraph::{Checked, Frame, Gpu, Session};
+///
+/// fn draw(gpu: &Gpu, session: &mut Session, index: u32) -> Checked<Frame> {
+///     let mut encoder = gpu.device.create_command_encoder(&Default::default());
+///     let frame = session.record(gpu, &mut encoder, index, index as f32 / 60.0)?;
+///     gpu.queue.submit([encoder.finish()]);
+///     Ok(frame)
+/// }
+///
+/// fn collect(gpu: &Gpu, frame: &mut Frame) -> Checked<()> {
+///     if let Some(report) = frame.arrived(gpu)? {
+///         println!("{:?} ms on the device", report.device_ms);
+///     }
+///     Ok(())
+/// }
+/// ```
 #[derive(Debug)]
 pub struct Frame {
     pub(super) times: Vec<Option<StepTime>>,

@@ -10,7 +10,20 @@ use std::ops::Range;
 /// What a plan may allocate overall, in bytes. Beyond it a size in the graph is far more likely a slip than a wish.
 pub const MOST_BYTES: u64 = 8 << 30;
 
-/// The memory of one slot.
+/// A texture or buffer in which resources of a plan live: the plan's own, or lent to it by a program.
+///
+/// ```no_run
+/// use lightgraph::{Checked, Gpu, Memory, Session};
+///
+/// /// Lends a texture to the graph's input `hdr`, and returns the texture of the output `color`.
+/// fn share(gpu: &Gpu, session: &mut Session, hdr: wgpu::Texture) -> Checked<Option<wgpu::Texture>> {
+///     session.import(gpu, "hdr", hdr, 0)?;
+///     Ok(match session.memory(session.output("color")?)? {
+///         Memory::Texture(texture) => Some(texture.clone()),
+///         Memory::Buffer(_) => None,
+///     })
+/// }
+/// ```
 #[derive(Debug, Clone)]
 pub enum Memory {
     Texture(wgpu::Texture),

@@ -1,6 +1,6 @@
 //! Scenes: glTF and a scene RON beside it, to plain arrays, named tables and facts. No device.
 //!
-//! [`load`] reads files into a [`Scene`], and is the only part that can meet a fault in what a user wrote.
+//! [`Scene::load`] reads files into a [`Scene`], and is the only part that can meet a fault in what a user wrote.
 //! A scene then answers pure questions: [`Scene::facts`], [`Scene::pose`] at a time, [`Scene::tables`] and
 //! [`Scene::camera_values`] at a pose.
 //!
@@ -99,7 +99,8 @@ pub use deform::{Deformed, Owners};
 pub use environment::Environment;
 pub use geometry::{Geometry, More, VERTEX_ATTRIBUTES, Vertex};
 pub use levels::{Level, Levels};
-pub use load::{Loaded, from_bytes, load, load_with, stand_in};
+pub use load::Loaded;
+pub use load::{from_bytes, load, load_with, stand_in};
 pub use mips::Coding;
 pub use model::{Alpha, Bounds, Camera, Coat, Face, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};

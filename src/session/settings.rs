@@ -13,7 +13,7 @@ use crate::shader::Library;
 use crate::value::Values;
 use std::sync::Arc;
 
-/// What a session renders.
+/// What a session renders, and how.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
     /// Parameters that differ from their defaults.

@@ -3,7 +3,7 @@
 use crate::device::{Shot, gpu};
 use crate::support::repository;
 use glam::{Mat4, Vec3};
-use lightgraph::gpu::{Frame, execute, prepare, read_image};
+use lightgraph::gpu::{FrameInputs, execute, prepare, read_image};
 use lightgraph::image::Image;
 use lightgraph::plan::build::{Options, plan_with};
 use lightgraph::plan::fastest::FIRST;
@@ -132,7 +132,7 @@ fn sharing_and_order_leave_no_trace() {
         let plan = plan_with(&request, options).unwrap_or_else(|f| panic!("{f}")).plan;
         let mut prepared =
             prepare(&device, &plan, &scene.assets(), &scene.tables(&pose)).unwrap_or_else(|f| panic!("{f}"));
-        let frame = Frame { values: values.clone(), ..Frame::default() };
+        let frame = FrameInputs { values: values.clone(), ..FrameInputs::default() };
         execute(&device, &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));
         let read = |id| read_image(&device, &prepared, &plan, id).unwrap_or_else(|f| panic!("{f}"));
         plan.outputs.iter().map(|(name, id)| (name.clone(), bits(&read(*id)))).collect::<Vec<_>>()

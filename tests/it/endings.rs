@@ -1,7 +1,7 @@
 //! A loop that ends on the device makes the same bits and takes the same iterations as one that the host ends.
 
 use crate::{device, support};
-use lightgraph::gpu::{Frame, FrameReport, Gpu, execute, prepare, read_image};
+use lightgraph::gpu::{FrameInputs, FrameReport, Gpu, execute, prepare, read_image};
 use lightgraph::plan::{Ending, Node, Plan};
 use lightgraph::scene::{self, Scene};
 use lightgraph::session::{Project, Settings, plan_for};
@@ -38,7 +38,7 @@ fn run(gpu: &Gpu, plan: &Plan, scene: &Scene) -> (Vec<Vec<u32>>, FrameReport) {
     values.insert("frame".into(), Value::Uint(0));
     values.insert("first_frame".into(), Value::Bool(true));
     values.insert("time".into(), Value::Float(0.0));
-    let frame = Frame { values, ..Frame::default() };
+    let frame = FrameInputs { values, ..FrameInputs::default() };
     // Twice: what the first frame's loop left must not reach the second's.
     execute(gpu, plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));
     let report = execute(gpu, plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));

@@ -169,6 +169,23 @@ fn links_of_documents_lead_to_files() {
 }
 
 #[test]
+fn every_page_stands_once_in_the_book() {
+    let docs = repository("docs");
+    let mut pages: Vec<String> = files("docs", &["md"])
+        .iter()
+        .map(|p| p.strip_prefix(&docs).unwrap_or(p).display().to_string())
+        .filter(|p| p != "SUMMARY.md")
+        .collect();
+    pages.push("results/README.md".into());
+    let summary = std::fs::read_to_string(docs.join("SUMMARY.md")).unwrap();
+    let links = summary.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
+    let mut listed: Vec<&str> = links.map(|(link, _)| link).collect();
+    pages.sort();
+    listed.sort_unstable();
+    assert_eq!(listed, pages, "docs/SUMMARY.md lists every page of docs/");
+}
+
+#[test]
 fn every_scene_loads_and_holds_together() {
     for path in files("scenes", &["gltf", "glb", "ron"]) {
         let shown = path.display();

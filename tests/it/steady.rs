@@ -2,7 +2,7 @@
 
 use crate::device;
 use crate::support::repository;
-use lightgraph::gpu::{Frame, Gpu, Prepared, execute, prepare};
+use lightgraph::gpu::{FrameInputs, Gpu, Prepared, execute, prepare};
 use lightgraph::plan::Plan;
 use lightgraph::scene::{self, Scene};
 use lightgraph::session::{Project, Settings, plan_for};
@@ -73,7 +73,7 @@ fn frames(gpu: &Gpu, scene: &Scene, passes: u32) -> [u64; 2] {
     values.insert("frame".into(), Value::Uint(0));
     values.insert("first_frame".into(), Value::Bool(true));
     values.insert("time".into(), Value::Float(0.0));
-    let frame = Frame { values, ..Frame::default() };
+    let frame = FrameInputs { values, ..FrameInputs::default() };
     let executor = least(|| drop(execute(gpu, &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"))));
     let program = Handwritten::new(gpu, &plan).unwrap_or_else(|| panic!("it was written for another chain"));
     [executor, least(|| program.frame(gpu).unwrap_or_else(|f| panic!("{f}")))]

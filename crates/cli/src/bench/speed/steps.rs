@@ -4,7 +4,7 @@ use super::list::{Bounds, Run};
 use super::pairs::number;
 use super::{Bench, Row, Wanted};
 use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::{self, Frame, Prepared, Timing};
+use lightgraph::gpu::{self, FrameInputs, Prepared, Timing};
 use lightgraph::plan::change::Selection;
 use lightgraph::plan::{Loop, Node, Plan};
 use lightgraph::scene;
@@ -85,7 +85,8 @@ impl Bench<'_> {
             let (mut runs, enough) = (0, if self.by_device() { RAMP } else { Duration::ZERO });
             while runs < self.repeat.max(2) || begin.elapsed() < enough {
                 let (values, chosen) = (values.clone(), Selection::of(which));
-                let frame = Frame { values, chosen: Some(&chosen), timing: Timing::Frame, ..Frame::default() };
+                let frame =
+                    FrameInputs { values, chosen: Some(&chosen), timing: Timing::Frame, ..FrameInputs::default() };
                 let start = Instant::now();
                 let report = gpu::execute(self.gpu, &plan, prepared, &frame)?;
                 let wall = start.elapsed().as_secs_f64() * 1e3;

@@ -29,6 +29,27 @@ use std::sync::Arc;
 use web_time::Instant;
 
 /// A plan on a device, ready for frames.
+///
+/// ```no_run
+/// use lightgraph::{Checked, Gpu, Project, Scene, Session, Settings};
+/// use std::path::Path;
+///
+/// fn render(frames: u32) -> Checked<()> {
+///     let gpu = Gpu::open()?;
+///     let project = Project::open(Path::new("lightgraph:graphs/gi/direct.ron"), &[])?;
+///     let scene = Scene::load(Path::new("scenes/cornell.glb"))?.scene;
+///     let settings = Settings { size: [320, 240], skip: true, ..Settings::default() };
+///     let mut session = Session::new(&gpu, &project, scene, settings)?;
+///     for step in &session.plan.steps {
+///         println!("{}", step.name);
+///     }
+///     for index in 0..frames {
+///         let report = session.frame(&gpu, index, index as f32 / 60.0)?;
+///         println!("{} steps ran in {:.1} ms", report.steps.len(), report.wall_ms);
+///     }
+///     session.image(&gpu, "color")?.save(Path::new("direct.png"))
+/// }
+/// ```
 pub struct Session {
     pub scene: Arc<Scene>,
     pub settings: Settings,

@@ -101,6 +101,22 @@ pub enum Severity {
 }
 
 /// One fault: what, where, and what to do about it.
+///
+/// ```
+/// use lightgraph::{Checked, Diagnostic};
+///
+/// fn check(name: &str) -> Checked<()> {
+///     let known = ["color", "depth"];
+///     if known.contains(&name) {
+///         return Ok(());
+///     }
+///     Err(Diagnostic::error(format!("no output `{name}`")).nearest(name, known).into())
+/// }
+///
+/// let faults = check("colour").unwrap_err();
+/// assert_eq!(faults.one_line(), "no output `colour`");
+/// assert!(faults.to_string().contains("color"));
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
     /// How much it weighs.
