@@ -25,7 +25,7 @@ pub struct Settings {
     /// Outputs to produce; `None`: all.
     pub outputs: Option<Vec<String>>,
     /// Which alternatives run, by the names of their groups; the first of those that aren't named.
-    /// [`crate::fastest::measured`] finds the fastest here.
+    /// [`crate::internals::fastest::measured`] finds the fastest here.
     pub choices: Choices,
     /// Leave out steps whose results are still in memory.
     pub skip: bool,
