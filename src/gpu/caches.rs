@@ -32,7 +32,7 @@ pub(super) struct Caches {
     pub fills: Cache<(Fill, wgpu::RenderPipeline)>,
     /// The kernel that ends loops: there is one.
     pub ends: Cache<((), wgpu::ComputePipeline)>,
-    pub checks: Cache<(numerics::Source, wgpu::ComputePipeline)>,
+    pub checks: Cache<(numerics::ReadMode, wgpu::ComputePipeline)>,
     pub dirty: Cache<(dirty::Kernel, wgpu::ComputePipeline)>,
     pub samplers: Cache<(SamplerDesc, wgpu::Sampler)>,
     /// By the hash of their content.

@@ -9,7 +9,7 @@ use super::{
     prepare::{Pass, Ready, Shaded},
     recorder::Recorder,
     scene_data::SceneData,
-    timing::Pair,
+    timing::TimestampPair,
     uniforms::Uniforms,
 };
 use crate::diag::{Checked, Diagnostic};
@@ -17,8 +17,8 @@ use crate::image::texel;
 use crate::plan::cull::DRAW_BYTES;
 use crate::plan::{Action, Draw, Geometry, Member, Place, Plan, ResourceId, StepId};
 
-/// What encoding reads.
-pub(super) struct Source<'a> {
+/// What encoding a step reads.
+pub(super) struct EncodeContext<'a> {
     pub gpu: &'a Gpu,
     pub plan: &'a Plan,
     pub pool: &'a Pool,
@@ -36,14 +36,14 @@ pub(super) struct Run<'a> {
     /// Of the loops around, outermost first.
     pub iterations: &'a [u32],
     /// Where it writes its times.
-    pub pair: Option<&'a Pair>,
+    pub pair: Option<&'a TimestampPair>,
     /// Lets the device say whether it does anything.
     pub device_loop: Option<&'a DeviceLoop>,
     /// The step runs for its dirty instances.
     pub partial: bool,
 }
 
-impl Source<'_> {
+impl EncodeContext<'_> {
     /// Encodes one run of a step. `offsets` is room that is used again from run to run.
     ///
     /// # Errors
@@ -56,7 +56,7 @@ impl Source<'_> {
         run: &Run<'_>,
         offsets: &mut Vec<u32>,
     ) -> Checked<()> {
-        let sizes = run.device_loop.map(|g| Sizes { buffer: &g.sizes, at: g.place(id) });
+        let sizes = run.device_loop.map(|g| IndirectSizes { buffer: &g.sizes, at: g.place(id) });
         let (Some(step), Some(ready)) = (self.plan.steps.get(id.0), self.steps.get(id.0)) else {
             return Err(Diagnostic::error(format!("step {} is not in the plan", id.0)).into());
         };
@@ -71,9 +71,11 @@ impl Source<'_> {
         if let (Action::Compute { groups, instances, indirect, .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
             let size = match (sizes, dirty, indirect) {
                 (Some(sizes), ..) => Size::Indirect(sizes),
-                (None, Some(Arguments::Dispatch { groups, .. }), _) => Size::Indirect(Sizes { buffer: groups, at: 0 }),
+                (None, Some(Arguments::Dispatch { groups, .. }), _) => {
+                    Size::Indirect(IndirectSizes { buffer: groups, at: 0 })
+                }
                 (None, _, Some(counts)) => {
-                    Size::Indirect(Sizes { buffer: self.pool.buffer(self.plan, *counts)?, at: 0 })
+                    Size::Indirect(IndirectSizes { buffer: self.pool.buffer(self.plan, *counts)?, at: 0 })
                 }
                 (None, _, None) => Size::Direct(workgroups(self.gpu, *groups, *instances)),
             };
@@ -100,7 +102,7 @@ impl Source<'_> {
     fn timed(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        pair: Option<&Pair>,
+        pair: Option<&TimestampPair>,
         work: impl FnOnce(&mut wgpu::CommandEncoder) -> Checked<()>,
     ) -> Checked<()> {
         if let Some(p) = pair {
@@ -159,14 +161,14 @@ impl Source<'_> {
         encoder: &mut wgpu::CommandEncoder,
         (name, draw): (&str, &Draw),
         shaded: &Shaded,
-        (run, sizes, dirty): (&Run<'_>, Option<Sizes<'_>>, Option<&Arguments>),
+        (run, sizes, dirty): (&Run<'_>, Option<IndirectSizes<'_>>, Option<&Arguments>),
         offsets: &[u32],
     ) -> Checked<()> {
         let Run { iterations, pair, .. } = *run;
         let last = shaded.passes.len().saturating_sub(1);
         // The arguments of draws that clear the places of instances, a row each.
         let indirect_clears = match dirty {
-            Some(Arguments::Draws { clears, .. }) => Some(Sizes { buffer: clears, at: 0 }),
+            Some(Arguments::Draws { clears, .. }) => Some(IndirectSizes { buffer: clears, at: 0 }),
             _ => sizes,
         };
         for (i, pass) in shaded.passes.iter().enumerate() {
@@ -201,7 +203,7 @@ impl Source<'_> {
         draw: &Draw,
         built: &Built,
         members: &[Member],
-        (sizes, dirty): (Option<Sizes<'_>>, Option<&Arguments>),
+        (sizes, dirty): (Option<IndirectSizes<'_>>, Option<&Arguments>),
     ) -> Checked<()> {
         let Built::Render { first, rest, attributes } = built else { return Ok(()) };
         let mesh = match draw.geometry {
@@ -308,7 +310,7 @@ const PLAIN_DRAW_BYTES: u64 = 16;
 
 /// Where the sizes of a step are that the device may set to zero.
 #[derive(Clone, Copy)]
-struct Sizes<'a> {
+struct IndirectSizes<'a> {
     buffer: &'a wgpu::Buffer,
     at: u64,
 }
@@ -316,7 +318,7 @@ struct Sizes<'a> {
 /// How many workgroups a dispatch has.
 enum Size<'a> {
     Direct([u32; 3]),
-    Indirect(Sizes<'a>),
+    Indirect(IndirectSizes<'a>),
 }
 
 /// Restricts what is drawn to a member's tile.

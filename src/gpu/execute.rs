@@ -5,7 +5,7 @@ use super::numerics::Watch;
 use super::{
     device::Gpu,
     device_loop::{DeviceLoop, DeviceLoops, State, on_device},
-    encode::{Run, Source},
+    encode::{EncodeContext, Run},
     pending::PendingBytes,
     prepare::Prepared,
     readback::map,
@@ -101,7 +101,7 @@ fn walk(
         prepared;
     timer.start();
     let mut walk = Walk {
-        source: Source { gpu, plan, pool, scene, uniforms, steps, instances },
+        context: EncodeContext { gpu, plan, pool, scene, uniforms, steps, instances },
         timer,
         reports,
         probe: probe.as_ref(),
@@ -171,7 +171,7 @@ fn walk(
 
 /// The state of a walk along the order.
 struct Walk<'a> {
-    source: Source<'a>,
+    context: EncodeContext<'a>,
     timer: &'a mut Timer,
     reports: &'a Reports,
     probe: Option<&'a wgpu::Buffer>,
@@ -259,20 +259,20 @@ impl Walk<'_> {
     }
 
     fn step(&mut self, id: StepId) -> Checked<()> {
-        let gpu = self.source.gpu;
+        let gpu = self.context.gpu;
         if self.pending.len() >= RUNS_A_SUBMISSION && !self.record.is_lent() {
             self.submit()?;
         }
-        let writes = self.source.plan.steps.get(id.0).map_or(0, |s| s.writes.len());
+        let writes = self.context.plan.steps.get(id.0).map_or(0, |s| s.writes.len());
         if self.watch.as_ref().is_some_and(|w| w.is_full(writes)) {
             self.submit()?;
             if let Some(watch) = &mut self.watch {
-                watch.collect(gpu, self.source.plan)?;
+                watch.collect(gpu, self.context.plan)?;
             }
         }
         // Handing over is no encoding: a software driver works meanwhile.
         let start = Instant::now();
-        let (in_pass, dispatches) = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
+        let (in_pass, dispatches) = match self.context.plan.steps.get(id.0).map(|s| &s.action) {
             Some(Action::Compute { .. }) => (true, true),
             Some(Action::Draw(_)) => (true, false),
             Some(Action::Copy { .. } | Action::Clear { .. }) | None => (false, false),
@@ -293,9 +293,9 @@ impl Walk<'_> {
         }
         let partial = self.chosen.is_some_and(|chosen| chosen.partial.contains(&id));
         let run = Run { iterations: &self.iterations, pair: pair.as_ref(), device_loop: self.device_loop, partial };
-        self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
+        self.context.encode(&mut self.record, id, &run, &mut self.offsets)?;
         if let Some(watch) = &mut self.watch {
-            watch.encode(gpu, self.source.plan, self.source.pool, self.record.encoder(), id, &self.iterations)?;
+            watch.encode(gpu, self.context.plan, self.context.pool, self.record.encoder(), id, &self.iterations)?;
         }
         self.pending.push((id, self.pending_iterations.len()));
         self.pending_iterations.extend(&self.iterations);
@@ -320,7 +320,7 @@ impl Walk<'_> {
 
     /// Names the step that a device runs which does not answer.
     fn named(&self, id: StepId, mut faults: Faults) -> Faults {
-        let name = self.source.plan.steps.get(id.0).map_or("?", |s| &s.name);
+        let name = self.context.plan.steps.get(id.0).map_or("?", |s| &s.name);
         if let Some(first) = faults.0.first_mut() {
             first.message = format!("`{name}`: {}", first.message);
         }
@@ -358,7 +358,7 @@ impl Walk<'_> {
 
     /// Hands over the iterations of a loop that ends on the device.
     fn hand_over(&mut self, l: &Loop) -> Checked<()> {
-        let gpu = self.source.gpu;
+        let gpu = self.context.gpu;
         let device_loop = self.device_loops.get(&l.name)?;
         device_loop.begin(self.record.encoder());
         let mut submitted = 0;
@@ -394,9 +394,9 @@ impl Walk<'_> {
 
     /// Waits for what was encoded, and reads the number that a loop tests.
     fn tested(&mut self, until: &Until) -> Checked<f32> {
-        let gpu = self.source.gpu;
+        let gpu = self.context.gpu;
         self.submit()?;
-        let buffer = self.source.pool.buffer(self.source.plan, until.buffer)?;
+        let buffer = self.context.pool.buffer(self.context.plan, until.buffer)?;
         let probe = self.probe.ok_or_else(|| Diagnostic::error("a loop tests a number, and none was prepared"))?;
         let scope = Scope::begin(gpu);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -414,7 +414,7 @@ impl Walk<'_> {
     /// Hands what is encoded to the device; `None` when that is nothing.
     fn submit(&mut self) -> Checked<Option<wgpu::SubmissionIndex>> {
         let Some((commands, scope)) = self.record.finish() else { return Ok(None) };
-        let submission = self.source.gpu.queue.submit([commands]);
+        let submission = self.context.gpu.queue.submit([commands]);
         let ended = scope.end("run the frame");
         ended.map_err(|faults| self.blame().unwrap_or(faults))?;
         self.pending.clear();
@@ -425,15 +425,15 @@ impl Walk<'_> {
     /// The faults of the first run that fails when each is encoded by itself. wgpu finds faults when an encoder is
     /// finished, and its text need not name the step.
     fn blame(&self) -> Option<crate::diag::Faults> {
-        let gpu = self.source.gpu;
+        let gpu = self.context.gpu;
         let ends = self.pending.iter().skip(1).map(|p| p.1).chain([self.pending_iterations.len()]);
         self.pending.iter().zip(ends).find_map(|((id, begin), end)| {
-            let name = self.source.plan.steps.get(id.0).map_or("?", |s| &s.name);
+            let name = self.context.plan.steps.get(id.0).map_or("?", |s| &s.name);
             let scope = Scope::begin(gpu);
             let mut record = Recorder::new(gpu);
             let iterations = self.pending_iterations.get(*begin..end).unwrap_or_default();
             let run = Run { iterations, pair: None, device_loop: None, partial: false };
-            let encoded = self.source.encode(&mut record, *id, &run, &mut vec![]);
+            let encoded = self.context.encode(&mut record, *id, &run, &mut vec![]);
             if let Some((_, inner)) = record.finish()
                 && let Err(faults) = inner.end(&format!("run `{name}`"))
             {

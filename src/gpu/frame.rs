@@ -2,7 +2,7 @@
 
 use super::execute::{DeviceLoopRun, ms_since};
 use super::{
-    device::Gpu, device_loop::states, numerics::Numerics, pending::PendingBytes, reports::failed, timing::Taken,
+    device::Gpu, device_loop::states, numerics::Numerics, pending::PendingBytes, reports::failed, timing::Stamps,
 };
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::StepId;
@@ -82,7 +82,7 @@ pub struct Frame {
     pub(super) warnings: Vec<Diagnostic>,
     pub(super) device_loop_runs: Vec<DeviceLoopRun>,
     pub(super) numerics: Option<Numerics>,
-    pub(super) taken: Taken,
+    pub(super) taken: Stamps,
     /// Nanoseconds of a tick.
     pub(super) period: f32,
     /// The steps whose shaders check themselves.

@@ -27,7 +27,7 @@ pub(super) struct StepPipelines {
 pub(super) struct Pipeline {
     /// [`Shader::content`]
     content: u128,
-    key: Key,
+    key: PipelineKey,
     layout: wgpu::BindGroupLayout,
     built: Built,
 }
@@ -52,14 +52,14 @@ pub(super) enum Built {
 /// Entry points or attributes that do not exist, and all that the device finds wrong; each names its step.
 pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Checked<Vec<Option<StepPipelines>>> {
     let mut faults = vec![];
-    let mut jobs: Vec<Job<'_>> = vec![];
+    let mut jobs: Vec<PipelineJob<'_>> = vec![];
     let mut of_step: Vec<Option<usize>> = vec![];
     for (index, step) in plan.steps.iter().enumerate() {
         if !runs(index) {
             of_step.push(None);
             continue;
         }
-        match Job::of(gpu, plan, step) {
+        match PipelineJob::of(gpu, plan, step) {
             Ok(None) => of_step.push(None),
             Ok(Some(job)) => {
                 let index = jobs.iter().position(|j| j.index == job.index && j.key == job.key).unwrap_or_else(|| {
@@ -109,7 +109,7 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
 
 /// Everything but the shader that tells one pipeline from another.
 #[derive(Debug, Clone, PartialEq)]
-struct Key {
+struct PipelineKey {
     entries: Vec<wgpu::BindGroupLayoutEntry>,
     kind: Kind,
 }
@@ -136,17 +136,17 @@ pub(super) fn view_mask(views: u32) -> Option<NonZeroU32> {
     if views > 1 { NonZeroU32::new(u32::MAX >> 32u32.saturating_sub(views)) } else { None }
 }
 
-struct Job<'a> {
+struct PipelineJob<'a> {
     /// Of the shader in the plan.
     index: usize,
     shader: &'a Arc<Shader>,
-    key: Key,
+    key: PipelineKey,
     /// The first step that wants it, for faults.
     step: &'a Step,
 }
 
-impl<'a> Job<'a> {
-    fn of(gpu: &Gpu, plan: &'a Plan, step: &'a Step) -> Checked<Option<Job<'a>>> {
+impl<'a> PipelineJob<'a> {
+    fn of(gpu: &Gpu, plan: &'a Plan, step: &'a Step) -> Checked<Option<PipelineJob<'a>>> {
         let (index, kind) = match &step.action {
             Action::Copy { .. } | Action::Clear { .. } => return Ok(None),
             Action::Compute { shader, entry, groups, instances, indirect: _ } => {
@@ -170,7 +170,7 @@ impl<'a> Job<'a> {
             }
         };
         let entries = layout_entries(gpu, plan, step, shader, &entries)?;
-        Ok(Some(Job { index, shader, key: Key { entries, kind }, step }))
+        Ok(Some(PipelineJob { index, shader, key: PipelineKey { entries, kind }, step }))
     }
 
     /// Builds from the shader's module and that of [`SCREEN`].

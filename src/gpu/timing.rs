@@ -41,12 +41,12 @@ pub(super) struct Timer {
     /// Of each set: the queries in use.
     used: Vec<u32>,
     resolved: Option<wgpu::Buffer>,
-    taken: Taken,
+    taken: Stamps,
 }
 
 /// The stamps of a frame.
 #[derive(Debug, Default)]
-pub(super) struct Taken {
+pub(super) struct Stamps {
     /// Each run's step, set, and queries in it, in the order of use.
     runs: Vec<(StepId, usize, [u32; 2])>,
     /// Moments of the frame that are no step's: set, and query in it.
@@ -55,7 +55,7 @@ pub(super) struct Taken {
 
 /// Where a run of a step writes its begin and its end.
 #[derive(Debug, Clone)]
-pub(super) struct Pair {
+pub(super) struct TimestampPair {
     pub set: wgpu::QuerySet,
     /// Is written already where the run before has ended with it.
     pub begin: u32,
@@ -75,17 +75,17 @@ impl Timer {
     pub(super) fn new(gpu: &Gpu) -> Timer {
         let passes = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY);
         let encoders = passes && gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
-        Timer { encoders, passes, sets: vec![], used: vec![], resolved: None, taken: Taken::default() }
+        Timer { encoders, passes, sets: vec![], used: vec![], resolved: None, taken: Stamps::default() }
     }
 
     pub(super) fn start(&mut self) {
-        self.taken = Taken::default();
+        self.taken = Stamps::default();
         self.used.clear();
     }
 
     /// A pair for one run of a step; `None` when the device can't time it. With `follows` nothing has come since the
     /// last run ended.
-    pub(super) fn pair(&mut self, gpu: &Gpu, step: StepId, in_pass: bool, follows: bool) -> Option<Pair> {
+    pub(super) fn pair(&mut self, gpu: &Gpu, step: StepId, in_pass: bool, follows: bool) -> Option<TimestampPair> {
         if !(if in_pass { self.passes } else { self.encoders }) {
             return None;
         }
@@ -96,7 +96,7 @@ impl Timer {
         let end = begin + 1;
         *used = end + 1;
         self.taken.runs.push((step, chunk, [begin, end]));
-        Some(Pair { set, begin, begun, end })
+        Some(TimestampPair { set, begin, begun, end })
     }
 
     /// Notes when the device comes to this moment of the frame.
@@ -141,7 +141,7 @@ impl Timer {
         &mut self,
         gpu: &Gpu,
         record: &mut Recorder<'_>,
-    ) -> Checked<(Taken, Option<(wgpu::Buffer, u64)>)> {
+    ) -> Checked<(Stamps, Option<(wgpu::Buffer, u64)>)> {
         let taken = std::mem::take(&mut self.taken);
         let bytes = 8 * self.queries();
         if bytes == 0 {
@@ -177,7 +177,7 @@ impl Timer {
     }
 }
 
-impl Taken {
+impl Stamps {
     /// What `steps` steps took, by the bytes of their stamps.
     pub(super) fn read(&self, bytes: &[u8], period: f32, steps: usize) -> Timed {
         let mut out = vec![(0.0, 0); steps];

@@ -4,7 +4,7 @@ use super::{
     added::Additions,
     clusters::cluster,
     complete,
-    description::{self, Description, Key, Spanned},
+    description::{self, Description, KeyframeText, Spanned},
     document::{Document, read_file},
     import::import,
     model::{Keyframe, Scene},
@@ -338,7 +338,7 @@ fn nodes_called(scene: &Scene, name: &str) -> Vec<usize> {
     nodes
 }
 
-fn keyframe(key: &Key, own: Vec3) -> Keyframe {
+fn keyframe(key: &KeyframeText, own: Vec3) -> Keyframe {
     let rotation = key
         .rotation_degrees
         .and_then(|[x, y, z, degrees]| Vec3::new(x, y, z).try_normalize().map(|axis| (axis, degrees.to_radians())));
