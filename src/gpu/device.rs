@@ -49,7 +49,7 @@ pub struct Gpu {
     pub limits: wgpu::Limits,
     /// Nanoseconds a timestamp tick.
     pub timestamp_period: f32,
-    /// How long a wait for the device may take: [`PATIENCE`], unless the caller sets it here or by [`set_patience`].
+    /// How long a wait for the device may take: ten minutes, unless the caller sets it here.
     pub patience: Duration,
     polls: AtomicU32,
     pub(super) mailbox: Arc<Mailbox>,

@@ -19,7 +19,7 @@ pub struct FrameReport {
     pub loops: Vec<LoopReport>,
     /// What went on, but probably not as meant.
     pub warnings: Vec<Diagnostic>,
-    /// What the checks of numbers found; `None` without [`Prepared::watch`].
+    /// What the checks of numbers found; `None` without [`super::Prepared::watch`].
     pub numerics: Option<Numerics>,
     /// Checks in shaders that do not hold, by step: as of its last run.
     pub failed: Vec<(StepId, Failed)>,
@@ -33,7 +33,7 @@ pub struct FrameReport {
 /// The time of one step, summed over the iterations of the loops around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepTime {
-    /// Index into [`Plan::steps`].
+    /// Index into [`crate::Plan::steps`].
     pub step: usize,
     pub runs: u32,
     /// Of a step that ran in part: for how many instances.

@@ -169,7 +169,7 @@ impl Prepared {
     /// Puts memory from outside in place of what the plan has for an input. Whether it is other memory than before.
     ///
     /// # Errors
-    /// As [`Pool::lend`], or the device fails.
+    /// The memory is of another kind, size or format, or lacks a usage; or the device fails.
     pub fn lend(&mut self, gpu: &Gpu, plan: &Plan, id: ResourceId, memory: Memory) -> Checked<bool> {
         let other = self.pool.lend(plan, id, memory)?;
         if other {

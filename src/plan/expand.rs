@@ -1,6 +1,6 @@
 //! Wired passes to steps: sets unrolled, workgroups counted.
 //!
-//! [`super::draw`] places what draw and screen passes draw, [`super::reduce`] makes the stages of reductions.
+//! `draw` places what draw and screen passes draw, `reduce` makes the stages of reductions.
 
 use super::indirect::Most;
 use super::order::{Block, Entry};

@@ -1,6 +1,6 @@
 //! Passes to wired passes: conditions decided, shaders composed, everything a pass touches gathered.
 //!
-//! [`super::bind`] finds a resource or value for each variable of a shader, [`super::targets`] those for its outputs;
+//! `bind` finds a resource or value for each variable of a shader, `targets` those for its outputs;
 //! [`super::fastest`] picks among alternatives.
 
 use super::cull::Culling;

@@ -33,7 +33,7 @@ pub struct Settings {
     pub timing: Timing,
     /// Run every step of every frame a second time, in memory of its own, and compare all contents bit for bit.
     pub verify: bool,
-    /// Check the numbers that every step leaves; see [`FrameReport::numerics`].
+    /// Check the numbers that every step leaves; see [`crate::FrameReport::numerics`].
     pub watch: bool,
     /// Every resource keeps memory of its own and can be looked at after the frame.
     pub inspect: bool,

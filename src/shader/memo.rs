@@ -186,7 +186,7 @@ impl Index {
     }
 
     /// The definitions that these files and all that they may import ask for (`#ifdef`, `#if`, `#{NAME}`), whatever
-    /// branches are taken. None for an unknown path; faults in the files are left to [`super::compose`].
+    /// branches are taken. None for an unknown path; faults in the files are left to [`super::compose()`].
     pub fn mentioned<'a>(&'a self, paths: impl IntoIterator<Item = &'a str>) -> BTreeSet<&'a str> {
         let known = self.reachable(paths).into_iter().filter_map(|path| self.files.get(path));
         known.flat_map(|k| k.outlook.mentioned.iter().map(String::as_str)).collect()
