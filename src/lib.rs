@@ -57,13 +57,11 @@ pub use internals::scene::{Scene, View};
 pub use internals::session::{Session, Settings};
 
 // Paths within the library.
-#[cfg(not(target_arch = "wasm32"))]
-pub use crate::internals::reload;
-pub use crate::internals::{
+pub(crate) use internals::{
     builtin, caches, diag, files, graph, image, math, parallel, plan, project, scene, shader, value,
 };
 #[cfg(feature = "gpu")]
-pub use crate::internals::{fastest, gpu, session, verify};
+pub(crate) use internals::{gpu, session, verify};
 
 #[cfg(test)]
 mod tests {

@@ -135,26 +135,6 @@ pub(super) struct Besides<'a> {
     pub additions: Option<&'a Additions>,
 }
 
-#[doc(hidden)]
-pub fn load(path: &Path) -> Checked<Loaded> {
-    Scene::load(path)
-}
-
-#[doc(hidden)]
-pub fn load_with(path: &Path, additions: &Additions) -> Checked<Loaded> {
-    Scene::load_with(path, additions)
-}
-
-#[doc(hidden)]
-pub fn stand_in() -> Checked<Loaded> {
-    Scene::stand_in()
-}
-
-#[doc(hidden)]
-pub fn from_bytes(bytes: &[u8], name: &str, description: Option<&str>) -> Checked<Loaded> {
-    Scene::from_bytes(bytes, name, description)
-}
-
 /// A scene from a glTF's bytes, which are let go as soon as nothing more is read from them. Not to be used when
 /// `faults` then holds an error; `None` only with one.
 pub(super) fn read(

@@ -100,7 +100,6 @@ pub use environment::Environment;
 pub use geometry::{Geometry, More, VERTEX_ATTRIBUTES, Vertex};
 pub use levels::{Level, Levels};
 pub use load::Loaded;
-pub use load::{from_bytes, load, load_with, stand_in};
 pub use mips::Coding;
 pub use model::{Alpha, Bounds, Camera, Coat, Face, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};

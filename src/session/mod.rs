@@ -3,7 +3,6 @@
 mod last;
 mod settings;
 
-pub use crate::project::{Project, shader_folders};
 pub use last::Pointer;
 pub use settings::{Settings, plan_for};
 
@@ -19,6 +18,7 @@ use crate::plan::change::{self, Held, Selection, Why};
 use crate::plan::keys::{Keys, UNDEFINED, Version};
 use crate::plan::scene_inputs::SceneInputs;
 use crate::plan::{Action, Binding, Plan, Resource, ResourceId, StepId, cull};
+use crate::project::Project;
 use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};
 use crate::shader::Library;
 use crate::shader::report::Failed;

@@ -1,11 +1,11 @@
 //! A loop that ends on the device makes the same bits and takes the same iterations as one that the host ends.
 
 use crate::{device, support};
-use lightgraph::gpu::{FrameInputs, FrameReport, Gpu, execute, prepare, read_image};
-use lightgraph::plan::{Ending, Node, Plan};
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Settings, plan_for};
-use lightgraph::value::Value;
+use lightgraph::internals::gpu::{FrameInputs, execute, prepare, read_image};
+use lightgraph::internals::plan::{Ending, Node};
+use lightgraph::internals::session::plan_for;
+use lightgraph::internals::value::Value;
+use lightgraph::{FrameReport, Gpu, Plan, Project, Scene, Settings};
 
 fn plan(gpu: &Gpu, graph: &str, scene: &Scene, set: &[&str]) -> Plan {
     let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
@@ -50,7 +50,7 @@ fn run(gpu: &Gpu, plan: &Plan, scene: &Scene) -> (Vec<Vec<u32>>, FrameReport) {
 #[test]
 fn a_loop_ends_on_the_device_as_it_does_by_the_host() {
     let gpu = &device::gpu();
-    let scene = scene::load(&support::repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&support::repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let small = ["grid=2", "face=8"];
     let cases: [(&str, &[&str]); 4] = [
         // It ends early, long after the host first looks, at its count, and with the first iteration.

@@ -2,12 +2,11 @@
 
 use crate::{device, support};
 use glam::{Vec2, Vec3};
-use lightgraph::diag::{Checked, Source};
-use lightgraph::gpu::Gpu;
-use lightgraph::graph;
-use lightgraph::scene;
-use lightgraph::session::{Pointer, Project, Session, Settings};
-use lightgraph::shader::Library;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph;
+use lightgraph::internals::session::Pointer;
+use lightgraph::internals::shader::Library;
+use lightgraph::{Checked, Gpu, Project, Scene, Session, Settings};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -75,7 +74,7 @@ fn after(gpu: &Gpu, graph: &str, size: [u32; 2], previous: Option<&Session>) -> 
     let texts = [("tell.wgsl", TELL), ("place.wgsl", PLACE), ("count.wgsl", COUNT)];
     let files = texts.map(|(path, text)| (path.to_string(), Source::new(path, text))).into_iter().collect();
     let project = Project { graph, texts: Library { files, ..Library::default() } };
-    let scene = scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}")).scene;
     let settings = Settings { size, skip: true, verify: true, ..Settings::default() };
     Session::after(gpu, &project, scene, settings, previous).unwrap_or_else(|f| panic!("{f}"))
 }

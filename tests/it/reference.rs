@@ -2,9 +2,12 @@
 //! its tables, and those in the second where a row has fields or columns.
 
 use crate::support::{files, repository};
-use lightgraph::diag::{Faults, Source};
-use lightgraph::graph::{self, expr::FUNCTIONS, parse::FORMATS, variant};
-use lightgraph::scene::{self, FACTS, FRAME_VALUES, TABLES, VERTEX_ATTRIBUTES};
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph::expr::FUNCTIONS;
+use lightgraph::internals::graph::parse::FORMATS;
+use lightgraph::internals::graph::{self, variant};
+use lightgraph::internals::scene::{FACTS, FRAME_VALUES, TABLES, VERTEX_ATTRIBUTES};
+use lightgraph::{Faults, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -101,7 +104,7 @@ fn what_scenes_and_frames_provide_is_listed() {
 fn keys_of_scene_files_are_listed() {
     let keys = |text: &str| {
         let glb = std::fs::read(repository("scenes/cornell.glb")).unwrap();
-        let faults = scene::from_bytes(&glb, "cornell", Some(text)).unwrap_err().to_string();
+        let faults = Scene::from_bytes(&glb, "cornell", Some(text)).unwrap_err().to_string();
         let list = faults.split_once("the keys here are ").unwrap_or_else(|| panic!("{faults}")).1;
         list.lines().next().unwrap_or_default().split(", ").map(String::from).collect()
     };

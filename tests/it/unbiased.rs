@@ -3,12 +3,9 @@
 use crate::device::gpu;
 use crate::support::repository;
 use glam::{DVec2, DVec4, Vec3};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::Image;
-use lightgraph::image::exr::read_exr;
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::value::Value;
+use lightgraph::internals::image::exr::read_exr;
+use lightgraph::internals::value::Value;
+use lightgraph::{Gpu, Image, Project, Scene, Session, Settings};
 use lightgraph_cli::bench::references::{Listed, Manifest};
 use std::sync::Arc;
 
@@ -58,7 +55,7 @@ impl Tracer {
         let paths = ["ron", "glb", "gltf"].map(|e| repository(&format!("scenes/{}.{e}", listed.scene)));
         let path = paths.into_iter().find(|p| p.exists()).unwrap_or_else(|| panic!("no {}", listed.scene));
         let project = Project::open(&repository("graphs/gi/pathtrace.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-        let scene = Arc::new(scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene);
+        let scene = Arc::new(Scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene);
         Tracer { project, scene, camera: listed.camera.clone(), session: None }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::text::Lines;
 use crate::told::HELP;
-use lightgraph::graph::tree::{self, Kind, Node};
+use lightgraph::internals::graph::tree::{self, Kind, Node};
 use lsp_types::{CodeAction, CodeActionKind, CodeActionOrCommand, Diagnostic, TextEdit, Uri, WorkspaceEdit};
 use std::ops::Range;
 
@@ -91,7 +91,7 @@ fn with_comma(text: &str, entry: Range<usize>) -> Range<usize> {
 mod tests {
     use super::*;
     use crate::text::Columns;
-    use lightgraph::diag::Source;
+    use lightgraph::internals::diag::Source;
 
     fn fixed(text: &str, at: Range<usize>, message: &str) -> Vec<String> {
         let lines = Lines::new(&Source::new("a.ron", text), Columns::Utf16);

@@ -5,7 +5,7 @@ use crate::graphs::is_ron;
 use crate::mentions::GraphFile;
 use crate::ron::{Role, Shape, role, walk};
 use crate::text::Lines;
-use lightgraph::shader::survey;
+use lightgraph::internals::shader::survey;
 use lsp_types::{DocumentSymbol, FoldingRange, InlayHint, InlayHintKind, InlayHintLabel, SymbolKind};
 use std::ops::Range;
 use std::path::Path;

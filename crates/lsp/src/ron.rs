@@ -4,7 +4,7 @@
 //! what a word means. It never fails: half-typed text is text up to the cursor.
 
 use crate::words::word;
-use lightgraph::graph::tree::comment;
+use lightgraph::internals::graph::tree::comment;
 use std::ops::Range;
 
 /// An open bracket.

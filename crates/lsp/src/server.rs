@@ -11,9 +11,9 @@ use crate::texts::Texts;
 use crate::uri;
 use crate::workspace::Workspace;
 use crate::{hover, outline};
-use lightgraph::diag::Source;
-use lightgraph::graph::format::format;
-use lightgraph::scene;
+use lightgraph::Scene;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph::format::format;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{
     DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument, DidSaveTextDocument,
@@ -146,7 +146,7 @@ fn settings(options: Option<&Value>) -> (Settings, Option<String>) {
         Ok(options) => options,
         Err(e) => return (Settings::default(), Some(format!("the settings of lightgraph can't be read: {e}"))),
     };
-    let scene = options.scene.as_deref().map(scene::load);
+    let scene = options.scene.as_deref().map(Scene::load);
     let (facts, complaint) = match scene {
         None => (None, None),
         Some(Ok(loaded)) => (Some(loaded.scene.facts()), None),

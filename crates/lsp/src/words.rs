@@ -1,6 +1,6 @@
 //! The words of the language, as docs/reference.md lists them; a test holds that to what there is.
 
-use lightgraph::builtin::REFERENCE;
+use lightgraph::internals::builtin::REFERENCE;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 

@@ -3,9 +3,8 @@
 use crate::device::{Device, usable};
 use crate::faults::raised;
 use crate::values::array;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::{Frame, FrameReport, Gpu, PendingImage};
-use lightgraph::image::Image;
+use lightgraph::internals::gpu::PendingImage;
+use lightgraph::{Checked, Diagnostic, Frame, FrameReport, Gpu, Image};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, PoisonError};
@@ -28,7 +27,7 @@ struct State {
     report: Option<FrameReport>,
     images: Vec<(String, Arriving)>,
     /// What was found wrong, for whoever asks again.
-    failed: Option<lightgraph::diag::Faults>,
+    failed: Option<lightgraph::Faults>,
 }
 
 enum Arriving {

@@ -9,13 +9,11 @@ use crate::flight::Flight;
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::values;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::gpu::{FrameReport, upload_bytes, upload_image};
-use lightgraph::image::Image;
-use lightgraph::plan::keys::Version;
-use lightgraph::plan::{Desc, lint};
-use lightgraph::scene::{CameraPose, View};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::gpu::{upload_bytes, upload_image};
+use lightgraph::internals::plan::keys::Version;
+use lightgraph::internals::plan::{Desc, lint};
+use lightgraph::internals::scene::CameraPose;
+use lightgraph::{Checked, Diagnostic, Faults, FrameReport, Image, Project, Session, Settings, View};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
@@ -178,7 +176,7 @@ impl Renderer {
             let none = scene.is_none();
             let scene = match scene {
                 Some(scene) => scene,
-                None => lightgraph::scene::stand_in()?.scene.into(),
+                None => lightgraph::Scene::stand_in()?.scene.into(),
             };
             if let Some(camera) = &camera {
                 scene.find_camera(camera)?;
@@ -416,7 +414,7 @@ impl Renderer {
         &self,
         py: Python<'_>,
         input: &str,
-        memory: impl FnOnce(&Desc) -> Checked<lightgraph::gpu::Memory> + Send,
+        memory: impl FnOnce(&Desc) -> Checked<lightgraph::Memory> + Send,
     ) -> PyResult<()> {
         self.with(py, |state| {
             let id = state.session.input(input)?;

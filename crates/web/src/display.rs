@@ -1,7 +1,6 @@
 //! From an output in linear light to the canvas, by the shader that the window uses too.
 
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::Gpu;
+use lightgraph::{Checked, Diagnostic, Gpu};
 
 /// As the shader's struct of this name.
 #[repr(C)]

@@ -5,12 +5,13 @@ use crate::display::{Display, showable};
 use crate::link;
 use crate::tell;
 use glam::{Vec2, Vec3};
-use lightgraph::builtin;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::files;
-use lightgraph::gpu::{Frame, FrameReport, Gpu, Memory, PendingImage};
-use lightgraph::scene::{self, Scene, View, navigate};
-use lightgraph::session::{Pointer, Project, Session, Settings};
+use lightgraph::internals::gpu::PendingImage;
+use lightgraph::internals::scene::{self, navigate};
+use lightgraph::internals::session::Pointer;
+use lightgraph::internals::{builtin, files};
+use lightgraph::{
+    Checked, Diagnostic, Faults, Frame, FrameReport, Gpu, Memory, Project, Scene, Session, Settings, View,
+};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -310,7 +311,7 @@ impl Engine {
     fn scene(&mut self, path: &Path) -> Checked<()> {
         let revision = self.revisions[0];
         if self.scene.as_ref().is_none_or(|s| s.path != path || s.revision != revision) {
-            let scene::Loaded { scene, notices, .. } = scene::load(path)?;
+            let scene::Loaded { scene, notices, .. } = Scene::load(path)?;
             if self.scene.as_ref().is_some_and(|s| s.path != path) {
                 self.view = None;
             }
@@ -348,7 +349,11 @@ impl Engine {
             outputs: Some(vec![output.clone()]),
             camera: wish.camera.clone(),
             skip: true,
-            timing: if wish.timed { lightgraph::gpu::Timing::Steps } else { lightgraph::gpu::Timing::Frame },
+            timing: if wish.timed {
+                lightgraph::internals::gpu::Timing::Steps
+            } else {
+                lightgraph::internals::gpu::Timing::Frame
+            },
             ..Settings::default()
         };
         let previous = self.shown.as_ref().map(|s| &s.session);
@@ -469,7 +474,9 @@ impl Engine {
     fn report(&self, report: &FrameReport) -> Value {
         let Some(made) = &self.shown else { return Value::Null };
         let name = |step: usize| made.session.plan.steps.get(step).map_or("?", |s| s.name.as_str());
-        let step = |s: &lightgraph::gpu::StepTime| json!({ "name": name(s.step), "runs": s.runs, "gpu_ms": s.gpu_ms, "cpu_ms": s.cpu_ms });
+        let step = |s: &lightgraph::internals::gpu::StepTime| {
+            json!({ "name": name(s.step), "runs": s.runs, "gpu_ms": s.gpu_ms, "cpu_ms": s.cpu_ms })
+        };
         let mut warnings: Vec<Diagnostic> = report.warnings.clone();
         warnings.extend(made.session.failed_checks(report));
         json!({

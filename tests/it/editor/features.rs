@@ -3,7 +3,7 @@
 use super::client::{Client, uri};
 use super::{GRAPH, MODULE, SHOW, VARIANT, project, told};
 use crate::support::Scratch;
-use lightgraph::session::Project;
+use lightgraph::Project;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

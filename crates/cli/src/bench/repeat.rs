@@ -4,7 +4,7 @@
 use super::against::name;
 use super::results::{Entry, Phase, Results};
 use super::score::Score;
-use lightgraph::image::metrics::Metrics;
+use lightgraph::internals::image::metrics::Metrics;
 use std::collections::BTreeMap;
 use std::fmt;
 

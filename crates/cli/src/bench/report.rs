@@ -14,7 +14,7 @@ use super::front::front;
 use super::measure::SEEN;
 use super::results::{Entry, Phase, Results};
 use super::score::Score;
-use lightgraph::diag::Checked;
+use lightgraph::Checked;
 use pack::pack;
 use std::fmt::Write;
 use std::path::Path;

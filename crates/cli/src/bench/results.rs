@@ -3,9 +3,9 @@
 use super::references::Published;
 use super::score::Score;
 use flate2::read::MultiGzDecoder;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::files;
-use lightgraph::image::file::write_atomically;
+use lightgraph::internals::files;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;

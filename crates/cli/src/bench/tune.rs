@@ -2,7 +2,7 @@
 //! of time or error, and the variant that sets it.
 
 use super::front::front;
-use lightgraph::value::Value;
+use lightgraph::internals::value::Value;
 use std::fmt::Write as _;
 
 /// A graph at a setting, measured on a scene.

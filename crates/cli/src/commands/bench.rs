@@ -8,10 +8,8 @@ use crate::bench::references::Manifest;
 use crate::bench::results::{Machine, Phase, Results};
 use crate::bench::sweep::Sweep;
 use crate::paths::{is_whole, ron_files};
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::Gpu;
-use lightgraph::session::Project;
+use lightgraph::internals::fastest::Policy;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Project};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

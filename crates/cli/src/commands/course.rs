@@ -8,12 +8,8 @@ use crate::bench::references::{Manifest, References};
 use crate::bench::report;
 use crate::bench::results::{Entry, Journal, Phase, Results, hash};
 use crate::bench::sweep::Sweep;
-use lightgraph::builtin;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::files;
-use lightgraph::gpu::Gpu;
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::Project;
+use lightgraph::internals::{builtin, files};
+use lightgraph::{Checked, Diagnostic, Gpu, Project, Scene};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -117,7 +113,7 @@ impl<'a> Course<'a> {
     fn view(&mut self, view: &View) -> Checked<()> {
         let Asked { args, manifest, graphs, sweep, peers, device_ms, .. } = *self.asked;
         let start = Instant::now();
-        let loaded = scene::load(&view.path)?;
+        let loaded = Scene::load(&view.path)?;
         let scene_ms = start.elapsed().as_secs_f64() * 1e3;
         let mut notes = vec![];
         let references = manifest.load(&loaded.scene.name, view.camera.as_deref(), args.size, &mut notes)?;

@@ -27,13 +27,12 @@ pub mod view;
 pub mod watch;
 
 use additions::AdditionArgs;
-use lightgraph::diag::{Checked, Diagnostic, Faults, render as show, tame};
-use lightgraph::gpu::{self, OpenError};
-use lightgraph::plan::Plan;
-use lightgraph::plan::lint::scene_use;
-use lightgraph::scene::{self, Loaded};
-use lightgraph::session::Project;
-use lightgraph::{caches, files, shader};
+use lightgraph::internals::diag::{render as show, tame};
+use lightgraph::internals::gpu::{self, OpenError};
+use lightgraph::internals::plan::lint::scene_use;
+use lightgraph::internals::scene::Loaded;
+use lightgraph::internals::{caches, files, shader};
+use lightgraph::{Checked, Diagnostic, Faults, Plan, Project, Scene};
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::OnceLock;
@@ -202,7 +201,7 @@ pub fn print_data(text: &str) {
 /// The scene of a path, with what is added; without a path a stand-in, of which a graph may use nothing: see
 /// [`needs_no_scene`].
 fn scene_or_none(path: Option<&Path>, additions: &AdditionArgs) -> Result<Loaded, Failure> {
-    path.map_or_else(|| Ok(scene::stand_in()?), |path| additions.load(path))
+    path.map_or_else(|| Ok(Scene::stand_in()?), |path| additions.load(path))
 }
 
 /// # Errors

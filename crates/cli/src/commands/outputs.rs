@@ -1,14 +1,12 @@
 //! The images a command writes: which outputs, to which files, and what the files say of their making.
 
 use super::Failure;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::exposure::Exposure;
-use lightgraph::image::exr::{Precision, write_exr};
-use lightgraph::image::file::write_atomically;
-use lightgraph::image::png::{ToneMap, write_png};
-use lightgraph::image::{Image, NonFinite};
-use lightgraph::session::{Project, Session};
+use lightgraph::internals::image::NonFinite;
+use lightgraph::internals::image::exposure::Exposure;
+use lightgraph::internals::image::exr::{Precision, write_exr};
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::internals::image::png::{ToneMap, write_png};
+use lightgraph::{Checked, Diagnostic, Gpu, Image, Project, Session};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

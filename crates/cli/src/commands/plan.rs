@@ -3,13 +3,11 @@
 use super::additions::{AdditionArgs, load_some};
 use super::fastest::{FastestArgs, Which};
 use super::{Failure, ShaderFolders, notices, print, print_data, size};
-use lightgraph::diag::Diagnostic;
-use lightgraph::fastest::Policy;
-use lightgraph::plan::build::{Planned, plan};
-use lightgraph::plan::request::{Request, sample_device, sample_facts, tolerances};
-use lightgraph::plan::show;
-use lightgraph::scene::Scene;
-use lightgraph::session::Project;
+use lightgraph::internals::fastest::Policy;
+use lightgraph::internals::plan::build::{Planned, plan};
+use lightgraph::internals::plan::request::{Request, sample_device, sample_facts, tolerances};
+use lightgraph::internals::plan::show;
+use lightgraph::{Diagnostic, Project, Scene};
 use std::path::{Path, PathBuf};
 
 /// How a plan is printed.
@@ -79,7 +77,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     }
     let plan = &planned.plan;
     print_data(&match args.format {
-        Format::Text => lightgraph::diag::tame(&plan.to_string(), usize::MAX),
+        Format::Text => lightgraph::internals::diag::tame(&plan.to_string(), usize::MAX),
         Format::Json => format!("{:#}\n", show::to_json(plan)),
         Format::Dot => show::to_dot(plan),
         Format::Svg => show::to_svg(plan),

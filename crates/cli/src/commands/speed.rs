@@ -3,7 +3,7 @@
 use super::bench::{Args, commit, machine};
 use super::{Failure, print};
 use crate::bench::speed::{Bench, List, Rows, rows};
-use lightgraph::gpu::Gpu;
+use lightgraph::Gpu;
 use std::path::Path;
 
 /// Measures what a list asks for, says each figure as it comes, and writes all of them.

@@ -9,13 +9,10 @@ use crate::bench::score::change;
 use crate::bench::sweep::Sweep;
 use crate::bench::tune::{Candidate, Wish, choose, unbeaten, variant};
 use crate::paths::{is_whole, ron_files};
-use lightgraph::builtin;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::Gpu;
-use lightgraph::image::file::write_atomically;
-use lightgraph::scene::Scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::builtin;
+use lightgraph::internals::fastest::Policy;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Project, Scene, Session, Settings};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Component, Path, PathBuf};
@@ -242,7 +239,11 @@ impl Tuner<'_> {
     }
 }
 
-fn candidate(graph: String, setting: Vec<(String, lightgraph::value::Value)>, entry: &Entry) -> Option<Candidate> {
+fn candidate(
+    graph: String,
+    setting: Vec<(String, lightgraph::internals::value::Value)>,
+    entry: &Entry,
+) -> Option<Candidate> {
     let first = entry.times(Phase::First).filter(|_| entry.fault.is_none())?;
     let score = entry.scores.first()?;
     // What the reference errs by itself adds in squares.

@@ -1,7 +1,7 @@
 //! `lightgraph view`: a graph in a window, with live reload.
 
 use super::{Failure, ShaderFolders, additions::AdditionArgs, size};
-use lightgraph::fastest::Policy;
+use lightgraph::internals::fastest::Policy;
 use std::path::PathBuf;
 
 /// Opens a window on a graph.
@@ -57,7 +57,7 @@ pub struct Args {
 #[cfg(feature = "window")]
 pub fn run(args: &Args) -> Result<u8, Failure> {
     use crate::view::{Against, Choice, Ended, Script, Start};
-    use lightgraph::session::Project;
+    use lightgraph::Project;
 
     let (graph, scene) = given(args);
     let mut choice = match &args.restore {
@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 /// Always: this program has none.
 #[cfg(not(feature = "window"))]
 pub fn run(_: &Args) -> Result<u8, Failure> {
-    let d = lightgraph::diag::Diagnostic::error("this lightgraph was built without its window");
+    let d = lightgraph::Diagnostic::error("this lightgraph was built without its window");
     Err(Failure::Usage(d.help("build it with `--features window`, or use `lightgraph watch`").into()))
 }
 
@@ -133,7 +133,7 @@ fn given(args: &Args) -> (Option<PathBuf>, Option<&PathBuf>) {
 /// The path given, or the first of a folder.
 #[cfg(feature = "window")]
 fn first(given: Option<&PathBuf>, folder: &str, argument: &str) -> Result<PathBuf, Failure> {
-    use lightgraph::diag::Diagnostic;
+    use lightgraph::Diagnostic;
     let found = || {
         let folder = std::path::Path::new(folder);
         let all = if folder.ends_with("scenes") { crate::view::scenes(folder) } else { crate::view::graphs(folder) };
@@ -150,9 +150,7 @@ fn resolution(text: &str) -> Result<crate::view::Resolution, Failure> {
     use crate::view::Resolution;
     let share = text.parse().ok().filter(|s: &f32| *s > 0.0 && *s <= 4.0).map(Resolution::Window);
     share.or_else(|| size(text).ok().map(Resolution::Fixed)).ok_or_else(|| {
-        let d = lightgraph::diag::Diagnostic::error(format!(
-            "--pixels `{text}` is neither WIDTHxHEIGHT nor a share up to 4"
-        ));
+        let d = lightgraph::Diagnostic::error(format!("--pixels `{text}` is neither WIDTHxHEIGHT nor a share up to 4"));
         Failure::Usage(d.help("write 640x480, or 0.5 for half of the window's pixels along each axis").into())
     })
 }

@@ -6,11 +6,9 @@
 use super::outputs::{Written, number, output_names};
 use super::render;
 use super::{Failure, needs_no_scene, notices, print, scene_or_none};
-use lightgraph::diag::{Checked, Faults};
-use lightgraph::gpu::{FrameReport, Gpu};
-use lightgraph::plan::fastest::{Choices, still};
-use lightgraph::reload::{Watcher, folder_of, folders, settled};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::plan::fastest::{Choices, still};
+use lightgraph::internals::reload::{Watcher, folder_of, folders, settled};
+use lightgraph::{Checked, Faults, FrameReport, Gpu, Project, Session, Settings};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};

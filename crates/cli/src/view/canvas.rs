@@ -2,8 +2,8 @@
 
 use super::choice::{Choice, Layout};
 use super::feed::Told;
-use lightgraph::gpu::Gpu;
-use lightgraph::image::png::ToneMap;
+use lightgraph::Gpu;
+use lightgraph::internals::image::png::ToneMap;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

@@ -1,16 +1,12 @@
 //! What the engine told, and what the window keeps of it.
 
 use super::variants::Variant;
-use lightgraph::diag::Diagnostic;
-use lightgraph::gpu::FrameReport;
-use lightgraph::graph::Graph;
-use lightgraph::image::Image;
-use lightgraph::image::metrics::Metrics;
-use lightgraph::plan::change::Why;
-use lightgraph::plan::show::Picture;
-use lightgraph::plan::{Plan, ResourceId};
-use lightgraph::scene::Scene;
-use lightgraph::value::Values;
+use lightgraph::internals::image::metrics::Metrics;
+use lightgraph::internals::plan::ResourceId;
+use lightgraph::internals::plan::change::Why;
+use lightgraph::internals::plan::show::Picture;
+use lightgraph::internals::value::Values;
+use lightgraph::{Diagnostic, FrameReport, Graph, Image, Plan, Scene};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;

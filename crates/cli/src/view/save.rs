@@ -1,8 +1,8 @@
 //! Files that the window writes: pictures, parameters as a variant, the whole choice.
 
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::image::file::write_atomically;
-use lightgraph::value::{Value, Values};
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::internals::value::{Value, Values};
+use lightgraph::{Checked, Diagnostic};
 use std::path::{Path, PathBuf};
 
 /// The first of `STEM.ENDING`, `STEM_2.ENDING`, `STEM_3.ENDING` … in a folder that is not there yet.
@@ -54,8 +54,8 @@ fn literal(value: Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightgraph::diag::Source;
-    use lightgraph::graph;
+    use lightgraph::internals::diag::Source;
+    use lightgraph::internals::graph;
 
     const BASE: &str = r#"Graph(
         about: "a",

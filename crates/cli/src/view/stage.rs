@@ -5,17 +5,17 @@ use super::choice::{Against, Choice};
 use super::feed::{Content, Inspected, Remade, Rendered, Score, Subject, Told};
 use super::shown::{Reference, copy, reference};
 use super::variants::{self, Variant};
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::{self, Gpu, Memory, Numerics, Timing};
-use lightgraph::image::exposure::Exposure;
-use lightgraph::image::metrics;
-use lightgraph::plan::fastest::still;
-use lightgraph::plan::show::picture;
-use lightgraph::reload::{folder_of, folders};
-use lightgraph::scene::{self, Additions, Scene};
-use lightgraph::session::{Pointer, Project, Session, Settings};
-use lightgraph::value::Values;
+use lightgraph::internals::fastest::Policy;
+use lightgraph::internals::gpu::{self, Numerics, Timing};
+use lightgraph::internals::image::exposure::Exposure;
+use lightgraph::internals::image::metrics;
+use lightgraph::internals::plan::fastest::still;
+use lightgraph::internals::plan::show::picture;
+use lightgraph::internals::reload::{folder_of, folders};
+use lightgraph::internals::scene::Additions;
+use lightgraph::internals::session::Pointer;
+use lightgraph::internals::value::Values;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Memory, Project, Scene, Session, Settings};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -279,7 +279,7 @@ impl Stage {
         let key = Key { graph: path.into(), params: Values::new(), size: [0; 2], scene: 0, revision: self.revision };
         self.vain(&key)?;
         let start = Instant::now();
-        let loaded = scene::load_with(path, &self.additions).map_err(|f| self.note(key, f))?;
+        let loaded = Scene::load_with(path, &self.additions).map_err(|f| self.note(key, f))?;
         remade.scene_ms = ms(start);
         match &mut self.scene {
             Some(old) if *old.scene == loaded.scene => {
@@ -585,7 +585,7 @@ impl Kept {
 }
 
 /// What a graph takes of the parameters that were set.
-pub fn accepted(graph: &lightgraph::graph::Graph, params: &Values) -> Values {
+pub fn accepted(graph: &lightgraph::Graph, params: &Values) -> Values {
     let takes =
         |name: &String, value| graph.params.iter().any(|(n, param)| n.value == *name && param.accepts(value).is_ok());
     params.iter().filter(|(name, value)| takes(name, value)).map(|(n, v)| (n.clone(), *v)).collect()
@@ -602,7 +602,7 @@ fn output(session: &Session, wanted: Option<&str>) -> Checked<String> {
 /// Reads a part of a resource; `None` when the plan has no such resource.
 fn look_into(gpu: &Gpu, session: &Session, wanted: &Inspect) -> Option<Inspected> {
     let at = session.plan.resources.iter().position(|r| r.name == wanted.resource)?;
-    let id = lightgraph::plan::ResourceId(at);
+    let id = lightgraph::internals::plan::ResourceId(at);
     let name = &wanted.resource;
     let (mut mip, mut layer) = (wanted.mip, wanted.layer);
     let content = session.memory(id).and_then(|memory| match memory {

@@ -7,8 +7,9 @@ use super::stage::{Inspect, Wish};
 use super::undo::Undo;
 use egui::Rect;
 use glam::{Vec2, Vec3};
-use lightgraph::scene::{Pose, Scene, View, navigate};
-use lightgraph::session::Pointer;
+use lightgraph::internals::scene::{Pose, navigate};
+use lightgraph::internals::session::Pointer;
+use lightgraph::{Scene, View};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -248,7 +249,7 @@ mod tests {
 
     fn state() -> (State, Scene) {
         let path = crate::repository("scenes/hall");
-        let scene = lightgraph::scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
+        let scene = lightgraph::Scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
         (State::new(Choice::new("g.ron".into(), path)), scene)
     }
 

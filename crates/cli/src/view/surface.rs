@@ -1,10 +1,9 @@
 //! The window's surface: what panels painted, on the screen.
 
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::gpu::{self, Gpu};
-use lightgraph::image::Image;
-use lightgraph::image::png::{ToneMap, write_png};
-use lightgraph::image::srgb;
+use lightgraph::internals::gpu;
+use lightgraph::internals::image::png::{ToneMap, write_png};
+use lightgraph::internals::image::srgb;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Image};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;

@@ -6,8 +6,8 @@ use crate::view::feed::{Rendered, Subject};
 use crate::view::state::{State, Zoom};
 use egui::epaint::CubicBezierShape;
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, RichText, Sense, Shape, Stroke, StrokeKind, Ui, Vec2};
-use lightgraph::plan::change::Why;
-use lightgraph::plan::show::{PassBox, Wire};
+use lightgraph::internals::plan::change::Why;
+use lightgraph::internals::plan::show::{PassBox, Wire};
 
 /// Colours of wires by turns, after Okabe and Ito's palette.
 const COLORS: [Color32; 7] = [
@@ -70,11 +70,18 @@ impl Brush {
         self.corner + Vec2::new(x, y) * self.scale
     }
 
-    fn rect(&self, r: lightgraph::plan::show::Rect) -> Rect {
+    fn rect(&self, r: lightgraph::internals::plan::show::Rect) -> Rect {
         Rect::from_min_size(self.at(r.x, r.y), Vec2::new(r.width, r.height) * self.scale)
     }
 
-    fn framed(&self, r: lightgraph::plan::show::Rect, corner: f32, fill: Color32, width: f32, edge: Color32) {
+    fn framed(
+        &self,
+        r: lightgraph::internals::plan::show::Rect,
+        corner: f32,
+        fill: Color32,
+        width: f32,
+        edge: Color32,
+    ) {
         let stroke = Stroke::new((width * self.scale).max(0.6), edge);
         self.painter.rect(self.rect(r), corner * self.scale, fill, stroke, StrokeKind::Inside);
     }
@@ -145,8 +152,9 @@ fn pass_box(ui: &Ui, brush: &Brush, pass: &PassBox, frame: Option<&Rendered>) {
     line(14.0, &pass.name, 13.0, TEXT);
     line(30.0, &pass.about, 11.0, FAINT);
     line(45.0, &pass.carried, 11.0, FAINT);
-    let head =
-        brush.rect(lightgraph::plan::show::Rect { height: 38.0, ..pass.rect }).intersect(brush.painter.clip_rect());
+    let head = brush
+        .rect(lightgraph::internals::plan::show::Rect { height: 38.0, ..pass.rect })
+        .intersect(brush.painter.clip_rect());
     if let (Some(first), true) = (why.first(), head.is_positive()) {
         ui.interact(head, ui.scope_id().with(("pass", &pass.name)), Sense::hover()).on_hover_text(first.to_string());
     }
