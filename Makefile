@@ -2,6 +2,7 @@
 # make web     the page for browsers, the engine as WebAssembly and an editor, to target/web
 # make test-web  the same in Chromium without a display, on a software adapter: pictures go to out/web
 # make python  the Python module, built and installed into target/python/venv
+# make wheel   the Python wheel, to target/wheels, tried in an environment of its own
 # make blender the add-on for Blender, with the Python module inside, to out/lightgraph_blender.zip
 # make test-blender  the add-on in Blender, against Cycles; installs Blender as a Python module (400 MB) into target/blender
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
@@ -15,6 +16,7 @@
 # make vscode  packages the extension for Visual Studio Code, editors/vscode/lightgraph.vsix; needs npm
 # make neovim  drives a headless Neovim through a fault, its remedy and a rename; installs Neovim through apt
 # make editor  two minutes of random edits against the language server
+# make book    the pages of docs/ as a book, to out/book; installs mdBook into target/book
 # make deny    licences, duplicates, sources and advisories of dependencies; needs cargo-deny
 # make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
 
@@ -24,15 +26,15 @@ export XDG_RUNTIME_DIR ?= /tmp
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test web test-web python blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor deny driver display browser lint
+.PHONY: test web test-web python wheel blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor book deny driver display browser lint
 
 test: display browser lint
 	scripts/install-python.sh
 	cargo build
 	target/debug/lightgraph fmt --check graphs scenes template tests/graphs tests/variants
-	$(VENV) target/python/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
+	scripts/python-module.sh
 	target/python/venv/bin/python -m pytest --quiet crates/python/tests
-	cargo test --lib --bins --package lightgraph --package lightgraph-cli --package lightgraph-lsp --package lightgraph-web
+	cargo test --workspace --lib --bins
 	cargo test --doc
 	cargo test --examples --test it
 
@@ -43,13 +45,18 @@ python: driver
 	$(VENV) target/python/venv/bin/maturin develop --quiet --release --manifest-path crates/python/Cargo.toml
 	target/python/venv/bin/python -c 'import lightgraph; print("lightgraph", lightgraph.__version__, "is in target/python/venv")'
 
+wheel: driver
+	scripts/install-python.sh
+	scripts/wheel.sh
+
 blender:
 	scripts/install-python.sh
 	scripts/blender-addon.sh
 
 test-blender: driver
 	scripts/install-blender.sh
-	VIRTUAL_ENV="$(CURDIR)/target/blender/venv" target/blender/venv/bin/maturin develop --quiet --manifest-path crates/python/Cargo.toml
+	cargo build
+	scripts/python-module.sh target/blender/venv
 	target/blender/venv/bin/python -m pytest --quiet editors/blender/tests
 	scripts/blender-window.sh
 
@@ -115,6 +122,11 @@ neovim:
 editor:
 	LIGHTGRAPH_EDITS=120 cargo test --test it -- editor:: --nocapture
 
+# A test holds docs/SUMMARY.md to the pages that there are.
+book:
+	@[ -x target/book/bin/mdbook ] || cargo install mdbook --version '^0.5' --locked --no-default-features --root target/book
+	target/book/bin/mdbook build
+
 # Advisories need RustSec's repository of them: where there is no way to it, the rest is checked and that is said.
 deny:
 	@if ! cargo deny --version >/dev/null 2>&1; then \
@@ -140,7 +152,8 @@ display:
 browser:
 	@scripts/install-browser.sh
 
-# Where cargo-deny is installed, dependencies are held to deny.toml too.
+# The stages before the device, and the language server on them, build without wgpu. Where cargo-deny is installed,
+# dependencies are held to deny.toml too.
 lint:
 	@for tool in fmt clippy; do \
 	    if ! cargo "$$tool" --version >/dev/null 2>&1; then \
@@ -150,6 +163,11 @@ lint:
 	done
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
+	cargo clippy --package lightgraph --package lightgraph-lsp --no-default-features --all-targets -- -D warnings
+	@if cargo tree --package lightgraph-lsp --edges normal | grep -E ' wgpu(-core|-hal)? v'; then \
+	    echo "make: the stages before the device must not depend on one" >&2; \
+	    exit 1; \
+	fi
 	@if cargo deny --version >/dev/null 2>&1; then \
 	    cargo deny check licenses bans sources; \
 	else \

@@ -2,10 +2,7 @@
 //! shows two pictures: a room that a graph lights, and lamps that the program draws and lends to another graph, which
 //! makes them glow. Nothing waits before a frame is handed over. `cargo run --example embed -- out/embed.png`.
 
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::{FrameReport, Gpu, Memory, Recorded};
-use lightgraph::scene::{self, CameraPose, Lens, Scene, View};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::{Checked, Diagnostic, Frame, FrameReport, Gpu, Memory, Project, Scene, Session, Settings, View};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -93,11 +90,11 @@ impl Program {
     }
 
     fn pictures(&self) -> Checked<[Picture; 2]> {
-        let room = scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.glb"))?.scene;
+        let room = Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.glb"))?.scene;
         Ok([
             Picture::new(self, 0, "lightgraph:graphs/gi/direct.ron", "direct", room)?,
             // A graph that looks at no scene takes any.
-            Picture::new(self, 1, "lightgraph:graphs/post/bloom.ron", "color", scene::stand_in()?.scene)?,
+            Picture::new(self, 1, "lightgraph:graphs/post/bloom.ron", "color", Scene::stand_in()?.scene)?,
         ])
     }
 
@@ -171,7 +168,7 @@ impl Program {
 struct Picture {
     session: Session,
     /// Whose times have not arrived.
-    frames: Vec<Recorded>,
+    frames: Vec<Frame>,
     reports: Vec<FrameReport>,
     /// Left and top, in pixels of the program's image.
     place: [u32; 2],
@@ -297,11 +294,7 @@ fn begin<'e>(encoder: &'e mut wgpu::CommandEncoder, to: &wgpu::Texture, color: w
 fn orbit(scene: &Scene, angle: f32) -> View {
     let (center, distance) = (scene.bounds.center(), 1.5 * scene.bounds.diagonal());
     let back = glam::Vec3::new(angle.sin(), 0.0, angle.cos());
-    View {
-        place: CameraPose { position: center + distance * back, forward: -back, up: glam::Vec3::Y },
-        lens: Lens::Perspective { yfov: 0.6, near: 0.01, far: None },
-        shift: glam::Vec2::ZERO,
-    }
+    View::perspective(center + distance * back, -back, glam::Vec3::Y, 0.6)
 }
 
 fn write(out: &Path, bytes: &[u8]) -> Checked<()> {

@@ -1,11 +1,6 @@
 //! A graph without a window, as a library: `cargo run --example headless -- out/headless.png`.
 
-use lightgraph::diag::Checked;
-use lightgraph::gpu::Gpu;
-use lightgraph::image::png::{ToneMap, write_png};
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
-use std::collections::BTreeMap;
+use lightgraph::{Checked, Gpu, Project, Scene, Session, Settings};
 use std::path::Path;
 
 fn main() -> Checked<()> {
@@ -17,12 +12,12 @@ fn main() -> Checked<()> {
 fn draw(out: &Path) -> Checked<()> {
     let gpu = Gpu::open()?;
     let project = Project::open(Path::new("lightgraph:graphs/gi/uniform_grid.ron"), &[])?;
-    let scene = scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.glb"))?.scene;
+    let scene = Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.glb"))?.scene;
     let params = project.params(&["bounces=1".into(), "grid=3".into(), "face=8".into()])?;
     let settings = Settings { params, size: [96, 96], ..Settings::default() };
     let mut session = Session::new(&gpu, &project, scene, settings)?;
     session.frame(&gpu, 0, 0.0)?;
-    write_png(out, &session.image(&gpu, "color")?, ToneMap::default(), 0.0, &BTreeMap::new())
+    session.image(&gpu, "color")?.save(out)
 }
 
 #[test]

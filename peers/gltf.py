@@ -18,12 +18,30 @@ class Unsupported(Exception):
 
 
 @dataclass
+class Picture:
+    data: bytes  # PNG or JPEG
+    nearest: bool  # no mean of texels
+
+
+@dataclass
 class Material:
     albedo: list  # base colour, linear RGB
-    picture: bytes | None  # PNG or JPEG that is multiplied onto it, sRGB
+    picture: Picture | None  # multiplied onto it, sRGB
     emission: list  # radiance, RGB; zero for none
     double_sided: bool
-    metal: float | None = None  # roughness of a metal; None for a matte surface
+    metallic: float = 0.0
+    roughness: float = 1.0
+    finish: Picture | None = None  # multiplied onto both: roughness in green, metalness in blue
+    normal: Picture | None = None
+    glow: Picture | None = None  # multiplied onto the emission, sRGB
+    cutoff: float | None = None  # nothing is there where the picture's alpha is less
+
+    def only_matte(self, name):
+        """Refuses what the renderer `name` is not told of."""
+        if self.finish or self.normal or self.glow or self.cutoff is not None:
+            raise Unsupported(f"{name}: of textures only those of base colours are translated")
+        if self.metallic:
+            raise Unsupported(f"{name}: metals are not translated")
 
 
 @dataclass
@@ -33,6 +51,7 @@ class Mesh:
     normals: np.ndarray | None  # n × 3, f32; None for flat faces
     uv: np.ndarray | None  # n × 2, f32, v downwards
     material: int
+    colors: np.ndarray | None = None  # n × 3, f32, linear: multiplied onto the base colour
 
 
 @dataclass
@@ -61,6 +80,7 @@ class Scene:
     lights: list = field(default_factory=list)
     cameras: dict = field(default_factory=dict)
     camera: str = ""  # the one to look through where none is asked for
+    panorama: Path | None = None  # light from all around: its middle is seen towards −Z
 
     def rays(self, camera, width, height):
         """Origin and directions (h·w × 3, row 0 on top) of the rays through the pixels' centres."""
@@ -76,16 +96,23 @@ class Scene:
 def load(path):
     """Reads `scenes/hall`, `scenes/hall.ron` or `scenes/hall.glb`."""
     path = find(Path(path))
-    camera = None
+    camera = panorama = None
     if path.suffix == ".ron":
         text = re.sub(r"//[^\n]*", "", path.read_text())
         if "specular" in text:
             raise Unsupported(f"{path.name}: glossy materials are not translated")
         camera = re.search(r'camera:\s*"([^"]*)"', text)
         camera = camera and camera.group(1)
+        environment = re.search(r"environment:\s*(\w+)\(([^)]*)\)", text)
+        if environment:
+            file = re.fullmatch(r'\s*file:\s*"([^"]*)",?\s*', environment.group(2))
+            if environment.group(1) != "File" or not file:
+                raise Unsupported(f"{path.name}: of environments only unturned panoramas are translated")
+            panorama = path.parent / file.group(1)
         path = path.parent / re.search(r'gltf:\s*"([^"]*)"', text).group(1)
     scene = read(path)
     scene.camera = camera or next(iter(scene.cameras))
+    scene.panorama = panorama
     return scene
 
 
@@ -161,25 +188,36 @@ def matrix(node):
 def material(j, data, m):
     surface = m.get("pbrMetallicRoughness", {})
     strength = m.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
-    picture = None
-    if "baseColorTexture" in surface:
-        image = j["images"][j["textures"][surface["baseColorTexture"]["index"]]["source"]]
-        picture = view(j, data, image["bufferView"])
-    return Material(
+    mode = m.get("alphaMode", "OPAQUE")
+    if mode == "BLEND":
+        raise Unsupported("blended surfaces are not translated")
+    made = Material(
         albedo=surface.get("baseColorFactor", [1, 1, 1, 1])[:3],
-        picture=picture,
+        picture=picture(j, data, surface.get("baseColorTexture")),
         emission=[strength * e for e in m.get("emissiveFactor", [0, 0, 0])],
         double_sided=m.get("doubleSided", False),
-        metal=metal(surface),
+        metallic=surface.get("metallicFactor", 1.0),
+        roughness=surface.get("roughnessFactor", 1.0),
+        finish=picture(j, data, surface.get("metallicRoughnessTexture")),
+        normal=picture(j, data, m.get("normalTexture")),
+        glow=picture(j, data, m.get("emissiveTexture")),
+        cutoff=m.get("alphaCutoff", 0.5) if mode == "MASK" else None,
     )
+    if made.metallic == 0.0 and made.roughness != 1.0:
+        raise Unsupported("what is no metal must be wholly rough: it would have a faint lobe besides")
+    return made
 
 
-def metal(surface):
-    """A surface of glTF's model is a metal or matte here: a rough one that is no metal would have a faint lobe, too."""
-    metallic, roughness = surface.get("metallicFactor", 1.0), surface.get("roughnessFactor", 1.0)
-    if metallic not in (0.0, 1.0) or metallic == 0.0 and roughness != 1.0:
-        raise Unsupported("of finishes only metals and wholly rough matte surfaces are translated")
-    return roughness if metallic == 1.0 else None
+def picture(j, data, reference):
+    if reference is None:
+        return None
+    if "extensions" in reference or reference.get("texCoord", 0) != 0 or reference.get("scale", 1) != 1:
+        raise Unsupported("textures are read by the first coordinates as they are")
+    texture = j["textures"][reference["index"]]
+    sampler = j.get("samplers", [{}])[texture.get("sampler", 0)]
+    if sampler.get("wrapS", 10497) != 10497 or sampler.get("wrapT", 10497) != 10497:
+        raise Unsupported("textures repeat")
+    return Picture(view(j, data, j["images"][texture["source"]]["bufferView"]), sampler.get("magFilter") == 9728)
 
 
 def light(l, m):
@@ -197,11 +235,13 @@ def light(l, m):
 def mesh(j, data, p, m):
     attributes = p["attributes"]
     positions = accessor(j, data, attributes["POSITION"]) @ m[:3, :3].T + m[:3, 3]
-    normals = uv = None
+    normals = uv = colors = None
     if "NORMAL" in attributes:
         normals = accessor(j, data, attributes["NORMAL"]) @ np.linalg.inv(m[:3, :3])
         normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
     if "TEXCOORD_0" in attributes:
         uv = accessor(j, data, attributes["TEXCOORD_0"])
+    if "COLOR_0" in attributes:
+        colors = accessor(j, data, attributes["COLOR_0"])
     faces = accessor(j, data, p["indices"]).reshape(-1, 3).astype(np.uint32)
-    return Mesh(positions.astype(np.float32), faces, normals, uv, p["material"])
+    return Mesh(positions.astype(np.float32), faces, normals, uv, p["material"], colors)

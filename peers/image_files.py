@@ -33,3 +33,10 @@ def memory_bitmap(data):
 def decoded(data):
     """A PNG or JPEG in sRGB as linear light."""
     return np.array(memory_bitmap(data).convert(mi.Bitmap.PixelFormat.RGB, FLOAT, srgb_gamma=False), dtype=float)
+
+
+def values(data):
+    """The texels of a PNG or JPEG that holds no light, 0 to 1."""
+    bitmap = memory_bitmap(data)
+    bitmap.set_srgb_gamma(False)
+    return np.array(bitmap.convert(mi.Bitmap.PixelFormat.RGB, FLOAT, srgb_gamma=False), dtype=float)

@@ -46,6 +46,7 @@ REFERENCES = [
     ("atrium", "court", 8192, ()),
     ("street", "along", 16384, ()),
     ("workshop", "corner", 8192, ()),
+    ("materials", "front", 1024, ()),
 ]
 # Closed boxes whose walls all emit radiance 1 and have this albedo: no image is needed.
 FURNACES = [("furnace", 0.5), ("furnace_80", 0.8), ("furnace_95", 0.95)]
@@ -101,6 +102,9 @@ def make(scene, camera, samples, bounces, folder):
     images = {"direct": direct, "indirect": mean, "full": direct + mean}
     counts = {"direct": 1 if tracer.direct_is_exact else samples, "indirect": samples, "full": samples}
     errors = {"direct": 0.0, "indirect": percent(error, mean), "full": percent(error, direct + mean)}
+    if tracer.under_panorama:
+        # Its direct light has noise, too; what the blocks' errors are is in images.
+        errors = {"indirect": errors["indirect"]}
     for n in bounces:
         mean, error, _ = light.mean_and_error(tracer, n + 2, fewer, SEED + n)
         name = f"b{n}_indirect"
@@ -129,17 +133,20 @@ def make(scene, camera, samples, bounces, folder):
 
 
 def block_errors(entry, folder):
-    """Standard errors of an entry's indirect light, in an image a quantity: a pixel is a block of BLOCK × BLOCK, its
+    """Standard errors of an entry's indirect light and, under a panorama, of all light, in an image a quantity: a pixel is a block of BLOCK × BLOCK, its
     value that of the mean over the block and the three channels. Told from fewer samples of another seed, so that what
     chance does to an image does not show in its error; files by quantity."""
     height, width = entry["size"]
     tracer = light.Tracer(gltf.load(ROOT / "scenes" / entry["scene"]), entry["camera"], width, height)
     files = {}
-    for name, depth in [("indirect", light.ALL)] + [(f"b{n}_indirect", n + 2) for n in BOUNCES]:
+    everything = [("full", light.ALL)] if tracer.under_panorama else []
+    for name, depth in everything + [("indirect", light.ALL)] + [(f"b{n}_indirect", n + 2) for n in BOUNCES]:
         if name not in entry["files"]:
             continue
         samples = min(entry["samples"][name], ERROR_SAMPLES)
-        parts, _ = light.passes(tracer, depth, samples, SEED + 55_555 + depth)
+        parts, directs = light.passes(tracer, depth, samples, SEED + 55_555 + depth)
+        if name == "full":
+            parts = [part + direct for part, direct in zip(parts, directs, strict=True)]
         if not np.any(parts):
             continue
         pixels = light.standard_error([part.mean(axis=1) for part in parts])

@@ -22,11 +22,14 @@ class Tracer:
         self.pixels = width * height
         self.shape = (height, width, 3)
         # Direct light from points reaches pixel centres along one path: no chance is involved.
-        self.direct_is_exact = all(max(m.emission) == 0 for m in scene.materials)
+        self.under_panorama = scene.panorama is not None
+        self.direct_is_exact = not self.under_panorama and all(max(m.emission) == 0 for m in scene.materials)
+        # `path` lets no light of points through masks.
+        self.integrator = "path" if all(m.cutoff is None for m in scene.materials) else "volpath"
 
     def radiance(self, depth, samples, seed):
         """Mean over paths of up to `depth` segments (2: direct light), pixels × 3, f64."""
-        integrator = mi.load_dict({"type": "path", "max_depth": depth})
+        integrator = mi.load_dict({"type": self.integrator, "max_depth": depth})
         sampler = mi.load_dict({"type": "independent"})
         most = max(RAYS // self.pixels, 1)
         total = np.zeros((self.pixels, 3))

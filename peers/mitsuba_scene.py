@@ -2,11 +2,12 @@
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
 from gltf import Unsupported
 
 mi.set_variant("llvm_ad_rgb")
 
-from image_files import memory_bitmap  # noqa: E402: reads the variant
+from image_files import decoded, memory_bitmap, read, values  # noqa: E402: reads the variant
 
 
 class GltfSpot(mi.Emitter):
@@ -67,17 +68,35 @@ def build(scene):
                 "cos_inner": l.cos_inner,
                 "cos_outer": l.cos_outer,
             }
+    if scene.panorama is not None:
+        d["environment"] = panorama(scene.panorama)
     for i, m in enumerate(scene.meshes):
         d[f"mesh{i}"] = shape(m, scene.materials[m.material])
     return mi.load_dict(d)
 
 
+def panorama(path):
+    """Light from all around. Mitsuba spreads a picture's rows from pole to pole, the first and last lying there: it gets
+    a picture of many rows, each looked up where it will stand. Its middle is seen towards +Z, ours towards −Z."""
+    image = read(path)
+    height, width = image.shape[:2]
+    rows = np.linspace(0, 1, max(height, 512) + 1) * height - 0.5
+    image = np.concatenate([image[:1], image, image[-1:]])
+    low = np.clip(np.floor(rows).astype(int), -1, height - 1)
+    share = (rows - low)[:, None, None]
+    image = (1 - share) * image[low + 1] + share * image[low + 2]
+    turned = mi.ScalarTransform4f().rotate([0, 1, 0], 180)
+    return {"type": "envmap", "bitmap": mi.Bitmap(image.astype(np.float32)), "to_world": turned}
+
+
 def shape(m, material):
     props = mi.Properties()
     props["face_normals"] = m.normals is None
-    props["bsdf"] = mi.load_dict(bsdf(material))
+    props["bsdf"] = mi.load_dict(bsdf(material, m.colors is not None))
     if max(material.emission) > 0:
         radiance = {"type": "rgb", "value": material.emission}
+        if material.glow is not None:
+            radiance = bitmap(image_of(material.glow) * material.emission, material.glow)
         props["emitter"] = mi.load_dict({"type": "area", "radiance": radiance})
     made = mi.Mesh(
         "mesh",
@@ -87,6 +106,8 @@ def shape(m, material):
         has_vertex_normals=m.normals is not None,
         has_vertex_texcoords=m.uv is not None,
     )
+    if m.colors is not None:
+        made.add_attribute("vertex_color", 3, (m.colors * material.albedo).ravel().astype(np.float32))
     p = mi.traverse(made)
     p["vertex_positions"] = m.positions.ravel()
     p["faces"] = m.faces.ravel()
@@ -98,14 +119,57 @@ def shape(m, material):
     return made
 
 
-def bsdf(material):
+def bsdf(material, colored):
+    """glTF's metallic-roughness model: of metalness m, m parts a metal and the rest matte."""
     reflectance = {"type": "rgb", "value": list(material.albedo)}
-    if material.picture is not None:
-        if list(material.albedo) != [1, 1, 1]:
-            raise Unsupported("pictures times a colour are not translated")
-        reflectance = {"type": "bitmap", "bitmap": memory_bitmap(material.picture), "wrap_mode": "repeat"}
-    diffuse = {"type": "diffuse", "reflectance": reflectance}
-    if material.metal is not None:
-        # GGX of the width roughness², Smith's shadowing, Schlick's Fresnel term from the base colour: glTF's own.
-        diffuse = {"type": "principled", "base_color": reflectance, "metallic": 1.0, "roughness": material.metal}
-    return {"type": "twosided", "nested": diffuse} if material.double_sided else diffuse
+    if colored:
+        reflectance = {"type": "mesh_attribute", "name": "vertex_color"}
+        if material.picture is not None:
+            raise Unsupported("pictures times vertex colours are not translated")
+    elif material.picture is not None:
+        reflectance = bitmap(image_of(material.picture) * np.array(material.albedo), material.picture)
+    metallic, roughness = material.metallic, material.roughness
+    if material.finish is not None:
+        texels = image_of(material.finish, raw=True)
+        metallic = bitmap(texels[..., 2:] * metallic, material.finish)
+        roughness = bitmap(texels[..., 1:2] * roughness, material.finish)
+    # GGX of the width roughness², Smith's shadowing, Schlick's Fresnel term from the base colour: glTF's own.
+    metal = {"type": "principled", "base_color": reflectance, "metallic": 1.0, "roughness": roughness}
+    found = {"type": "diffuse", "reflectance": reflectance}
+    if metallic == 1.0:
+        found = metal
+    elif metallic != 0.0:
+        found = {"type": "blendbsdf", "weight": metallic, "matte": found, "metal": metal}
+    if material.normal is not None:
+        # Neither of what Mitsuba can do about normals that turn away is glTF's.
+        found = {
+            "type": "normalmap",
+            "normalmap": bitmap(image_of(material.normal, raw=True), material.normal),
+            "flip_invalid_normals": False,
+            "use_shadowing_function": False,
+            "nested": found,
+        }
+    if material.double_sided:
+        found = {"type": "twosided", "nested": found}
+    if material.cutoff is not None:
+        there = memory_bitmap(material.picture.data).convert(mi.Bitmap.PixelFormat.RGBA, mi.Struct.Type.Float32, srgb_gamma=False)
+        if not material.picture.nearest:
+            raise Unsupported("masks of means of texels are not translated")
+        opacity = np.array(there)[..., 3:] >= material.cutoff
+        found = {"type": "mask", "opacity": bitmap(opacity, material.picture), "nested": found}
+    return found
+
+
+def image_of(picture, raw=False):
+    """A picture's texels, h × w × 3: linear light, or as they are."""
+    return values(picture.data) if raw else decoded(picture.data)
+
+
+def bitmap(texels, picture):
+    return {
+        "type": "bitmap",
+        "bitmap": mi.Bitmap(np.ascontiguousarray(texels, dtype=np.float32)),
+        "raw": True,
+        "wrap_mode": "repeat",
+        "filter_type": "nearest" if picture.nearest else "bilinear",
+    }

@@ -28,6 +28,8 @@ corr = if(share, if(share - 1, 1, share*share), 0);
 
 def build(scene, folder):
     """Writes the scene into `folder` and compiles it. Returns the octree's path."""
+    if scene.panorama is not None:
+        raise Unsupported("Radiance: panoramas are not translated")
     if all(max(m.emission) > 0 for m in scene.materials):
         raise Unsupported("Radiance's surfaces either emit or reflect; walls that do both can't be stated")
     folder.mkdir(parents=True, exist_ok=True)
@@ -42,6 +44,7 @@ def build(scene, folder):
 
 
 def material(m, index, folder):
+    m.only_matte("Radiance")
     if max(m.emission) > 0:
         return f"void light m{index} 0 0 3 {numbers(m.emission)}"
     pattern = "void" if m.picture is None else f"p{index}"
@@ -51,7 +54,7 @@ def material(m, index, folder):
 def picture(m, index, folder):
     if m.picture is None:
         return ""
-    rgb = image_files.decoded(m.picture)
+    rgb = image_files.decoded(m.picture.data)
     image_files.write(folder / f"p{index}.hdr", rgb)
     # A picture's shorter edge is 1 long; glTF's v counts from the top.
     height, width = rgb.shape[:2]

@@ -7,12 +7,20 @@ import subprocess
 import image_files
 import numpy as np
 import peer
+from gltf import Unsupported
 
 
 def render(command, name, scene, args, settings):
     """Runs `command JOB.json FOLDER` and yields the lines of JSON that it prints. Ends this one where it fails."""
     if any(light.kind == "directional" for light in scene.lights):
         peer.absent(f"{name}: directional lights are not translated")
+    if scene.panorama is not None:
+        peer.absent(f"{name}: panoramas are not translated")
+    for material in scene.materials:
+        try:
+            material.only_matte(name)
+        except Unsupported as why:
+            peer.absent(str(why))
     folder = (args.out / name).resolve()
     folder.mkdir(parents=True, exist_ok=True)
     job = folder / "job.json"
@@ -65,10 +73,10 @@ def stated(scene, size, settings):
     }
 
 
-def picture(data):
-    if data is None:
+def picture(picture):
+    if picture is None:
         return None
-    linear = image_files.decoded(data)
+    linear = image_files.decoded(picture.data)
     height, width = linear.shape[:2]
     rgba = np.ones((height, width, 4))
     rgba[..., :3] = linear

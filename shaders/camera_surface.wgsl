@@ -1,7 +1,10 @@
-//! What the camera sees through the centre of each pixel.
+//! What the camera sees through the centre of each pixel. With FINISH, roughness and metalness of metals, too.
 #import lightgraph::geometry::{world_position, world_normal}
 #import lightgraph::camera::pixel_ray
 #import lightgraph::surface::{Point, record}
+#ifdef FINISH
+#import lightgraph::surface::recorded_finish
+#endif
 #ifdef NORMAL_MAPS
 #import lightgraph::geometry::world_tangent
 #endif
@@ -65,6 +68,9 @@ fn vertex(
 struct Seen {
     @location(0) surface_albedo: vec4f,
     @location(1) surface_normal: vec4f,
+#ifdef FINISH
+    @location(2) surface_finish: vec4f,
+#endif
 }
 
 /// Metres along the ray through the pixel's centre to the plane that holds `world` and has this normal of any length.
@@ -91,6 +97,12 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Seen {
 #ifdef NORMAL_MAPS
     p.tangent = in.tangent;
 #endif
+#ifdef FINISH
+    let finish = recorded_finish(in.material, p);
+    let r = record(in.material, p, in.normal, depth, front);
+    return Seen(r.albedo, r.normal, vec4f(finish, 0.0, 0.0));
+#else
     let r = record(in.material, p, in.normal, depth, front);
     return Seen(r.albedo, r.normal);
+#endif
 }

@@ -1,5 +1,6 @@
 //! Direct light in the image: emission, and the lights' first bounce; with EMITTERS_DIRECT, that of emitters too. With
-//! ENVIRONMENT it is seen where nothing else is; with ENVIRONMENT_DIRECT surfaces are lit by it.
+//! ENVIRONMENT it is seen where nothing else is; with ENVIRONMENT_DIRECT surfaces are lit by it. With FINISH
+//! metals shine as rough as they are at each pixel.
 #import lightgraph::camera::pixel_ray
 #ifdef ENVIRONMENT
 #import lightgraph::environment
@@ -28,6 +29,10 @@
 #import lightgraph::trace::leave
 #endif
 
+#ifdef FINISH
+/// Roughness and metalness.
+var surface_finish: texture_2d<f32>;
+#endif
 #ifdef EMITTERS_DIRECT
 var<uniform> emitter_samples: u32;
 #endif
@@ -48,7 +53,12 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
     let seen = seen_at(id.xy);
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
-        let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+        var s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+#ifdef FINISH
+        let finish = textureLoad(surface_finish, id.xy, 0);
+        s.roughness = finish.x;
+        s.metallic = finish.y;
+#endif
         light = s.emission;
 #ifdef UNLIT
         light += unlit_of(seen.albedo);

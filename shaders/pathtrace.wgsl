@@ -129,7 +129,9 @@ fn path(seen: Met, index: u32, pixel: vec2u) -> Light {
         let direction = scatter(s, next(&state), v);
         let density = scatter_density(s, direction);
         let reflected = reflectance(s, direction);
-        if density <= 0.0 || all(reflected <= vec3f(0.0)) {
+        // Below the triangle that a bent normal leans over nothing is: light would meet the surface itself again.
+        let above = dot(met.flat_normal, direction) * select(-1.0, 1.0, met.front);
+        if density <= 0.0 || above <= 0.0 || all(reflected <= vec3f(0.0)) {
             break;
         }
         carried *= reflected / density;

@@ -10,6 +10,9 @@ use std::sync::Arc;
 /// By path in a new project: content.
 pub const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/project_files.rs"));
 
+/// The reference of the language, which lists its words.
+pub const REFERENCE: &str = include_str!("../docs/reference.md");
+
 /// What a path to one of these files begins with.
 pub const PREFIX: &str = "lightgraph:";
 

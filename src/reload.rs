@@ -1,7 +1,7 @@
 //! Files that change: one call for the many events that a save makes.
 
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::session::shader_folders;
+use crate::project::shader_folders;
 use notify_debouncer_full::notify::event::{EventKind, ModifyKind};
 use notify_debouncer_full::notify::{RecommendedWatcher, RecursiveMode};
 use notify_debouncer_full::{DebounceEventResult, DebouncedEvent, Debouncer, RecommendedCache, new_debouncer};

@@ -2,7 +2,7 @@
 //! bit.
 
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::gpu::{self, Frame, Gpu, Memory, Prepared};
+use crate::gpu::{self, FrameInputs, Gpu, Memory, Prepared};
 use crate::plan::change::{Held, carry_history, everything};
 use crate::plan::keys::{Keys, UNDEFINED};
 use crate::plan::scene_inputs::SceneInputs;
@@ -60,11 +60,11 @@ impl Scratch {
         (plan, keys): (&Plan, &Keys),
         (prepared, held): (&Prepared, &Held),
         scene: &SceneInputs,
-        frame: &Frame,
+        frame: &FrameInputs,
     ) -> Checked<()> {
         let all = everything(plan, keys, &self.held, scene, &frame.values);
         self.held.start(&all);
-        let whole = Frame { chosen: Some(&all), ..frame.clone() };
+        let whole = FrameInputs { chosen: Some(&all), ..frame.clone() };
         gpu::execute(gpu, plan, &mut self.prepared, &whole)?;
         self.held.finish(all);
         let mut faults = vec![];
@@ -80,7 +80,7 @@ impl Scratch {
                 continue;
             }
             let Some(id) = plan.resources.iter().position(|r| r.slot == slot).map(ResourceId) else { continue };
-            if keys.from_bits[id.0] {
+            if keys.from_bits[id.0] || !plan.resources[id.0].desc.is_readable() {
                 continue;
             }
             if let Some(place) = self.difference(gpu, plan, prepared, id)? {

@@ -26,18 +26,24 @@ pub struct Document {
     textured: Vec<bool>,
     materials: Vec<Value>,
     images: Vec<Value>,
+    /// Images whose texels are read one by one.
+    nearest: Vec<usize>,
     accessors: Vec<Value>,
     views: Vec<Value>,
     cameras: Vec<Value>,
     lights: Vec<Value>,
+    skins: Vec<Value>,
+    animations: Vec<Value>,
     buffer: Vec<u8>,
     triangles: usize,
 }
 
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+const UNSIGNED_BYTE: u32 = 5121;
 const UNSIGNED_SHORT: u32 = 5123;
 const FLOAT: u32 = 5126;
+const NEAREST: u32 = 9728;
 
 impl Document {
     pub fn new() -> Document {
@@ -70,9 +76,27 @@ impl Document {
 
     /// A Lambert surface whose albedo is a PNG image (sRGB).
     pub fn textured(&mut self, name: &str, png: &[u8]) -> Material {
+        let image = self.image(name, png, false);
+        self.material(name, [1.0; 3], json!({}), Some(image))
+    }
+
+    /// A PNG image for materials of `described`; its place in the file. Of `nearest` no mean of texels is read.
+    pub fn image(&mut self, name: &str, png: &[u8], nearest: bool) -> usize {
         let view = self.view(png, None);
         self.images.push(json!({ "name": name, "bufferView": view, "mimeType": "image/png" }));
-        self.material(name, [1.0; 3], json!({}), Some(self.images.len() - 1))
+        let image = self.images.len() - 1;
+        if nearest {
+            self.nearest.push(image);
+        }
+        image
+    }
+
+    /// A material in glTF's own words.
+    pub fn described(&mut self, name: &str, mut value: Value) -> Material {
+        value["name"] = json!(name);
+        self.textured.push(value.to_string().contains("Texture"));
+        self.materials.push(value);
+        Material(self.materials.len() - 1)
     }
 
     /// A metal of glTF's model; the colour is what it reflects head on.
@@ -99,10 +123,84 @@ impl Document {
 
     /// A mesh of one primitive a material.
     pub fn mesh(&mut self, name: &str, parts: &[(&Mesh, Material)]) -> MeshId {
-        let primitives: Vec<Value> = parts.iter().map(|(mesh, material)| self.primitive(mesh, *material)).collect();
+        let primitives = parts.iter().map(|(mesh, material)| self.primitive(mesh, *material)).collect();
+        self.mesh_of(name, parts, primitives)
+    }
+
+    fn mesh_of(&mut self, name: &str, parts: &[(&Mesh, Material)], primitives: Vec<Value>) -> MeshId {
         self.meshes.push(json!({ "name": name, "primitives": primitives }));
         self.mesh_triangles.push(parts.iter().map(|(mesh, _)| mesh.triangle_count()).sum());
         MeshId(self.meshes.len() - 1)
+    }
+
+    /// A mesh of one material, of whose vertices `more` says more: of their positions, into the primitive.
+    pub fn mesh_with(
+        &mut self,
+        name: &str,
+        mesh: &Mesh,
+        material: Material,
+        more: impl FnOnce(&mut Document, &[[f32; 3]], &mut Value),
+    ) -> MeshId {
+        let mut primitive = self.primitive(mesh, material);
+        let welded = mesh.weld(self.textured[material.0]);
+        more(self, &welded.positions, &mut primitive);
+        self.mesh_of(name, &[(mesh, material)], vec![primitive])
+    }
+
+    /// A mesh in glTF's own words, to add what this writer has no words for.
+    pub fn words_of(&mut self, mesh: MeshId) -> &mut Value {
+        &mut self.meshes[mesh.0]
+    }
+
+    /// An accessor of vectors or, of 16 numbers, of matrices.
+    pub fn floats<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
+        let shape = ["", "SCALAR", "VEC2", "VEC3", "VEC4"].get(N).unwrap_or(&"MAT4");
+        self.accessor(bytemuck::cast_slice(values.as_flattened()), values.len(), FLOAT, shape)
+    }
+
+    /// An accessor of places, or of what moves them.
+    pub fn places(&mut self, values: &[[f32; 3]]) -> usize {
+        let index = self.floats(values);
+        for (name, pick) in [("min", f32::min as fn(f32, f32) -> f32), ("max", f32::max)] {
+            let extent: [f32; 3] =
+                std::array::from_fn(|axis| values.iter().map(|v| v[axis]).reduce(pick).unwrap_or(0.0));
+            self.accessors[index][name] = json!(extent);
+        }
+        index
+    }
+
+    /// An accessor of times.
+    pub fn times(&mut self, times: &[f32]) -> usize {
+        let index = self.accessor(bytemuck::cast_slice(times), times.len(), FLOAT, "SCALAR");
+        self.accessors[index]["min"] = json!([times[0]]);
+        self.accessors[index]["max"] = json!([times[times.len() - 1]]);
+        index
+    }
+
+    /// An accessor of four small numbers a row.
+    pub fn bytes(&mut self, values: &[[u8; 4]]) -> usize {
+        self.accessor(values.as_flattened(), values.len(), UNSIGNED_BYTE, "VEC4")
+    }
+
+    /// A node in glTF's own words; its place in the file.
+    pub fn node(&mut self, mut value: Value, mesh: Option<MeshId>) -> usize {
+        if let Some(mesh) = mesh {
+            value["mesh"] = json!(mesh.0);
+            self.triangles += self.mesh_triangles[mesh.0];
+        }
+        self.nodes.push(value);
+        self.nodes.len() - 1
+    }
+
+    /// A skin in glTF's own words; its place in the file.
+    pub fn skin(&mut self, value: Value) -> usize {
+        self.skins.push(value);
+        self.skins.len() - 1
+    }
+
+    /// An animation in glTF's own words.
+    pub fn animation(&mut self, value: Value) {
+        self.animations.push(value);
     }
 
     fn primitive(&mut self, mesh: &Mesh, material: Material) -> Value {
@@ -110,14 +208,8 @@ impl Document {
         let welded = mesh.weld(textured);
         let count = welded.positions.len();
         assert!(count <= 65_535, "a primitive has {count} vertices; 16-bit indices reach 65,535");
-        let extent = |pick: fn(f32, f32) -> f32| -> [f32; 3] {
-            std::array::from_fn(|axis| welded.positions.iter().map(|p| p[axis]).reduce(pick).unwrap_or(0.0))
-        };
         let mut attributes = json!({});
-        let position = self.accessor(bytemuck::cast_slice(&welded.positions), count, FLOAT, "VEC3");
-        self.accessors[position]["min"] = json!(extent(f32::min));
-        self.accessors[position]["max"] = json!(extent(f32::max));
-        attributes["POSITION"] = json!(position);
+        attributes["POSITION"] = json!(self.places(&welded.positions));
         if !welded.flat {
             attributes["NORMAL"] = json!(self.accessor(bytemuck::cast_slice(&welded.normals), count, FLOAT, "VEC3"));
         }
@@ -229,7 +321,8 @@ impl Document {
 
     /// The file's bytes.
     pub fn finish(self) -> Vec<u8> {
-        let roots: Vec<usize> = (0..self.nodes.len()).collect();
+        let below: Vec<&Value> = self.nodes.iter().filter_map(|n| n["children"].as_array()).flatten().collect();
+        let roots: Vec<usize> = (0..self.nodes.len()).filter(|i| !below.contains(&&json!(i))).collect();
         let mut root = json!({
             "asset": { "version": "2.0", "generator": "lightgraph make_scenes", "copyright": "CC0 1.0" },
             "scene": 0,
@@ -238,7 +331,11 @@ impl Document {
         });
         if !self.images.is_empty() {
             root["samplers"] = json!([{}]);
-            let textures = (0..self.images.len()).map(|image| json!({ "source": image, "sampler": 0 }));
+            if !self.nearest.is_empty() {
+                root["samplers"] = json!([{}, { "magFilter": NEAREST, "minFilter": NEAREST }]);
+            }
+            let sampler = |image| usize::from(self.nearest.contains(&image));
+            let textures = (0..self.images.len()).map(|image| json!({ "source": image, "sampler": sampler(image) }));
             root["textures"] = textures.collect();
         }
         let mut used = vec![];
@@ -261,6 +358,8 @@ impl Document {
             ("accessors", self.accessors),
             ("bufferViews", self.views),
             ("cameras", self.cameras),
+            ("skins", self.skins),
+            ("animations", self.animations),
         ] {
             if !list.is_empty() {
                 root[name] = Value::Array(list);

@@ -6,6 +6,7 @@
 
 mod apartment;
 mod atrium;
+mod board;
 mod corridor;
 mod figure;
 mod gallery;
@@ -13,6 +14,7 @@ mod glb;
 mod hall;
 mod lamps;
 mod mesh;
+mod moves;
 mod open_air;
 mod paintings;
 mod rooms;
@@ -58,6 +60,8 @@ fn outputs() -> Vec<Output> {
         ("lamps_1024", lamps::lamps(1024)),
         ("sky_ball", open_air::sky_ball()),
         ("yard", open_air::yard()),
+        ("materials", board::board()),
+        ("moves", moves::moves()),
     ];
     let mut out: Vec<Output> = geometry
         .into_iter()
@@ -82,16 +86,16 @@ fn outputs() -> Vec<Output> {
         ("phong_balls.ron", rooms::PHONG_BALLS),
         ("sky_ball.ron", open_air::BALL_SCENE),
         ("yard_evening.ron", open_air::YARD_SCENE),
+        ("materials.ron", board::SCENE),
     ] {
         let bytes = text.as_bytes().to_vec();
         out.push(Output { folder: "scenes", name: name.to_string(), bytes, triangles: None });
     }
-    out.push(Output {
-        folder: "graphs/play",
-        name: "studio.hdr".to_string(),
-        bytes: studio::studio(),
-        triangles: None,
-    });
+    for (folder, name, bytes) in
+        [("graphs/play", "studio.hdr", studio::studio()), ("scenes", "materials.hdr", board::panorama())]
+    {
+        out.push(Output { folder, name: name.to_string(), bytes, triangles: None });
+    }
     out
 }
 

@@ -1,8 +1,8 @@
 //! A photographer's studio as a panorama: dim walls, a large soft box overhead, a strip on one side and a window on the
 //! other.
 
-const WIDTH: u32 = 128;
-const HEIGHT: u32 = 64;
+pub const WIDTH: u32 = 128;
+pub const HEIGHT: u32 = 64;
 
 /// A lamp that fills a box of the panorama: from and to, in shares of its width and height from the top left; radiance.
 const LAMPS: [([f64; 2], [f64; 2], [f64; 3]); 4] = [
@@ -43,6 +43,11 @@ fn texel(color: [f64; 3]) -> [u8; 4] {
 
 /// The file, in Radiance's format.
 pub fn studio() -> Vec<u8> {
+    panorama(radiance)
+}
+
+/// The file of a panorama of this size whose pixels give this.
+pub fn panorama(radiance: impl Fn(u32, u32) -> [f64; 3]) -> Vec<u8> {
     let mut bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {HEIGHT} +X {WIDTH}\n").into_bytes();
     for y in 0..HEIGHT {
         let row: Vec<[u8; 4]> = (0..WIDTH).map(|x| texel(radiance(x, y))).collect();

@@ -1,14 +1,14 @@
 //! The targets. Each takes the bytes of a file as somebody may have written it.
 
-use lightgraph::diag::{Checked, Diagnostic, Faults, Severity, Source, render};
-use lightgraph::graph;
-use lightgraph::image::exr;
-use lightgraph::plan::build::faults;
-use lightgraph::plan::fastest::FIRST;
-use lightgraph::plan::request::{Request, sample_device, sample_facts};
-use lightgraph::scene;
-use lightgraph::shader::{self, Defs, Library, compose};
-use lightgraph::value::Values;
+use lightgraph::internals::diag::{Severity, Source, render};
+use lightgraph::internals::graph;
+use lightgraph::internals::image::exr;
+use lightgraph::internals::plan::build::faults;
+use lightgraph::internals::plan::fastest::FIRST;
+use lightgraph::internals::plan::request::{Request, sample_device, sample_facts};
+use lightgraph::internals::shader::{self, Defs, Library, compose};
+use lightgraph::internals::value::Values;
+use lightgraph::{Checked, Diagnostic, Faults, Scene};
 use lightgraph_cli::bench::results::Results;
 use lightgraph_cli::snapshot;
 use std::path::Path;
@@ -88,7 +88,7 @@ fn builtin() -> Library {
     static BUILTIN: std::sync::OnceLock<Library> = std::sync::OnceLock::new();
     let fresh = || {
         let mut library = Library::default();
-        library.files.extend(lightgraph::builtin::shaders().map(|(name, source)| (name.to_owned(), source)));
+        library.files.extend(lightgraph::internals::builtin::shaders().map(|(name, source)| (name.to_owned(), source)));
         library
     };
     BUILTIN.get_or_init(fresh).clone()
@@ -104,7 +104,7 @@ pub fn wgsl(bytes: &[u8]) {
 
 /// A glTF or GLB file.
 pub fn gltf(bytes: &[u8]) {
-    if let Some(loaded) = shown(scene::from_bytes(bytes, "fuzzed", None)) {
+    if let Some(loaded) = shown(Scene::from_bytes(bytes, "fuzzed", None)) {
         let pose = loaded.scene.pose(0.5);
         loaded.scene.tables(&pose);
     }
@@ -113,7 +113,7 @@ pub fn gltf(bytes: &[u8]) {
 /// A scene RON.
 pub fn scene(bytes: &[u8]) {
     let Some(text) = text(bytes) else { return };
-    if let Some(loaded) = shown(scene::from_bytes(TRIANGLE, "fuzzed", Some(text))) {
+    if let Some(loaded) = shown(Scene::from_bytes(TRIANGLE, "fuzzed", Some(text))) {
         let pose = loaded.scene.pose(0.5);
         loaded.scene.tables(&pose);
     }

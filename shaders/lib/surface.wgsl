@@ -243,6 +243,28 @@ fn unlit_of(albedo: vec4f) -> vec3f {
 }
 #endif
 
+/// What coordinates grow by to the next pixels. Call it in uniform control flow of a fragment entry only.
+fn wide_of(p: Point) -> Wide {
+    var wide: Wide;
+#ifdef TEXTURES
+#ifndef SHARP
+    wide.uv = mat2x2f(dpdx(p.uv), dpdy(p.uv));
+#ifdef SECOND_UVS
+    wide.second_uv = mat2x2f(dpdx(p.second_uv), dpdy(p.second_uv));
+#endif
+#endif
+#endif
+    return wide;
+}
+
+#ifdef GGX
+/// Roughness and metalness, recorded besides by graphs that show metals. Call it in uniform control flow of a fragment
+/// entry only.
+fn recorded_finish(material: u32, p: Point) -> vec2f {
+    return finish(materials[material], p, wide_of(p));
+}
+#endif
+
 /// The two texels of a surface.
 struct Record {
     albedo: vec4f,
@@ -253,15 +275,7 @@ struct Record {
 /// nothing is there, it ends.
 fn record(material: u32, p: Point, normal: vec3f, depth: f32, front: bool) -> Record {
     let m = materials[material];
-    var wide: Wide;
-#ifdef TEXTURES
-#ifndef SHARP
-    wide.uv = mat2x2f(dpdx(p.uv), dpdy(p.uv));
-#ifdef SECOND_UVS
-    wide.second_uv = mat2x2f(dpdx(p.second_uv), dpdy(p.second_uv));
-#endif
-#endif
-#endif
+    let wide = wide_of(p);
     let found = base_color(m, p, wide);
 #ifdef MASKS
     if is_hole(m, found.a) {

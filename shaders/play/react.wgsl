@@ -4,8 +4,6 @@ var before: texture_2d<f32>;
 struct Params {
     feed: f32,
     kill: f32,
-    step: u32,
-    first_frame: u32,
 }
 var<uniform> params: Params;
 
@@ -18,14 +16,6 @@ fn fragment(@builtin(position) at: vec4f) -> Out {
     let pixel = vec2i(at.xy);
     let size = vec2i(textureDimensions(before));
     let here = textureLoad(before, pixel, 0).xy;
-    if params.first_frame != 0u && params.step == 0u {
-        // A few squares of the second substance to begin with.
-        let cell = pixel / 16;
-        let seed = fract(sin(f32(cell.x * 127 + cell.y * 311)) * 43758.547);
-        if seed > 0.9 {
-            return Out(vec2f(0.5, 0.5));
-        }
-    }
     var around = vec2f(0.0);
     for (var i = 0; i < 9; i++) {
         let step = vec2i(i % 3 - 1, i / 3 - 1);

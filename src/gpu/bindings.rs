@@ -150,7 +150,7 @@ impl Shared {
             }
             Binding::Sampler(desc) => {
                 if !self.samplers.contains_key(desc) {
-                    self.samplers.insert(*desc, gpu.kept.samplers.get(desc, || Ok(sampler(gpu, desc)))?);
+                    self.samplers.insert(*desc, gpu.caches.samplers.get(desc, || Ok(sampler(gpu, desc)))?);
                 }
             }
             Binding::Uniform { .. }

@@ -1,6 +1,6 @@
 //! Opens a device, best adapter first.
 
-use super::{kept::Kept, scope::Mailbox};
+use super::{caches::Caches, scope::Mailbox};
 use crate::diag::{Checked, Diagnostic, Faults};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -29,6 +29,16 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::INDIRECT_FIRST_INSTANCE);
 
 /// An open device. Every other part of the program reaches the GPU through it.
+///
+/// ```no_run
+/// use lightgraph::{Checked, Gpu};
+///
+/// fn main() -> Checked<()> {
+///     let gpu = Gpu::open()?;
+///     println!("{}", gpu.info.name);
+///     Ok(())
+/// }
+/// ```
 #[derive(Debug)]
 pub struct Gpu {
     pub adapter: wgpu::Adapter,
@@ -39,11 +49,11 @@ pub struct Gpu {
     pub limits: wgpu::Limits,
     /// Nanoseconds a timestamp tick.
     pub timestamp_period: f32,
-    /// How long a wait for the device may take: [`PATIENCE`], unless the caller sets it here or by [`set_patience`].
+    /// How long a wait for the device may take: ten minutes, unless the caller sets it here.
     pub patience: Duration,
     polls: AtomicU32,
     pub(super) mailbox: Arc<Mailbox>,
-    pub(super) kept: Kept,
+    pub(super) caches: Caches,
 }
 
 /// How long a wait for the device may take. No step of a graph should take as long.
@@ -188,7 +198,7 @@ impl Gpu {
             patience: *DEFAULT_PATIENCE.get().unwrap_or(&PATIENCE),
             polls: AtomicU32::new(0),
             mailbox,
-            kept: Kept::default(),
+            caches: Caches::default(),
         }
     }
 
@@ -222,10 +232,9 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Lets go of pipelines, samplers and uploads that are kept for whoever asks for the same again. What sessions use
-    /// goes on as it was; the next session makes its own.
+    /// Drops the cached pipelines, samplers and uploads. Sessions keep what they use; the next session makes its own.
     pub fn forget(&self) {
-        self.kept.clear();
+        self.caches.clear();
     }
 
     /// # Errors

@@ -1,6 +1,6 @@
 //! Steps over instances: the list of those that run, and how the device makes it from dirty bits.
 
-use super::{device::Gpu, pool::Pool, record::Record, scope::scoped};
+use super::{device::Gpu, pool::Pool, recorder::Recorder, scope::scoped};
 use crate::diag::Checked;
 use crate::plan::change::{Bits, Selection};
 use crate::plan::cull::DRAW_BYTES;
@@ -106,7 +106,7 @@ impl Instances {
     ///
     /// # Errors
     /// The bits are not of the plan.
-    pub(super) fn begin(&self, plan: &Plan, pool: &Pool, record: &mut Record<'_>, chosen: &Selection) -> Checked<()> {
+    pub(super) fn begin(&self, plan: &Plan, pool: &Pool, record: &mut Recorder<'_>, chosen: &Selection) -> Checked<()> {
         for (id, bits) in &chosen.bits {
             let buffer = pool.buffer(plan, *id)?;
             match &self.ones {
@@ -123,7 +123,7 @@ impl Instances {
     }
 
     /// Before a step that runs in part: chooses its instances.
-    pub(super) fn choose(&self, record: &mut Record<'_>, id: StepId) {
+    pub(super) fn choose(&self, record: &mut Recorder<'_>, id: StepId) {
         if let Some(partial) = self.partial.get(&id.0) {
             let pass = record.compute();
             pass.set_pipeline(&partial.pipeline);
@@ -187,7 +187,7 @@ impl Partial {
             }
         };
         let job = filled(gpu, "dirty instances", &job, U::UNIFORM)?;
-        let pipeline = gpu.kept.dirty.get(&kernel, || kernel.pipeline(gpu))?;
+        let pipeline = gpu.caches.dirty.get(&kernel, || kernel.pipeline(gpu))?;
         let mut buffers = vec![&job, bits, counts];
         match &arguments {
             Arguments::Dispatch { list, groups } => buffers.extend([list, groups]),

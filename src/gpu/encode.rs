@@ -2,14 +2,14 @@
 
 use super::{
     device::Gpu,
+    device_loop::DeviceLoop,
     dirty::{Arguments, Instances, workgroups},
-    gate::Gate,
     pipelines::{Built, view_mask},
     pool::{Memory, Pool, floats, target_view},
-    prepare::{Pass, Ready, Shaded},
-    record::Record,
+    prepare::{Pass, Ready, Shaded, Target},
+    recorder::Recorder,
     scene_data::SceneData,
-    timing::Pair,
+    timing::TimestampPair,
     uniforms::Uniforms,
 };
 use crate::diag::{Checked, Diagnostic};
@@ -17,8 +17,8 @@ use crate::image::texel;
 use crate::plan::cull::DRAW_BYTES;
 use crate::plan::{Action, Draw, Geometry, Member, Place, Plan, ResourceId, StepId};
 
-/// What encoding reads.
-pub(super) struct Source<'a> {
+/// What encoding a step reads.
+pub(super) struct EncodeContext<'a> {
     pub gpu: &'a Gpu,
     pub plan: &'a Plan,
     pub pool: &'a Pool,
@@ -36,14 +36,14 @@ pub(super) struct Run<'a> {
     /// Of the loops around, outermost first.
     pub iterations: &'a [u32],
     /// Where it writes its times.
-    pub pair: Option<&'a Pair>,
+    pub pair: Option<&'a TimestampPair>,
     /// Lets the device say whether it does anything.
-    pub gate: Option<&'a Gate>,
+    pub device_loop: Option<&'a DeviceLoop>,
     /// The step runs for its dirty instances.
     pub partial: bool,
 }
 
-impl Source<'_> {
+impl EncodeContext<'_> {
     /// Encodes one run of a step. `offsets` is room that is used again from run to run.
     ///
     /// # Errors
@@ -51,12 +51,12 @@ impl Source<'_> {
     /// the encoder is finished.
     pub(super) fn encode(
         &self,
-        record: &mut Record<'_>,
+        record: &mut Recorder<'_>,
         id: StepId,
         run: &Run<'_>,
         offsets: &mut Vec<u32>,
     ) -> Checked<()> {
-        let sizes = run.gate.map(|g| Sizes { buffer: &g.sizes, at: g.place(id) });
+        let sizes = run.device_loop.map(|g| IndirectSizes { buffer: &g.sizes, at: g.place(id) });
         let (Some(step), Some(ready)) = (self.plan.steps.get(id.0), self.steps.get(id.0)) else {
             return Err(Diagnostic::error(format!("step {} is not in the plan", id.0)).into());
         };
@@ -71,9 +71,11 @@ impl Source<'_> {
         if let (Action::Compute { groups, instances, indirect, .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
             let size = match (sizes, dirty, indirect) {
                 (Some(sizes), ..) => Size::Indirect(sizes),
-                (None, Some(Arguments::Dispatch { groups, .. }), _) => Size::Indirect(Sizes { buffer: groups, at: 0 }),
+                (None, Some(Arguments::Dispatch { groups, .. }), _) => {
+                    Size::Indirect(IndirectSizes { buffer: groups, at: 0 })
+                }
                 (None, _, Some(counts)) => {
-                    Size::Indirect(Sizes { buffer: self.pool.buffer(self.plan, *counts)?, at: 0 })
+                    Size::Indirect(IndirectSizes { buffer: self.pool.buffer(self.plan, *counts)?, at: 0 })
                 }
                 (None, _, None) => Size::Direct(workgroups(self.gpu, *groups, *instances)),
             };
@@ -100,7 +102,7 @@ impl Source<'_> {
     fn timed(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        pair: Option<&Pair>,
+        pair: Option<&TimestampPair>,
         work: impl FnOnce(&mut wgpu::CommandEncoder) -> Checked<()>,
     ) -> Checked<()> {
         if let Some(p) = pair {
@@ -116,7 +118,7 @@ impl Source<'_> {
     /// In the pass that neighbours share, unless times can be taken at the ends of passes only.
     fn compute(
         &self,
-        record: &mut Record<'_>,
+        record: &mut Recorder<'_>,
         name: &str,
         size: Size<'_>,
         (shaded, group): (&Shaded, &wgpu::BindGroup),
@@ -159,14 +161,14 @@ impl Source<'_> {
         encoder: &mut wgpu::CommandEncoder,
         (name, draw): (&str, &Draw),
         shaded: &Shaded,
-        (run, sizes, dirty): (&Run<'_>, Option<Sizes<'_>>, Option<&Arguments>),
+        (run, sizes, dirty): (&Run<'_>, Option<IndirectSizes<'_>>, Option<&Arguments>),
         offsets: &[u32],
     ) -> Checked<()> {
         let Run { iterations, pair, .. } = *run;
         let last = shaded.passes.len().saturating_sub(1);
         // The arguments of draws that clear the places of instances, a row each.
-        let wipes = match dirty {
-            Some(Arguments::Draws { clears, .. }) => Some(Sizes { buffer: clears, at: 0 }),
+        let indirect_clears = match dirty {
+            Some(Arguments::Draws { clears, .. }) => Some(IndirectSizes { buffer: clears, at: 0 }),
             _ => sizes,
         };
         for (i, pass) in shaded.passes.iter().enumerate() {
@@ -176,17 +178,17 @@ impl Source<'_> {
                 end_of_pass_write_index: (i == last).then_some(p.end),
             });
             let turn = if pass.targets.len() > 1 { iterations.last().copied().unwrap_or(0) as usize } else { 0 };
-            let clears = pass.clears && wipes.is_none();
+            let clears = pass.clears && indirect_clears.is_none();
             let Some(mut render) = begin(encoder, name, draw, pass, turn, clears, times) else { continue };
-            if let (Some(wipe), Some(wipes), true) = (shaded.wipe.as_ref(), wipes, pass.clears) {
-                render.set_pipeline(wipe);
-                // A loop's gate opens or shuts for all members at once.
+            if let (Some(clear), Some(arguments), true) = (shaded.clear.as_ref(), indirect_clears, pass.clears) {
+                render.set_pipeline(clear);
+                // A loop ends for all members at once.
                 let some = if dirty.is_some() { pass.members.len() } else { 1 };
                 for member in pass.members.iter().take(some) {
                     if dirty.is_some() {
                         place(&mut render, member);
                     }
-                    render.draw_indirect(wipes.buffer, wipes.at + row(draw, member) * PLAIN_DRAW_BYTES);
+                    render.draw_indirect(arguments.buffer, arguments.at + row(draw, member) * PLAIN_DRAW_BYTES);
                 }
             }
             render.set_bind_group(0, &shaded.group, offsets);
@@ -201,7 +203,7 @@ impl Source<'_> {
         draw: &Draw,
         built: &Built,
         members: &[Member],
-        (sizes, dirty): (Option<Sizes<'_>>, Option<&Arguments>),
+        (sizes, dirty): (Option<IndirectSizes<'_>>, Option<&Arguments>),
     ) -> Checked<()> {
         let Built::Render { first, rest, attributes } = built else { return Ok(()) };
         let mesh = match draw.geometry {
@@ -242,10 +244,10 @@ impl Source<'_> {
                 // The largest index has no end that fits; nothing asks for four billion members.
                 let instance = member.index..member.index.saturating_add(1);
                 let row = row(draw, member);
-                // The first of a gated draw's sizes are those that clear.
+                // The first sizes of a draw in a loop that the device ends are those that clear.
                 let all = draw.members.len() as u64;
-                let gated = sizes.map(|s| (s.buffer, s.at + all * PLAIN_DRAW_BYTES));
-                match (mesh, gated, seen) {
+                let sized = sizes.map(|s| (s.buffer, s.at + all * PLAIN_DRAW_BYTES));
+                match (mesh, sized, seen) {
                     (Some(_), Some((buffer, at)), _) => {
                         render.draw_indexed_indirect(buffer, at + (part as u64 * all + row) * DRAW_BYTES);
                     }
@@ -308,7 +310,7 @@ const PLAIN_DRAW_BYTES: u64 = 16;
 
 /// Where the sizes of a step are that the device may set to zero.
 #[derive(Clone, Copy)]
-struct Sizes<'a> {
+struct IndirectSizes<'a> {
     buffer: &'a wgpu::Buffer,
     at: u64,
 }
@@ -316,7 +318,7 @@ struct Sizes<'a> {
 /// How many workgroups a dispatch has.
 enum Size<'a> {
     Direct([u32; 3]),
-    Indirect(Sizes<'a>),
+    Indirect(IndirectSizes<'a>),
 }
 
 /// Restricts what is drawn to a member's tile.
@@ -416,15 +418,16 @@ fn begin<'e>(
     timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
 ) -> Option<wgpu::RenderPass<'e>> {
     let targets = pass.targets.get(turn)?;
-    let attach = |(location, view): (usize, &'e Option<(wgpu::TextureView, Option<u32>)>)| {
-        let (view, depth_slice) = view.as_ref()?;
+    let attach = |(location, target): (usize, &'e Option<Target>)| {
+        let Target { view, slice: depth_slice, resolve } = target.as_ref()?;
         let target = draw.color.iter().find(|t| t.location as usize == location)?;
         let load = match target.clear.filter(|_| clears) {
             Some(value) => wgpu::LoadOp::Clear(color(value)),
             None => wgpu::LoadOp::Load,
         };
         let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
-        Some(wgpu::RenderPassColorAttachment { view, depth_slice: *depth_slice, resolve_target: None, ops })
+        let resolve_target = resolve.as_ref();
+        Some(wgpu::RenderPassColorAttachment { view, depth_slice: *depth_slice, resolve_target, ops })
     };
     let mut attachments = [const { None }; MOST_TARGETS];
     for (to, found) in attachments.iter_mut().zip(targets.color.iter().enumerate().map(attach)) {

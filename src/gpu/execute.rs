@@ -1,15 +1,15 @@
 //! A frame: uploads, then the plan's order, step by step.
 
+use super::frame::{Frame, FrameReport, LoopReport, StepTime};
 use super::numerics::Watch;
-use super::recorded::{FrameReport, LoopReport, Recorded, StepTime};
 use super::{
     device::Gpu,
-    encode::{Run, Source},
-    gate::{Gate, Gates, State, on_device},
-    later::Later,
+    device_loop::{DeviceLoop, DeviceLoops, State, on_device},
+    encode::{EncodeContext, Run},
+    pending::PendingBytes,
     prepare::Prepared,
     readback::map,
-    record::Record,
+    recorder::Recorder,
     reports::Reports,
     scope::Scope,
     timing::{Timer, Timing},
@@ -25,13 +25,13 @@ use web_time::Instant;
 /// device starts early and no watchdog wakes.
 const RUNS_A_SUBMISSION: usize = 256;
 
-/// Iterations of a loop that ends on the device that are handed over before the host looks how the last so many went:
-/// the device is never idle, and few are handed over in vain.
+/// Iterations of a device-ended loop that are submitted before the host reads the state of the last so many: the device
+/// is never idle, and few iterations are submitted in vain.
 const ITERATIONS_A_LOOK: u32 = 8;
 
 /// What a frame adds to what was prepared.
 #[derive(Debug, Clone, Default)]
-pub struct Frame<'a> {
+pub struct FrameInputs<'a> {
     /// The camera, the clock and the like, by name.
     pub values: Values,
     /// Tables that changed since the last frame (or since [`super::prepare`]).
@@ -47,9 +47,9 @@ pub struct Frame<'a> {
 ///
 /// # Errors
 /// Values that shaders ask for and nothing gives; what the device finds wrong, with the step's name; a lost device.
-pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>) -> Checked<FrameReport> {
-    let mut recorded = walk(gpu, plan, prepared, frame, Record::new(gpu))?;
-    let bytes = recorded.later.wait(gpu).map_err(|faults| among(plan, &recorded, faults))?;
+pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &FrameInputs<'_>) -> Checked<FrameReport> {
+    let mut recorded = walk(gpu, plan, prepared, frame, Recorder::new(gpu))?;
+    let bytes = recorded.pending_bytes.wait(gpu).map_err(|faults| among(plan, &recorded, faults))?;
     Ok(recorded.report(&bytes))
 }
 
@@ -61,18 +61,18 @@ pub fn record(
     gpu: &Gpu,
     plan: &Plan,
     prepared: &mut Prepared,
-    frame: &Frame<'_>,
+    frame: &FrameInputs<'_>,
     encoder: &mut wgpu::CommandEncoder,
-) -> Checked<Recorded> {
+) -> Checked<Frame> {
     if prepared.watch.is_some() {
         let d = Diagnostic::error("a frame whose numbers are checked waits for them, and can't be recorded");
         return Err(d.help("run it with `Session::frame`").into());
     }
-    walk(gpu, plan, prepared, frame, Record::into(gpu, encoder))
+    walk(gpu, plan, prepared, frame, Recorder::into(gpu, encoder))
 }
 
 /// Adds the steps that ran to the fault of a device that does not answer.
-fn among(plan: &Plan, recorded: &Recorded, mut faults: Faults) -> Faults {
+fn among(plan: &Plan, recorded: &Frame, mut faults: Faults) -> Faults {
     let names: Vec<&str> = recorded.first_runs.iter().map(|id| plan.steps[id.0].name.as_str()).collect();
     if let Some(first) = faults.0.first_mut() {
         first.help.push(format!("what ran: {}", names.join(", ")));
@@ -80,7 +80,13 @@ fn among(plan: &Plan, recorded: &Recorded, mut faults: Faults) -> Faults {
     faults
 }
 
-fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, record: Record<'_>) -> Checked<Recorded> {
+fn walk(
+    gpu: &Gpu,
+    plan: &Plan,
+    prepared: &mut Prepared,
+    frame: &FrameInputs<'_>,
+    record: Recorder<'_>,
+) -> Checked<Frame> {
     let start = Instant::now();
     let scope = Scope::begin(gpu);
     let uploaded = match frame.tables {
@@ -91,19 +97,20 @@ fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, reco
     scope.end("upload the values of the frame")?;
     uploaded?;
 
-    let Prepared { pool, scene, uniforms, reports, instances, steps, timer, probe, gates, spare, watch } = prepared;
+    let Prepared { pool, scene, uniforms, reports, instances, steps, timer, probe, device_loops, spare, watch } =
+        prepared;
     timer.start();
     let mut walk = Walk {
-        source: Source { gpu, plan, pool, scene, uniforms, steps, instances },
+        context: EncodeContext { gpu, plan, pool, scene, uniforms, steps, instances },
         timer,
         reports,
         probe: probe.as_ref(),
-        gates,
+        device_loops,
         timing: frame.timing,
         chosen: frame.chosen,
         careful: frame.careful,
-        gate: None,
-        gated: vec![],
+        device_loop: None,
+        device_loop_runs: vec![],
         watch: watch.as_mut(),
         record,
         pending: vec![],
@@ -114,6 +121,9 @@ fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, reco
         first_runs: Vec::with_capacity(plan.steps.len()),
         loops: vec![],
         warnings: vec![],
+        start,
+        submit_ms: 0.0,
+        wait_ms: 0.0,
     };
     if frame.timing == Timing::Frame {
         walk.timer.mark(gpu, &mut walk.record);
@@ -131,12 +141,13 @@ fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, reco
     let of = [
         stamps.iter().map(|(buffer, bytes)| (buffer, *bytes)).collect(),
         if walk.record.is_used() { reports.all().collect() } else { vec![] },
-        gates.reported(walk.gated.len()).into_iter().collect(),
+        device_loops.reported(walk.device_loop_runs.len()).into_iter().collect(),
         counted.into_iter().collect(),
     ];
-    let later = Later::copy(gpu, &mut walk.record, spare, &of)?;
+    let pending_bytes = PendingBytes::copy(gpu, &mut walk.record, spare, &of)?;
     walk.submit()?;
-    let Walk { times, first_runs, loops, warnings, gated, watch, .. } = walk;
+    let Walk { times, first_runs, loops, warnings, device_loop_runs, watch, submit_ms, wait_ms, .. } = walk;
+    let record_ms = (ms_since(start) - submit_ms - wait_ms).max(0.0);
     let numerics = match watch {
         Some(watch) => {
             watch.collect(gpu, plan)?;
@@ -146,25 +157,40 @@ fn walk(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &Frame<'_>, reco
     };
     let (reporting, period) = (reports.steps(), gpu.timestamp_period);
     let places = frame.chosen.map_or(vec![], |chosen| instances.places(chosen));
-    Ok(Recorded { times, first_runs, loops, warnings, gated, numerics, taken, period, reporting, places, later, start })
+    Ok(Frame {
+        times,
+        first_runs,
+        loops,
+        warnings,
+        device_loop_runs,
+        numerics,
+        taken,
+        period,
+        reporting,
+        places,
+        pending_bytes,
+        start,
+        record_ms,
+        submit_ms,
+    })
 }
 
 /// The state of a walk along the order.
 struct Walk<'a> {
-    source: Source<'a>,
+    context: EncodeContext<'a>,
     timer: &'a mut Timer,
     reports: &'a Reports,
     probe: Option<&'a wgpu::Buffer>,
-    gates: &'a Gates,
+    device_loops: &'a DeviceLoops,
     timing: Timing,
     chosen: Option<&'a Selection>,
     careful: bool,
     /// Of the loop around, after its first iteration, when it ends on the device.
-    gate: Option<&'a Gate>,
-    gated: Vec<Gated>,
+    device_loop: Option<&'a DeviceLoop>,
+    device_loop_runs: Vec<DeviceLoopRun>,
     watch: Option<&'a mut Watch>,
     /// What is encoded and not yet submitted.
-    record: Record<'a>,
+    record: Recorder<'a>,
     /// The runs in `record`, each with where its iterations begin in `pending_iterations`.
     pending: Vec<(StepId, usize)>,
     pending_iterations: Vec<u32>,
@@ -176,21 +202,25 @@ struct Walk<'a> {
     first_runs: Vec<StepId>,
     loops: Vec<LoopReport>,
     warnings: Vec<Diagnostic>,
+    /// When the frame began, and how long it has handed over and waited since.
+    start: Instant,
+    submit_ms: f64,
+    wait_ms: f64,
 }
 
-/// A run of a loop that ended on the device, to be settled when the frame is done.
+/// A run of a loop that the device ended; its report is corrected when the frame is done.
 #[derive(Debug)]
-pub(super) struct Gated {
+pub(super) struct DeviceLoopRun {
     /// Its place among the reports.
     report: usize,
-    /// Iterations handed over.
-    handed: u32,
+    /// Iterations submitted.
+    submitted: u32,
     steps: Vec<StepId>,
 }
 
-impl Gated {
-    /// Says what happened in place of what was handed over.
-    pub(super) fn settle(
+impl DeviceLoopRun {
+    /// Replaces the iterations submitted by those that ran.
+    pub(super) fn correct(
         &self,
         state: &State,
         times: &mut [Option<StepTime>],
@@ -199,7 +229,7 @@ impl Gated {
     ) {
         for id in &self.steps {
             if let Some(Some(time)) = times.get_mut(id.0) {
-                time.runs -= self.handed - state.iterations.min(self.handed);
+                time.runs -= self.submitted - state.iterations.min(self.submitted);
             }
         }
         if let Some(report) = loops.get_mut(self.report) {
@@ -239,20 +269,20 @@ impl Walk<'_> {
     }
 
     fn step(&mut self, id: StepId) -> Checked<()> {
-        let gpu = self.source.gpu;
+        let gpu = self.context.gpu;
         if self.pending.len() >= RUNS_A_SUBMISSION && !self.record.is_lent() {
             self.submit()?;
         }
-        let writes = self.source.plan.steps.get(id.0).map_or(0, |s| s.writes.len());
+        let writes = self.context.plan.steps.get(id.0).map_or(0, |s| s.writes.len());
         if self.watch.as_ref().is_some_and(|w| w.is_full(writes)) {
             self.submit()?;
             if let Some(watch) = &mut self.watch {
-                watch.collect(gpu, self.source.plan)?;
+                watch.collect(gpu, self.context.plan)?;
             }
         }
         // Handing over is no encoding: a software driver works meanwhile.
         let start = Instant::now();
-        let (in_pass, dispatches) = match self.source.plan.steps.get(id.0).map(|s| &s.action) {
+        let (in_pass, dispatches) = match self.context.plan.steps.get(id.0).map(|s| &s.action) {
             Some(Action::Compute { .. }) => (true, true),
             Some(Action::Draw(_)) => (true, false),
             Some(Action::Copy { .. } | Action::Clear { .. }) | None => (false, false),
@@ -269,13 +299,13 @@ impl Walk<'_> {
         let waited = self.timing == Timing::Waited && !self.record.is_lent();
         if waited {
             self.submit()?;
-            gpu.wait()?;
+            self.wait()?;
         }
         let partial = self.chosen.is_some_and(|chosen| chosen.partial.contains(&id));
-        let run = Run { iterations: &self.iterations, pair: pair.as_ref(), gate: self.gate, partial };
-        self.source.encode(&mut self.record, id, &run, &mut self.offsets)?;
+        let run = Run { iterations: &self.iterations, pair: pair.as_ref(), device_loop: self.device_loop, partial };
+        self.context.encode(&mut self.record, id, &run, &mut self.offsets)?;
         if let Some(watch) = &mut self.watch {
-            watch.encode(gpu, self.source.plan, self.source.pool, self.record.encoder(), id, &self.iterations)?;
+            watch.encode(gpu, self.context.plan, self.context.pool, self.record.encoder(), id, &self.iterations)?;
         }
         self.pending.push((id, self.pending_iterations.len()));
         self.pending_iterations.extend(&self.iterations);
@@ -283,16 +313,24 @@ impl Walk<'_> {
             if time.is_none() {
                 self.first_runs.push(id);
             }
-            let time = time.get_or_insert(StepTime { step: id.0, runs: 0, instances: None, gpu_ms: None, cpu_ms: 0.0 });
+            let time = time.get_or_insert(StepTime {
+                step: id.0,
+                runs: 0,
+                instances: None,
+                gpu_ms: None,
+                began_ms: None,
+                cpu_ms: 0.0,
+            });
             time.runs += 1;
             time.cpu_ms += ms_since(start);
         }
         if (self.careful || waited) && !self.record.is_lent() {
-            let start = Instant::now();
+            let (start, began) = (Instant::now(), ms_since(self.start));
             self.submit()?;
-            gpu.wait().map_err(|faults| self.named(id, faults))?;
+            self.wait().map_err(|faults| self.named(id, faults))?;
             if waited && let Some(Some(time)) = self.times.get_mut(id.0) {
                 *time.gpu_ms.get_or_insert(0.0) += ms_since(start);
+                time.began_ms.get_or_insert(began);
             }
         }
         Ok(())
@@ -300,7 +338,7 @@ impl Walk<'_> {
 
     /// Names the step that a device runs which does not answer.
     fn named(&self, id: StepId, mut faults: Faults) -> Faults {
-        let name = self.source.plan.steps.get(id.0).map_or("?", |s| &s.name);
+        let name = self.context.plan.steps.get(id.0).map_or("?", |s| &s.name);
         if let Some(first) = faults.0.first_mut() {
             first.message = format!("`{name}`: {}", first.message);
         }
@@ -338,45 +376,45 @@ impl Walk<'_> {
 
     /// Hands over the iterations of a loop that ends on the device.
     fn hand_over(&mut self, l: &Loop) -> Checked<()> {
-        let gpu = self.source.gpu;
-        let gate = self.gates.get(&l.name)?;
-        gate.open(self.record.encoder());
-        let mut handed = 0;
+        let gpu = self.context.gpu;
+        let device_loop = self.device_loops.get(&l.name)?;
+        device_loop.begin(self.record.encoder());
+        let mut submitted = 0;
         let mut question = None;
         for i in 0..l.count {
             self.iterations.push(i);
             // The first is never left out.
-            self.gate = (i > 0).then_some(gate);
+            self.device_loop = (i > 0).then_some(device_loop);
             let done = self.nodes(&l.body);
-            self.gate = None;
+            self.device_loop = None;
             self.iterations.pop();
             done?;
-            gate.test(self.record.compute());
-            handed += 1;
-            if handed % ITERATIONS_A_LOOK == 0 && handed < l.count && !self.record.is_lent() {
-                let turn = (handed / ITERATIONS_A_LOOK) as usize;
-                gate.ask(self.record.encoder(), turn);
+            device_loop.test(self.record.compute());
+            submitted += 1;
+            if submitted % ITERATIONS_A_LOOK == 0 && submitted < l.count && !self.record.is_lent() {
+                let turn = (submitted / ITERATIONS_A_LOOK) as usize;
+                device_loop.copy_state(self.record.encoder(), turn);
                 let asked = self.submit()?;
                 // The answer to the question before: the device works on while the host waits for it.
                 if let Some(submission) = std::mem::replace(&mut question, asked)
-                    && gate.answer(gpu, turn - 1, submission)?.ended
+                    && device_loop.read_state(gpu, turn - 1, submission)?.ended
                 {
                     break;
                 }
             }
         }
-        self.gates.report(self.record.encoder(), gate, self.gated.len());
+        self.device_loops.report(self.record.encoder(), device_loop, self.device_loop_runs.len());
         let steps = l.body.iter().filter_map(|n| if let Node::Step(id) = n { Some(*id) } else { None });
-        self.gated.push(Gated { report: self.loops.len(), handed, steps: steps.collect() });
+        self.device_loop_runs.push(DeviceLoopRun { report: self.loops.len(), submitted, steps: steps.collect() });
         self.loops.push(LoopReport { name: l.name.clone(), iterations: 0, last: None });
         Ok(())
     }
 
     /// Waits for what was encoded, and reads the number that a loop tests.
     fn tested(&mut self, until: &Until) -> Checked<f32> {
-        let gpu = self.source.gpu;
+        let gpu = self.context.gpu;
         self.submit()?;
-        let buffer = self.source.pool.buffer(self.source.plan, until.buffer)?;
+        let buffer = self.context.pool.buffer(self.context.plan, until.buffer)?;
         let probe = self.probe.ok_or_else(|| Diagnostic::error("a loop tests a number, and none was prepared"))?;
         let scope = Scope::begin(gpu);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -393,27 +431,36 @@ impl Walk<'_> {
 
     /// Hands what is encoded to the device; `None` when that is nothing.
     fn submit(&mut self) -> Checked<Option<wgpu::SubmissionIndex>> {
+        let start = Instant::now();
         let Some((commands, scope)) = self.record.finish() else { return Ok(None) };
-        let submission = self.source.gpu.queue.submit([commands]);
+        let submission = self.context.gpu.queue.submit([commands]);
         let ended = scope.end("run the frame");
         ended.map_err(|faults| self.blame().unwrap_or(faults))?;
         self.pending.clear();
         self.pending_iterations.clear();
+        self.submit_ms += ms_since(start);
         Ok(Some(submission))
+    }
+
+    fn wait(&mut self) -> Checked<()> {
+        let start = Instant::now();
+        let waited = self.context.gpu.wait();
+        self.wait_ms += ms_since(start);
+        waited
     }
 
     /// The faults of the first run that fails when each is encoded by itself. wgpu finds faults when an encoder is
     /// finished, and its text need not name the step.
     fn blame(&self) -> Option<crate::diag::Faults> {
-        let gpu = self.source.gpu;
+        let gpu = self.context.gpu;
         let ends = self.pending.iter().skip(1).map(|p| p.1).chain([self.pending_iterations.len()]);
         self.pending.iter().zip(ends).find_map(|((id, begin), end)| {
-            let name = self.source.plan.steps.get(id.0).map_or("?", |s| &s.name);
+            let name = self.context.plan.steps.get(id.0).map_or("?", |s| &s.name);
             let scope = Scope::begin(gpu);
-            let mut record = Record::new(gpu);
+            let mut record = Recorder::new(gpu);
             let iterations = self.pending_iterations.get(*begin..end).unwrap_or_default();
-            let run = Run { iterations, pair: None, gate: None, partial: false };
-            let encoded = self.source.encode(&mut record, *id, &run, &mut vec![]);
+            let run = Run { iterations, pair: None, device_loop: None, partial: false };
+            let encoded = self.context.encode(&mut record, *id, &run, &mut vec![]);
             if let Some((_, inner)) = record.finish()
                 && let Err(faults) = inner.end(&format!("run `{name}`"))
             {

@@ -5,20 +5,22 @@
 //! errors come back as faults with the step's name.
 
 mod bindings;
+mod caches;
+mod clear;
 mod device;
+mod device_loop;
 mod dirty;
+mod display;
 mod encode;
 mod execute;
-mod gate;
-mod kept;
-mod later;
+mod frame;
 mod numerics;
+mod pending;
 mod pipelines;
 mod pool;
 mod prepare;
 mod readback;
-mod record;
-mod recorded;
+mod recorder;
 mod reports;
 mod scene_data;
 mod scope;
@@ -29,14 +31,14 @@ mod tests;
 mod timing;
 mod uniforms;
 mod upload;
-mod wipe;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, set_patience, wanted_adapter};
-pub use execute::{Frame, execute, record};
+pub use display::{Arrangement, Display, Look};
+pub use execute::{FrameInputs, execute, record};
+pub use frame::{Frame, FrameReport, LoopReport, StepTime};
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};
 pub use prepare::{Prepared, prepare, prepare_after};
-pub use readback::{ArrivingImage, read_buffer, read_bytes, read_content, read_image, read_image_later, read_plane};
-pub use recorded::{FrameReport, LoopReport, Recorded, StepTime};
+pub use readback::{PendingImage, read_buffer, read_bytes, read_content, read_image, read_image_later, read_plane};
 pub use timing::Timing;
 pub use upload::{upload_bytes, upload_image};

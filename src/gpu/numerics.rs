@@ -32,7 +32,7 @@ const PARAMS: u64 = 48;
 #[derive(Debug)]
 pub(super) struct Watch {
     /// By resource and by what of a buffer is a number.
-    ready: BTreeMap<(usize, Source), (wgpu::ComputePipeline, wgpu::BindGroup)>,
+    ready: BTreeMap<(usize, ReadMode), (wgpu::ComputePipeline, wgpu::BindGroup)>,
     params: wgpu::Buffer,
     /// Bytes from one check's parameters to the next.
     pitch: u64,
@@ -54,18 +54,18 @@ struct Check {
 
 /// How a resource is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Source {
+pub(super) enum ReadMode {
     Layers,
     Depth,
     Volume,
     Words,
 }
 
-impl Source {
+impl ReadMode {
     /// The part of the shader that differs.
     fn text(self) -> &'static str {
         match self {
-            Source::Layers => {
+            ReadMode::Layers => {
                 "@group(0) @binding(0) var source: texture_2d_array<f32>;
                 fn size() -> u32 { let s = textureDimensions(source); return s.x * s.y * textureNumLayers(source); }
                 fn channels_of(i: u32) -> u32 {
@@ -77,7 +77,7 @@ impl Source {
                     return textureLoad(source, vec2u(i % s.x, i / s.x % s.y), i / (s.x * s.y), 0);
                 }"
             }
-            Source::Depth => {
+            ReadMode::Depth => {
                 "@group(0) @binding(0) var source: texture_depth_2d_array;
                 fn size() -> u32 { let s = textureDimensions(source); return s.x * s.y * textureNumLayers(source); }
                 fn channels_of(i: u32) -> u32 {
@@ -89,7 +89,7 @@ impl Source {
                     return vec4f(textureLoad(source, vec2u(i % s.x, i / s.x % s.y), i / (s.x * s.y), 0));
                 }"
             }
-            Source::Volume => {
+            ReadMode::Volume => {
                 "@group(0) @binding(0) var source: texture_3d<f32>;
                 fn size() -> u32 { let s = textureDimensions(source); return s.x * s.y * s.z; }
                 fn channels_of(i: u32) -> u32 { return check.channels; }
@@ -98,7 +98,7 @@ impl Source {
                     return textureLoad(source, vec3u(i % s.x, i / s.x % s.y, i / (s.x * s.y)), 0);
                 }"
             }
-            Source::Words => {
+            ReadMode::Words => {
                 "@group(0) @binding(0) var<storage, read> source: array<u32>;
                 fn size() -> u32 { return arrayLength(&source); }
                 fn channels_of(i: u32) -> u32 { return (check.floats >> (i % check.stride)) & 1u; }
@@ -154,7 +154,7 @@ impl Watch {
     ) -> Checked<()> {
         let Some(writes) = plan.steps.get(step.0).map(|s| s.writes.as_slice()) else { return Ok(()) };
         for id in writes.iter().take(SLOTS) {
-            let Some(resource) = plan.resources.get(id.0) else { continue };
+            let Some(resource) = plan.resources.get(id.0).filter(|r| r.desc.is_readable()) else { continue };
             let Some((source, texels, numbers)) = numbers(plan, step, *id, resource) else { continue };
             self.ready(gpu, pool.memory(plan, *id)?, *id, source)?;
             let Some((pipeline, group)) = self.ready.get(&(id.0, source)) else { continue };
@@ -184,12 +184,12 @@ impl Watch {
     }
 
     /// Makes the bind group that is not there yet, and its pipeline where the device has none.
-    fn ready(&mut self, gpu: &Gpu, memory: &Memory, id: ResourceId, source: Source) -> Checked<()> {
+    fn ready(&mut self, gpu: &Gpu, memory: &Memory, id: ResourceId, source: ReadMode) -> Checked<()> {
         if self.ready.contains_key(&(id.0, source)) {
             return Ok(());
         }
         let what = "prepare the check of numbers";
-        let pipeline = gpu.kept.checks.get(&source, || scoped(gpu, what, || pipeline(gpu, source)))?;
+        let pipeline = gpu.caches.checks.get(&source, || scoped(gpu, what, || pipeline(gpu, source)))?;
         let group = scoped(gpu, what, || {
             let view;
             let read = match memory {
@@ -197,7 +197,7 @@ impl Watch {
                 Memory::Texture(t) => {
                     use wgpu::TextureViewDimension as D;
                     view = t.create_view(&wgpu::TextureViewDescriptor {
-                        dimension: Some(if source == Source::Volume { D::D3 } else { D::D2Array }),
+                        dimension: Some(if source == ReadMode::Volume { D::D3 } else { D::D2Array }),
                         mip_level_count: Some(1),
                         usage: Some(wgpu::TextureUsages::TEXTURE_BINDING),
                         ..Default::default()
@@ -301,14 +301,14 @@ struct Numbers {
 
 /// How to read what a step wrote, and how many texels or words it has; `None` for integers, and for buffers that
 /// nothing says to hold floats.
-fn numbers(plan: &Plan, step: StepId, id: ResourceId, resource: &Resource) -> Option<(Source, u64, Numbers)> {
+fn numbers(plan: &Plan, step: StepId, id: ResourceId, resource: &Resource) -> Option<(ReadMode, u64, Numbers)> {
     match &resource.desc {
         Desc::Texture(t) => {
             let channels = (1 << texel::channels(t.format)?) - 1;
             let source = match t.format.sample_type(Some(wgpu::TextureAspect::All), None)? {
-                wgpu::TextureSampleType::Depth => Source::Depth,
-                wgpu::TextureSampleType::Float { .. } if t.kind == TextureKind::D3 => Source::Volume,
-                wgpu::TextureSampleType::Float { .. } => Source::Layers,
+                wgpu::TextureSampleType::Depth => ReadMode::Depth,
+                wgpu::TextureSampleType::Float { .. } if t.kind == TextureKind::D3 => ReadMode::Volume,
+                wgpu::TextureSampleType::Float { .. } => ReadMode::Layers,
                 wgpu::TextureSampleType::Sint | wgpu::TextureSampleType::Uint => return None,
             };
             let texels = u64::from(t.width) * u64::from(t.height) * u64::from(t.layers);
@@ -324,7 +324,7 @@ fn numbers(plan: &Plan, step: StepId, id: ResourceId, resource: &Resource) -> Op
             let bound = |b: &Binding| matches!(b, Binding::Resource(r) if *r == id);
             let variables = shader.interface.variables.iter().zip(&step.bindings).filter(|(_, b)| bound(b));
             let (stride, floats) = variables.filter_map(|(v, _)| floats(&v.kind)).next()?;
-            Some((Source::Words, size / 4, Numbers { channels: 1, stride, floats }))
+            Some((ReadMode::Words, size / 4, Numbers { channels: 1, stride, floats }))
         }
     }
 }
@@ -415,7 +415,7 @@ impl Row {
     }
 }
 
-fn pipeline(gpu: &Gpu, source: Source) -> wgpu::ComputePipeline {
+fn pipeline(gpu: &Gpu, source: ReadMode) -> wgpu::ComputePipeline {
     let text = format!("{}\n{}", source.text(), include_str!("numerics.wgsl"));
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("check of numbers"),
@@ -431,10 +431,10 @@ fn pipeline(gpu: &Gpu, source: Source) -> wgpu::ComputePipeline {
     let float = wgpu::TextureSampleType::Float { filterable: false };
     use wgpu::TextureViewDimension as D;
     let read = match source {
-        Source::Layers => texture(float, D::D2Array),
-        Source::Volume => texture(float, D::D3),
-        Source::Depth => texture(wgpu::TextureSampleType::Depth, D::D2Array),
-        Source::Words => storage(true),
+        ReadMode::Layers => texture(float, D::D2Array),
+        ReadMode::Volume => texture(float, D::D3),
+        ReadMode::Depth => texture(wgpu::TextureSampleType::Depth, D::D2Array),
+        ReadMode::Words => storage(true),
     };
     let params = wgpu::BindingType::Buffer {
         ty: wgpu::BufferBindingType::Uniform,

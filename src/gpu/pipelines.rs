@@ -7,7 +7,7 @@ use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, Geometry, Plan, 
 use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
 use crate::shader::{Entry, Shader, Stage};
 use std::num::NonZeroU32;
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 /// The vertex stage of a pass that covers its target: one triangle, nearest in depth.
 const SCREEN: &str = "@vertex fn screen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
@@ -27,7 +27,7 @@ pub(super) struct StepPipelines {
 pub(super) struct Pipeline {
     /// [`Shader::content`]
     content: u128,
-    key: Key,
+    key: PipelineKey,
     layout: wgpu::BindGroupLayout,
     built: Built,
 }
@@ -52,14 +52,14 @@ pub(super) enum Built {
 /// Entry points or attributes that do not exist, and all that the device finds wrong; each names its step.
 pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Checked<Vec<Option<StepPipelines>>> {
     let mut faults = vec![];
-    let mut jobs: Vec<Job<'_>> = vec![];
+    let mut jobs: Vec<PipelineJob<'_>> = vec![];
     let mut of_step: Vec<Option<usize>> = vec![];
     for (index, step) in plan.steps.iter().enumerate() {
         if !runs(index) {
             of_step.push(None);
             continue;
         }
-        match Job::of(gpu, plan, step) {
+        match PipelineJob::of(gpu, plan, step) {
             Ok(None) => of_step.push(None),
             Ok(Some(job)) => {
                 let index = jobs.iter().position(|j| j.index == job.index && j.key == job.key).unwrap_or_else(|| {
@@ -73,29 +73,29 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
     }
     Faults::check(faults, ())?;
 
-    let kept: Vec<Option<Pipeline>> = {
-        let mut store = gpu.kept.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        store.next();
-        jobs.iter().map(|j| store.find(|k| k.content == j.shader.content && k.key == j.key).cloned()).collect()
+    let cached: Vec<Option<Pipeline>> = {
+        let mut cache = gpu.caches.pipelines.lock();
+        cache.next_plan();
+        jobs.iter().map(|j| cache.find(|k| k.content == j.shader.content && k.key == j.key).cloned()).collect()
     };
     // Only those that a new pipeline needs: a module that nobody runs need not suit the device.
-    let wanted = |i: usize| jobs.iter().zip(&kept).any(|(j, k)| j.index == i && k.is_none());
+    let wanted = |i: usize| jobs.iter().zip(&cached).any(|(j, k)| j.index == i && k.is_none());
     let modules = in_parallel(0..plan.shaders.len(), |i| match plan.shaders.get(i) {
         Some(shader) if wanted(i) => module(gpu, shader).map(Some),
         _ => Ok(None),
     })?;
-    let screen = if kept.iter().all(Option::is_some) { None } else { Some(screen(gpu)?) };
+    let screen = if cached.iter().all(Option::is_some) { None } else { Some(screen(gpu)?) };
     // The longest first, so that no core waits for one that began last.
     let mut order: Vec<usize> = (0..jobs.len()).collect();
     order.sort_by_key(|i| std::cmp::Reverse(length(jobs[*i].shader)));
-    let built = in_parallel(order, |i| match &kept[i] {
-        Some(kept) => Ok(kept.clone()),
+    let built = in_parallel(order, |i| match &cached[i] {
+        Some(cached) => Ok(cached.clone()),
         None => jobs[i].build(gpu, modules[jobs[i].index].as_ref().zip(screen.as_ref())),
     })?;
     {
-        let mut store = gpu.kept.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        let new = built.iter().zip(&kept).filter(|(_, kept)| kept.is_none());
-        new.for_each(|(new, _)| store.keep(new.clone()));
+        let mut cache = gpu.caches.pipelines.lock();
+        let new = built.iter().zip(&cached).filter(|(_, cached)| cached.is_none());
+        new.for_each(|(new, _)| cache.insert(new.clone()));
     }
     let of_step = of_step.into_iter().map(|job| {
         job.and_then(|j| built.get(j)).map(|p| StepPipelines {
@@ -109,7 +109,7 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
 
 /// Everything but the shader that tells one pipeline from another.
 #[derive(Debug, Clone, PartialEq)]
-struct Key {
+struct PipelineKey {
     entries: Vec<wgpu::BindGroupLayoutEntry>,
     kind: Kind,
 }
@@ -128,6 +128,7 @@ struct Render {
     attributes: Vec<wgpu::VertexAttribute>,
     targets: Vec<Option<wgpu::ColorTargetState>>,
     depth: Option<wgpu::DepthStencilState>,
+    samples: u32,
     views: u32,
 }
 
@@ -136,17 +137,17 @@ pub(super) fn view_mask(views: u32) -> Option<NonZeroU32> {
     if views > 1 { NonZeroU32::new(u32::MAX >> 32u32.saturating_sub(views)) } else { None }
 }
 
-struct Job<'a> {
+struct PipelineJob<'a> {
     /// Of the shader in the plan.
     index: usize,
     shader: &'a Arc<Shader>,
-    key: Key,
+    key: PipelineKey,
     /// The first step that wants it, for faults.
     step: &'a Step,
 }
 
-impl<'a> Job<'a> {
-    fn of(gpu: &Gpu, plan: &'a Plan, step: &'a Step) -> Checked<Option<Job<'a>>> {
+impl<'a> PipelineJob<'a> {
+    fn of(gpu: &Gpu, plan: &'a Plan, step: &'a Step) -> Checked<Option<PipelineJob<'a>>> {
         let (index, kind) = match &step.action {
             Action::Copy { .. } | Action::Clear { .. } => return Ok(None),
             Action::Compute { shader, entry, groups, instances, indirect: _ } => {
@@ -170,7 +171,7 @@ impl<'a> Job<'a> {
             }
         };
         let entries = layout_entries(gpu, plan, step, shader, &entries)?;
-        Ok(Some(Job { index, shader, key: Key { entries, kind }, step }))
+        Ok(Some(PipelineJob { index, shader, key: PipelineKey { entries, kind }, step }))
     }
 
     /// Builds from the shader's module and that of [`SCREEN`].
@@ -256,7 +257,7 @@ impl Render {
                 ..Default::default()
             },
             depth_stencil: self.depth.clone(),
-            multisample: wgpu::MultisampleState::default(),
+            multisample: wgpu::MultisampleState { count: self.samples, ..Default::default() },
             fragment: self.fragment.as_ref().map(|name| wgpu::FragmentState {
                 module,
                 entry_point: Some(name),
@@ -304,6 +305,7 @@ fn render(plan: &Plan, step: &Step, draw: &Draw) -> Checked<Render> {
         attributes,
         targets: targets.collect(),
         depth: draw.depth.as_ref().map(depth_state),
+        samples: draw.samples,
         views: draw.views,
     })
 }

@@ -6,12 +6,24 @@ use crate::image::texture::Texture;
 use crate::plan::{Desc, Plan, ResourceId, TextureDesc, TextureKind};
 use crate::shader::TextureDim;
 use std::ops::Range;
-use std::sync::PoisonError;
 
 /// What a plan may allocate overall, in bytes. Beyond it a size in the graph is far more likely a slip than a wish.
 pub const MOST_BYTES: u64 = 8 << 30;
 
-/// The memory of one slot.
+/// A texture or buffer in which resources of a plan live: the plan's own, or lent to it by a program.
+///
+/// ```no_run
+/// use lightgraph::{Checked, Gpu, Memory, Session};
+///
+/// /// Lends a texture to the graph's input `hdr`, and returns the texture of the output `color`.
+/// fn share(gpu: &Gpu, session: &mut Session, hdr: wgpu::Texture) -> Checked<Option<wgpu::Texture>> {
+///     session.import(gpu, "hdr", hdr, 0)?;
+///     Ok(match session.memory(session.output("color")?)? {
+///         Memory::Texture(texture) => Some(texture.clone()),
+///         Memory::Buffer(_) => None,
+///     })
+/// }
+/// ```
 #[derive(Debug, Clone)]
 pub enum Memory {
     Texture(wgpu::Texture),
@@ -48,7 +60,7 @@ impl Pool {
         let mut slots = vec![];
         let mut fresh = vec![];
         let mut faults = vec![];
-        gpu.kept.images.lock().unwrap_or_else(PoisonError::into_inner).next();
+        gpu.caches.images.lock().next_plan();
         for (index, slot) in plan.slots.iter().enumerate() {
             if let Some(Some(kept)) = kept.get(index) {
                 slots.push(kept.clone());
@@ -241,17 +253,17 @@ pub(super) struct Uploaded {
     texture: wgpu::Texture,
 }
 
-/// The texture of an image: what the device keeps of earlier plans, or a new one.
+/// The texture of an image: a cached one, or a new one.
 fn uploaded(gpu: &Gpu, image: &Texture, t: &TextureDesc, label: &str) -> wgpu::Texture {
-    let mut kept = gpu.kept.images.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(there) = kept.find(|k| k.hash == image.hash && k.desc == *t) {
+    let mut cache = gpu.caches.images.lock();
+    if let Some(there) = cache.find(|k| k.hash == image.hash && k.desc == *t) {
         return there.texture.clone();
     }
     let mut wanted = texture(t, label);
     wanted.usage |= wgpu::TextureUsages::COPY_DST;
     let made = gpu.device.create_texture(&wanted);
     write_levels(gpu, &made, &image.levels);
-    kept.keep(Uploaded { hash: image.hash, desc: t.clone(), texture: made.clone() });
+    cache.insert(Uploaded { hash: image.hash, desc: t.clone(), texture: made.clone() });
     made
 }
 
@@ -260,7 +272,7 @@ fn texture<'a>(t: &TextureDesc, label: &'a str) -> wgpu::TextureDescriptor<'a> {
         label: Some(label),
         size: wgpu::Extent3d { width: t.width, height: t.height, depth_or_array_layers: t.layers },
         mip_level_count: t.mips,
-        sample_count: 1,
+        sample_count: t.samples,
         dimension: match t.kind {
             TextureKind::D2 { .. } | TextureKind::Cube { .. } => wgpu::TextureDimension::D2,
             TextureKind::D3 => wgpu::TextureDimension::D3,
@@ -292,7 +304,11 @@ fn unfit(wanted: &Desc, memory: &Memory) -> Vec<(String, String)> {
             let format = |f: wgpu::TextureFormat| format!("of the format {f:?}");
             expect(t.format == theirs.format(), format(t.format), format(theirs.format()));
             let samples = theirs.sample_count();
-            expect(samples == 1, "one sample a texel".into(), format!("a texture of {samples} samples"));
+            expect(
+                samples == t.samples,
+                format!("{} samples a texel", t.samples),
+                format!("a texture of {samples} samples"),
+            );
             // Nothing is written there.
             let needed = t.usage - wgpu::TextureUsages::COPY_DST - wgpu::TextureUsages::RENDER_ATTACHMENT;
             let usage = theirs.usage();

@@ -2,11 +2,12 @@
 
 use super::{
     bindings::{Bindable, Shared, bind_group},
+    clear,
     device::Gpu,
+    device_loop::{DeviceLoops, on_device},
     dirty::{Instances, able},
-    gate::{Gates, on_device},
-    later::Spare,
     numerics::Watch,
+    pending::Spare,
     pipelines::{self, StepPipelines, by_location},
     pool::{Memory, Pool, target_view},
     readback::staging,
@@ -15,10 +16,9 @@ use super::{
     scope::Scope,
     timing::Timer,
     uniforms::{Uniforms, enclosing_loops},
-    wipe,
 };
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::{Action, Desc, Draw, Member, Node, Place, Plan, ResourceId, Step, StepId};
+use crate::plan::{Action, ColorTarget, Desc, Draw, Member, Node, Place, Plan, ResourceId, Step, StepId};
 use crate::scene::{Assets, Table};
 
 /// A plan made ready for one device and one scene. Frames run on it through [`super::execute`].
@@ -34,7 +34,7 @@ pub struct Prepared {
     pub(super) timer: Timer,
     /// Where loops that the host ends read their number; `None` without such loops.
     pub(super) probe: Option<wgpu::Buffer>,
-    pub(super) gates: Gates,
+    pub(super) device_loops: DeviceLoops,
     /// Where frames leave what the host reads of them.
     pub(super) spare: Spare,
     /// Checks the numbers that every step leaves; `None`: nobody asked.
@@ -60,7 +60,7 @@ pub(super) struct Shaded {
     /// The render passes of a draw; none for a compute step.
     pub passes: Vec<Pass>,
     /// Clears the targets of a draw by drawing, where it may have to keep what is around or not happen at all.
-    pub wipe: Option<wgpu::RenderPipeline>,
+    pub clear: Option<wgpu::RenderPipeline>,
 }
 
 /// One render pass of a draw: the members that go to the same layer.
@@ -76,9 +76,19 @@ pub(super) struct Pass {
 /// The attachments of a render pass.
 #[derive(Debug)]
 pub(super) struct Targets {
-    /// By location; with the slice of a 3D texture.
-    pub color: Vec<Option<(wgpu::TextureView, Option<u32>)>>,
+    /// By location.
+    pub color: Vec<Option<Target>>,
     pub depth: Option<wgpu::TextureView>,
+}
+
+/// A colour target of a render pass.
+#[derive(Debug)]
+pub(super) struct Target {
+    pub view: wgpu::TextureView,
+    /// Of a 3D texture.
+    pub slice: Option<u32>,
+    /// What takes the mean of its samples.
+    pub resolve: Option<wgpu::TextureView>,
 }
 
 /// Makes a plan ready.
@@ -109,7 +119,7 @@ pub fn prepare_after(
     let instances = Instances::prepare(gpu, plan, &pool)?;
     let loops = enclosing_loops(plan);
     let pipelines = pipelines::build(gpu, plan, |step| loops.iter().any(|(id, _)| id.0 == step))?;
-    let gates = Gates::prepare(gpu, plan, &pool, &scene)?;
+    let device_loops = DeviceLoops::prepare(gpu, plan, &pool, &scene)?;
     let mut shared = Shared::default();
     let things = Bindable { pool: &pool, scene: &scene, uniforms: &uniforms, reports: &reports, instances: &instances };
     let mut steps = vec![];
@@ -120,8 +130,8 @@ pub fn prepare_after(
             continue;
         };
         let around = loops.iter().find(|(id, _)| id.0 == index).and_then(|(_, l)| l.last());
-        let gated = around.is_some_and(|(name, _)| gates.get(name).is_ok());
-        match shaded(gpu, plan, index, built, (around.map(|(_, count)| *count), gated), &things, &mut shared) {
+        let device_ended = around.is_some_and(|(name, _)| device_loops.get(name).is_ok());
+        match shaded(gpu, plan, index, built, (around.map(|(_, count)| *count), device_ended), &things, &mut shared) {
             Ok(ready) => steps.push(Ready::Shaded(Box::new(ready))),
             Err(f) => faults.extend(f.0),
         }
@@ -138,7 +148,7 @@ pub fn prepare_after(
         steps,
         timer,
         probe,
-        gates,
+        device_loops,
         spare: Spare::default(),
         watch: None,
     })
@@ -169,7 +179,7 @@ impl Prepared {
     /// Puts memory from outside in place of what the plan has for an input. Whether it is other memory than before.
     ///
     /// # Errors
-    /// As [`Pool::lend`], or the device fails.
+    /// The memory is of another kind, size or format, or lacks a usage; or the device fails.
     pub fn lend(&mut self, gpu: &Gpu, plan: &Plan, id: ResourceId, memory: Memory) -> Checked<bool> {
         let other = self.pool.lend(plan, id, memory)?;
         if other {
@@ -202,7 +212,7 @@ fn shaded(
     plan: &Plan,
     index: usize,
     pipelines: StepPipelines,
-    (innermost, gated): (Option<u32>, bool),
+    (innermost, device_ended): (Option<u32>, bool),
     things: &Bindable<'_>,
     shared: &mut Shared,
 ) -> Checked<Shaded> {
@@ -212,18 +222,18 @@ fn shaded(
         None => None,
     };
     let uniforms = things.uniforms.of_step(index, |v| pipelines.entries.iter().any(|e| e.binding as usize == v));
-    let (passes, wipe) = match plan.steps.get(index).map(|s| (&s.action, s)) {
+    let (passes, clear) = match plan.steps.get(index).map(|s| (&s.action, s)) {
         Some((Action::Draw(draw), step)) => {
             let scope = Scope::begin(gpu);
             let passes = passes(plan, &step.name, draw, innermost, things.pool);
             scope.end(&format!("make the targets of `{}`", step.name))?;
             let some = step.only.is_some() && able(step);
-            let wipe = if gated || some { Some(wipe::pipeline(gpu, &step.name, draw)?) } else { None };
-            (passes?, wipe)
+            let clear = if device_ended || some { Some(clear::pipeline(gpu, &step.name, draw)?) } else { None };
+            (passes?, clear)
         }
         _ => (vec![], None),
     };
-    Ok(Shaded { pipelines, group, partial, uniforms, passes, wipe })
+    Ok(Shaded { pipelines, group, partial, uniforms, passes, clear })
 }
 
 fn bound(
@@ -301,7 +311,12 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
         let slice = (texture.dimension() == wgpu::TextureDimension::D3).then_some(layer);
         Ok((target_view(texture, layer..layer.saturating_add(draw.views), mip), slice))
     };
-    let color = by_location(&draw.color).into_iter().map(|t| t.map(|t| attach(t.resource, layer, t.mip)).transpose());
+    let target = |t: &ColorTarget| -> Checked<Target> {
+        let (view, slice) = attach(t.resource, layer, t.mip)?;
+        let resolve = t.resolve.map(|id| attach(id, 0, 0)).transpose()?.map(|(view, _)| view);
+        Ok(Target { view, slice, resolve })
+    };
+    let color = by_location(&draw.color).into_iter().map(|t| t.map(target).transpose());
     let depth = draw.depth.as_ref().map(|d| {
         // A depth buffer with the layers of one member serves all in turn.
         let single = pool.texture(plan, d.resource)?.depth_or_array_layers() == draw.views;

@@ -1,6 +1,6 @@
 //! What the device computed, back on the CPU.
 
-use super::{device::Gpu, later::Later, pool::Memory, prepare::Prepared, scope::scoped};
+use super::{device::Gpu, pending::PendingBytes, pool::Memory, prepare::Prepared, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::image::{Image, texel};
 use crate::plan::{Plan, ResourceId};
@@ -47,8 +47,8 @@ fn decoded(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, layers: Ran
 
 /// An image on its way from the device.
 #[derive(Debug)]
-pub struct ArrivingImage {
-    later: Later,
+pub struct PendingImage {
+    pending: PendingBytes,
     size: wgpu::Extent3d,
     format: wgpu::TextureFormat,
     channels: u32,
@@ -58,13 +58,13 @@ pub struct ArrivingImage {
     padded: u64,
 }
 
-impl ArrivingImage {
+impl PendingImage {
     /// The image, once the device has done the commands that copied it; never waits. They must have been submitted.
     ///
     /// # Errors
     /// The device fails.
     pub fn arrived(&mut self, gpu: &Gpu) -> Checked<Option<Image>> {
-        Ok(self.later.arrived(gpu)?.map(|parts| {
+        Ok(self.pending.arrived(gpu)?.map(|parts| {
             let mut data = vec![];
             for line in parts.iter().flat_map(|bytes| bytes.chunks_exact(self.padded as usize)) {
                 texel::decode_row(self.format, self.texel as usize, &line[..self.row as usize], &mut data);
@@ -85,7 +85,7 @@ pub fn read_image_later(
     plan: &Plan,
     id: ResourceId,
     encoder: &mut wgpu::CommandEncoder,
-) -> Checked<ArrivingImage> {
+) -> Checked<PendingImage> {
     let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
     let texture = prepared.pool.texture(plan, id)?;
     let (channels, texel) = readable(texture, name)?;
@@ -95,7 +95,7 @@ pub fn read_image_later(
     let too_large = || Diagnostic::error(format!("a row of `{name}` is too long to be read back"));
     let bytes_per_row = u32::try_from(padded).map_err(|_| too_large())?;
     let bytes = padded * u64::from(size.height) * u64::from(size.depth_or_array_layers);
-    let (later, buffer) = Later::of(gpu, &prepared.spare, bytes)?;
+    let (pending, buffer) = PendingBytes::allocate(gpu, &prepared.spare, bytes)?;
     let layout = wgpu::TexelCopyBufferLayout {
         offset: 0,
         bytes_per_row: Some(bytes_per_row),
@@ -103,12 +103,16 @@ pub fn read_image_later(
     };
     let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
     encoder.copy_texture_to_buffer(texture.as_image_copy(), to, size);
-    Ok(ArrivingImage { later, size, format: texture.format(), channels, texel, row, padded })
+    Ok(PendingImage { pending, size, format: texture.format(), channels, texel, row, padded })
 }
 
 /// Channels and bytes of a texture's texels, where the host can read them.
 fn readable(texture: &wgpu::Texture, name: &str) -> Checked<(u32, u32)> {
     let format = texture.format();
+    if texture.sample_count() > 1 {
+        let d = Diagnostic::error(format!("`{name}` has several samples a texel, and can't be read back"));
+        return Err(d.help("look at what it resolves to").into());
+    }
     let (Some(channels), Some(texel)) = (texel::channels(format), texel_bytes(format)) else {
         return Err(Diagnostic::error(format!("`{name}` has the format {format:?}, which can't be read back"))
             .help("copy it to a texture of a plain format in a pass")

@@ -1,6 +1,6 @@
 //! What shaders report of themselves: memory for each step whose shader checks something, cleared before the step runs.
 
-use super::{device::Gpu, record::Record, scope::scoped};
+use super::{device::Gpu, recorder::Recorder, scope::scoped};
 use crate::diag::Checked;
 use crate::plan::{Binding, Plan, StepId};
 use crate::shader::report::{BYTES, Failed, read};
@@ -38,7 +38,7 @@ impl Reports {
     }
 
     /// Forgets what a step reported, before its first run of a frame.
-    pub(super) fn clear(&self, record: &mut Record<'_>, step: StepId) {
+    pub(super) fn clear(&self, record: &mut Recorder<'_>, step: StepId) {
         if let Some(buffer) = self.buffers.get(&step) {
             record.encoder().clear_buffer(buffer, 0, None);
         }

@@ -52,11 +52,11 @@ impl SceneData {
     pub(super) fn upload(gpu: &Gpu, plan: &Plan, assets: &Assets<'_>, tables: &[Table]) -> Checked<SceneData> {
         let mut faults = vec![];
         let mut keep = |f: Faults| faults.extend(f.0);
-        let tolerances: Vec<u32> = assets.levels.iter().map(|l| l.tolerance.to_bits()).collect();
-        let content = hash(&(assets.hashes.geometry, tolerances));
-        let mesh = gpu.kept.meshes.get(&content, || Mesh::upload(gpu, assets.geometry, assets.levels));
+        let levels: Vec<u128> = assets.levels.iter().map(|l| l.taken.key()).collect();
+        let content = hash(&(assets.hashes.geometry, levels));
+        let mesh = gpu.caches.meshes.get(&content, || Mesh::upload(gpu, assets.geometry, assets.levels));
         let mesh = mesh.map_err(&mut keep).ok();
-        let views = gpu.kept.textures.get(&assets.hashes.textures, || upload_textures(gpu, assets.textures));
+        let views = gpu.caches.textures.get(&assets.hashes.textures, || upload_textures(gpu, assets.textures));
         let views = views.map_err(&mut keep).ok();
         let (mut buffers, mut uploaded) = (vec![], vec![]);
         for wanted in &plan.tables {

@@ -1,6 +1,6 @@
 //! Helpers for tests on a device: plans by hand, in a few words.
 
-use super::{Frame, FrameReport, Gpu, Prepared, execute, prepare, read_buffer, read_image};
+use super::{FrameInputs, FrameReport, Gpu, Prepared, execute, prepare, read_buffer, read_image};
 use crate::diag::{Checked, Source};
 use crate::image::Image;
 use crate::plan::*;
@@ -64,7 +64,7 @@ impl Sketch {
         use wgpu::TextureUsages as U;
         let ours = U::TEXTURE_BINDING | U::STORAGE_BINDING | U::RENDER_ATTACHMENT | U::COPY_SRC | U::COPY_DST;
         let usage = ours & format.guaranteed_format_features(wgpu::Features::empty()).allowed_usages;
-        let desc = TextureDesc { kind, format, width, height, layers, mips: 1, usage, tiles: None };
+        let desc = TextureDesc { kind, format, width, height, layers, mips: 1, samples: 1, usage, tiles: None };
         let bytes = u64::from(width) * u64::from(height) * u64::from(layers) * 16;
         self.resource(name, Desc::Texture(desc), bytes)
     }
@@ -126,6 +126,7 @@ impl Sketch {
             name: name.into(),
             pass: name.into(),
             group: None,
+            frames: Default::default(),
             action,
             bindings,
             reads: vec![],
@@ -160,7 +161,15 @@ impl Sketch {
         let color = targets.0.iter().enumerate().map(|(i, target)| {
             let resource = self.id(target);
             let clear = Some([0.0; 4]);
-            ColorTarget { resource, mip: 0, location: i as u32, format: format(resource), clear, blend: None }
+            ColorTarget {
+                resource,
+                mip: 0,
+                location: i as u32,
+                format: format(resource),
+                clear,
+                blend: None,
+                resolve: None,
+            }
         });
         let draw = Draw {
             shader,
@@ -177,6 +186,7 @@ impl Sketch {
             }),
             indirect: None,
             members: places.iter().enumerate().map(|(i, p)| Member { index: i as u32, place: *p }).collect(),
+            samples: 1,
             views: 1,
             level: None,
         };
@@ -224,7 +234,7 @@ impl Ran {
 
 pub fn try_run(plan: Plan, geometry: &scene::Geometry, tables: &[Table]) -> Checked<Ran> {
     let mut prepared = prepare(gpu(), &plan, &scene::Assets::new(geometry, None), tables)?;
-    let report = execute(gpu(), &plan, &mut prepared, &Frame::default())?;
+    let report = execute(gpu(), &plan, &mut prepared, &FrameInputs::default())?;
     Ok(Ran { plan, prepared, report })
 }
 

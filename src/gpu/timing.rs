@@ -1,7 +1,7 @@
 //! Timestamps of the device: a pair for each run of a step, in as many query sets as a frame needs. A run that begins
 //! where another ends shares its stamp: on some drivers a stamp costs as much as a small dispatch.
 
-use super::{device::Gpu, record::Record, scope::scoped};
+use super::{device::Gpu, recorder::Recorder, scope::scoped};
 use crate::diag::Checked;
 use crate::plan::StepId;
 
@@ -41,12 +41,12 @@ pub(super) struct Timer {
     /// Of each set: the queries in use.
     used: Vec<u32>,
     resolved: Option<wgpu::Buffer>,
-    taken: Taken,
+    taken: Stamps,
 }
 
 /// The stamps of a frame.
 #[derive(Debug, Default)]
-pub(super) struct Taken {
+pub(super) struct Stamps {
     /// Each run's step, set, and queries in it, in the order of use.
     runs: Vec<(StepId, usize, [u32; 2])>,
     /// Moments of the frame that are no step's: set, and query in it.
@@ -55,7 +55,7 @@ pub(super) struct Taken {
 
 /// Where a run of a step writes its begin and its end.
 #[derive(Debug, Clone)]
-pub(super) struct Pair {
+pub(super) struct TimestampPair {
     pub set: wgpu::QuerySet,
     /// Is written already where the run before has ended with it.
     pub begin: u32,
@@ -65,27 +65,37 @@ pub(super) struct Pair {
 
 /// What a frame took on the device.
 pub(super) struct Timed {
-    /// By index of the step: milliseconds, and the runs that were timed.
-    pub steps: Vec<(f64, u32)>,
+    /// By index of the step.
+    pub steps: Vec<TimedStep>,
     /// From the first begin to the last end, milliseconds.
     pub whole: Option<f64>,
+}
+
+/// What the runs of a step took, in milliseconds.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct TimedStep {
+    pub ms: f64,
+    /// The runs that were timed.
+    pub runs: u32,
+    /// From the first begin of all to that of its first run.
+    pub began_ms: Option<f64>,
 }
 
 impl Timer {
     pub(super) fn new(gpu: &Gpu) -> Timer {
         let passes = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY);
         let encoders = passes && gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
-        Timer { encoders, passes, sets: vec![], used: vec![], resolved: None, taken: Taken::default() }
+        Timer { encoders, passes, sets: vec![], used: vec![], resolved: None, taken: Stamps::default() }
     }
 
     pub(super) fn start(&mut self) {
-        self.taken = Taken::default();
+        self.taken = Stamps::default();
         self.used.clear();
     }
 
     /// A pair for one run of a step; `None` when the device can't time it. With `follows` nothing has come since the
     /// last run ended.
-    pub(super) fn pair(&mut self, gpu: &Gpu, step: StepId, in_pass: bool, follows: bool) -> Option<Pair> {
+    pub(super) fn pair(&mut self, gpu: &Gpu, step: StepId, in_pass: bool, follows: bool) -> Option<TimestampPair> {
         if !(if in_pass { self.passes } else { self.encoders }) {
             return None;
         }
@@ -96,11 +106,11 @@ impl Timer {
         let end = begin + 1;
         *used = end + 1;
         self.taken.runs.push((step, chunk, [begin, end]));
-        Some(Pair { set, begin, begun, end })
+        Some(TimestampPair { set, begin, begun, end })
     }
 
     /// Notes when the device comes to this moment of the frame.
-    pub(super) fn mark(&mut self, gpu: &Gpu, record: &mut Record<'_>) {
+    pub(super) fn mark(&mut self, gpu: &Gpu, record: &mut Recorder<'_>) {
         if !self.encoders {
             return;
         }
@@ -140,8 +150,8 @@ impl Timer {
     pub(super) fn resolve(
         &mut self,
         gpu: &Gpu,
-        record: &mut Record<'_>,
-    ) -> Checked<(Taken, Option<(wgpu::Buffer, u64)>)> {
+        record: &mut Recorder<'_>,
+    ) -> Checked<(Stamps, Option<(wgpu::Buffer, u64)>)> {
         let taken = std::mem::take(&mut self.taken);
         let bytes = 8 * self.queries();
         if bytes == 0 {
@@ -177,10 +187,10 @@ impl Timer {
     }
 }
 
-impl Taken {
+impl Stamps {
     /// What `steps` steps took, by the bytes of their stamps.
     pub(super) fn read(&self, bytes: &[u8], period: f32, steps: usize) -> Timed {
-        let mut out = vec![(0.0, 0); steps];
+        let mut out = vec![TimedStep::default(); steps];
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(bytes);
         let ms = |begin: u64, end: u64| end.saturating_sub(begin) as f64 * f64::from(period) * 1e-6;
         let at = |chunk: usize, query: u32| ticks.get(chunk * CHUNK as usize + query as usize);
@@ -188,11 +198,16 @@ impl Taken {
         let mut whole = marks.clone().min().zip(marks.max()).map(|(first, last)| [first, last]);
         for (step, chunk, pair) in &self.runs {
             let [begin, end] = pair.map(|query| at(*chunk, query));
-            if let (Some((sum, runs)), Some(&begin), Some(&end)) = (out.get_mut(step.0), begin, end) {
-                *sum += ms(begin, end);
-                *runs += 1;
+            if let (Some(timed), Some(&begin), Some(&end)) = (out.get_mut(step.0), begin, end) {
+                timed.ms += ms(begin, end);
+                timed.runs += 1;
                 let [first, last] = whole.unwrap_or([begin, end]);
                 whole = Some([first.min(begin), last.max(end)]);
+            }
+        }
+        for (step, chunk, [begin, _]) in &self.runs {
+            if let (Some(timed), Some(&begin), Some([first, _])) = (out.get_mut(step.0), at(*chunk, *begin), whole) {
+                timed.began_ms.get_or_insert(ms(first, begin));
             }
         }
         Timed { steps: out, whole: whole.map(|[begin, end]| ms(begin, end)) }

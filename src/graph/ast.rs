@@ -1,6 +1,7 @@
 //! What a graph file says, each part with its place. Names are not yet resolved; [`super::check`] does that.
 
 use super::expr::Expr;
+pub use super::walk::{groups, inherit_groups, rescope, told_groups, walk, walk_mut};
 use crate::diag::{Source, Span};
 use crate::image::texture::Texture;
 use crate::plan::{Cull, SamplerDesc};
@@ -87,24 +88,26 @@ pub struct Resource {
 #[derive(Debug, Clone, PartialEq)]
 pub enum ResourceKind {
     Texture {
-        format: wgpu::TextureFormat,
+        format: wgpu_types::TextureFormat,
         size: Size,
         layers: Option<Expr>,
         mips: Option<Expr>,
+        /// Of each texel, for passes that draw to it.
+        samples: Option<Expr>,
     },
     Texture3d {
-        format: wgpu::TextureFormat,
+        format: wgpu_types::TextureFormat,
         size: Size,
         mips: Option<Expr>,
     },
     Cube {
-        format: wgpu::TextureFormat,
+        format: wgpu_types::TextureFormat,
         size: Size,
         count: Option<Expr>,
         mips: Option<Expr>,
     },
     Atlas {
-        format: wgpu::TextureFormat,
+        format: wgpu_types::TextureFormat,
         tile: Expr,
         count: Expr,
     },
@@ -183,22 +186,6 @@ impl Scope {
     }
 }
 
-/// Changes what the names of sub-graphs mean. Passes that share a scope go on sharing one.
-pub fn rescope(passes: &mut [Pass], mut change: impl FnMut(&Scope) -> Scope) {
-    let mut changed: Vec<(Arc<Scope>, Arc<Scope>)> = vec![];
-    walk_mut(passes, &mut |p| {
-        let Some(scope) = &mut p.scope else { return };
-        *scope = match changed.iter().rev().find(|(before, _)| Arc::ptr_eq(before, scope)) {
-            Some((_, after)) => after.clone(),
-            None => {
-                let after = Arc::new(change(scope));
-                changed.push((scope.clone(), after.clone()));
-                after
-            }
-        };
-    });
-}
-
 impl Pass {
     /// The names of the entry points that it asks for.
     pub fn entries(&self) -> Vec<String> {
@@ -225,7 +212,8 @@ pub enum PassKind {
     Screen(Raster),
     Compute {
         shader: Name,
-        over: Size,
+        /// `None`: over the one thing that the shader writes.
+        over: Option<Size>,
         /// A buffer of three counts of workgroups, which earlier passes write; `over` is the most.
         indirect: Option<Name>,
     },
@@ -288,7 +276,7 @@ pub struct Raster {
     /// The target of a fragment that returns a bare value.
     pub color: Option<Name>,
     pub depth: Option<Name>,
-    pub depth_compare: wgpu::CompareFunction,
+    pub depth_compare: wgpu_types::CompareFunction,
     pub depth_write: bool,
     /// What is drawn instead of the scene.
     pub vertices: Option<Vertices>,
@@ -297,13 +285,19 @@ pub struct Raster {
     /// Leaves out what can hide nothing of the scene from the eyes of the frusta.
     pub occluders: bool,
     pub cull: Cull,
+    /// Of the scene those of these materials alone: a condition of the columns of their table.
+    pub materials: Option<Expr>,
+    /// Of the scene what belongs to nodes of these names, and what lies below them.
+    pub nodes: Vec<Name>,
     /// How far simplified surfaces may lie off, metres; 0 or `None`: none is simplified.
     pub tolerance: Option<Expr>,
     /// Targets whose content is kept.
     pub load: Vec<Name>,
     pub clear: Vec<(Name, [f64; 4])>,
+    /// Targets of several samples a texel, each with the target that takes their mean.
+    pub resolve: Vec<(Name, Name)>,
     /// How a target takes what is drawn, where it doesn't replace what is there.
-    pub blend: Vec<(Name, wgpu::BlendState)>,
+    pub blend: Vec<(Name, wgpu_types::BlendState)>,
     pub layer: Option<Expr>,
     /// Layers that each member draws to at once, through a view each.
     pub views: Option<Expr>,
@@ -316,15 +310,18 @@ impl Raster {
             shader,
             color: None,
             depth: None,
-            depth_compare: wgpu::CompareFunction::Less,
+            depth_compare: wgpu_types::CompareFunction::Less,
             depth_write: true,
             vertices: None,
             frusta: None,
             occluders: false,
             cull: Cull::None,
+            materials: None,
+            nodes: vec![],
             tolerance: None,
             load: vec![],
             clear: vec![],
+            resolve: vec![],
             blend: vec![],
             layer: None,
             views: None,
@@ -339,7 +336,7 @@ pub struct Vertices {
     pub count: Expr,
     /// `None`: one.
     pub instances: Option<Expr>,
-    pub topology: wgpu::PrimitiveTopology,
+    pub topology: wgpu_types::PrimitiveTopology,
     /// A buffer of what is drawn, which earlier passes write: vertices, instances, the first of each.
     pub indirect: Option<Name>,
 }
@@ -384,6 +381,12 @@ impl PassKind {
         }
     }
 
+    /// Whether it stands for alternatives of one pass of this name, which differ in definitions alone.
+    pub fn is_tuned(&self, name: &Name) -> bool {
+        let first = self.bodies().first().and_then(|body| body.first());
+        matches!(self, PassKind::Fastest { .. }) && first.is_some_and(|pass| pass.name == *name)
+    }
+
     /// The buffer from which the device takes how much it does.
     pub fn indirect(&self) -> Option<&Name> {
         match self {
@@ -412,47 +415,6 @@ impl PassKind {
     }
 }
 
-/// Calls `f` with every pass, those that hold others before them.
-pub fn walk<'a>(passes: &'a [Pass], f: &mut impl FnMut(&'a Pass)) {
-    for pass in passes {
-        f(pass);
-        for body in pass.kind.bodies() {
-            walk(body, f);
-        }
-    }
-}
-
-/// The groups of alternatives among passes, each with its alternatives.
-pub fn groups(passes: &[Pass]) -> Vec<(&Name, &[Vec<Pass>])> {
-    let mut found = vec![];
-    walk(passes, &mut |p| {
-        if let PassKind::Fastest { of, .. } = &p.kind {
-            found.push((&p.name, of.as_slice()));
-        }
-    });
-    found
-}
-
-/// As [`walk`], for edits.
-pub fn walk_mut(passes: &mut [Pass], f: &mut impl FnMut(&mut Pass)) {
-    for pass in passes {
-        f(pass);
-        for body in pass.kind.bodies_mut() {
-            walk_mut(body, f);
-        }
-    }
-}
-
-/// Gives passes without a group that of the pass around them.
-pub fn inherit_groups(passes: &mut [Pass], around: Option<&Name>) {
-    for pass in passes {
-        pass.group = pass.group.take().or_else(|| around.cloned());
-        for body in pass.kind.bodies_mut() {
-            inherit_groups(body, pass.group.as_ref());
-        }
-    }
-}
-
 impl Resource {
     /// Whether it holds something before any pass of a frame writes it.
     pub fn is_given(&self) -> bool {
@@ -464,9 +426,13 @@ impl Resource {
         let mut sizes: Vec<&Expr> = vec![];
         let mut counts: Vec<&Expr> = self.members.iter().collect();
         match &self.kind {
-            ResourceKind::Texture { size, layers: n, mips, .. } | ResourceKind::Cube { size, count: n, mips, .. } => {
+            ResourceKind::Texture { size, layers, mips, samples, .. } => {
                 sizes.extend(size.exprs());
-                counts.extend(n.iter().chain(mips));
+                counts.extend(layers.iter().chain(mips).chain(samples));
+            }
+            ResourceKind::Cube { size, count, mips, .. } => {
+                sizes.extend(size.exprs());
+                counts.extend(count.iter().chain(mips));
             }
             ResourceKind::Texture3d { size, mips, .. } => {
                 sizes.extend(size.exprs());
@@ -498,6 +464,14 @@ impl Size {
     pub fn exprs(&self) -> &[Expr] {
         match self {
             Size::One(e) => std::slice::from_ref(e),
+            Size::Axes(v, _) => v,
+        }
+    }
+
+    /// As [`Size::exprs`], for edits.
+    pub fn exprs_mut(&mut self) -> &mut [Expr] {
+        match self {
+            Size::One(e) => std::slice::from_mut(e),
             Size::Axes(v, _) => v,
         }
     }

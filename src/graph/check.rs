@@ -1,25 +1,37 @@
-//! Names: every one resolves, none stands twice, none collides with what scenes and frames provide.
+//! Names: every one resolves, none stands twice, none collides with what scenes and frames provide. `names` knows what
+//! each may stand for.
 
-use super::ast::{Dirty, Graph, Name, Pass, PassKind, Raster, ResourceKind, groups, set_of, walk};
+mod names;
+
+use super::ast::{Dirty, Graph, Name, Pass, PassKind, Raster, ResourceKind, Size, groups, told_groups, walk};
 use super::expr::{Binary, Expr, ExprKind};
 use super::is_inside;
-use super::unroll::index_of;
 use crate::diag::{Diagnostic, Span};
-use crate::plan::cull::frustum_tables;
 use crate::scene::{FACTS, FRAME_VALUES, TABLES};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
-/// Values that are neither parameters nor facts: the image's size, a member's index, the instances of a dispatch, the
-/// scene's textures.
-pub const BUILT_IN: [&str; 4] = ["screen", "member", "instances", "scene_textures"];
+/// Values that are neither parameters nor facts: the image's size, a member's index, a workgroup's size, the instances
+/// of a dispatch, the scene's textures.
+pub const BUILT_IN: [&str; 5] = ["screen", "member", WORKGROUP, "instances", "scene_textures"];
+
+/// The size of a shader's workgroup, where a pass says how much it does.
+pub const WORKGROUP: &str = "workgroup_size";
+
+/// The value of frames that conditions of passes know.
+pub const FIRST_FRAME: &str = "first_frame";
 
 /// The names that no graph may declare.
 static PROVIDED: LazyLock<FxHashSet<&str>> = LazyLock::new(|| {
     let values = FACTS.iter().chain(FRAME_VALUES).map(|f| f.0);
     values.chain(TABLES.iter().map(|t| t.name)).chain(BUILT_IN).collect()
 });
+
+/// The columns of the table of materials, which conditions of materials know.
+pub fn material_columns() -> impl Iterator<Item = &'static str> {
+    TABLES.iter().filter(|t| t.name == "materials").flat_map(|t| t.columns).map(|column| column.0)
+}
 
 /// Whether the scene or the frame provides a name.
 pub fn is_provided(name: &str) -> bool {
@@ -42,7 +54,10 @@ pub fn check(graph: &Graph) -> Vec<Diagnostic> {
         c.resource_name(resource, "an output");
     }
     for (_, warning) in &graph.warnings {
+        // That of a sub-graph has the condition of its use.
+        c.indices.push(FIRST_FRAME);
         c.names(&warning.when, Scope::Values);
+        c.indices.pop();
     }
     if graph.outputs.is_empty() {
         c.faults.push(
@@ -80,7 +95,7 @@ impl<'g> Check<'g> {
         let mut values: BTreeSet<&str> = FACTS.iter().map(|f| f.0).chain(["screen"]).collect();
         values.extend(graph.params.iter().map(|(n, _)| n.value.as_str()));
         values.extend(graph.lets.iter().map(|(n, _)| n.value.as_str()));
-        values.extend(groups(&graph.passes).iter().map(|(n, _)| n.value.as_str()));
+        values.extend(told_groups(&graph.passes).iter().map(|n| n.value.as_str()));
         let resources = graph.resources.iter().map(|(n, r)| (n.value.as_str(), &r.kind)).collect();
         let sets = graph.resources.iter().filter(|(_, r)| r.members.is_some()).map(|(n, _)| n.value.as_str()).collect();
         Check { graph, values, resources, sets, indices: vec![], faults: vec![] }
@@ -93,7 +108,7 @@ impl<'g> Check<'g> {
         let params = g.params.iter().map(|(n, _)| (n, "parameter"));
         let lets = g.lets.iter().map(|(n, _)| (n, "let"));
         let resources = g.resources.iter().map(|(n, _)| (n, "resource"));
-        let groups = groups(&g.passes).into_iter().map(|(n, _)| (n, "group of alternatives"));
+        let groups = told_groups(&g.passes).into_iter().map(|n| (n, "group of alternatives"));
         let mut repetitions = vec![];
         walk(&g.passes, &mut |p| {
             if matches!(p.kind, PassKind::For { .. }) {
@@ -113,7 +128,7 @@ impl<'g> Check<'g> {
         self.twice(g.outputs.iter().map(|(n, _)| n), "output");
         self.twice(g.warnings.iter().map(|(n, _)| n), "warning");
         let mut passes = vec![];
-        walk(&g.passes, &mut |p| passes.push(&p.name));
+        walk(&g.passes, &mut |p| passes.extend((!p.kind.is_tuned(&p.name)).then_some(&p.name)));
         self.twice(passes.into_iter(), "pass");
     }
 
@@ -169,7 +184,7 @@ impl<'g> Check<'g> {
         });
         for (name, span) in unknown {
             let d = Diagnostic::error(format!("unknown name `{name}`")).at(&span, "");
-            let mut near: Vec<&str> = self.values.iter().copied().collect();
+            let mut near: Vec<&str> = self.values.iter().chain(&self.indices).copied().collect();
             if scope == Scope::Sizes {
                 near.extend(self.resources.keys());
             }
@@ -178,6 +193,14 @@ impl<'g> Check<'g> {
             let d = if outer { d.help("only the innermost loop's index can be used here") } else { d };
             let vector = name.split_once('.').is_some_and(|(head, _)| self.values.contains(head));
             let d = if vector { d.help("components are `x`, `y`, `z` and `w`") } else { d };
+            let d = match name.as_str() {
+                WORKGROUP => d.help("only `over` of a `Compute` may ask for it"),
+                FIRST_FRAME => d.help("`when` of a pass may ask for it, and shaders read it"),
+                name if FRAME_VALUES.iter().any(|(known, _)| *known == name) => {
+                    d.help("it varies from frame to frame, and is for shaders")
+                }
+                _ => d,
+            };
             let d = if hint { d.help("a resource's name stands for its extent in sizes only") } else { d };
             self.faults.push(d.nearest(&name, near));
         }
@@ -203,7 +226,10 @@ impl<'g> Check<'g> {
 
     fn passes(&mut self, passes: &'g [Pass], loops: &mut Vec<String>) {
         for p in passes {
-            for e in p.when.iter().chain(&p.each).chain(p.defines.iter().chain(&p.mips).chain(&p.set).map(|d| &d.1)) {
+            self.indices.push(FIRST_FRAME);
+            p.when.iter().for_each(|e| self.names(e, Scope::Values));
+            self.indices.pop();
+            for e in p.each.iter().chain(p.defines.iter().chain(&p.mips).chain(&p.set).map(|d| &d.1)) {
                 self.names(e, Scope::Values);
             }
             for (_, to) in &p.bind {
@@ -231,7 +257,9 @@ impl<'g> Check<'g> {
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => self.raster(r, loops),
             PassKind::Compute { over, indirect, .. } => {
-                over.exprs().iter().for_each(|e| self.names(e, Scope::Sizes));
+                self.indices.push(WORKGROUP);
+                over.iter().flat_map(Size::exprs).for_each(|e| self.names(e, Scope::Sizes));
+                self.indices.pop();
                 indirect.iter().for_each(|n| self.buffer_name(n, "a list of counts"));
             }
             PassKind::Reduce { from, to, factor, until, .. } => {
@@ -355,6 +383,9 @@ impl<'g> Check<'g> {
         for name in r.load.iter().chain(r.clear.iter().map(|c| &c.0)).chain(r.blend.iter().map(|b| &b.0)) {
             self.texture_name(name, "a target");
         }
+        for name in r.resolve.iter().flat_map(|(from, to)| [from, to]) {
+            self.texture_name(name, "a target");
+        }
         for (name, _) in &r.blend {
             if !r.load.iter().chain(r.clear.iter().map(|c| &c.0)).any(|n| n.value == name.value) {
                 let d = Diagnostic::error(format!("nothing says what is blended with in `{}`", name.value));
@@ -374,6 +405,12 @@ impl<'g> Check<'g> {
         }
         if let Some(tolerance) = &r.tolerance {
             self.names(tolerance, Scope::Values);
+        }
+        if let Some(materials) = &r.materials {
+            let before = self.indices.len();
+            material_columns().for_each(|column| self.indices.push(column));
+            self.names(materials, Scope::Values);
+            self.indices.truncate(before);
         }
         for expr in r.vertices.iter().flat_map(|v| v.exprs()) {
             self.names(expr, Scope::Values);
@@ -416,105 +453,6 @@ impl<'g> Check<'g> {
         if let PassKind::Draw(Raster { frusta: None, .. }) = &p.kind {
             let d = Diagnostic::error(format!("nothing says what the instances of `{}` draw", p.name.value));
             self.faults.push(d.at(&dirty.bits.span, "").help("give the pass `frusta`, or leave `only` out"));
-        }
-    }
-
-    /// A buffer, or a table that has frusta.
-    fn frusta(&mut self, name: &Name) {
-        let tables: Vec<&str> = frustum_tables().collect();
-        let buffer = |(_, kind): &(&&'g str, &&'g ResourceKind)| matches!(kind, ResourceKind::Buffer { .. });
-        if tables.contains(&name.value.as_str())
-            || matches!(self.resources.get(name.value.as_str()), Some(ResourceKind::Buffer { .. }))
-        {
-            return;
-        }
-        let near: Vec<&str> = self.resources.iter().filter(buffer).map(|(n, _)| *n).chain(tables.clone()).collect();
-        let d = Diagnostic::error(format!("`{}` holds no frusta", name.value))
-            .at(&name.span, "")
-            .nearest(&name.value, near);
-        self.faults.push(d.help(format!("name a buffer of one `mat4x4f` a member, or a table: {}", tables.join(", "))));
-    }
-
-    /// What a name stands for; of a set, where it names a member, which one is checked too.
-    fn kind_of(&mut self, name: &Name) -> Option<&'g ResourceKind> {
-        let set = set_of(&name.value);
-        let kind = self.resources.get(set).copied();
-        if set != name.value {
-            if kind.is_some() && !self.sets.contains(set) {
-                let d = Diagnostic::error(format!("`{set}` is no set, so it has no members")).at(&name.span, "");
-                self.faults.push(d.help("declare it with `members`, or leave the number out"));
-            }
-            // Its place and text hold what the file says.
-            if let Ok(index) = index_of(name) {
-                self.names(&index, Scope::Values);
-            }
-        }
-        kind
-    }
-
-    fn resource_name(&mut self, name: &Name, noun: &str) {
-        match self.kind_of(name) {
-            None => {
-                let d = Diagnostic::error(format!("unknown resource `{}`", name.value)).at(&name.span, "");
-                self.faults.push(d.nearest(&name.value, self.resources.keys().copied()));
-            }
-            Some(ResourceKind::Sampler(_)) if noun != "a binding" => {
-                let d = Diagnostic::error(format!("`{}` is a sampler, it can't be {noun}", name.value));
-                self.faults.push(d.at(&name.span, ""));
-            }
-            Some(_) => {}
-        }
-    }
-
-    /// A texture with levels that can be drawn one from the other.
-    fn levels_of(&mut self, name: &Name) {
-        if self.texture_name(name, "halved").is_none() {
-            return;
-        }
-        let fault = match self.kind_of(name) {
-            Some(ResourceKind::Texture { mips: Some(_), .. } | ResourceKind::Cube { mips: Some(_), .. }) => return,
-            Some(ResourceKind::Texture { .. } | ResourceKind::Cube { .. }) => {
-                let d = Diagnostic::error(format!("`{}` has one level only", name.value)).at(&name.span, "");
-                d.help("declare it with `mips`: how many it has")
-            }
-            _ => {
-                let d = Diagnostic::error(format!("`{}` is neither a `Texture` nor a `Cube`", name.value));
-                d.at(&name.span, "").help("write its levels one by one: `bind: {\"…\": (of: \"…\", mip: \"level\")}`")
-            }
-        };
-        self.faults.push(fault);
-    }
-
-    fn buffer_name(&mut self, name: &Name, noun: &str) {
-        match self.kind_of(name) {
-            None | Some(ResourceKind::Sampler(_)) => self.resource_name(name, noun),
-            Some(ResourceKind::Buffer { .. }) => {}
-            Some(_) => {
-                let d = Diagnostic::error(format!("`{}` is a texture, it can't be {noun}", name.value));
-                self.faults.push(d.at(&name.span, "").help("declare it as `Buffer`"));
-            }
-        }
-    }
-
-    /// The format of a texture resource; a fault when it is none.
-    fn texture_name(&mut self, name: &Name, noun: &str) -> Option<wgpu::TextureFormat> {
-        match self.kind_of(name) {
-            Some(ResourceKind::Buffer { .. }) => {
-                let d = Diagnostic::error(format!("`{}` is a buffer, it can't be {noun}", name.value));
-                self.faults.push(d.at(&name.span, ""));
-                None
-            }
-            Some(
-                ResourceKind::Texture { format, .. }
-                | ResourceKind::Texture3d { format, .. }
-                | ResourceKind::Cube { format, .. }
-                | ResourceKind::Atlas { format, .. },
-            ) => Some(*format),
-            Some(ResourceKind::Image(image)) => Some(image.format),
-            _ => {
-                self.resource_name(name, noun);
-                None
-            }
         }
     }
 }

@@ -76,7 +76,7 @@ impl Used {
         sub.params.iter().map(|(n, _)| n).chain(sub.lets.iter().map(|(n, _)| n)).for_each(|n| own(&n.value));
         sub.resources.iter().map(|(n, _)| n).chain(tied.iter().map(|(n, _)| n)).for_each(|n| own(&n.value));
         walk(&sub.passes, &mut |p| {
-            if !p.kind.bodies().is_empty() {
+            if !p.kind.bodies().is_empty() && !p.kind.is_tuned(&p.name) {
                 own(&p.name.value);
             }
         });
@@ -320,7 +320,7 @@ fn values(graph: &Graph) -> Vec<&str> {
         graph.params.iter().map(|(n, _)| n).chain(graph.lets.iter().map(|(n, _)| n)).map(text).collect();
     all.extend(graph.inputs.iter().filter(|(_, i)| matches!(i, Input::Value(_))).map(|(n, _)| text(n)));
     walk(&graph.passes, &mut |p| {
-        if !p.kind.bodies().is_empty() {
+        if !p.kind.bodies().is_empty() && !p.kind.is_tuned(&p.name) {
             all.push(&p.name.value);
         }
     });

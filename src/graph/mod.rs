@@ -1,8 +1,9 @@
 //! The graph file: text to a checked [`Graph`]. No device.
 //!
 //! `tree` keeps places, `variant` lays a variant over its base, `read` reads single values, `parse` knows the fields,
-//! `image` reads the files of images, `join` puts sub-graphs in with other names (`rename`), `limits` counts, `check`
-//! resolves names, and `unroll`, when values are known, repeats passes. `format` lays a file out.
+//! `tune` makes alternatives of one pass, `image` reads the files of images, `join` puts sub-graphs in with other names
+//! (`rename`), `walk` goes through passes, `limits` counts, `check` resolves names, and `unroll`, when values are
+//! known, repeats passes. `format` lays a file out.
 
 pub mod ast;
 pub mod check;
@@ -17,8 +18,10 @@ mod raster;
 pub mod read;
 mod rename;
 pub mod tree;
+mod tune;
 pub mod unroll;
 pub mod variant;
+mod walk;
 
 pub use ast::Graph;
 
@@ -184,7 +187,8 @@ pub fn ast_mentions(pass: &ast::Pass, resource: &str) -> bool {
     use ast::PassKind;
     let named = match &pass.kind {
         PassKind::Draw(r) | PassKind::Screen(r) => {
-            r.color.iter().chain(&r.depth).chain(&r.frusta).any(|n| n.value == resource)
+            let resolved = r.resolve.iter().map(|(_, to)| to);
+            r.color.iter().chain(&r.depth).chain(&r.frusta).chain(resolved).any(|n| n.value == resource)
         }
         PassKind::Reduce { from, to, .. } | PassKind::Scan { from, to, .. } | PassKind::Copy { from, to } => {
             from.value == resource || to.value == resource

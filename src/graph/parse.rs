@@ -109,7 +109,7 @@ impl Reader {
         value
     }
 
-    pub(super) fn format(&mut self, node: &Node) -> Option<wgpu::TextureFormat> {
+    pub(super) fn format(&mut self, node: &Node) -> Option<wgpu_types::TextureFormat> {
         let word = node.word().unwrap_or("");
         let found = FORMAT_NAMES.iter().position(|name| name == word).map(|i| FORMATS[i]);
         if found.is_none() {
@@ -158,16 +158,16 @@ impl Reader {
     fn resource_of(&mut self, node: &Node, name: &str, mut f: Fields, usual: Option<&Expr>) -> Option<Resource> {
         let before = self.faults.len();
         let kind = if name == "Sampler" {
-            let filter = [("Nearest", wgpu::FilterMode::Nearest), ("Linear", wgpu::FilterMode::Linear)];
+            let filter = [("Nearest", wgpu_types::FilterMode::Nearest), ("Linear", wgpu_types::FilterMode::Linear)];
             let address = [
-                ("Clamp", wgpu::AddressMode::ClampToEdge),
-                ("Repeat", wgpu::AddressMode::Repeat),
-                ("Mirror", wgpu::AddressMode::MirrorRepeat),
+                ("Clamp", wgpu_types::AddressMode::ClampToEdge),
+                ("Repeat", wgpu_types::AddressMode::Repeat),
+                ("Mirror", wgpu_types::AddressMode::MirrorRepeat),
             ];
             Some(ResourceKind::Sampler(SamplerDesc {
-                filter: self.word(f.get("filter"), &filter, wgpu::FilterMode::Nearest),
-                address: self.word(f.get("address"), &address, wgpu::AddressMode::ClampToEdge),
-                compare: f.get("compare").map(|n| self.compare(Some(n), wgpu::CompareFunction::LessEqual)),
+                filter: self.word(f.get("filter"), &filter, wgpu_types::FilterMode::Nearest),
+                address: self.word(f.get("address"), &address, wgpu_types::AddressMode::ClampToEdge),
+                compare: f.get("compare").map(|n| self.compare(Some(n), wgpu_types::CompareFunction::LessEqual)),
             }))
         } else if name == "Buffer" {
             let stride = self.stride(&mut f, usual.is_some());
@@ -176,7 +176,7 @@ impl Reader {
         } else {
             let format = match (usual, f.get("format")) {
                 (_, Some(n)) => self.format(n),
-                (Some(_), None) => Some(wgpu::TextureFormat::Rgba16Float),
+                (Some(_), None) => Some(wgpu_types::TextureFormat::Rgba16Float),
                 (None, None) => self.need(&mut f, "format").and(None),
             };
             if name == "Atlas" {
@@ -196,8 +196,9 @@ impl Reader {
                     _ => None,
                 };
                 let many = many.and_then(|n| self.expr(n));
+                let samples = if name == "Texture" { f.get("samples").and_then(|n| self.expr(n)) } else { None };
                 format.zip(size).map(|(format, size)| match name {
-                    "Texture" => ResourceKind::Texture { format, size, layers: many, mips },
+                    "Texture" => ResourceKind::Texture { format, size, layers: many, mips, samples },
                     "Cube" => ResourceKind::Cube { format, size, count: many, mips },
                     _ => ResourceKind::Texture3d { format, size, mips },
                 })
@@ -246,8 +247,12 @@ impl Reader {
         }
     }
 
-    pub(super) fn compare(&mut self, node: Option<&Node>, default: wgpu::CompareFunction) -> wgpu::CompareFunction {
-        use wgpu::CompareFunction as C;
+    pub(super) fn compare(
+        &mut self,
+        node: Option<&Node>,
+        default: wgpu_types::CompareFunction,
+    ) -> wgpu_types::CompareFunction {
+        use wgpu_types::CompareFunction as C;
         let choices = [
             ("Less", C::Less),
             ("LessEqual", C::LessEqual),
@@ -273,6 +278,7 @@ impl Reader {
         let (mut each, mut only) = (None, None);
         let (mut defines, mut entry, mut set) = (vec![], vec![], vec![]);
         let (mut bind, mut mips) = (vec![], vec![]);
+        let mut tune = None;
         if !matches!(word, "Mips" | "Loop" | "For" | "Fastest") {
             each = f.get("each").and_then(|n| self.expr(n));
         }
@@ -284,6 +290,7 @@ impl Reader {
             entry = self.entries(f.get("entry"));
             (bind, mips) = self.bindings(f.get("bind"));
             set = self.exprs(f.get("set"));
+            tune = f.get("tune");
         }
         let kind = self.pass_kind(word, &mut f);
         self.finish(&f);
@@ -291,21 +298,11 @@ impl Reader {
             self.broken.extend(name.iter().map(|n| n.value.clone()));
         }
         let (name, span) = (name?, node.span.clone());
-        Some(Pass {
-            name,
-            span,
-            when,
-            group,
-            each,
-            only,
-            defines,
-            entry,
-            bind,
-            mips,
-            set,
-            scope: None,
-            indices: vec![],
-            kind: kind?,
+        let (scope, indices, kind) = (None, vec![], kind?);
+        let pass = Pass { name, span, when, group, each, only, defines, entry, bind, mips, set, scope, indices, kind };
+        Some(match tune {
+            Some(tune) => self.tuned(pass, tune),
+            None => pass,
         })
     }
 
@@ -333,14 +330,17 @@ impl Reader {
             "Screen" => self.raster(f, false).map(PassKind::Screen),
             "Compute" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));
-                let over = self.need(f, "over").and_then(|n| self.size(n));
+                let over = match f.get("over") {
+                    Some(n) => Some(self.size(n)?),
+                    None => None,
+                };
                 let indirect = f.get("indirect");
                 if let (Some(node), Some(each)) = (indirect, f.get("each")) {
                     let d = Diagnostic::error("one list of counts can't be that of each instance").at(&node.span, "");
                     self.fault(d.at(&each.span, "").help("leave `each` out, or `indirect`"));
                 }
                 let indirect = indirect.and_then(|n| self.name(n));
-                Some(PassKind::Compute { shader: shader?, over: over?, indirect })
+                Some(PassKind::Compute { shader: shader?, over, indirect })
             }
             "Reduce" => {
                 let shader = self.need(f, "shader").and_then(|n| self.text(n));
@@ -413,8 +413,8 @@ const VALUES: [(&str, Value); 9] = [
 static FORMAT_NAMES: LazyLock<[String; FORMATS.len()]> = LazyLock::new(|| FORMATS.map(|f| format!("{f:?}")));
 
 /// The formats a graph may name.
-pub const FORMATS: [wgpu::TextureFormat; 33] = {
-    use wgpu::TextureFormat as F;
+pub const FORMATS: [wgpu_types::TextureFormat; 33] = {
+    use wgpu_types::TextureFormat as F;
     [
         F::R8Unorm,
         F::R8Snorm,

@@ -19,7 +19,7 @@ impl Reader {
             }
             return None;
         };
-        for name in ["each", "only", "frusta", "occluders", "tolerance"] {
+        for name in ["each", "only", "frusta", "occluders", "materials", "nodes", "tolerance"] {
             if let Some(node) = f.get(name) {
                 let d = Diagnostic::error(format!("`{name}` in a draw that has `vertices` of its own"));
                 let help = match name {
@@ -34,7 +34,7 @@ impl Reader {
             self.fault(d.help("cull None, Front or Back"));
         }
         let instances = instances.map(|n| self.expr(n));
-        use wgpu::PrimitiveTopology as T;
+        use wgpu_types::PrimitiveTopology as T;
         let topologies = [
             ("Triangles", T::TriangleList),
             ("TriangleStrip", T::TriangleStrip),
@@ -51,7 +51,7 @@ impl Reader {
         let shader = self.need(f, "shader").and_then(|n| self.text(n));
         let color = f.get("color").and_then(|n| self.name(n));
         let depth = f.get("depth").and_then(|n| self.name(n));
-        let depth_compare = self.compare(f.get("depth_compare"), wgpu::CompareFunction::Less);
+        let depth_compare = self.compare(f.get("depth_compare"), wgpu_types::CompareFunction::Less);
         let depth_write = self.bool(f.get("depth_write"), true);
         let culls = [("None", Cull::None), ("Front", Cull::Front), ("Back", Cull::Back), ("Material", Cull::Material)];
         let vertices = if geometry { self.vertices(f) } else { None };
@@ -64,23 +64,27 @@ impl Reader {
             self.fault(d.help("give the pass `frusta`"));
         }
         let occluders = self.bool(occluders, false);
+        let materials = if geometry { f.get("materials").and_then(|n| self.expr(n)) } else { None };
+        let nodes = if geometry { f.get("nodes") } else { None };
+        let nodes = self.list(nodes).iter().filter_map(|n| self.text(n)).collect();
         let tolerance = if geometry { f.get("tolerance").and_then(|n| self.expr(n)) } else { None };
         let load = self.list(f.get("load")).iter().filter_map(|n| self.name(n)).collect();
         let clear = self.pairs(f.get("clear"), Reader::color);
-        let component = |operation| wgpu::BlendComponent {
-            src_factor: wgpu::BlendFactor::One,
-            dst_factor: wgpu::BlendFactor::One,
+        let component = |operation| wgpu_types::BlendComponent {
+            src_factor: wgpu_types::BlendFactor::One,
+            dst_factor: wgpu_types::BlendFactor::One,
             operation,
         };
-        let same = |operation| wgpu::BlendState { color: component(operation), alpha: component(operation) };
+        let same = |operation| wgpu_types::BlendState { color: component(operation), alpha: component(operation) };
         let blends = [
-            ("Add", same(wgpu::BlendOperation::Add)),
-            ("Max", same(wgpu::BlendOperation::Max)),
-            ("Min", same(wgpu::BlendOperation::Min)),
-            ("Alpha", wgpu::BlendState::ALPHA_BLENDING),
+            ("Add", same(wgpu_types::BlendOperation::Add)),
+            ("Max", same(wgpu_types::BlendOperation::Max)),
+            ("Min", same(wgpu_types::BlendOperation::Min)),
+            ("Alpha", wgpu_types::BlendState::ALPHA_BLENDING),
         ];
-        let blend =
-            self.pairs(f.get("blend"), |reader, n| Some(reader.word(Some(n), &blends, wgpu::BlendState::REPLACE)));
+        let blend = self
+            .pairs(f.get("blend"), |reader, n| Some(reader.word(Some(n), &blends, wgpu_types::BlendState::REPLACE)));
+        let resolve = self.names(f.get("resolve"));
         let layer = f.get("layer").and_then(|n| self.expr(n));
         let views = f.get("views").and_then(|n| self.expr(n));
         Some(Raster {
@@ -93,9 +97,12 @@ impl Reader {
             frusta,
             occluders,
             cull,
+            materials,
+            nodes,
             tolerance,
             load,
             clear,
+            resolve,
             blend,
             layer,
             views,

@@ -1,6 +1,7 @@
 //! Other names for what a graph mentions.
 
-use super::ast::{Dirty, Name, Pass, PassKind, Resource, ResourceKind, Size, Stride};
+use super::ast::{Dirty, Name, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride};
+use super::check::material_columns;
 use super::expr::Expr;
 
 /// A name to another.
@@ -41,10 +42,13 @@ pub fn resource(r: &mut Resource, to: Rename) {
     let maybe = |e: &mut Option<Expr>| e.iter_mut().for_each(|e| e.rename(to));
     maybe(&mut r.members);
     match &mut r.kind {
-        ResourceKind::Texture { size: s, layers: n, mips, .. } | ResourceKind::Cube { size: s, count: n, mips, .. } => {
+        ResourceKind::Texture { size: s, layers, mips, samples, .. } => {
             size(s, to);
-            maybe(n);
-            maybe(mips);
+            [layers, mips, samples].into_iter().for_each(maybe);
+        }
+        ResourceKind::Cube { size: s, count, mips, .. } => {
+            size(s, to);
+            [count, mips].into_iter().for_each(maybe);
         }
         ResourceKind::Texture3d { size: s, mips, .. } => {
             size(s, to);
@@ -64,7 +68,17 @@ pub fn resource(r: &mut Resource, to: Rename) {
 /// Renames what a pass mentions, apart from the passes in it; not its own name.
 pub fn pass(p: &mut Pass, to: Rename) {
     references(p).into_iter().for_each(|n| one(n, to));
+    // Columns have their names everywhere.
+    let own = |name: &str| if material_columns().any(|c| c == name) { name.to_string() } else { to(name) };
+    let materials = match &mut p.kind {
+        PassKind::Draw(Raster { materials, .. }) => materials.take(),
+        _ => None,
+    };
     exprs(p).into_iter().for_each(|e| e.rename(to));
+    if let (Some(mut condition), PassKind::Draw(r)) = (materials, &mut p.kind) {
+        condition.rename(&own);
+        r.materials = Some(condition);
+    }
 }
 
 /// The resources that a pass names.
@@ -78,6 +92,7 @@ pub fn references(p: &mut Pass) -> Vec<&mut Name> {
         PassKind::Draw(r) | PassKind::Screen(r) => {
             all.extend(r.color.iter_mut().chain(&mut r.depth).chain(&mut r.frusta).chain(&mut r.load));
             all.extend(r.clear.iter_mut().map(|(n, _)| n).chain(r.blend.iter_mut().map(|(n, _)| n)));
+            all.extend(r.resolve.iter_mut().flat_map(|(from, to)| [from, to]));
             all.extend(r.vertices.iter_mut().flat_map(|v| &mut v.indirect));
         }
         PassKind::Reduce { from, to, .. } | PassKind::Scan { from, to, .. } | PassKind::Copy { from, to } => {
@@ -97,13 +112,12 @@ pub fn exprs(p: &mut Pass) -> Vec<&mut Expr> {
     all.extend(p.defines.iter_mut().chain(&mut p.mips).chain(&mut p.set).map(|(_, e)| e));
     match &mut p.kind {
         PassKind::Draw(r) | PassKind::Screen(r) => {
-            all.extend(r.layer.iter_mut().chain(&mut r.views).chain(&mut r.tolerance));
+            all.extend(r.layer.iter_mut().chain(&mut r.views).chain(&mut r.tolerance).chain(&mut r.materials));
             if let Some(v) = &mut r.vertices {
                 all.extend(std::iter::once(&mut v.count).chain(&mut v.instances));
             }
         }
-        PassKind::Compute { over: Size::One(e), .. } => all.push(e),
-        PassKind::Compute { over: Size::Axes(axes, _), .. } => all.extend(axes),
+        PassKind::Compute { over, .. } => all.extend(over.iter_mut().flat_map(Size::exprs_mut)),
         PassKind::Reduce { factor, until, .. } => {
             all.extend(factor);
             all.push(until);

@@ -16,7 +16,7 @@ pub mod texel;
 pub mod texture;
 
 use crate::diag::{Checked, Diagnostic};
-use std::fmt;
+use std::{collections::BTreeMap, fmt, path::Path};
 
 /// An image of 32-bit floats in linear light; row 0 is on top.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,6 +58,27 @@ impl Image {
         let channels = u32::try_from(pixel.len()).unwrap_or(u32::MAX);
         let length = length(width, height, 1, channels).ok_or_else(|| bad_size(width, height, 1, channels))?;
         Image::new(width, height, channels, pixel.iter().copied().cycle().take(length).collect())
+    }
+
+    /// Writes the image to a file, whole or not at all: linear 32-bit floats where the name ends in `.exr`, otherwise an
+    /// 8-bit sRGB PNG, with what is brighter than white brought into its range.
+    ///
+    /// ```no_run
+    /// use lightgraph::{Checked, Gpu, Session};
+    /// use std::path::Path;
+    ///
+    /// fn save(session: &Session, gpu: &Gpu) -> Checked<()> {
+    ///     session.image(gpu, "color")?.save(Path::new("color.exr"))
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    /// The image contradicts itself, or the file can't be written.
+    pub fn save(&self, path: &Path) -> Checked<()> {
+        match path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+            true => exr::write_exr(path, &[("", self)], exr::Precision::Float, &BTreeMap::new()),
+            false => png::write_png(path, self, png::ToneMap::default(), 0.0, &BTreeMap::new()),
+        }
     }
 
     /// How many pixels there are: `layers × height × width`.

@@ -2,7 +2,7 @@
 
 use super::srgb;
 use half::f16;
-use wgpu::TextureFormat as F;
+use wgpu_types::TextureFormat as F;
 
 /// How the bytes of a texel are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -15,7 +15,7 @@ use half::f16;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
-use wgpu::TextureFormat as F;
+use wgpu_types::TextureFormat as F;
 
 /// Texels of all files and faces of one texture at most: 8192 × 4096. A small file can state any size.
 pub const MOST_TEXELS: u64 = 1 << 25;

@@ -245,9 +245,9 @@ impl<'g> Wirer<'g, '_> {
                     return None;
                 }
                 let features = format.guaranteed_format_features(self.request.features);
-                let both = *access == wgpu::StorageTextureAccess::ReadWrite;
-                let able = features.allowed_usages.contains(wgpu::TextureUsages::STORAGE_BINDING)
-                    && (!both || features.flags.contains(wgpu::TextureFormatFeatureFlags::STORAGE_READ_WRITE));
+                let both = *access == wgpu_types::StorageTextureAccess::ReadWrite;
+                let able = features.allowed_usages.contains(wgpu_types::TextureUsages::STORAGE_BINDING)
+                    && (!both || features.flags.contains(wgpu_types::TextureFormatFeatureFlags::STORAGE_READ_WRITE));
                 if !able {
                     let what = if both { "reading and writing at once" } else { "storage" };
                     let d = Diagnostic::error(format!("{format:?} does not allow {what}")).at(declared, "");
@@ -261,7 +261,7 @@ impl<'g> Wirer<'g, '_> {
             }
             BindingKind::Texture { sample, .. } => {
                 let good = match (sample, t.format.sample_type(None, Some(self.request.features))) {
-                    (TextureSample::Float { filtered }, Some(wgpu::TextureSampleType::Float { filterable })) => {
+                    (TextureSample::Float { filtered }, Some(wgpu_types::TextureSampleType::Float { filterable })) => {
                         if *filtered && !filterable {
                             let d = Diagnostic::error(format!("{:?} can't be filtered on this adapter", t.format));
                             self.faults.push(
@@ -273,10 +273,10 @@ impl<'g> Wirer<'g, '_> {
                         }
                         true
                     }
-                    (TextureSample::Float { filtered }, Some(wgpu::TextureSampleType::Depth)) => !filtered,
-                    (TextureSample::Depth, Some(wgpu::TextureSampleType::Depth))
-                    | (TextureSample::Uint, Some(wgpu::TextureSampleType::Uint))
-                    | (TextureSample::Sint, Some(wgpu::TextureSampleType::Sint)) => true,
+                    (TextureSample::Float { filtered }, Some(wgpu_types::TextureSampleType::Depth)) => !filtered,
+                    (TextureSample::Depth, Some(wgpu_types::TextureSampleType::Depth))
+                    | (TextureSample::Uint, Some(wgpu_types::TextureSampleType::Uint))
+                    | (TextureSample::Sint, Some(wgpu_types::TextureSampleType::Sint)) => true,
                     _ => false,
                 };
                 if !good {

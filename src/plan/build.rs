@@ -1,12 +1,15 @@
 //! A request to a plan: the table of contents of this module.
 
 use super::expand::{Expanded, expand};
+use super::frames::frames;
 use super::live::{live, retain, starts_unwritten, unwritten};
 use super::order::{Block, Entry, order};
 use super::request::{Request, values};
 use super::sizes::Sizes;
 use super::wire::{Item, any_use, wire};
-use super::{Action, Desc, LevelUse, Plan, Step, StepId, clear_usage, dirty, ending, fastest, lint, memory};
+use super::{
+    Action, Desc, Frames, LevelUse, Plan, Step, StepId, clear_usage, dirty, ending, fastest, lint, memory, parts,
+};
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::graph::Graph;
 use crate::graph::ast::{Resource, ResourceKind, set_of};
@@ -23,6 +26,8 @@ pub struct Planned {
     pub notices: Vec<Diagnostic>,
     /// What the graph says that it can't do with these values.
     pub warnings: Vec<Diagnostic>,
+    /// Milliseconds that composing the shaders took.
+    pub compose_ms: f64,
 }
 
 /// How freely the plan may be made; both ways must give the same images.
@@ -72,6 +77,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let values = values(request)?;
     let declared = request.graph;
     let graph = &*unroll(declared, &|name| values.get(name).map(|v| Val::from(*v)))?;
+    let declared_request = *request;
     let request = &Request { graph, ..*request };
     let sizes = Sizes::new(request, &values);
     let mut faults = vec![];
@@ -87,6 +93,14 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     faults.extend(unwritten(&wiring.items, &sizes, &wiring.off));
     for (name, resource) in &outputs {
         let written = any_use(&wiring.items, &mut |u| u.resource == *resource && u.mode.writes());
+        if let Some(Ok(sized)) = sizes.of(resource)
+            && !sized.desc.is_readable()
+        {
+            let d = Diagnostic::error(format!("the output `{name}` (`{resource}`) has several samples a texel"));
+            let place = graph.outputs.iter().find(|o| o.0.value == *name);
+            let d = place.map_or(d.clone(), |o| d.at(&o.1.span, ""));
+            faults.push(d.help(format!("resolve it: `resolve: {{\"{resource}\": \"…\"}}`, and put that out")));
+        }
         let given = |r: &Resource| r.initial.is_some() || matches!(r.kind, ResourceKind::Image(_));
         if !written && sizes.declared(resource).is_some_and(|r| !given(r)) {
             let d = Diagnostic::error(format!("nothing writes the output `{name}` (`{resource}`)"));
@@ -106,7 +120,8 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let items = retain(wiring.items, &needed);
 
     let levels = level_uses(request, &values);
-    let outside = (request.limits, request.features, levels.as_slice());
+    let asked = parts::asked(&declared_request);
+    let outside = (request.limits, request.features, (levels.as_slice(), asked.as_slice()));
     let expanded = expand(&items, &sizes, &values, &wiring.shaders, outside, &mut faults);
     let Expanded { mut resources, mut steps, mut block, mut ids } = expanded;
     let inputs = inputs(graph, &mut resources, &steps);
@@ -149,7 +164,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     ending::decide(&mut plan, request.features);
     Faults::check(dirty::lasting(&plan, graph), ())?;
     let notices = unused.into_iter().chain(lint::notices(&plan)).collect();
-    Ok(Planned { plan, notices, warnings })
+    Ok(Planned { plan, notices, warnings, compose_ms: wiring.compose_ms })
 }
 
 /// What the plan knows of the levels: their clusters stand in the table behind those of the scene itself.
@@ -162,7 +177,8 @@ fn level_uses(request: &Request, values: &Values) -> Vec<LevelUse> {
     for level in request.levels {
         let clusters = level.clusters.len() as u32;
         levels.push(LevelUse {
-            tolerance: level.tolerance,
+            tolerance: level.taken.tolerance,
+            key: level.taken.key(),
             error: level.error,
             triangles: (level.indices.len() / 3) as u32,
             first_cluster,
@@ -176,8 +192,9 @@ fn level_uses(request: &Request, values: &Values) -> Vec<LevelUse> {
 
 fn readable(desc: &mut Desc) {
     match desc {
-        Desc::Texture(t) => t.usage |= wgpu::TextureUsages::COPY_SRC,
-        Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_SRC,
+        Desc::Texture(t) if t.samples > 1 => {}
+        Desc::Texture(t) => t.usage |= wgpu_types::TextureUsages::COPY_SRC,
+        Desc::Buffer { usage, .. } => *usage |= wgpu_types::BufferUsages::COPY_SRC,
     }
 }
 
@@ -185,8 +202,9 @@ fn readable(desc: &mut Desc) {
 fn open(desc: &mut Desc) {
     readable(desc);
     match desc {
-        Desc::Texture(t) => t.usage |= wgpu::TextureUsages::TEXTURE_BINDING,
-        Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::STORAGE,
+        Desc::Texture(t) if t.samples > 1 => {}
+        Desc::Texture(t) => t.usage |= wgpu_types::TextureUsages::TEXTURE_BINDING,
+        Desc::Buffer { usage, .. } => *usage |= wgpu_types::BufferUsages::STORAGE,
     }
 }
 
@@ -200,7 +218,7 @@ fn next(seed: &mut u64) -> usize {
 fn warnings(graph: &Graph, values: &Values, faults: &mut Vec<Diagnostic>) -> Vec<Diagnostic> {
     let mut found = vec![];
     for (name, warning) in &graph.warnings {
-        match warning.when.truth(&|n| values.get(n).map(|v| Val::from(*v))) {
+        match frames(&warning.when, &|n| values.get(n).map(|v| Val::from(*v))).map(|holds| holds.is_some()) {
             Ok(true) => found.push(Diagnostic::warning(&warning.about).at(&name.span, "")),
             Ok(false) => {}
             Err(fault) => faults.push(fault),
@@ -294,13 +312,14 @@ fn initial_clears(
             let id = super::ResourceId(first.0 + m);
             match &mut resources[id.0].desc {
                 Desc::Texture(t) => t.usage |= clear_usage(t),
-                Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_DST,
+                Desc::Buffer { usage, .. } => *usage |= wgpu_types::BufferUsages::COPY_DST,
             }
             cleared.push(StepId(steps.len()));
             steps.push(Step {
                 name: format!("{} = initial", resources[id.0].name),
                 pass: name.value.clone(),
                 group: None,
+                frames: Frames::All,
                 action: Action::Clear { target: id, value },
                 bindings: vec![],
                 reads: vec![],
@@ -337,7 +356,7 @@ fn until_usage(plan: &mut Plan) {
     buffers(&plan.order, &mut ids);
     for id in ids {
         if let Desc::Buffer { usage, .. } = &mut plan.resources[id].desc {
-            *usage |= wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::STORAGE;
+            *usage |= wgpu_types::BufferUsages::COPY_SRC | wgpu_types::BufferUsages::STORAGE;
         }
     }
 }
@@ -347,7 +366,7 @@ fn history_usage(plan: &mut Plan) {
     for r in plan.resources.iter_mut().filter(|r| r.history) {
         match &mut r.desc {
             Desc::Texture(t) => t.usage |= clear_usage(t),
-            Desc::Buffer { usage, .. } => *usage |= wgpu::BufferUsages::COPY_DST,
+            Desc::Buffer { usage, .. } => *usage |= wgpu_types::BufferUsages::COPY_DST,
         }
     }
 }

@@ -98,6 +98,8 @@ pub enum Why {
     Unchanged { since: u32 },
     /// Does not run: nothing that runs reads its result.
     NotNeeded,
+    /// Does not run: its condition is for other frames.
+    OtherFrames,
 }
 
 impl Why {
@@ -105,14 +107,14 @@ impl Why {
     pub fn runs(&self) -> bool {
         match self {
             Why::First | Why::Changed(_) | Why::ChangedInPart(_) | Why::Marks | Why::Overwritten | Why::Asked => true,
-            Why::Unchanged { .. } | Why::NotNeeded => false,
+            Why::Unchanged { .. } | Why::NotNeeded | Why::OtherFrames => false,
         }
     }
 }
 
 impl Why {
     /// Whether code runs that has not run before, as far as is known.
-    pub(crate) fn is_new(&self) -> bool {
+    pub fn is_new(&self) -> bool {
         match self {
             Why::First => true,
             Why::Changed(names) => names.iter().any(|name| name.starts_with("shader ")),
@@ -132,6 +134,7 @@ impl std::fmt::Display for Why {
             Why::Asked => f.write_str("every step runs"),
             Why::Unchanged { since } => write!(f, "unchanged since frame {since}"),
             Why::NotNeeded => f.write_str("nothing that runs reads it"),
+            Why::OtherFrames => f.write_str("its condition is for other frames"),
         }
     }
 }

@@ -68,7 +68,7 @@ impl<'g> Wirer<'g, '_> {
     /// Wires the step that finds what each member sees. `None` after a fault, and for adapters that can't begin an
     /// indirect draw at a member's number: there everything is drawn, which gives the same image.
     pub(super) fn culling(&mut self, wired: &mut Wired<'g>, frusta: &Name) -> Option<Culling> {
-        if !self.request.features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE) {
+        if !self.request.features.contains(wgpu_types::Features::INDIRECT_FIRST_INSTANCE) {
             return None;
         }
         let (index, shader) = self.built_in(BuiltIn::Cull)?;
@@ -183,7 +183,7 @@ impl Expander<'_, '_> {
     }
 
     fn draws(&mut self, name: &str, size: u64, span: &Span) -> Option<ResourceId> {
-        use wgpu::BufferUsages as U;
+        use wgpu_types::BufferUsages as U;
         // It can be read back: how much was drawn is part of a frame's statistics.
         let usage = U::STORAGE | U::INDIRECT | U::COPY_SRC;
         self.made((format!("{name}.draws"), Desc::Buffer { size, usage }), span)

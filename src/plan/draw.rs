@@ -5,7 +5,7 @@ use super::indirect::Most;
 use super::wire::Wired;
 use super::{
     ColorTarget, Cull, DepthTarget, Desc, Draw, Geometry, Member, Place, Resource, ResourceId, TextureDesc,
-    TextureKind, request,
+    TextureKind, parts, request,
 };
 use crate::diag::Diagnostic;
 use crate::graph::ast::{PassKind, Raster, Vertices};
@@ -52,10 +52,16 @@ impl Expander<'_, '_> {
         let mut color = vec![];
         let mut extents: Vec<(ResourceId, String)> = vec![];
         let mut mips = vec![];
+        let mut samples = 1;
         for (location, name, mip) in &w.color {
             let id = self.id(name, member, &w.pass.span)?;
-            let Desc::Texture(t) = &self.out.resources[id.0].desc else { return None };
             let clear = (!loads(name)).then(|| clear_of(name).unwrap_or([0.0; 4]));
+            let resolve = match w.resolve.iter().find(|(at, _)| at == location) {
+                Some((_, to)) => Some(self.id(to, member, &w.pass.span)?),
+                None => None,
+            };
+            let Desc::Texture(t) = &self.out.resources[id.0].desc else { return None };
+            samples = t.samples;
             color.push(ColorTarget {
                 resource: id,
                 mip: *mip,
@@ -63,6 +69,7 @@ impl Expander<'_, '_> {
                 format: t.format,
                 clear,
                 blend: r.blend.iter().find(|b| b.0.value == *name).map(|b| b.1),
+                resolve,
             });
             extents.push((id, name.clone()));
             mips.push(*mip);
@@ -71,6 +78,7 @@ impl Expander<'_, '_> {
         if let Some(name) = &r.depth {
             let id = self.id(&name.value, member, &name.span)?;
             let Desc::Texture(t) = &self.out.resources[id.0].desc else { return None };
+            samples = t.samples;
             let clear = (!loads(&name.value)).then(|| clear_of(&name.value).map_or(1.0, |c| c[0] as f32));
             depth = Some(DepthTarget {
                 resource: id,
@@ -84,14 +92,16 @@ impl Expander<'_, '_> {
         }
         let views = self.views(r, &extents)?;
         let members = self.places(w, r, member, (batched, views), (&extents, &mips))?;
-        let tolerance = request::tolerance(r, self.values);
-        let tolerance = self.keep(tolerance)?;
-        let level = tolerance.and_then(|wanted| self.levels.iter().position(|l| l.tolerance == wanted));
+        let asked = parts::of(r, self.values);
+        let asked = self.keep(asked)?;
+        let level = asked.and_then(|asked| self.asked.iter().position(|a| *a == asked));
+        let level = level.filter(|i| *i < self.levels.len());
         let indirect = match w.culling {
             Some(_) => Some(self.culled(w, r, name, (&members, level))?),
             None => None,
         };
-        Some(Draw { shader: index, vertex, fragment, geometry, color, depth, members, indirect, views, level })
+        let shader = index;
+        Some(Draw { shader, vertex, fragment, geometry, color, depth, members, indirect, samples, views, level })
     }
 
     /// How many vertices and instances a draw without the scene has.
@@ -127,7 +137,7 @@ impl Expander<'_, '_> {
             self.faults.push(d.help("leave `views` out to draw to one layer at a time"));
             return None;
         }
-        let able = self.features.contains(wgpu::Features::MULTIVIEW);
+        let able = self.features.contains(wgpu_types::Features::MULTIVIEW);
         let most = if able { self.limits.max_multiview_view_count } else { 1 };
         if views > most {
             let d =

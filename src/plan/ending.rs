@@ -7,7 +7,7 @@ use super::{Action, Ending, Geometry, Loop, Node, Plan, ResourceId, StepId};
 use std::collections::BTreeSet;
 
 /// Decides where each loop with a test is ended. After memory is allocated: what shares memory matters.
-pub fn decide(plan: &mut Plan, features: wgpu::Features) {
+pub fn decide(plan: &mut Plan, features: wgpu_types::Features) {
     let mut order = std::mem::take(&mut plan.order);
     let mut rest = vec![];
     walk(plan, &mut order, features, &mut rest);
@@ -15,7 +15,7 @@ pub fn decide(plan: &mut Plan, features: wgpu::Features) {
 }
 
 /// `after`: what is read after these nodes, in later iterations of loops around them too.
-fn walk(plan: &Plan, nodes: &mut [Node], features: wgpu::Features, after: &mut Vec<ResourceId>) {
+fn walk(plan: &Plan, nodes: &mut [Node], features: wgpu_types::Features, after: &mut Vec<ResourceId>) {
     for node in nodes.iter_mut().rev() {
         if let Node::Loop(l) = node {
             let mut around = after.clone();
@@ -43,7 +43,7 @@ fn reads(plan: &Plan, nodes: &[Node], out: &mut Vec<ResourceId>) {
 }
 
 /// What keeps the host in charge of a loop's end, in words.
-fn obstacle(plan: &Plan, l: &Loop, features: wgpu::Features, after: &[ResourceId]) -> Option<String> {
+fn obstacle(plan: &Plan, l: &Loop, features: wgpu_types::Features, after: &[ResourceId]) -> Option<String> {
     let mut body: Vec<StepId> = vec![];
     for node in &l.body {
         match node {
@@ -60,7 +60,7 @@ fn obstacle(plan: &Plan, l: &Loop, features: wgpu::Features, after: &[ResourceId
             Action::Compute { .. } => true,
             Action::Draw(draw) => {
                 let numbered = draw.members.iter().any(|m| m.index > 0);
-                if numbered && !features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE) {
+                if numbered && !features.contains(wgpu_types::Features::INDIRECT_FIRST_INSTANCE) {
                     return Some(format!(
                         "this adapter can't begin an indirect draw of `{}` at a member's number",
                         step.name

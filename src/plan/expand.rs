@@ -1,17 +1,18 @@
 //! Wired passes to steps: sets unrolled, workgroups counted.
 //!
-//! [`super::draw`] places what draw and screen passes draw, [`super::reduce`] makes the stages of reductions.
+//! `draw` places what draw and screen passes draw, `dispatch` counts workgroups, `reduce` makes the stages of
+//! reductions.
 
 use super::indirect::Most;
 use super::order::{Block, Entry};
+use super::parts::Asked;
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Item, Mode, Wire, Wired};
 use super::{
     Action, Binding, Desc, Ending, Geometry, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until,
 };
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{PassKind, Size};
-use crate::graph::expr::{Expr, ExprKind, Val};
+use crate::graph::ast::{Name, PassKind};
 use crate::shader::{Shader, Stage};
 use crate::value::{Value, Values};
 use rustc_hash::FxHashMap;
@@ -33,13 +34,13 @@ pub fn expand(
     sizes: &Sizes,
     values: &Values,
     shaders: &[Arc<Shader>],
-    (limits, features, levels): (&wgpu::Limits, wgpu::Features, &[LevelUse]),
+    (limits, features, (levels, asked)): (&wgpu_types::Limits, wgpu_types::Features, (&[LevelUse], &[Asked])),
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
     let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: FxHashMap::default() };
     let mut bits = BTreeSet::new();
     each_pass(items, &mut |w| bits.extend(w.pass.only.iter().map(|dirty| dirty.bits.value.clone())));
-    let mut e = Expander { sizes, values, shaders, limits, features, levels, bits, faults, out, counts: vec![] };
+    let mut e = Expander { sizes, values, shaders, limits, features, levels, asked, bits, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
     e.out
@@ -50,9 +51,11 @@ pub(super) struct Expander<'a, 'f> {
     pub(super) sizes: &'a Sizes<'a>,
     pub(super) values: &'a Values,
     pub(super) shaders: &'a [Arc<Shader>],
-    pub(super) limits: &'a wgpu::Limits,
-    pub(super) features: wgpu::Features,
+    pub(super) limits: &'a wgpu_types::Limits,
+    pub(super) features: wgpu_types::Features,
     pub(super) levels: &'a [LevelUse],
+    /// What they were asked for by.
+    pub(super) asked: &'a [Asked],
     /// Names of buffers of dirty bits.
     bits: BTreeSet<String>,
     pub(super) faults: &'f mut Vec<Diagnostic>,
@@ -161,6 +164,7 @@ impl Expander<'_, '_> {
             name,
             pass: w.pass.name.value.clone(),
             group: w.pass.group.as_ref().map(|g| g.value.clone()),
+            frames: w.frames,
             action: Action::Compute { shader, entry, groups, instances: None, indirect: None },
             bindings,
             reads,
@@ -222,7 +226,7 @@ impl Expander<'_, '_> {
             if u.mode != Mode::Size && u.mode.reads() {
                 reads.push(id);
             }
-            if u.mode.writes() {
+            if u.mode.writes() && w.copies.iter().all(|(_, to)| to.value != u.resource) {
                 writes.push(id);
             }
         }
@@ -238,9 +242,13 @@ impl Expander<'_, '_> {
             PassKind::Compute { shader, over, .. } => {
                 let index = w.shader?;
                 let instances = w.each.filter(|_| batched);
+                let over = match over {
+                    Some(over) => self.said(index, over)?,
+                    None => self.written(w, instances.is_some())?,
+                };
                 let groups = match instances {
-                    Some(instances) => self.groups_of_instances(index, over, instances, &shader.span)?,
-                    None => self.groups(index, over, &shader.span)?,
+                    Some(instances) => self.groups_of_instances(index, &over, instances, &shader.span)?,
+                    None => self.groups(index, &over, &shader.span)?,
                 };
                 let entry = self.shaders[index].interface.entry(Stage::Compute)?.name.clone();
                 let indirect = match &w.counts {
@@ -284,6 +292,7 @@ impl Expander<'_, '_> {
             name,
             pass: pass.name.value.clone(),
             group: pass.group.as_ref().map(|g| g.value.clone()),
+            frames: w.frames,
             action,
             bindings,
             reads,
@@ -292,6 +301,28 @@ impl Expander<'_, '_> {
             after: vec![],
         };
         self.out.steps.push(step);
+        for (from, to) in &w.copies {
+            self.copied(w, member, from, to)?;
+        }
+        Some(())
+    }
+
+    /// Adds the copy of a target of one sample to what it would resolve to.
+    fn copied(&mut self, w: &Wired, member: u32, from: &Name, to: &Name) -> Option<()> {
+        let (from, to) = (self.id(&from.value, member, &from.span)?, self.id(&to.value, member, &to.span)?);
+        self.usage(from, How::CopySource);
+        self.out.steps.push(Step {
+            name: format!("{}.copy", w.pass.name.value),
+            pass: w.pass.name.value.clone(),
+            group: w.pass.group.as_ref().map(|g| g.value.clone()),
+            frames: w.frames,
+            action: Action::Copy { from, to },
+            bindings: vec![],
+            reads: vec![from],
+            writes: vec![to],
+            only: None,
+            after: vec![],
+        });
         Some(())
     }
 
@@ -355,99 +386,23 @@ impl Expander<'_, '_> {
         match &mut self.out.resources[id.0].desc {
             Desc::Texture(t) => {
                 t.usage |= match how {
-                    How::Sampled | How::Uniform => wgpu::TextureUsages::TEXTURE_BINDING,
-                    How::Storage => wgpu::TextureUsages::STORAGE_BINDING,
-                    How::Target => wgpu::TextureUsages::RENDER_ATTACHMENT,
-                    How::CopySource => wgpu::TextureUsages::COPY_SRC,
-                    How::CopyTarget => wgpu::TextureUsages::COPY_DST,
+                    How::Sampled | How::Uniform => wgpu_types::TextureUsages::TEXTURE_BINDING,
+                    How::Storage => wgpu_types::TextureUsages::STORAGE_BINDING,
+                    How::Target => wgpu_types::TextureUsages::RENDER_ATTACHMENT,
+                    How::CopySource => wgpu_types::TextureUsages::COPY_SRC,
+                    How::CopyTarget => wgpu_types::TextureUsages::COPY_DST,
                     How::Cleared => super::clear_usage(t),
                 }
             }
             Desc::Buffer { usage, .. } => {
                 *usage |= match how {
-                    How::CopySource => wgpu::BufferUsages::COPY_SRC,
-                    How::CopyTarget | How::Cleared => wgpu::BufferUsages::COPY_DST,
-                    How::Uniform => wgpu::BufferUsages::UNIFORM,
-                    How::Sampled | How::Storage | How::Target => wgpu::BufferUsages::STORAGE,
+                    How::CopySource => wgpu_types::BufferUsages::COPY_SRC,
+                    How::CopyTarget | How::Cleared => wgpu_types::BufferUsages::COPY_DST,
+                    How::Uniform => wgpu_types::BufferUsages::UNIFORM,
+                    How::Sampled | How::Storage | How::Target => wgpu_types::BufferUsages::STORAGE,
                 }
             }
         }
-    }
-
-    fn groups(&mut self, shader: usize, over: &Size, span: &Span) -> Option<[u32; 3]> {
-        let threads = match over {
-            Size::One(Expr { kind: ExprKind::Name(name), span }) if self.sizes.declared(name).is_some() => {
-                let Some(sized) = self.sizes.of(name) else {
-                    self.faults.push(Diagnostic::error(format!("`{name}` has no extent")).at(span, ""));
-                    return None;
-                };
-                let sized = self.keep(sized)?;
-                match sized.desc {
-                    Desc::Texture(t) => [t.width, t.height, t.layers],
-                    Desc::Buffer { .. } => [sized.elements, 1, 1],
-                }
-            }
-            Size::One(e) => {
-                let value = e.eval(&|n| self.sizes.name(n));
-                let axes = match self.keep(value)? {
-                    Val::Ints(v) => v.len(),
-                    _ => 1,
-                };
-                self.threads(over, axes)?
-            }
-            Size::Axes(axes, _) => self.threads(over, axes.len())?,
-        };
-        self.in_groups(shader, threads, span)
-    }
-
-    /// Workgroups of each instance of a dispatch.
-    fn groups_of_instances(&mut self, shader: usize, over: &Size, instances: u32, span: &Span) -> Option<[u32; 3]> {
-        let [x, y, layers] = self.groups(shader, over, span)?;
-        let [.., deep] = self.shaders[shader].interface.entry(Stage::Compute)?.workgroup_size;
-        let most = self.limits.max_compute_workgroups_per_dimension;
-        if layers > 1 || deep > 1 {
-            let d = Diagnostic::error("an instance of a dispatch has one layer of workgroups").at(span, "");
-            self.faults.push(d.help("give `over` and the workgroup two axes"));
-            return None;
-        }
-        // Instances beyond the limit of one axis go on along another.
-        if u64::from(instances.div_ceil(most)) * u64::from(x) > u64::from(most) {
-            let what = format!("{instances} instances of {x} workgroups exceed the adapter's limit of {most} an axis");
-            self.faults.push(Diagnostic::error(what).at(span, "").help("let each instance do more"));
-            return None;
-        }
-        Some([x, y, 1])
-    }
-
-    fn threads(&mut self, over: &Size, axes: usize) -> Option<[u32; 3]> {
-        let e = self.sizes.extent(over, axes);
-        let e = self.keep(e)?;
-        Some([e.first().copied()?, e.get(1).copied().unwrap_or(1), e.get(2).copied().unwrap_or(1)])
-    }
-
-    pub(super) fn in_groups(&mut self, shader: usize, threads: [u32; 3], span: &Span) -> Option<[u32; 3]> {
-        let size = self.shaders[shader].interface.entry(Stage::Compute)?.workgroup_size;
-        let groups = [0, 1, 2].map(|i| threads[i].div_ceil(size[i].max(1)));
-        let most = self.limits.max_compute_workgroups_per_dimension;
-        if groups.iter().any(|g| *g > most) {
-            let d = Diagnostic::error(format!("{groups:?} workgroups exceed the adapter's limit of {most} an axis"));
-            self.faults.push(d.at(span, "").help("choose a larger workgroup or a smaller size"));
-            return None;
-        }
-        let (x, l) = (size, self.limits);
-        let ours = x[0].saturating_mul(x[1]).saturating_mul(x[2]);
-        if ours > l.max_compute_invocations_per_workgroup
-            || x[0] > l.max_compute_workgroup_size_x
-            || x[1] > l.max_compute_workgroup_size_y
-            || x[2] > l.max_compute_workgroup_size_z
-        {
-            let most = l.max_compute_invocations_per_workgroup;
-            let d =
-                Diagnostic::error(format!("a workgroup of {size:?} exceeds the adapter's limit of {most} invocations"));
-            self.faults.push(d.at(span, ""));
-            return None;
-        }
-        Some(groups)
     }
 }
 
@@ -473,6 +428,7 @@ fn differ(a: &Desc, b: &Desc) -> String {
         ("kind", a.kind != b.kind),
         ("layers", a.kind == b.kind && a.layers != b.layers),
         ("mips", a.mips != b.mips),
+        ("samples", a.samples != b.samples),
     ];
     let differing: Vec<&str> = parts.into_iter().filter(|(_, differs)| *differs).map(|(name, _)| name).collect();
     differing.join(", ")
@@ -492,7 +448,8 @@ pub fn shape(desc: &Desc) -> String {
                 TextureKind::D3 => format!("×{}", t.layers),
             };
             let mips = if t.mips > 1 { format!(", {} mips", t.mips) } else { String::new() };
-            format!("{:?} {}×{}{kind}{tiles}{mips}", t.format, t.width, t.height)
+            let samples = if t.samples > 1 { format!(", {} samples", t.samples) } else { String::new() };
+            format!("{:?} {}×{}{kind}{tiles}{mips}{samples}", t.format, t.width, t.height)
         }
     }
 }

@@ -101,6 +101,7 @@ impl<'g> Wirer<'g, '_> {
         let first = asked.map_or(0, |c| c.index);
         let (mut chosen, mut others) = (None, vec![]);
         let mut found = vec![];
+        self.alternative = true;
         for index in std::iter::once(first).chain((0..of.len()).filter(|i| *i != first)) {
             let (shaders, tables) = (self.out.shaders.len(), self.out.tables.len());
             let items = of.get(index).map_or(vec![], |passes| self.passes(passes, loops));
@@ -121,6 +122,7 @@ impl<'g> Wirer<'g, '_> {
                 self.out.tables.truncate(tables);
             }
         }
+        self.alternative = false;
         let Some((index, items)) = chosen else {
             self.out.off.push((group, "none of its alternatives runs".into()));
             return vec![];

@@ -52,14 +52,14 @@ impl Expander<'_, '_> {
     /// Adds the step that bounds the counts, and says where they are then.
     pub(super) fn counted(&mut self, w: &Wired, counts: &Counts<'_>, name: &str, most: Most) -> Option<ResourceId> {
         let from = self.id(&counts.name.value, 0, &counts.name.span)?;
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT;
+        let usage = wgpu_types::BufferUsages::STORAGE | wgpu_types::BufferUsages::INDIRECT;
         let (draw, [x, y, z]) = match most {
             Most::Groups(groups) => (false, groups),
             Most::Vertices { count, instances } => (true, [count, instances, 0]),
         };
         let size = if draw { 16 } else { 12 };
         let to = self.made((format!("{name}.counts"), Desc::Buffer { size, usage }), &w.pass.span)?;
-        let offsets = self.features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
+        let offsets = self.features.contains(wgpu_types::Features::INDIRECT_FIRST_INSTANCE);
         let values = [("draw", draw.into()), ("most_x", x), ("most_y", y), ("most_z", z), ("offsets", offsets.into())];
         let extra: Values = values.into_iter().map(|(name, n)| (name.to_owned(), Value::Uint(n))).collect();
         let bindings =

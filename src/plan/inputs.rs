@@ -2,9 +2,10 @@
 //! all made from it. No device.
 
 use super::{
-    Action, Binding, ColorTarget, DepthTarget, Draw, Frusta, Geometry, Indirect, Only, Plan, ResourceId, Step,
+    Action, Binding, ColorTarget, DepthTarget, Draw, Frames, Frusta, Geometry, Indirect, Only, Plan, ResourceId, Step,
 };
 use crate::content::hash;
+use crate::graph::check::FIRST_FRAME;
 use crate::shader::Layout;
 use crate::value::{Value, Values};
 use std::collections::BTreeMap;
@@ -132,7 +133,10 @@ pub enum Access {
 /// Every struct is taken apart with all its fields named, so that a new field of a plan can't be forgotten here.
 pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>> {
     let mut list = List { plan, all: vec![] };
-    let Step { name: _, pass: _, group: _, action, bindings, reads, writes, only, after: _ } = step;
+    let Step { name: _, pass: _, group: _, frames, action, bindings, reads, writes, only, after: _ } = step;
+    if *frames != Frames::All {
+        list.all.push(Input::Value { name: FIRST_FRAME, known: None });
+    }
     let mut variables = [].as_slice();
     let mut frusta = None;
     match action {
@@ -185,7 +189,8 @@ pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>>
             false => list.uses(*id, Access::Read),
         }
     }
-    let whole = matches!(action, Action::Copy { .. } | Action::Clear { .. });
+    // What other frames hold is in it, where it does not run.
+    let whole = *frames == Frames::All && matches!(action, Action::Copy { .. } | Action::Clear { .. });
     for id in writes {
         // The instances of a pass cover all that it writes, where nothing else writes there.
         let alone = || plan.steps.iter().filter(|s| s.writes.contains(id)).count() == 1;
@@ -216,7 +221,8 @@ impl<'p> List<'p> {
 
     /// Returns the buffer that holds the frusta of the instances, if any does.
     fn draw(&mut self, draw: &'p Draw) -> Option<ResourceId> {
-        let Draw { shader, vertex, fragment, geometry, color, depth, members, indirect, views, level } = draw;
+        let Draw { shader, vertex, fragment, geometry, color, depth, members, indirect, samples: _, views, level } =
+            draw;
         self.shader(*shader, &(vertex, fragment));
         match geometry {
             Geometry::Scene { cull } => {
@@ -230,8 +236,9 @@ impl<'p> List<'p> {
                 indirect.iter().for_each(|buffer| self.uses(*buffer, Access::Bound));
             }
         }
-        for ColorTarget { resource, mip, location, format, clear, blend } in color {
+        for ColorTarget { resource, mip, location, format, clear, blend, resolve } in color {
             self.uses(*resource, Access::Bound);
+            resolve.iter().for_each(|id| self.uses(*id, Access::Bound));
             let clear = clear.map(|c| c.map(f64::to_bits));
             self.fix(Kind::Target, "", &(mip, location, format, clear, blend));
         }
@@ -242,7 +249,7 @@ impl<'p> List<'p> {
         self.fix(Kind::Extent, "", &(members, views));
         // The rest of a level follows from the scene's triangles.
         if let Some(level) = level.and_then(|i| self.plan.levels.get(i)) {
-            self.fix(Kind::Extent, "", &level.tolerance.to_bits());
+            self.fix(Kind::Extent, "", &level.key);
         }
         let Indirect { buffer, first, second, frusta, occluders, clusters } = (*indirect)?;
         self.uses(buffer, Access::Bound);

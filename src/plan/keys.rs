@@ -6,7 +6,7 @@
 
 use super::inputs::{self, Access, Contents, Input, Kind, Named, add};
 use super::scene_inputs::SceneInputs;
-use super::{Comparison, Desc, Loop, Node, Plan, ResourceId, StepId, Until};
+use super::{Comparison, Desc, Frames, Loop, Node, Plan, ResourceId, StepId, Until};
 use crate::content::hash;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,6 +22,8 @@ pub const UNDEFINED: Version = 0;
 pub struct Unit {
     pub name: String,
     pub steps: Vec<StepId>,
+    /// Those in which it runs.
+    pub frames: Frames,
     /// Read before the unit itself wrote them, or written in part only; in the order of their roles.
     pub needs: Vec<ResourceId>,
     /// For each of `needs` the last unit before that writes it.
@@ -78,6 +80,8 @@ pub struct Versions {
     pub before: Vec<Vec<Version>>,
     /// By unit: of what it writes, in that order.
     pub after: Vec<Vec<Version>>,
+    /// By unit: it does not run in this frame, whose content is as it was.
+    pub off: Vec<bool>,
     /// By resource: at the end of the frame.
     pub end: Vec<Version>,
 }
@@ -118,6 +122,14 @@ impl Keys {
         let mut all = Versions::default();
         for unit in &self.units {
             let before: Vec<Version> = unit.needs.iter().map(|r| now[r.0]).collect();
+            all.off.push(!unit.frames.include(values));
+            if all.off.last() == Some(&true) {
+                all.keys.push(UNDEFINED);
+                all.rest.push(UNDEFINED);
+                all.before.push(before);
+                all.after.push(unit.writes.iter().map(|r| now[r.0]).collect());
+                continue;
+            }
             let counts = |kind: Kind| Some(kind) != self.without;
             let given = || unit.given.iter().filter(|(i, _)| counts(i.kind));
             let needs = || unit.needs.iter().zip(&before).filter(|_| counts(Kind::Resource));
@@ -142,6 +154,20 @@ impl Keys {
         }
         all.end = now;
         all
+    }
+}
+
+impl Versions {
+    /// The unit that makes a resource in this frame, by the last that writes it in any.
+    pub fn maker(&self, keys: &Keys, resource: ResourceId, last: Option<usize>) -> Option<usize> {
+        let mut maker = last;
+        while let Some(i) = maker.filter(|i| self.off[*i]) {
+            // One that runs in some frames needs what it writes.
+            let unit = &keys.units[i];
+            let role = unit.needs.iter().position(|r| *r == resource);
+            maker = role.and_then(|role| unit.makers[role]);
+        }
+        maker
     }
 }
 
@@ -214,6 +240,7 @@ fn unit(plan: &Plan, node: &Node, without: Option<Kind>) -> Unit {
     let unit = Unit {
         name,
         steps: vec![],
+        frames: Frames::All,
         needs: vec![],
         makers: vec![],
         writes: vec![],
@@ -277,6 +304,7 @@ impl<'p> Gather<'p> {
             Node::Step(id) => {
                 self.unit.steps.push(*id);
                 let plan = self.plan;
+                self.unit.frames = plan.steps[id.0].frames;
                 let inputs = inputs::of(plan, &plan.steps[id.0], &self.around);
                 inputs.into_iter().for_each(|input| self.input(input));
             }

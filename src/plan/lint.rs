@@ -3,7 +3,7 @@
 use super::{Action, Binding, Desc, Geometry, Plan};
 use crate::diag::{Diagnostic, Severity};
 use crate::graph::Graph;
-use crate::graph::ast::{Name, PassKind, set_of, walk};
+use crate::graph::ast::{Name, PassKind, Size, set_of, walk};
 use crate::graph::expr::Expr;
 use crate::scene::FACTS;
 use crate::shader::Library;
@@ -28,10 +28,10 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
             .for_each(&mut note);
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
-                r.layer.iter().chain(&r.views).chain(&r.tolerance).for_each(&mut note);
+                r.layer.iter().chain(&r.views).chain(&r.tolerance).chain(&r.materials).for_each(&mut note);
                 r.vertices.iter().flat_map(|v| v.exprs()).for_each(&mut note);
             }
-            PassKind::Compute { over, .. } => over.exprs().iter().for_each(&mut note),
+            PassKind::Compute { over, .. } => over.iter().flat_map(Size::exprs).for_each(&mut note),
             PassKind::Reduce { factor, until, .. } => factor.iter().chain([until]).for_each(&mut note),
             PassKind::Loop { count, until, .. } => [count].into_iter().chain(until).for_each(&mut note),
             PassKind::For { count, .. } => note(count),
@@ -109,6 +109,7 @@ fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str
         match &p.kind {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 used.extend(r.color.iter().chain(&r.depth).chain(&r.frusta).map(|n| n.value.as_str()));
+                used.extend(r.resolve.iter().map(|(_, to)| to.value.as_str()));
             }
             PassKind::Reduce { from, to, .. } | PassKind::Scan { from, to, .. } | PassKind::Copy { from, to } => {
                 used.extend([from.value.as_str(), to.value.as_str()]);

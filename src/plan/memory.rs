@@ -64,7 +64,8 @@ pub fn allocate(plan: &mut Plan, share: bool) {
     for i in order {
         let r = &plan.resources[i];
         // What the device made up to draw can be counted after the frame.
-        let counted = matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu::BufferUsages::INDIRECT));
+        let counted =
+            matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu_types::BufferUsages::INDIRECT));
         let sharing = share && !r.history && r.image.is_none() && !counted && !in_parts.contains(&i);
         let Causes { of, outlived } = causes[i];
         let until = (sharing && !outlived).then_some(r.alive.1);
@@ -95,11 +96,11 @@ pub fn allocate(plan: &mut Plan, share: bool) {
 fn widen(desc: &mut Desc) {
     match desc {
         Desc::Texture(t) => {
-            let able = t.format.guaranteed_format_features(wgpu::Features::empty()).allowed_usages;
-            t.usage |= able & (wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC);
+            let able = t.format.guaranteed_format_features(wgpu_types::Features::empty()).allowed_usages;
+            t.usage |= able & (wgpu_types::TextureUsages::TEXTURE_BINDING | wgpu_types::TextureUsages::COPY_SRC);
         }
         Desc::Buffer { usage, .. } => {
-            *usage |= wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+            *usage |= wgpu_types::BufferUsages::COPY_SRC | wgpu_types::BufferUsages::COPY_DST;
         }
     }
 }

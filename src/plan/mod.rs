@@ -9,10 +9,12 @@ mod built_in;
 pub mod change;
 pub mod cull;
 mod dirty;
+mod dispatch;
 mod draw;
 mod ending;
 pub mod expand;
 pub mod fastest;
+mod frames;
 mod indirect;
 pub mod inputs;
 pub mod keys;
@@ -20,9 +22,11 @@ pub mod lint;
 pub mod live;
 pub mod memory;
 pub mod order;
+pub mod parts;
 mod reduce;
 pub mod request;
 mod resource;
+mod samples;
 mod scan;
 pub mod scene_inputs;
 mod shaders;
@@ -37,6 +41,7 @@ mod volatility;
 pub mod wire;
 mod work;
 
+pub use frames::Frames;
 pub use resource::{Desc, Resource, Slot, TextureDesc, TextureKind, Tiles, clear_usage};
 
 use crate::shader::{Layout, Shader};
@@ -158,6 +163,8 @@ pub struct Step {
     pub pass: String,
     /// The heading under which reports sum steps up.
     pub group: Option<String>,
+    /// Those in which it runs; in others what it writes stays as it is.
+    pub frames: Frames,
     pub action: Action,
     /// What each variable of the shader is bound to, by its index in the interface. Empty without a shader.
     pub bindings: Vec<Binding>,
@@ -230,6 +237,8 @@ pub struct Draw {
     pub members: Vec<Member>,
     /// `None`: each member draws the whole scene.
     pub indirect: Option<Indirect>,
+    /// Of each texel of the targets.
+    pub samples: u32,
     /// Layers that each member draws to at once; a member's place is the first of them. 1 without `views`.
     pub views: u32,
     /// The level of the scene that it draws, by place in [`Plan::levels`]; `None`: the scene as it is.
@@ -239,8 +248,10 @@ pub struct Draw {
 /// Simplified triangles that the plan draws.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelUse {
-    /// Metres; tells the levels of a scene apart.
+    /// Metres; 0: none is simplified.
     pub tolerance: f32,
+    /// What they are of the scene's triangles, hashed.
+    pub key: u128,
     /// How far off a surface lies, metres.
     pub error: f32,
     pub triangles: u32,
@@ -286,7 +297,7 @@ pub enum Geometry {
     Vertices {
         count: u32,
         instances: u32,
-        topology: wgpu::PrimitiveTopology,
+        topology: wgpu_types::PrimitiveTopology,
         cull: Cull,
         /// The buffer that says which of them are drawn.
         indirect: Option<ResourceId>,
@@ -307,19 +318,21 @@ pub struct ColorTarget {
     pub resource: ResourceId,
     pub mip: u32,
     pub location: u32,
-    pub format: wgpu::TextureFormat,
+    pub format: wgpu_types::TextureFormat,
     /// `None`: what is there is kept.
     pub clear: Option<[f64; 4]>,
-    pub blend: Option<wgpu::BlendState>,
+    pub blend: Option<wgpu_types::BlendState>,
+    /// What takes the mean of its samples.
+    pub resolve: Option<ResourceId>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthTarget {
     pub resource: ResourceId,
-    pub format: wgpu::TextureFormat,
+    pub format: wgpu_types::TextureFormat,
     /// `None`: what is there is kept.
     pub clear: Option<f32>,
-    pub compare: wgpu::CompareFunction,
+    pub compare: wgpu_types::CompareFunction,
     pub write: bool,
 }
 
@@ -368,9 +381,9 @@ pub enum Binding {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SamplerDesc {
-    pub filter: wgpu::FilterMode,
-    pub address: wgpu::AddressMode,
-    pub compare: Option<wgpu::CompareFunction>,
+    pub filter: wgpu_types::FilterMode,
+    pub address: wgpu_types::AddressMode,
+    pub compare: Option<wgpu_types::CompareFunction>,
 }
 
 impl Plan {

@@ -85,10 +85,10 @@ impl Expander<'_, '_> {
         first: TextureDesc,
         factor: [u32; 3],
         until: u32,
-        format: wgpu::TextureFormat,
+        format: wgpu_types::TextureFormat,
         span: &Span,
     ) -> Option<Vec<TextureDesc>> {
-        let mut at = TextureDesc { format, usage: wgpu::TextureUsages::empty(), mips: 1, ..first };
+        let mut at = TextureDesc { format, usage: wgpu_types::TextureUsages::empty(), mips: 1, ..first };
         let mut stages = vec![];
         loop {
             let next = match at.tiles {

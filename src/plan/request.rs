@@ -1,9 +1,9 @@
 //! What a plan is made from, and the values that are known before a frame.
 
-use super::fastest::{self, Choices};
+use super::fastest::Choices;
 use crate::diag::{Checked, Diagnostic, Faults, Span};
 use crate::graph::Graph;
-use crate::graph::ast::{PassKind, Raster, walk};
+use crate::graph::ast::{Raster, told_groups};
 use crate::graph::expr::{Expr, Val};
 use crate::scene::Level;
 use crate::shader::Library;
@@ -27,29 +27,11 @@ pub struct Request<'a> {
     pub outputs: Option<&'a [String]>,
     /// Which alternatives run; see [`super::fastest::FIRST`].
     pub choices: &'a Choices,
-    /// Levels of the scene: those of [`tolerances`]. A draw that finds its own missing draws the scene as it is.
+    /// Parts of the scene: those of [`super::parts::asked`]. A draw that finds its own missing draws the scene as it
+    /// is.
     pub levels: &'a [Arc<Level>],
-    pub limits: &'a wgpu::Limits,
-    pub features: wgpu::Features,
-}
-
-/// The tolerances of all draws that run, rising, each once; nothing where a plan will find faults.
-pub fn tolerances(request: &Request) -> Vec<f32> {
-    let Ok(values) = values(request) else { return vec![] };
-    let value = |name: &str| values.get(name).map(|v| Val::from(*v));
-    let mut all = vec![];
-    walk(&request.graph.passes, &mut |pass| {
-        let runs = pass.when.as_ref().is_none_or(|when| when.truth(&value).unwrap_or(false));
-        if let PassKind::Draw(r) = &pass.kind
-            && runs
-            && let Ok(Some(tolerance)) = tolerance(r, &values)
-        {
-            all.push(tolerance);
-        }
-    });
-    all.sort_by(f32::total_cmp);
-    all.dedup();
-    all
+    pub limits: &'a wgpu_types::Limits,
+    pub features: wgpu_types::Features,
 }
 
 /// The tolerance of a draw; `None` for 0 or without one.
@@ -87,9 +69,9 @@ pub fn values(request: &Request) -> Checked<Values> {
         }
         values.insert(name.value.clone(), *value);
     }
-    for (name, _) in fastest::groups(graph) {
-        let index = request.choices.get(name).map_or(0, |c| c.index);
-        values.insert(name.into(), Value::Uint(index as u32));
+    for name in told_groups(&graph.passes) {
+        let index = request.choices.get(&name.value).map_or(0, |c| c.index);
+        values.insert(name.value.clone(), Value::Uint(index as u32));
     }
     for name in request.params.keys() {
         if !graph.params.iter().any(|(n, _)| n.value == *name) {
@@ -147,9 +129,9 @@ pub fn absurd(span: &Span, what: &str, value: i64) -> Diagnostic {
 }
 
 /// What checks without a device hold a graph to: the limits and features of any recent Vulkan adapter.
-pub fn sample_device() -> (wgpu::Limits, wgpu::Features) {
-    let limits = wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() };
-    use wgpu::Features as F;
+pub fn sample_device() -> (wgpu_types::Limits, wgpu_types::Features) {
+    let limits = wgpu_types::Limits { max_multiview_view_count: 6, ..wgpu_types::Limits::default() };
+    use wgpu_types::Features as F;
     (limits, F::FLOAT32_FILTERABLE | F::MULTIVIEW | F::INDIRECT_FIRST_INSTANCE)
 }
 

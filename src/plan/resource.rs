@@ -70,7 +70,7 @@ pub enum Desc {
     /// Size in bytes, a multiple of 4.
     Buffer {
         size: u64,
-        usage: wgpu::BufferUsages,
+        usage: wgpu_types::BufferUsages,
     },
 }
 
@@ -78,13 +78,15 @@ pub enum Desc {
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct TextureDesc {
     pub kind: TextureKind,
-    pub format: wgpu::TextureFormat,
+    pub format: wgpu_types::TextureFormat,
     pub width: u32,
     pub height: u32,
     /// Depth of a 3D texture, layers of any other (a cube has 6 for each).
     pub layers: u32,
     pub mips: u32,
-    pub usage: wgpu::TextureUsages,
+    /// Of each texel. More than one: a target of passes that draw, and nothing else.
+    pub samples: u32,
+    pub usage: wgpu_types::TextureUsages,
     /// An atlas: square tiles in rows, each the view of one member.
     pub tiles: Option<Tiles>,
 }
@@ -116,7 +118,7 @@ impl Desc {
         match self {
             Desc::Buffer { size, .. } => *size,
             Desc::Texture(t) => {
-                let texel = u64::from(t.format.block_copy_size(None).unwrap_or(4));
+                let texel = u64::from(t.format.block_copy_size(None).unwrap_or(4)).saturating_mul(t.samples.into());
                 let level = |m: u32| {
                     let side = |n: u32| u64::from((n >> m).max(1));
                     let layers = if t.kind == TextureKind::D3 { side(t.layers) } else { u64::from(t.layers) };
@@ -127,12 +129,17 @@ impl Desc {
         }
     }
 
+    /// Whether its numbers can be looked at: samples are seen by what they resolve to.
+    pub fn is_readable(&self) -> bool {
+        !matches!(self, Desc::Texture(t) if t.samples > 1)
+    }
+
     /// The same without usages: what must agree for memory to be shared.
     pub fn shape(&self) -> Desc {
         match self {
-            Desc::Buffer { size, .. } => Desc::Buffer { size: *size, usage: wgpu::BufferUsages::empty() },
+            Desc::Buffer { size, .. } => Desc::Buffer { size: *size, usage: wgpu_types::BufferUsages::empty() },
             Desc::Texture(t) => {
-                Desc::Texture(TextureDesc { usage: wgpu::TextureUsages::empty(), tiles: None, ..t.clone() })
+                Desc::Texture(TextureDesc { usage: wgpu_types::TextureUsages::empty(), tiles: None, ..t.clone() })
             }
         }
     }
@@ -148,11 +155,11 @@ impl TextureDesc {
 }
 
 /// The usage by which a texture is cleared: as a target where its format can be one, else by a copy.
-pub fn clear_usage(t: &TextureDesc) -> wgpu::TextureUsages {
-    let able = t.format.guaranteed_format_features(wgpu::Features::empty()).allowed_usages;
-    if t.kind != TextureKind::D3 && able.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
-        wgpu::TextureUsages::RENDER_ATTACHMENT
+pub fn clear_usage(t: &TextureDesc) -> wgpu_types::TextureUsages {
+    let able = t.format.guaranteed_format_features(wgpu_types::Features::empty()).allowed_usages;
+    if t.kind != TextureKind::D3 && able.contains(wgpu_types::TextureUsages::RENDER_ATTACHMENT) {
+        wgpu_types::TextureUsages::RENDER_ATTACHMENT
     } else {
-        wgpu::TextureUsages::COPY_DST
+        wgpu_types::TextureUsages::COPY_DST
     }
 }

@@ -67,7 +67,7 @@ impl Expander<'_, '_> {
         let sums = match blocks {
             1 => None,
             _ => {
-                let usage = wgpu::BufferUsages::STORAGE;
+                let usage = wgpu_types::BufferUsages::STORAGE;
                 let sums = Desc::Buffer { size: 4 * u64::from(blocks), usage };
                 Some(self.made((format!("{name}.sums"), sums), &w.pass.span)?)
             }

@@ -34,7 +34,7 @@ impl SceneInputs {
     pub fn follow(&mut self, plan: &Plan, before: &[Table], tables: &[Table]) -> Checked<()> {
         let AssetHashes { geometry, order, .. } = self.assets;
         let places = tables.iter().find_map(Table::places);
-        let levels: Vec<u32> = plan.levels.iter().map(|level| level.tolerance.to_bits()).collect();
+        let levels: Vec<u128> = plan.levels.iter().map(|level| level.key).collect();
         for (wanted, hashed) in plan.tables.iter().zip(&mut self.tables) {
             let Some(found) = tables.iter().find(|t| t.name == wanted.table) else { continue };
             if before.iter().any(|b| b.is_clone(found)) {

@@ -1,6 +1,7 @@
 //! Declared resources to concrete descriptions: extents, counts, limits.
 
 use super::request::{Request, count_with};
+use super::samples::sampled;
 use super::{Desc, TextureDesc, TextureKind, Tiles};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, Resource, ResourceKind, Size, Stride};
@@ -200,15 +201,22 @@ impl<'a> Sizes<'a> {
         }
         let optional = |e: &Option<Expr>, what| e.as_ref().map_or(Ok(1), |e| self.count(e, what));
         let texture = |kind, format, width, height, layers, mips, tiles| {
-            let usage = wgpu::TextureUsages::empty();
-            Desc::Texture(TextureDesc { kind, format, width, height, layers, mips, usage, tiles })
+            let usage = wgpu_types::TextureUsages::empty();
+            Desc::Texture(TextureDesc { kind, format, width, height, layers, mips, samples: 1, usage, tiles })
         };
         let (mut elements, mut stride) = (0, 0);
         let desc = match &r.kind {
-            ResourceKind::Texture { format, size, layers, mips } => {
+            ResourceKind::Texture { format, size, layers, mips, samples } => {
                 let (e, n) = (self.extent(size, 2)?, optional(layers, "a number of layers")?);
                 let kind = TextureKind::D2 { array: layers.is_some() };
-                texture(kind, *format, e[0], e[1], n, optional(mips, "a number of mips")?, None)
+                let desc = texture(kind, *format, e[0], e[1], n, optional(mips, "a number of mips")?, None);
+                match (desc, samples) {
+                    (Desc::Texture(t), Some(said)) => {
+                        let samples = self.count(said, "a number of samples")?;
+                        Desc::Texture(sampled(name, r, t, (samples, said), self.request.features)?)
+                    }
+                    (desc, _) => desc,
+                }
             }
             ResourceKind::Texture3d { format, size, mips } => {
                 let e = self.extent(size, 3)?;
@@ -240,7 +248,7 @@ impl<'a> Sizes<'a> {
                 stride = if *said == Stride::Any { 0 } else { bytes };
                 elements = self.count(count, "a number of elements")?;
                 let size = u64::from(bytes) * u64::from(elements);
-                Desc::Buffer { size: size.next_multiple_of(4), usage: wgpu::BufferUsages::empty() }
+                Desc::Buffer { size: size.next_multiple_of(4), usage: wgpu_types::BufferUsages::empty() }
             }
             ResourceKind::Image(image) => {
                 let kind = match image.shape {
@@ -300,7 +308,7 @@ fn gib(bytes: u64) -> f64 {
 }
 
 /// Checks a description against an adapter's limits; the fault says the limit's number and ours.
-pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu::Limits) -> Result<(), Diagnostic> {
+pub fn limits(name: &str, desc: &Desc, span: &Span, limits: &wgpu_types::Limits) -> Result<(), Diagnostic> {
     let over = |what: &str, ours: u64, limit: u64| {
         let d = Diagnostic::error(format!("`{name}`: {what} {ours} exceeds the adapter's limit of {limit}"));
         Err(d.at(span, "").help("choose smaller parameters"))

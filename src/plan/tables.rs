@@ -2,7 +2,7 @@
 
 use super::TableUse;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::scene::{Column, Held, Table};
+use crate::scene::{Column, Table, VertexAttribute};
 use crate::value::Type;
 use std::ops::Range;
 
@@ -61,16 +61,16 @@ fn write<'a>(column: &Column, ty: Type, first: usize, places: impl Iterator<Item
         (Column::Vec3(v), Type::Vec3) => fill(v.iter_from(first).copied(), places),
         (Column::Vec4(v), Type::Vec4) => fill(v.iter_from(first).copied(), places),
         (Column::Mat4(v), Type::Mat4) => fill(v.iter_from(first).copied(), places),
-        (Column::Corner { of, corner, held: Held::Position }, Type::Vec3) => {
+        (Column::Corner { of, corner, held: VertexAttribute::Position }, Type::Vec3) => {
             fill((first..of.rows()).map(|row| of.position(of.vertex(row, *corner))), places)
         }
-        (Column::Corner { of, corner, held: Held::Normal }, Type::Vec3) => {
+        (Column::Corner { of, corner, held: VertexAttribute::Normal }, Type::Vec3) => {
             fill((first..of.rows()).map(|row| of.normal(of.vertex(row, *corner))), places)
         }
-        (Column::Corner { of, corner, held: Held::Uv }, Type::Vec2) => {
+        (Column::Corner { of, corner, held: VertexAttribute::Uv }, Type::Vec2) => {
             fill((first..of.rows()).map(|row| of.vertex(row, *corner).uv), places)
         }
-        (Column::Corner { of, corner, held: Held::Material }, Type::Uint) => {
+        (Column::Corner { of, corner, held: VertexAttribute::Material }, Type::Uint) => {
             fill((first..of.rows()).map(|row| of.vertex(row, *corner).material), places)
         }
         (column, ty) => places.enumerate().all(|(row, to)| match column.get(first + row).and_then(|v| v.cast(ty)) {

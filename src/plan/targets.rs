@@ -83,6 +83,7 @@ impl<'g> Wirer<'g, '_> {
             wired.uses.push(Use { resource, mip, mode, how: How::Target, span });
         }
         wired.color.sort();
+        self.resolves(wired, r);
         if let Some(depth) = &r.depth {
             let mode = if r.depth_write { self.target_mode(wired, r, &depth.value) } else { Mode::Read };
             let several =
@@ -121,7 +122,7 @@ impl<'g> Wirer<'g, '_> {
             return;
         }
         let features = t.format.guaranteed_format_features(self.request.features);
-        if !features.flags.contains(wgpu::TextureFormatFeatureFlags::BLENDABLE) {
+        if !features.flags.contains(wgpu_types::TextureFormatFeatureFlags::BLENDABLE) {
             let d = Diagnostic::error(format!("{:?} can't be blended on this adapter", t.format)).at(&name.span, "");
             self.faults.push(d.help("take a format of 8 or 16 bits that is no integer: `Rgba16Float`"));
         }
@@ -145,11 +146,11 @@ impl<'g> Wirer<'g, '_> {
         if layers > drawn { Mode::Partial } else { Mode::Write }
     }
 
-    fn output_fits(&mut self, o: &Output, name: &str, format: wgpu::TextureFormat, span: &Span, declared: &Span) {
-        let kind = match format.sample_type(None, Some(wgpu::Features::FLOAT32_FILTERABLE)) {
-            Some(wgpu::TextureSampleType::Float { .. }) => OutputKind::Float,
-            Some(wgpu::TextureSampleType::Uint) => OutputKind::Uint,
-            Some(wgpu::TextureSampleType::Sint) => OutputKind::Sint,
+    fn output_fits(&mut self, o: &Output, name: &str, format: wgpu_types::TextureFormat, span: &Span, declared: &Span) {
+        let kind = match format.sample_type(None, Some(wgpu_types::Features::FLOAT32_FILTERABLE)) {
+            Some(wgpu_types::TextureSampleType::Float { .. }) => OutputKind::Float,
+            Some(wgpu_types::TextureSampleType::Uint) => OutputKind::Uint,
+            Some(wgpu_types::TextureSampleType::Sint) => OutputKind::Sint,
             _ => {
                 let d = Diagnostic::error(format!("`{name}` is {format:?}, not a colour format")).at(span, "");
                 self.faults.push(d.at(declared, "declared here"));
@@ -157,7 +158,7 @@ impl<'g> Wirer<'g, '_> {
             }
         };
         let features = format.guaranteed_format_features(self.request.features);
-        if !features.allowed_usages.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
+        if !features.allowed_usages.contains(wgpu_types::TextureUsages::RENDER_ATTACHMENT) {
             let d = Diagnostic::error(format!("{format:?} can't be drawn to on this adapter")).at(span, "");
             self.faults.push(d.at(declared, "declared here"));
         } else if kind != o.kind || format.components() > o.components {

@@ -18,7 +18,7 @@ use super::request::{Request, sample_facts};
 use super::{Desc, Node, Plan, Resource, Step, TextureDesc};
 use crate::diag::{Checked, Source};
 use crate::graph::{Graph, load};
-use crate::session::Project;
+use crate::project::Project;
 use crate::shader::Library;
 use crate::value::{Value, Values};
 use std::path::Path;
@@ -125,8 +125,8 @@ impl Sample {
             outputs: None,
             choices,
             levels: &[],
-            limits: &wgpu::Limits::default(),
-            features: wgpu::Features::FLOAT32_FILTERABLE,
+            limits: &wgpu_types::Limits::default(),
+            features: wgpu_types::Features::FLOAT32_FILTERABLE,
         };
         plan_with(&request, Options::default()).map(|p| p.plan)
     }
@@ -144,8 +144,8 @@ fn try_plan(
     options: Options,
     outputs: Option<&[String]>,
 ) -> Checked<Plan> {
-    let limits = &wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() };
-    let features = wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::MULTIVIEW;
+    let limits = &wgpu_types::Limits { max_multiview_view_count: 6, ..wgpu_types::Limits::default() };
+    let features = wgpu_types::Features::FLOAT32_FILTERABLE | wgpu_types::Features::MULTIVIEW;
     let request = Request {
         graph,
         texts: library,

@@ -1,14 +1,15 @@
 //! Passes to wired passes: conditions decided, shaders composed, everything a pass touches gathered.
 //!
-//! [`super::bind`] finds a resource or value for each variable of a shader, [`super::targets`] those for its outputs;
+//! `bind` finds a resource or value for each variable of a shader, `targets` those for its outputs;
 //! [`super::fastest`] picks among alternatives.
 
 use super::cull::Culling;
 use super::fastest::{self, Group};
+use super::frames::frames;
 use super::indirect::Counts;
 use super::request::{self, Request};
 use super::sizes::Sizes;
-use super::{Binding, Comparison, Desc, TableUse};
+use super::{Binding, Comparison, Desc, Frames, TableUse};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Graph, Name, Pass, PassKind, ResourceKind, walk};
 use crate::graph::expr::{Binary, ExprKind, Val};
@@ -16,10 +17,11 @@ use crate::shader::{Index, Shader, Stage};
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use web_time::Instant;
 
 /// A pass that runs, or a loop over such.
 pub enum Item<'g> {
-    Pass(Wired<'g>),
+    Pass(Box<Wired<'g>>),
     Loop { pass: &'g Pass, count: u32, until: Option<(String, Comparison, f32)>, body: Vec<Item<'g>> },
 }
 
@@ -39,9 +41,15 @@ pub struct Wired<'g> {
     /// Index into the plan's shaders.
     pub shader: Option<usize>,
     pub each: Option<u32>,
+    /// Those in which it runs.
+    pub frames: Frames,
     pub uses: Vec<Use>,
     /// Colour targets: location, resource, level.
     pub color: Vec<(u32, String, u32)>,
+    /// By location: what the target resolves to.
+    pub resolve: Vec<(u32, String)>,
+    /// What takes targets of one sample, which have nothing to resolve.
+    pub copies: Vec<(&'g Name, &'g Name)>,
     /// Bindings that do not depend on the member, or the name of the resource.
     pub bindings: Vec<Wire>,
     /// Names of the loops around it, outermost first.
@@ -122,6 +130,8 @@ pub struct Wiring<'g> {
     pub off: Vec<(&'g Pass, String)>,
     /// Groups of alternatives of which more than one could run.
     pub groups: Vec<Group<'g>>,
+    /// Milliseconds that the shaders took.
+    pub compose_ms: f64,
 }
 
 /// Wires all passes whose conditions hold.
@@ -136,13 +146,17 @@ pub fn wire<'g>(
         values,
         sizes,
         faults,
-        out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![], groups: vec![] },
+        out: Wiring { items: vec![], shaders: vec![], tables: vec![], off: vec![], groups: vec![], compose_ms: 0.0 },
         index: request.texts.index(),
         mentioned: BTreeMap::new(),
         bits: BTreeSet::new(),
+        frames: Frames::All,
+        alternative: false,
     };
     walk(&request.graph.passes, &mut |p| w.bits.extend(p.only.iter().map(|dirty| dirty.bits.value.as_str())));
+    let start = Instant::now();
     w.compose_ahead();
+    w.out.compose_ms = start.elapsed().as_secs_f64() * 1e3;
     w.strides();
     let mut items = w.passes(&request.graph.passes, &[]);
     // The shaders of a sub-graph may read an input for the definitions of a graph around alone.
@@ -178,6 +192,10 @@ pub(super) struct Wirer<'g, 'f> {
     pub(super) mentioned: BTreeMap<&'g str, Arc<BTreeSet<String>>>,
     /// Buffers of dirty bits.
     pub(super) bits: BTreeSet<&'g str>,
+    /// Those in which the passes run that are being wired.
+    pub(super) frames: Frames,
+    /// They are an alternative.
+    pub(super) alternative: bool,
 }
 
 impl<'g> Wirer<'g, '_> {
@@ -195,12 +213,16 @@ impl<'g> Wirer<'g, '_> {
 
     pub(super) fn passes(&mut self, passes: &'g [Pass], loops: &[String]) -> Vec<Item<'g>> {
         let mut items = vec![];
+        let around = self.frames;
         for pass in passes {
+            self.frames = around;
             if let Some(when) = &pass.when {
-                let on = when.truth(&|n| self.value(n));
+                let on = frames(when, &|n| self.value(n));
                 match self.keep(on) {
-                    Some(true) => {}
-                    Some(false) => {
+                    Some(Some(frames)) if !self.goes_by_frames(pass, frames, loops) => continue,
+                    Some(Some(Frames::All)) => {}
+                    Some(Some(frames)) => self.frames = frames,
+                    Some(None) => {
                         self.out.off.push((pass, format!("`{}` is false", when.span.text())));
                         continue;
                     }
@@ -240,13 +262,18 @@ impl<'g> Wirer<'g, '_> {
                 }
                 PassKind::Fastest { of, .. } => items.extend(self.fastest(pass, of, loops)),
                 _ => {
-                    if let Some(wired) = self.pass(pass, loops) {
+                    if let Some(mut wired) = self.pass(pass, loops) {
                         self.writes_no_image(&wired);
-                        items.push(Item::Pass(wired));
+                        self.samples_fit(&wired);
+                        if self.frames != Frames::All {
+                            self.keeps(&mut wired);
+                        }
+                        items.push(Item::Pass(Box::new(wired)));
                     }
                 }
             }
         }
+        self.frames = around;
         items
     }
 
@@ -298,8 +325,11 @@ impl<'g> Wirer<'g, '_> {
             pass,
             shader: None,
             each,
+            frames: self.frames,
             uses: vec![],
             color: vec![],
+            resolve: vec![],
+            copies: vec![],
             bindings: vec![],
             loops: loops.to_vec(),
             culling: None,

@@ -3,6 +3,7 @@
 use super::{
     model::{Camera, Lens, Scene},
     motion::{CameraPose, Pose, View},
+    room::FROM_FRONT,
 };
 use crate::{
     diag::{Checked, Diagnostic},
@@ -35,30 +36,6 @@ pub const FRAME_VALUES: &[(&str, Type)] = &[
     ("pointer", Type::Vec2),
     ("buttons", Type::Uint),
 ];
-
-/// Begins the names of the last frame's values.
-const PREVIOUS: &str = "camera_previous_";
-
-/// What the camera's values were in the last frame, from all the values of that one.
-pub(crate) fn previous(values: &Values) -> Values {
-    let own = |name: &str| name.strip_prefix("camera_").filter(|_| !name.starts_with(PREVIOUS)).map(str::to_owned);
-    values.iter().filter_map(|(name, v)| Some((format!("{PREVIOUS}{}", own(name)?), *v))).collect()
-}
-
-/// Where in its pixel a frame looks through, from its centre: -0.5 to 0.5 along x and y. The first 16 points of
-/// Halton's sequence to the bases 2 and 3, over and over.
-pub(crate) fn jitter(frame: u32) -> Vec2 {
-    let at = |base: u32| {
-        let (mut n, mut share, mut sum) = (frame % 16 + 1, 1.0, 0.0);
-        while n > 0 {
-            share /= base as f32;
-            sum += share * (n % base) as f32;
-            n /= base;
-        }
-        sum - 0.5
-    };
-    Vec2::new(at(2), at(3))
-}
 
 /// Whole vertical angle of the camera made up for a scene without one, in radians (60°).
 const DEFAULT_YFOV: f32 = std::f32::consts::FRAC_PI_3;
@@ -167,7 +144,7 @@ impl Scene {
         let half_height = (DEFAULT_YFOV * 0.5).tan();
         let narrower = half_height.min(half_height * aspect).atan();
         let distance = radius / narrower.sin();
-        let back = Vec3::new(0.0, 0.3, 1.0).normalize();
+        let back = FROM_FRONT.normalize();
         let forward = -back;
         let up = (Vec3::Y - forward * Vec3::Y.dot(forward)).normalize();
         let place = CameraPose { position: self.bounds.center() + back * distance, forward, up };

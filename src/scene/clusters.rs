@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// it costs far less than drawing it.
 pub const CLUSTER: usize = 32;
 
-/// Neighbouring triangles of one node and one sidedness, and with the same [`sides`] at time 0. Of each sidedness those
+/// Neighbouring triangles of one node and one sidedness, and with the same `sides` at time 0. Of each sidedness those
 /// come last that lie in a side: draws that leave these out have no gaps then.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cluster {

@@ -1,6 +1,6 @@
 //! A table as data: rows of named columns, and what one has other than one before.
 
-use super::{Corners, Held, Pieces};
+use super::{Corners, Pieces, VertexAttribute};
 use crate::content::hash;
 use crate::value::Value;
 use glam::{Mat4, Vec2, Vec3, Vec4};
@@ -120,7 +120,7 @@ pub enum Column {
     Corner {
         of: Arc<Corners>,
         corner: usize,
-        held: Held,
+        held: VertexAttribute,
     },
 }
 

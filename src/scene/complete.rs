@@ -5,13 +5,15 @@ use super::{
     added::{AddedCamera, AddedEnvironment, AddedLight, Additions, DEFAULT_LUX, DEFAULT_SKY, DEFAULT_SUN},
     description::{Description, Spanned},
     model::{Bounds, Material, Scene},
-    room::{Stand, stand},
+    room::{Stand, other_side, stand},
 };
 use crate::diag::Diagnostic;
 use std::path::PathBuf;
 
 /// Vertical angle of the camera made up inside of a room, in degrees: rooms want a wide one.
 const ROOM_FOV: f32 = 60.0;
+/// That of one outside.
+const OUTSIDE_FOV: f32 = 50.0;
 
 /// Adds the lights and cameras of a scene RON, at nodes of their names.
 pub(super) fn add_described(scene: &mut Scene, description: &Description, shown: &str, faults: &mut Vec<Diagnostic>) {
@@ -101,6 +103,21 @@ pub(super) fn make_up(scene: &mut Scene, shown: &str, dark: bool, sought: bool, 
         scene.default_camera = Some(0);
         let d =
             Diagnostic::note(format!("{shown}: the scene has no camera; it is a room, and one stands inside of it"));
+        faults.push(d.help("add a camera to the glTF or the scene RON, or use --camera-at and --look-at"));
+    }
+    if camera
+        && room.is_none()
+        && let Some(side) = other_side(scene)
+    {
+        let all = bounds(scene);
+        let away = 0.5 * all.diagonal() / (0.5 * OUTSIDE_FOV.to_radians()).sin();
+        let at = (all.center() + side.normalize() * away).to_array();
+        let outside = AddedCamera { at, look_at: Some(all.center().to_array()), fov: OUTSIDE_FOV };
+        scene.add_camera("outside", &outside, all);
+        scene.default_camera = Some(0);
+        let d = Diagnostic::note(format!(
+            "{shown}: the scene has no camera; from +Z only backs would show, and one stands where fronts do"
+        ));
         faults.push(d.help("add a camera to the glTF or the scene RON, or use --camera-at and --look-at"));
     }
     if !light {

@@ -15,23 +15,23 @@ pub struct Corners {
     nodes: Vec<Mat4>,
     /// The same for normals.
     normals: Vec<Mat3>,
-    order: Arc<Order>,
+    order: Arc<TriangleOrder>,
     /// Row of the `emitters` table, by triangle in the order of indices; empty where no shader needs it.
     emitters: Arc<Vec<u32>>,
 }
 
 /// The triangles of a scene in some order, the same at all poses.
 #[derive(Debug, PartialEq)]
-pub(super) struct Order {
+pub(super) struct TriangleOrder {
     /// By row.
     pub triangles: Arc<Vec<u32>>,
     /// Rows of one node that follow on each other: the node, and where they end.
     runs: Vec<(u32, usize)>,
 }
 
-impl Order {
+impl TriangleOrder {
     /// Triangles of a scene, each below the number that it has.
-    pub(super) fn new(geometry: &Geometry, triangles: Arc<Vec<u32>>) -> Order {
+    pub(super) fn new(geometry: &Geometry, triangles: Arc<Vec<u32>>) -> TriangleOrder {
         let mut runs: Vec<(u32, usize)> = vec![];
         for (row, triangle) in triangles.iter().enumerate() {
             // A mesh is of one node, and so are all corners of its triangles.
@@ -42,13 +42,13 @@ impl Order {
             }
         }
         runs.shrink_to_fit();
-        Order { triangles, runs }
+        TriangleOrder { triangles, runs }
     }
 }
 
 /// What a vertex holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Held {
+pub enum VertexAttribute {
     /// World space, metres.
     Position,
     /// World space, unit length.
@@ -66,7 +66,7 @@ pub enum Held {
 }
 
 impl Corners {
-    pub(super) fn new(scene: &Scene, pose: &Pose, order: Arc<Order>) -> Corners {
+    pub(super) fn new(scene: &Scene, pose: &Pose, order: Arc<TriangleOrder>) -> Corners {
         let normals = pose.nodes.iter().map(normal_matrix).collect();
         let emitters = scene.emitter_rows();
         Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), normals, order, emitters }
@@ -97,7 +97,7 @@ impl Corners {
         other.map(|(start, (_, end))| start..*end)
     }
 
-    pub(super) fn order(&self) -> &Arc<Order> {
+    pub(super) fn order(&self) -> &Arc<TriangleOrder> {
         &self.order
     }
 
@@ -145,17 +145,17 @@ impl Corners {
     }
 
     /// What is held at a corner (0 to 2) of a row; `None` past the rows.
-    pub fn get(&self, row: usize, corner: usize, held: Held) -> Option<Value> {
+    pub fn get(&self, row: usize, corner: usize, held: VertexAttribute) -> Option<Value> {
         let vertex = (row < self.rows()).then(|| self.vertex(row, corner))?;
         Some(match held {
-            Held::Position => Value::Vec3(self.position(vertex)),
-            Held::Normal => Value::Vec3(self.normal(vertex)),
-            Held::Uv => Value::Vec2(Vec2::from(vertex.uv)),
-            Held::SecondUv => Value::Vec2(Vec2::from(self.geometry.more.uv(self.place(row, corner)))),
-            Held::Color => Value::Vec4(Vec4::from(self.geometry.more.color(self.place(row, corner)))),
-            Held::Tangent => Value::Vec4(self.tangent(row, corner)),
-            Held::Material => Value::Uint(vertex.material),
-            Held::Emitter => Value::Uint(self.emitter(row)),
+            VertexAttribute::Position => Value::Vec3(self.position(vertex)),
+            VertexAttribute::Normal => Value::Vec3(self.normal(vertex)),
+            VertexAttribute::Uv => Value::Vec2(Vec2::from(vertex.uv)),
+            VertexAttribute::SecondUv => Value::Vec2(Vec2::from(self.geometry.more.uv(self.place(row, corner)))),
+            VertexAttribute::Color => Value::Vec4(Vec4::from(self.geometry.more.color(self.place(row, corner)))),
+            VertexAttribute::Tangent => Value::Vec4(self.tangent(row, corner)),
+            VertexAttribute::Material => Value::Uint(vertex.material),
+            VertexAttribute::Emitter => Value::Uint(self.emitter(row)),
         })
     }
 }

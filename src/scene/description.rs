@@ -22,7 +22,7 @@ pub(super) struct Description {
     pub gltf: Option<Spanned<String>>,
     pub grid: Option<Bounds>,
     pub materials: Vec<(Spanned<String>, Finish)>,
-    pub motion: Vec<(Spanned<String>, Vec<Key>)>,
+    pub motion: Vec<(Spanned<String>, Vec<KeyframeText>)>,
     pub camera: Option<Spanned<String>>,
     pub lights: Vec<(Spanned<String>, AddedLight)>,
     pub cameras: Vec<(Spanned<String>, AddedCamera)>,
@@ -51,7 +51,7 @@ pub(super) struct Finish {
 /// A keyframe as written.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Key {
+pub(super) struct KeyframeText {
     pub time: f32,
     #[serde(default)]
     pub translation: Option<[f32; 3]>,
@@ -144,9 +144,9 @@ impl Parser<'_> {
         all
     }
 
-    fn motion(&mut self, raw: Option<&RawValue>) -> Vec<(Spanned<String>, Vec<Key>)> {
+    fn motion(&mut self, raw: Option<&RawValue>) -> Vec<(Spanned<String>, Vec<KeyframeText>)> {
         let mut all = vec![];
-        for (name, keys) in self.entries::<Vec<Key>>(raw) {
+        for (name, keys) in self.entries::<Vec<KeyframeText>>(raw) {
             match keys_fault(&keys.value) {
                 Some((why, help)) => {
                     let d = Diagnostic::error(format!("motion of \"{}\": {why}", name.value));
@@ -269,11 +269,11 @@ impl Parser<'_> {
 }
 
 /// What is wrong with a list of keyframes, and the remedy.
-fn keys_fault(keys: &[Key]) -> Option<(String, &'static str)> {
+fn keys_fault(keys: &[KeyframeText]) -> Option<(String, &'static str)> {
     if keys.is_empty() {
         return Some(("no keyframes".into(), "write at least one: (time: 0, translation: (0, 1, 0))"));
     }
-    let finite = |k: &Key| {
+    let finite = |k: &KeyframeText| {
         let numbers = k.translation.iter().flatten().chain(k.rotation_degrees.iter().flatten());
         numbers.chain([&k.time]).all(|x| x.abs() <= super::geometry::MAX_COORDINATE)
     };
@@ -283,7 +283,7 @@ fn keys_fault(keys: &[Key]) -> Option<(String, &'static str)> {
     if keys.iter().any(|k| k.time < 0.0) || keys.windows(2).any(|w| w[0].time >= w[1].time) {
         return Some(("times must not be negative and must grow".into(), "order the keyframes by time"));
     }
-    let axis = |k: &Key| k.rotation_degrees.map(|[x, y, z, _]| Vec3::new(x, y, z));
+    let axis = |k: &KeyframeText| k.rotation_degrees.map(|[x, y, z, _]| Vec3::new(x, y, z));
     if let Some(i) = keys.iter().position(|k| axis(k).is_some_and(|a| a.try_normalize().is_none())) {
         return Some((format!("the rotation axis of keyframe {i} has no length"), "for example (0, 1, 0, 90)"));
     }
@@ -350,8 +350,11 @@ mod tests {
         assert_eq!(d.materials[1].1, Finish { specular: 0.1, shininess: 1.0 });
         assert_eq!(d.motion[0].0.span.text(), "\"lamp\"");
         let [first, second] = d.motion[0].1[..] else { panic!("{:?}", d.motion) };
-        assert_eq!(first, Key { time: 0.0, translation: Some([0.0, 2.0, 0.0]), rotation_degrees: None });
-        assert_eq!(second, Key { time: 4.5, translation: None, rotation_degrees: Some([0.0, 1.0, 0.0, 90.0]) });
+        assert_eq!(first, KeyframeText { time: 0.0, translation: Some([0.0, 2.0, 0.0]), rotation_degrees: None });
+        assert_eq!(
+            second,
+            KeyframeText { time: 4.5, translation: None, rotation_degrees: Some([0.0, 1.0, 0.0, 90.0]) }
+        );
         assert_eq!(d.camera.unwrap().value, "overview");
         assert_eq!(faults_of("Scene()"), "");
     }

@@ -21,7 +21,7 @@ use std::{
 };
 
 /// What a file may use: by these names, as `extensionsUsed` lists them.
-const KNOWN: [&str; 16] = [
+const KNOWN: [&str; 17] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_unlit",
@@ -29,6 +29,7 @@ const KNOWN: [&str; 16] = [
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_clearcoat",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_texture_transform",
     "KHR_texture_basisu",
     "KHR_mesh_quantization",

@@ -7,7 +7,7 @@ use super::{
     model::Material,
 };
 use crate::diag::Diagnostic;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use gltf::json::material::Material as RawMaterial;
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -30,6 +30,10 @@ pub(super) fn extend(
             return;
         }
     };
+    if stated.specular_glossiness.is_some() {
+        // It takes the place of metalness and roughness.
+        uses.retain(|u| !matches!(u.slot, Slot::BaseColor | Slot::Finish));
+    }
     let mut add = |slot, info: Option<RawInfo>| {
         uses.extend(info.map(|info| Use {
             slot,
@@ -38,6 +42,20 @@ pub(super) fn extend(
             transform: transform(Some(&info.extensions)),
         }));
     };
+    if let Some(s) = stated.specular_glossiness {
+        let numbers = [s.diffuse_factor.as_slice(), &s.specular_factor, &[s.glossiness_factor]].concat();
+        if !numbers.iter().all(|x| (0.0..=1.0).contains(x)) {
+            faults.push(document.error(at, "its factors of specular and glossiness must lie within 0 to 1"));
+        }
+        (m.base_color, m.metallic, m.roughness) = (s.diffuse_factor.into(), 0.0, 1.0 - s.glossiness_factor);
+        // A face of the ior of 1.5 reflects this head on.
+        m.face.tint = Vec3::from(s.specular_factor) / 0.04;
+        if s.specular_glossiness_texture.is_some() {
+            faults.push(document.warning(at, "the glossiness in the alpha of its specular texture is ignored"));
+        }
+        add(Slot::BaseColor, s.diffuse_texture);
+        add(Slot::FaceTint, s.specular_glossiness_texture);
+    }
     m.unlit = stated.unlit.is_some();
     if let Some(Ior { ior }) = stated.ior {
         m.face.ior = ior;
@@ -86,7 +104,8 @@ pub(super) fn extend(
 }
 
 /// The extensions of materials that are read.
-const EXTENSIONS: [&str; 6] = [
+const EXTENSIONS: [&str; 7] = [
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
     "KHR_materials_ior",
     "KHR_materials_specular",
@@ -140,6 +159,8 @@ struct RawInfo {
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Extensions {
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    specular_glossiness: Option<SpecularGlossiness>,
     #[serde(rename = "KHR_materials_unlit")]
     unlit: Option<Empty>,
     #[serde(rename = "KHR_materials_ior")]
@@ -150,6 +171,28 @@ struct Extensions {
     transmission: Option<Transmission>,
     #[serde(rename = "KHR_materials_clearcoat")]
     clearcoat: Option<Clearcoat>,
+}
+
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct SpecularGlossiness {
+    diffuse_factor: [f32; 4],
+    diffuse_texture: Option<RawInfo>,
+    specular_factor: [f32; 3],
+    glossiness_factor: f32,
+    specular_glossiness_texture: Option<RawInfo>,
+}
+
+impl Default for SpecularGlossiness {
+    fn default() -> SpecularGlossiness {
+        SpecularGlossiness {
+            diffuse_factor: [1.0; 4],
+            diffuse_texture: None,
+            specular_factor: [1.0; 3],
+            glossiness_factor: 1.0,
+            specular_glossiness_texture: None,
+        }
+    }
 }
 
 #[derive(Deserialize)]

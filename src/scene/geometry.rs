@@ -34,12 +34,12 @@ pub struct Vertex {
 }
 
 /// The attributes of [`Vertex`]: name, format, byte offset.
-pub const VERTEX_ATTRIBUTES: [(&str, wgpu::VertexFormat, u64); 5] = [
-    ("position", wgpu::VertexFormat::Float32x3, 0),
-    ("normal", wgpu::VertexFormat::Float32x3, 12),
-    ("uv", wgpu::VertexFormat::Float32x2, 24),
-    ("node", wgpu::VertexFormat::Uint32, 32),
-    ("material", wgpu::VertexFormat::Uint32, 36),
+pub const VERTEX_ATTRIBUTES: [(&str, wgpu_types::VertexFormat, u64); 5] = [
+    ("position", wgpu_types::VertexFormat::Float32x3, 0),
+    ("normal", wgpu_types::VertexFormat::Float32x3, 12),
+    ("uv", wgpu_types::VertexFormat::Float32x2, 24),
+    ("node", wgpu_types::VertexFormat::Uint32, 32),
+    ("material", wgpu_types::VertexFormat::Uint32, 36),
 ];
 
 /// One indexed triangle list; counter-clockwise triangles face front.

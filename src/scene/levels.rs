@@ -5,6 +5,7 @@ use super::{
     Geometry, Scene, Vertex,
     clusters::{Cluster, clustered},
 };
+use crate::content::hash;
 use glam::{Mat3, Mat4};
 use meshoptimizer_rs::{Attributes, Positions, SimplifyOptions, SimplifySettings, Workspace, simplify_with_attributes};
 use std::collections::BTreeMap;
@@ -14,11 +15,33 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// over the whole mesh.
 const NORMAL_WEIGHT: f32 = 0.5;
 
-/// The triangles of a scene within a tolerance, between vertices of the scene.
+/// What a draw takes of a scene.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Taken {
+    /// How far surfaces may move, metres; 0: none moves.
+    pub tolerance: f32,
+    /// By material: whether its triangles are drawn. `None`: all are.
+    pub materials: Option<Vec<bool>>,
+    /// By node: the same.
+    pub nodes: Option<Vec<bool>>,
+}
+
+impl Taken {
+    /// The same for what takes the same.
+    pub fn key(&self) -> u128 {
+        hash(&(self.tolerance.to_bits(), &self.materials, &self.nodes))
+    }
+
+    fn takes(&self, node: u32, material: u32) -> bool {
+        let all = |mask: &Option<Vec<bool>>, i: u32| mask.as_ref().is_none_or(|m| m.get(i as usize) == Some(&true));
+        all(&self.materials, material) && all(&self.nodes, node)
+    }
+}
+
+/// The triangles that a draw takes of a scene, between vertices of the scene.
 #[derive(Debug, PartialEq)]
 pub struct Level {
-    /// How far surfaces may move, metres.
-    pub tolerance: f32,
+    pub taken: Taken,
     /// How far one moved at most, metres, as the simplifier measures it: by the root of mean squared distances to
     /// planes.
     pub error: f32,
@@ -57,11 +80,16 @@ impl PartialEq for Levels {
 impl Scene {
     /// Its triangles within a tolerance in metres, made once.
     pub fn level(&self, tolerance: f32) -> Arc<Level> {
+        self.part(&Taken { tolerance, ..Taken::default() })
+    }
+
+    /// Some of its triangles, made once.
+    pub fn part(&self, taken: &Taken) -> Arc<Level> {
         let mut made = self.levels.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(level) = made.iter().find(|l| l.tolerance.to_bits() == tolerance.to_bits()) {
+        if let Some(level) = made.iter().find(|l| l.taken == *taken) {
             return level.clone();
         }
-        let level = Arc::new(simplified(&self.geometry, &self.pose(0.0).nodes, tolerance));
+        let level = Arc::new(simplified(&self.geometry, &self.pose(0.0).nodes, taken));
         made.push(level.clone());
         level
     }
@@ -77,19 +105,25 @@ struct Part {
 
 /// What belongs to one node and one material is simplified by itself, and its open edges stay where they are: nothing
 /// comes apart.
-fn simplified(geometry: &Geometry, nodes: &[Mat4], tolerance: f32) -> Level {
+fn simplified(geometry: &Geometry, nodes: &[Mat4], taken: &Taken) -> Level {
     let Geometry { vertices, indices, one_sided, .. } = geometry;
     let mut parts: BTreeMap<Part, Vec<u32>> = BTreeMap::new();
     for (i, triangle) in indices.chunks_exact(3).enumerate() {
         let Vertex { node, material, .. } = vertices[triangle[0] as usize];
         let node = geometry.owners.node(node);
+        if !taken.takes(node, material) {
+            continue;
+        }
         let double_sided = 3 * i as u32 >= *one_sided;
         parts.entry(Part { double_sided, node, material }).or_default().extend(triangle);
     }
     let (mut fewer, mut front, mut error) = (vec![], 0, 0.0f32);
     for (part, indices) in &parts {
         let scale = nodes.get(part.node as usize).map_or(1.0, largest_scale);
-        let (left, moved) = simplify(vertices, indices, tolerance / scale);
+        let (left, moved) = match taken.tolerance {
+            0.0 => (indices.clone(), 0.0),
+            tolerance => simplify(vertices, indices, tolerance / scale),
+        };
         error = error.max(moved * scale);
         fewer.extend(left);
         if !part.double_sided {
@@ -97,7 +131,7 @@ fn simplified(geometry: &Geometry, nodes: &[Mat4], tolerance: f32) -> Level {
         }
     }
     let (indices, clusters) = clustered(geometry, &fewer, front, nodes);
-    Level { tolerance, error, indices, one_sided: front, clusters }
+    Level { taken: taken.clone(), error, indices, one_sided: front, clusters }
 }
 
 /// By how much a transform lengthens at most, or a little more.

@@ -4,7 +4,7 @@ use super::{
     added::Additions,
     clusters::cluster,
     complete,
-    description::{self, Description, Key, Spanned},
+    description::{self, Description, KeyframeText, Spanned},
     document::{Document, read_file},
     import::import,
     model::{Keyframe, Scene},
@@ -28,23 +28,67 @@ pub struct Loaded {
     pub files: Vec<PathBuf>,
 }
 
-/// Loads a scene from a `.gltf`, a `.glb`, a scene `.ron`, or a path without one of these endings: then the first of
-/// PATH.ron, PATH.glb and PATH.gltf that is there, or else of the same names inside the directory PATH.
-/// A glTF with a `.ron` of the same stem beside it uses it. A scene without light gets a sun and a sky, or a lamp where
-/// it is a closed room; a room without a camera gets one inside. Notices say so.
-///
-/// # Errors
-/// Every fault of the files: what can't be read, is no glTF 2 or scene RON, or holds numbers, indices or names that
-/// nothing can be made of; and a scene without triangles.
-pub fn load(path: &Path) -> Checked<Loaded> {
-    load_with(path, &Additions::default())
+impl Scene {
+    /// Loads a scene from a `.gltf`, a `.glb`, a scene `.ron`, or a path without one of these endings: then the first
+    /// of PATH.ron, PATH.glb and PATH.gltf that is there, or else of the same names inside the directory PATH.
+    /// A glTF with a `.ron` of the same stem beside it uses it. A scene without light gets a sun and a sky, or a lamp
+    /// where it is a closed room; a room without a camera gets one inside. Notices say so.
+    ///
+    /// # Errors
+    /// Every fault of the files: what can't be read, is no glTF 2 or scene RON, or holds numbers, indices or names that
+    /// nothing can be made of; and a scene without triangles.
+    ///
+    /// ```
+    /// use lightgraph::Scene;
+    /// use std::path::Path;
+    ///
+    /// let scene = Scene::load(Path::new("scenes/cornell.glb"))?.scene;
+    /// assert_eq!(scene.cameras.len(), 1);
+    /// # lightgraph::Checked::Ok(())
+    /// ```
+    pub fn load(path: &Path) -> Checked<Loaded> {
+        Scene::load_with(path, &Additions::default())
+    }
+
+    /// As [`Scene::load`], with lights, cameras or an environment besides the files'.
+    ///
+    /// # Errors
+    /// As [`Scene::load`], and an environment's file that can't be read.
+    pub fn load_with(path: &Path, additions: &Additions) -> Checked<Loaded> {
+        from_files(path, additions)
+    }
+
+    /// A triangle, a light and a camera, for graphs that need no scene: a plan that looks at it says so
+    /// ([`crate::plan::lint::scene_use`]).
+    ///
+    /// # Errors
+    /// None that a user could bring about.
+    pub fn stand_in() -> Checked<Loaded> {
+        let loaded = Scene::from_bytes(include_bytes!("stand_in.gltf"), "none", None)?;
+        Ok(Loaded { notices: vec![], ..loaded })
+    }
+
+    /// A scene from the bytes of a `.gltf` or `.glb` that needs no other file, called `name`, and the text of a scene
+    /// RON. Nothing is made up for it: without light it is dark.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn from_bytes(bytes: &[u8], name: &str, description: Option<&str>) -> Checked<Loaded> {
+        let (mut faults, mut files) = (vec![], vec![]);
+        let description =
+            description.map(|text| description::parse(&Source::new(format!("{name}.ron"), text), &mut faults));
+        let besides = Besides { description: description.as_ref(), additions: None };
+        let scene = read(bytes.into(), name, name, Path::new(""), besides, &mut files, &mut faults);
+        match scene {
+            Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
+                Ok(Loaded { scene, notices: faults, files })
+            }
+            _ => Err(Faults(faults)),
+        }
+    }
 }
 
-/// As [`load`], with lights, cameras or an environment besides the files'.
-///
-/// # Errors
-/// As [`load`], and an environment's file that can't be read.
-pub fn load_with(path: &Path, additions: &Additions) -> Checked<Loaded> {
+fn from_files(path: &Path, additions: &Additions) -> Checked<Loaded> {
     let mut faults = vec![];
     let mut files = vec![];
     let found = resolve(path)?;
@@ -89,35 +133,6 @@ pub(super) struct Besides<'a> {
     pub description: Option<&'a Description>,
     /// `None`: nothing is made up where the scene has no light or no camera.
     pub additions: Option<&'a Additions>,
-}
-
-/// A triangle, a light and a camera, for graphs that need no scene: a plan that looks at it says so
-/// ([`crate::plan::lint::scene_use`]).
-///
-/// # Errors
-/// None that a user could bring about.
-pub fn stand_in() -> Checked<Loaded> {
-    let loaded = from_bytes(include_bytes!("stand_in.gltf"), "none", None)?;
-    Ok(Loaded { notices: vec![], ..loaded })
-}
-
-/// A scene from the bytes of a `.gltf` or `.glb` that needs no other file, called `name`, and the text of a scene RON.
-/// Nothing is made up for it: without light it is dark.
-///
-/// # Errors
-/// As [`load`].
-pub fn from_bytes(bytes: &[u8], name: &str, description: Option<&str>) -> Checked<Loaded> {
-    let (mut faults, mut files) = (vec![], vec![]);
-    let description =
-        description.map(|text| description::parse(&Source::new(format!("{name}.ron"), text), &mut faults));
-    let besides = Besides { description: description.as_ref(), additions: None };
-    let scene = read(bytes.into(), name, name, Path::new(""), besides, &mut files, &mut faults);
-    match scene {
-        Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
-            Ok(Loaded { scene, notices: faults, files })
-        }
-        _ => Err(Faults(faults)),
-    }
 }
 
 /// A scene from a glTF's bytes, which are let go as soon as nothing more is read from them. Not to be used when
@@ -303,7 +318,7 @@ fn nodes_called(scene: &Scene, name: &str) -> Vec<usize> {
     nodes
 }
 
-fn keyframe(key: &Key, own: Vec3) -> Keyframe {
+fn keyframe(key: &KeyframeText, own: Vec3) -> Keyframe {
     let rotation = key
         .rotation_degrees
         .and_then(|[x, y, z, degrees]| Vec3::new(x, y, z).try_normalize().map(|axis| (axis, degrees.to_radians())));

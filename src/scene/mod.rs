@@ -1,6 +1,6 @@
 //! Scenes: glTF and a scene RON beside it, to plain arrays, named tables and facts. No device.
 //!
-//! [`load`] reads files into a [`Scene`], and is the only part that can meet a fault in what a user wrote.
+//! [`Scene::load`] reads files into a [`Scene`], and is the only part that can meet a fault in what a user wrote.
 //! A scene then answers pure questions: [`Scene::facts`], [`Scene::pose`] at a time, [`Scene::tables`] and
 //! [`Scene::camera_values`] at a pose.
 //!
@@ -91,16 +91,15 @@ pub use animation::Animation;
 pub use assets::{AssetHashes, Assets};
 pub use bvh::reach;
 pub use camera::FRAME_VALUES;
-pub(crate) use camera::{jitter, previous};
 pub use clusters::{CLUSTER, Cluster};
 pub(crate) use columns::Since;
 pub use columns::{Column, Table};
-pub use corners::{Corners, Held};
+pub use corners::{Corners, VertexAttribute};
 pub use deform::{Deformed, Owners};
 pub use environment::Environment;
 pub use geometry::{Geometry, More, VERTEX_ATTRIBUTES, Vertex};
-pub use levels::{Level, Levels};
-pub use load::{Loaded, from_bytes, load, load_with, stand_in};
+pub use levels::{Level, Levels, Taken};
+pub use load::Loaded;
 pub use mips::Coding;
 pub use model::{Alpha, Bounds, Camera, Coat, Face, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};

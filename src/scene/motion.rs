@@ -56,6 +56,25 @@ pub struct View {
     pub shift: Vec2,
 }
 
+impl View {
+    /// Looks from `position` along `forward`, whose length plays no part; `yfov` is the whole vertical angle in
+    /// radians. What is nearer than a centimetre is not seen, and the scene's extent decides how far the view reaches.
+    ///
+    /// ```
+    /// use glam::Vec3;
+    /// use lightgraph::View;
+    ///
+    /// let view = View::perspective(Vec3::new(0.0, 1.0, 4.0), Vec3::NEG_Z, Vec3::Y, 0.8);
+    /// assert_eq!(view.place.position.z, 4.0);
+    /// ```
+    pub fn perspective(position: Vec3, forward: Vec3, up: Vec3, yfov: f32) -> View {
+        let forward = forward.normalize_or(Vec3::NEG_Z);
+        let up = up.reject_from_normalized(forward).normalize_or(forward.any_orthonormal_vector());
+        let place = CameraPose { position, forward, up };
+        View { place, lens: Lens::Perspective { yfov, near: 0.01, far: None }, shift: Vec2::ZERO }
+    }
+}
+
 /// A pose's distance from what the scene file says, in metres, world space: for whoever flies, drags or measures.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Shift {

@@ -1,4 +1,4 @@
-//! Whether a scene is a room, and where a person would stand in it.
+//! Whether a scene is a room, and where a person would stand in it; or from which side to look at it.
 
 use super::{
     clusters::{Cluster, triangles},
@@ -60,6 +60,44 @@ struct World<'a> {
     /// A box round each [`GROUP`] of clusters, and round each of these.
     groups: Vec<(Bounds, Vec<(Bounds, Cluster)>)>,
     all: Bounds,
+}
+
+/// Towards whom looks at a scene from outside: the first unless it shows backs alone.
+const SIDES: [Vec3; 6] = [
+    FROM_FRONT,
+    Vec3::new(0.0, 0.3, -1.0),
+    Vec3::new(1.0, 0.3, 0.0),
+    Vec3::new(-1.0, 0.3, 0.0),
+    Vec3::new(0.0, -1.0, 0.3),
+    Vec3::new(0.0, 1.0, 0.3),
+];
+/// From +Z, a little above.
+pub(super) const FROM_FRONT: Vec3 = Vec3::new(0.0, 0.3, 1.0);
+/// Share of the area turned to a side that must be fronts: of a solid it is half, of a wall seen from behind none.
+const FRONTS: f32 = 0.1;
+
+/// The side from which a scene shows the most fronts, where +Z shows next to none.
+pub(super) fn other_side(scene: &Scene) -> Option<Vec3> {
+    let world = World::new(scene);
+    let geometry = &scene.geometry;
+    let mut fronts = [0.0; SIDES.len()];
+    let mut all = 0.0;
+    for triangle in 0..geometry.indices.len() / 3 {
+        let [a, b, c] = world.corners(triangle);
+        let area = (b - a).cross(c - a);
+        let material = geometry.vertices[geometry.indices[3 * triangle] as usize].material;
+        let both = scene.materials[material as usize].double_sided;
+        for (front, side) in fronts.iter_mut().zip(SIDES) {
+            let turned = area.dot(side);
+            *front += if both { turned.abs() } else { turned.max(0.0) };
+        }
+        all += area.dot(FROM_FRONT).abs().max(area.length() * 0.1);
+    }
+    if fronts[0] >= FRONTS * all {
+        return None;
+    }
+    let best = (0..SIDES.len()).max_by(|a, b| fronts[*a].total_cmp(&fronts[*b]))?;
+    (best > 0).then(|| SIDES[best])
 }
 
 /// Where to stand; `None` for what is seen from outside.

@@ -206,13 +206,13 @@ fn decode(bytes: &[u8]) -> Result<Picture, String> {
 
 /// Where an image stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub(super) struct PagePlace {
     pub corner: [u32; 2],
     pub layer: u32,
 }
 
 /// Images with their mips on pages, and where each stands. `None` without images.
-pub(super) fn pages(images: &[Levels]) -> Option<(TextureArray, Vec<Place>)> {
+pub(super) fn pages(images: &[Levels]) -> Option<(TextureArray, Vec<PagePlace>)> {
     let blocks: Vec<[u32; 2]> = images.iter().map(Levels::block).collect();
     let widest = blocks.iter().flatten().copied().max()?;
     let area: u64 = blocks.iter().map(|[w, h]| u64::from(*w) * u64::from(*h)).sum();
@@ -235,10 +235,10 @@ pub(super) fn pages(images: &[Levels]) -> Option<(TextureArray, Vec<Place>)> {
 }
 
 /// Blocks in rows, the highest first; how many pages they take, and how high the last is filled.
-fn shelves(blocks: &[[u32; 2]], edge: u32) -> (Vec<Place>, u32, u32) {
+fn shelves(blocks: &[[u32; 2]], edge: u32) -> (Vec<PagePlace>, u32, u32) {
     let mut order: Vec<usize> = (0..blocks.len()).collect();
     order.sort_by_key(|i| (std::cmp::Reverse(blocks[*i][1]), *i));
-    let mut places = vec![Place { corner: [0; 2], layer: 0 }; blocks.len()];
+    let mut places = vec![PagePlace { corner: [0; 2], layer: 0 }; blocks.len()];
     let (mut x, mut y, mut shelf, mut layer) = (0, 0, 0, 0);
     for i in order {
         let [width, height] = blocks[i];
@@ -248,7 +248,7 @@ fn shelves(blocks: &[[u32; 2]], edge: u32) -> (Vec<Place>, u32, u32) {
         if y + height > edge {
             (x, y, shelf, layer) = (0, 0, 0, layer + 1);
         }
-        places[i] = Place { corner: [x, y], layer };
+        places[i] = PagePlace { corner: [x, y], layer };
         x += width;
         shelf = shelf.max(height);
     }
@@ -284,7 +284,7 @@ mod tests {
         let blocks = [[6144, 4096]; 5];
         let (places, layers, used) = shelves(&blocks, MAX_PAGE);
         assert_eq!((layers, used), (3, 4096));
-        assert_eq!(places[4], Place { corner: [0, 0], layer: 2 });
+        assert_eq!(places[4], PagePlace { corner: [0, 0], layer: 2 });
         for (i, a) in places.iter().enumerate() {
             for b in &places[..i] {
                 assert!(a.layer != b.layer || a.corner[1].abs_diff(b.corner[1]) >= 4096, "{a:?} {b:?}");

@@ -2,7 +2,7 @@
 
 use super::Settings;
 use crate::diag::{Checked, Diagnostic};
-use crate::scene::{self, Pose, Scene, Shift};
+use crate::scene::{Pose, Scene, Shift};
 use crate::value::{Value, Values};
 use glam::Vec2;
 
@@ -41,7 +41,7 @@ impl Last {
         let [width, height] = settings.size;
         let (mut values, notices) = scene.camera_values(pose, settings.camera.as_deref(), width, height)?;
         let first = self.values.is_empty();
-        let before = scene::previous(if first { &values } else { &self.values });
+        let before = previous(if first { &values } else { &self.values });
         values.extend(before);
         let passed = if first { 0.0 } else { (pose.time - self.time).max(0.0) };
         let own = [
@@ -49,11 +49,35 @@ impl Last {
             ("first_frame", Value::Bool(first || self.begins)),
             ("time", Value::Float(pose.time)),
             ("delta_time", Value::Float(passed)),
-            ("jitter", Value::Vec2(scene::jitter(index))),
+            ("jitter", Value::Vec2(jitter(index))),
             ("pointer", Value::Vec2(pointer.at)),
             ("buttons", Value::Uint(pointer.buttons)),
         ];
         values.extend(own.map(|(name, value)| (name.to_owned(), value)));
         Ok((values, notices))
     }
+}
+
+/// Begins the names of the last frame's values.
+const PREVIOUS: &str = "camera_previous_";
+
+/// What the camera's values were in the last frame, from all the values of that one.
+fn previous(values: &Values) -> Values {
+    let own = |name: &str| name.strip_prefix("camera_").filter(|_| !name.starts_with(PREVIOUS)).map(str::to_owned);
+    values.iter().filter_map(|(name, v)| Some((format!("{PREVIOUS}{}", own(name)?), *v))).collect()
+}
+
+/// Where in its pixel a frame looks through, from its centre: -0.5 to 0.5 along x and y. The first 16 points of
+/// Halton's sequence to the bases 2 and 3, over and over.
+fn jitter(frame: u32) -> Vec2 {
+    let at = |base: u32| {
+        let (mut n, mut share, mut sum) = (frame % 16 + 1, 1.0, 0.0);
+        while n > 0 {
+            share /= base as f32;
+            sum += share * (n % base) as f32;
+            n /= base;
+        }
+        sum - 0.5
+    };
+    Vec2::new(at(2), at(3))
 }

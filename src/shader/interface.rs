@@ -43,7 +43,7 @@ pub enum BindingKind {
     /// `texture_…<f32>` and the like.
     Texture { dim: TextureDim, sample: TextureSample, multisampled: bool },
     /// `texture_storage_…`.
-    StorageTexture { dim: TextureDim, format: wgpu::TextureFormat, access: wgpu::StorageTextureAccess },
+    StorageTexture { dim: TextureDim, format: wgpu_types::TextureFormat, access: wgpu_types::StorageTextureAccess },
     /// `sampler` or `sampler_comparison`.
     Sampler { comparison: bool },
 }
@@ -122,7 +122,7 @@ pub struct Entry {
 pub struct VertexInput {
     pub name: String,
     pub location: u32,
-    pub format: wgpu::VertexFormat,
+    pub format: wgpu_types::VertexFormat,
 }
 
 /// A colour output of a fragment shader.

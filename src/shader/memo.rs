@@ -10,7 +10,7 @@ use super::{
     scan::scan,
 };
 use crate::diag::Source;
-use crate::recent::Recent;
+use crate::lru::Lru;
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
@@ -28,15 +28,15 @@ pub struct Memo(Arc<Mutex<Store>>);
 
 #[derive(Debug)]
 struct Store {
-    indices: Recent<Arc<Index>>,
-    shaders: Recent<Kept>,
+    indices: Lru<Arc<Index>>,
+    shaders: Lru<Kept>,
     /// Idle ones: each takes longer to make than most shaders.
     oils: Vec<Oil>,
 }
 
 impl Default for Store {
     fn default() -> Store {
-        Store { indices: Recent::new(MOST_INDICES), shaders: Recent::new(MOST_SHADERS), oils: vec![] }
+        Store { indices: Lru::new(MOST_INDICES), shaders: Lru::new(MOST_SHADERS), oils: vec![] }
     }
 }
 
@@ -94,7 +94,7 @@ impl Memo {
             return index.clone();
         }
         let index = Arc::new(Index::new(library, &store.indices));
-        store.indices.keep(index.clone());
+        store.indices.insert(index.clone());
         index
     }
 
@@ -125,12 +125,12 @@ impl Memo {
     pub(super) fn keep(&self, library: &Library, shader: &Arc<Shader>) {
         let modules = self.index(library).modules.clone();
         let sources = shader.sources.iter().filter_map(|path| library.files.get(path).cloned()).collect();
-        self.store().shaders.keep(Kept { shader: shader.clone(), sources, modules });
+        self.store().shaders.insert(Kept { shader: shader.clone(), sources, modules });
     }
 }
 
 impl Index {
-    fn new(library: &Library, earlier: &Recent<Arc<Index>>) -> Index {
+    fn new(library: &Library, earlier: &Lru<Arc<Index>>) -> Index {
         let known = |path: &String, source: &Arc<Source>| {
             let found = earlier.iter().filter_map(|i| i.files.get(path)).find(|k| Arc::ptr_eq(&k.source, source));
             found.map_or_else(|| Arc::new(Outlook::of(source)), |k| k.outlook.clone())
@@ -186,7 +186,7 @@ impl Index {
     }
 
     /// The definitions that these files and all that they may import ask for (`#ifdef`, `#if`, `#{NAME}`), whatever
-    /// branches are taken. None for an unknown path; faults in the files are left to [`super::compose`].
+    /// branches are taken. None for an unknown path; faults in the files are left to [`super::compose()`].
     pub fn mentioned<'a>(&'a self, paths: impl IntoIterator<Item = &'a str>) -> BTreeSet<&'a str> {
         let known = self.reachable(paths).into_iter().filter_map(|path| self.files.get(path));
         known.flat_map(|k| k.outlook.mentioned.iter().map(String::as_str)).collect()

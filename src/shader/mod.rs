@@ -8,7 +8,8 @@
 //! follows imports, `write` spells the text for naga_oil and leads its places back, `oil` calls it, `bind` gives
 //! bindings, `limits` refuses what would exhaust stack or memory, `reflect` reads the [`Interface`]; `report` is the
 //! module by which shaders check themselves, `memo` keeps what was made of the same texts before, `kept` what other
-//! runs of a program joined; `survey` is what editors ask of a file.
+//! runs of a program joined; `survey` is what editors ask of a file, `probe` a copy of a shader that notes what it
+//! computes.
 
 mod bind;
 pub mod compose;
@@ -23,6 +24,7 @@ mod link;
 mod memo;
 mod oil;
 mod outline;
+pub mod probe;
 mod reflect;
 pub mod report;
 mod scan;

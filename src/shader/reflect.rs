@@ -206,14 +206,14 @@ fn dimension(dim: ImageDimension, arrayed: bool) -> Result<TextureDim, Unbindabl
     }
 }
 
-fn storage_access(access: StorageAccess) -> Result<wgpu::StorageTextureAccess, Unbindable> {
+fn storage_access(access: StorageAccess) -> Result<wgpu_types::StorageTextureAccess, Unbindable> {
     if access.contains(StorageAccess::ATOMIC) {
         return Err(unbindable("atomic textures aren't supported", "use a buffer of atomics"));
     }
     match (access.contains(StorageAccess::LOAD), access.contains(StorageAccess::STORE)) {
-        (true, true) => Ok(wgpu::StorageTextureAccess::ReadWrite),
-        (true, false) => Ok(wgpu::StorageTextureAccess::ReadOnly),
-        _ => Ok(wgpu::StorageTextureAccess::WriteOnly),
+        (true, true) => Ok(wgpu_types::StorageTextureAccess::ReadWrite),
+        (true, false) => Ok(wgpu_types::StorageTextureAccess::ReadOnly),
+        _ => Ok(wgpu_types::StorageTextureAccess::WriteOnly),
     }
 }
 
@@ -285,8 +285,8 @@ fn scalar(inner: &TypeInner) -> Option<(Scalar, u8)> {
     }
 }
 
-fn vertex_format(inner: &TypeInner) -> Option<wgpu::VertexFormat> {
-    use wgpu::VertexFormat as F;
+fn vertex_format(inner: &TypeInner) -> Option<wgpu_types::VertexFormat> {
+    use wgpu_types::VertexFormat as F;
     let (scalar, components) = scalar(inner)?;
     match (scalar.kind, components) {
         (ScalarKind::Float, 1) => Some(F::Float32),

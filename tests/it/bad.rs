@@ -12,9 +12,9 @@
 //! add a file; `LIGHTGRAPH_BLESS=1 cargo test` writes the head from what is reported now: read it before you keep it.
 
 use crate::support::{faults_of_both, files, repository};
-use lightgraph::diag::{Diagnostic, Faults, Severity};
-use lightgraph::plan::lint::strict;
-use lightgraph::session::Project;
+use lightgraph::internals::diag::Severity;
+use lightgraph::internals::plan::lint::strict;
+use lightgraph::{Diagnostic, Faults, Project};
 use std::path::Path;
 
 #[test]

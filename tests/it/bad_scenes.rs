@@ -2,8 +2,8 @@
 
 use crate::command::lightgraph;
 use crate::support::{Scratch, repository};
-use lightgraph::diag::render;
-use lightgraph::scene;
+use lightgraph::Scene;
+use lightgraph::internals::diag::render;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -72,7 +72,7 @@ fn refused_file(path: &std::path::Path, words: &[&str]) {
 /// Loads, with a notice that holds the words.
 fn noticed(name: &str, quad: &Quad, words: &[&str]) {
     let scratch = Scratch::new(name);
-    let loaded = scene::load(&quad.write(&scratch)).unwrap_or_else(|faults| panic!("{faults}"));
+    let loaded = Scene::load(&quad.write(&scratch)).unwrap_or_else(|faults| panic!("{faults}"));
     let text = render(&loaded.notices);
     for word in words {
         assert!(text.contains(word), "no `{word}` in:\n{text}");
@@ -82,7 +82,7 @@ fn noticed(name: &str, quad: &Quad, words: &[&str]) {
 #[test]
 fn a_sound_quad_loads_without_a_word() {
     let scratch = Scratch::new("quad-sound");
-    let loaded = scene::load(&Quad::new().write(&scratch)).unwrap_or_else(|faults| panic!("{faults}"));
+    let loaded = Scene::load(&Quad::new().write(&scratch)).unwrap_or_else(|faults| panic!("{faults}"));
     assert!(loaded.notices.is_empty(), "{}", render(&loaded.notices));
 }
 
@@ -121,7 +121,7 @@ fn a_mesh_without_area_is_refused_or_dropped_aloud() {
     }
     let scratch = Scratch::new("quad-flat");
     let path = quad.write(&scratch);
-    let text = match scene::load(&path) {
+    let text = match Scene::load(&path) {
         Ok(loaded) => render(&loaded.notices),
         Err(faults) => faults.to_string(),
     };
@@ -166,7 +166,7 @@ fn a_missing_texture_is_told() {
     quad.gltf["textures"] = json!([{"source": 0}]);
     quad.gltf["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({"index": 0});
     let scratch = Scratch::new("quad-texture");
-    let text = match scene::load(&quad.write(&scratch)) {
+    let text = match Scene::load(&quad.write(&scratch)) {
         Ok(loaded) => render(&loaded.notices),
         Err(faults) => faults.to_string(),
     };
@@ -185,7 +185,7 @@ fn a_scene_without_camera_gets_one_and_says_so() {
     let mut quad = Quad::new();
     quad.gltf["scenes"] = json!([{"nodes": [0, 2]}]);
     let scratch = Scratch::new("quad-no-camera");
-    let loaded = scene::load(&quad.write(&scratch)).unwrap_or_else(|faults| panic!("{faults}"));
+    let loaded = Scene::load(&quad.write(&scratch)).unwrap_or_else(|faults| panic!("{faults}"));
     let pose = loaded.scene.pose(0.0);
     let (values, mut notices) = loaded.scene.camera_values(&pose, None, 64, 64).unwrap_or_else(|f| panic!("{f}"));
     assert!(values.contains_key("camera_view_projection"));

@@ -3,14 +3,12 @@
 use crate::device::{Shot, gpu};
 use crate::support::repository;
 use glam::{Mat4, Vec3};
-use lightgraph::gpu::{Frame, execute, prepare, read_image};
-use lightgraph::image::Image;
-use lightgraph::plan::build::{Options, plan_with};
-use lightgraph::plan::fastest::FIRST;
-use lightgraph::plan::request::Request;
-use lightgraph::scene;
-use lightgraph::session::Project;
-use lightgraph::value::Value;
+use lightgraph::internals::gpu::{FrameInputs, execute, prepare, read_image};
+use lightgraph::internals::plan::build::{Options, plan_with};
+use lightgraph::internals::plan::fastest::FIRST;
+use lightgraph::internals::plan::request::Request;
+use lightgraph::internals::value::Value;
+use lightgraph::{Image, Project, Scene};
 use std::f64::consts::PI;
 
 const GRID: &str = "graphs/gi/uniform_grid.ron";
@@ -30,7 +28,7 @@ fn uniform(image: &Image, expected: f64, share: f64, what: &str) {
 fn direct_light_on_a_plane_follows_its_closed_form() {
     let size = 64;
     let [image] = Shot::new("graphs/gi/direct.ron", "scenes/lambert_plane.glb", size).render(["direct"]);
-    let scene = scene::load(&repository("scenes/lambert_plane.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&repository("scenes/lambert_plane.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let pose = scene.pose(0.0);
     let (values, _) = scene.camera_values(&pose, None, size, size).unwrap_or_else(|f| panic!("{f}"));
     let Some(Value::Mat4(inverse)) = values.get("camera_inverse_view_projection") else { panic!("{values:?}") };
@@ -111,7 +109,7 @@ fn sharing_and_order_leave_no_trace() {
     let device = gpu();
     let project = Project::open(&repository(GRID), &[]).unwrap_or_else(|f| panic!("{f}"));
     let params = project.params(&["grid=2,2,2".to_string()]).unwrap_or_else(|f| panic!("{f}"));
-    let scene = scene::load(&repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let (pose, facts) = (scene.pose(0.0), scene.facts());
     let request = Request {
         graph: &project.graph,
@@ -132,7 +130,7 @@ fn sharing_and_order_leave_no_trace() {
         let plan = plan_with(&request, options).unwrap_or_else(|f| panic!("{f}")).plan;
         let mut prepared =
             prepare(&device, &plan, &scene.assets(), &scene.tables(&pose)).unwrap_or_else(|f| panic!("{f}"));
-        let frame = Frame { values: values.clone(), ..Frame::default() };
+        let frame = FrameInputs { values: values.clone(), ..FrameInputs::default() };
         execute(&device, &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));
         let read = |id| read_image(&device, &prepared, &plan, id).unwrap_or_else(|f| panic!("{f}"));
         plan.outputs.iter().map(|(name, id)| (name.clone(), bits(&read(*id)))).collect::<Vec<_>>()

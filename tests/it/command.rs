@@ -145,7 +145,7 @@ fn render_writes_images_and_statistics() {
     let (code, text) = render(&["--frames", "2", "--out", &at("a.png"), "--output", &direct, "--stats", &stats]);
     assert_eq!(code, 0, "{text}");
     assert_eq!(names(scratch.path()), ["a.png", "new", "stats.json"]);
-    let image = lightgraph::image::exr::read_exr(Path::new(&at("new/direct.exr"))).unwrap();
+    let image = lightgraph::internals::image::exr::read_exr(Path::new(&at("new/direct.exr"))).unwrap();
     assert_eq!((image.width, image.height), (16, 16));
 
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&stats).unwrap()).unwrap();

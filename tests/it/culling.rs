@@ -2,12 +2,10 @@
 
 use crate::{device, support};
 use glam::Vec3;
-use lightgraph::gpu::Gpu;
-use lightgraph::graph::ast::{PassKind, walk_mut};
-use lightgraph::image::metrics::compare;
-use lightgraph::plan::Action;
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::graph::ast::{PassKind, walk_mut};
+use lightgraph::internals::image::metrics::compare;
+use lightgraph::internals::plan::Action;
+use lightgraph::{Gpu, Project, Scene, Session, Settings};
 
 /// What draws leave out.
 #[derive(Clone, Copy, PartialEq)]
@@ -36,7 +34,7 @@ fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str], culled: Culled, ou
         skip: true,
         ..Settings::default()
     };
-    let loaded = scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = Scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
     Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
 }
 

@@ -1,11 +1,8 @@
 //! Frames on the adapter of this machine. Without one these tests fail and say what to install.
 
 use crate::support::repository;
-use lightgraph::diag::{Faults, render as show};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::Image;
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::diag::render as show;
+use lightgraph::{Faults, Gpu, Image, Project, Scene, Session, Settings};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// The device, for one test at a time: a software adapter uses every core by itself.
@@ -71,6 +68,6 @@ impl<'a> Shot<'a> {
             outputs: Some(outputs.iter().map(ToString::to_string).collect()),
             ..Settings::default()
         };
-        Session::new(gpu, &project, scene::load(&repository(self.scene))?.scene, settings)
+        Session::new(gpu, &project, Scene::load(&repository(self.scene))?.scene, settings)
     }
 }

@@ -3,11 +3,9 @@
 
 use crate::{device, support};
 use glam::Vec3;
-use lightgraph::diag::Checked;
-use lightgraph::gpu::{FrameReport, Gpu};
-use lightgraph::plan::change::Why;
-use lightgraph::scene::{self, Shift};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::plan::change::Why;
+use lightgraph::internals::scene::Shift;
+use lightgraph::{Checked, FrameReport, Gpu, Project, Scene, Session, Settings};
 
 fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str]) -> Session {
     let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
@@ -18,7 +16,7 @@ fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str]) -> Session {
 fn open(gpu: &Gpu, project: &Project, scene: &str, set: &[&str], settings: Settings) -> Session {
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
-    let loaded = scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = Scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
     let settings = Settings { params, size: [16, 12], skip: true, verify: true, ..settings };
     Session::new(gpu, project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
 }

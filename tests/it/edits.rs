@@ -3,15 +3,14 @@
 
 use crate::{device, support};
 use Edit::*;
-use lightgraph::diag::{Checked, Source};
-use lightgraph::gpu::Gpu;
-use lightgraph::graph;
-use lightgraph::plan::change::Why;
-use lightgraph::plan::inputs::{KINDS, Kind};
-use lightgraph::scene::{self, Scene, Shift, TextureArray};
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::shader::Library;
-use lightgraph::value::Value;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph;
+use lightgraph::internals::plan::change::Why;
+use lightgraph::internals::plan::inputs::{KINDS, Kind};
+use lightgraph::internals::scene::{Shift, TextureArray};
+use lightgraph::internals::shader::Library;
+use lightgraph::internals::value::Value;
+use lightgraph::{Checked, Gpu, Project, Scene, Session, Settings};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use std::collections::BTreeSet;
@@ -221,7 +220,7 @@ struct Player<'a> {
 
 impl<'a> Player<'a> {
     fn new(gpu: &'a Gpu, without: Option<Kind>) -> Player<'a> {
-        let scene = scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}"));
+        let scene = Scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}"));
         Player { gpu, base: scene.scene, without, state: State::default(), session: None, frame: 0 }
     }
 

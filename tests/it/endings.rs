@@ -1,11 +1,11 @@
 //! A loop that ends on the device makes the same bits and takes the same iterations as one that the host ends.
 
 use crate::{device, support};
-use lightgraph::gpu::{Frame, FrameReport, Gpu, execute, prepare, read_image};
-use lightgraph::plan::{Ending, Node, Plan};
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Settings, plan_for};
-use lightgraph::value::Value;
+use lightgraph::internals::gpu::{FrameInputs, execute, prepare, read_image};
+use lightgraph::internals::plan::{Ending, Node};
+use lightgraph::internals::session::plan_for;
+use lightgraph::internals::value::Value;
+use lightgraph::{FrameReport, Gpu, Plan, Project, Scene, Settings};
 
 fn plan(gpu: &Gpu, graph: &str, scene: &Scene, set: &[&str]) -> Plan {
     let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
@@ -38,7 +38,7 @@ fn run(gpu: &Gpu, plan: &Plan, scene: &Scene) -> (Vec<Vec<u32>>, FrameReport) {
     values.insert("frame".into(), Value::Uint(0));
     values.insert("first_frame".into(), Value::Bool(true));
     values.insert("time".into(), Value::Float(0.0));
-    let frame = Frame { values, ..Frame::default() };
+    let frame = FrameInputs { values, ..FrameInputs::default() };
     // Twice: what the first frame's loop left must not reach the second's.
     execute(gpu, plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));
     let report = execute(gpu, plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));
@@ -50,7 +50,7 @@ fn run(gpu: &Gpu, plan: &Plan, scene: &Scene) -> (Vec<Vec<u32>>, FrameReport) {
 #[test]
 fn a_loop_ends_on_the_device_as_it_does_by_the_host() {
     let gpu = &device::gpu();
-    let scene = scene::load(&support::repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&support::repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let small = ["grid=2", "face=8"];
     let cases: [(&str, &[&str]); 4] = [
         // It ends early, long after the host first looks, at its count, and with the first iteration.

@@ -4,11 +4,11 @@ use crate::command::lightgraph_with;
 use crate::device;
 use crate::support::{Scratch, repository};
 use glam::Vec3;
-use lightgraph::fastest::measured;
-use lightgraph::image::{Image, metrics::compare};
-use lightgraph::plan::fastest::{Choice, Choices};
-use lightgraph::scene::{self, Scene, Shift};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::fastest::measured;
+use lightgraph::internals::image::metrics::compare;
+use lightgraph::internals::plan::fastest::{Choice, Choices};
+use lightgraph::internals::scene::Shift;
+use lightgraph::{Image, Project, Scene, Session, Settings};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -94,7 +94,7 @@ fn the_faster_alternative_is_found_and_remembered() {
     let gpu = &device::gpu();
     let scratch = Scratch::new("fastest");
     let project = Project::open(&files(&scratch), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let scene = scene::load(&repository("scenes/lambert_plane.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&repository("scenes/lambert_plane.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let scene = Arc::new(scene);
     let settings = Settings { size: [64, 64], skip: true, verify: true, ..Settings::default() };
     let file = scratch.path().join("cache/fastest.json");
@@ -144,7 +144,7 @@ fn what_is_measured_once_holds_for_all_scenes_and_sizes_of_its_order() {
     };
     let choose = |name: &str, set: &str| {
         let project = Project::open(&graph, &[]).unwrap_or_else(|f| panic!("{f}"));
-        let scene = scene::load(&repository(name)).unwrap_or_else(|f| panic!("{f}")).scene;
+        let scene = Scene::load(&repository(name)).unwrap_or_else(|f| panic!("{f}")).scene;
         let params = project.params(&[set.into()]).unwrap_or_else(|f| panic!("{f}"));
         let settings = Settings { params, size: [64, 64], ..Settings::default() };
         measured(gpu, &project, &Arc::new(scene), &settings, Some(&file)).unwrap_or_else(|f| panic!("{f}"))["sum"].index
@@ -261,7 +261,7 @@ fn fast_grid() -> PathBuf {
 }
 
 fn loaded(name: &str) -> Arc<Scene> {
-    Arc::new(scene::load(&repository("scenes").join(name)).unwrap_or_else(|f| panic!("{f}")).scene)
+    Arc::new(Scene::load(&repository("scenes").join(name)).unwrap_or_else(|f| panic!("{f}")).scene)
 }
 
 /// But for texels whose centre lies on an edge.

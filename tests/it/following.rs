@@ -2,10 +2,8 @@
 
 use crate::device;
 use crate::support::repository;
-use lightgraph::gpu::Gpu;
-use lightgraph::image::{Image, flip::flip};
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::image::flip::flip;
+use lightgraph::{Gpu, Image, Project, Scene, Session, Settings};
 
 const SPACING: f32 = 0.7;
 const FINE: [u32; 3] = [6, 5, 4];
@@ -27,7 +25,7 @@ fn session_after(gpu: &Gpu, face: u32, previous: Option<&Session>) -> Session {
         skip: true,
         ..Settings::default()
     };
-    let loaded = scene::load(&repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = Scene::load(&repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}"));
     Session::after(gpu, &project, loaded.scene, settings, previous).unwrap_or_else(|f| panic!("{f}"))
 }
 
@@ -121,7 +119,7 @@ fn walk(gpu: &Gpu, graph: &str, set: &[&str]) -> Vec<(f32, Image)> {
         skip: true,
         ..Settings::default()
     };
-    let loaded = scene::load(&repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = Scene::load(&repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}"));
     let mut session = Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"));
     let frame = |index: u32| {
         session.shift.cameras = glam::Vec3::new(0.0, 0.0, -WALK_STEP * index as f32);

@@ -1,13 +1,13 @@
 //! A graph of 1,000 passes is parsed, checked and planned while a hand leaves the key.
 
-use lightgraph::diag::Source;
-use lightgraph::graph;
-use lightgraph::plan::build::{Planned, plan};
-use lightgraph::plan::fastest::FIRST;
-use lightgraph::plan::request::{Request, sample_facts};
-use lightgraph::session::Project;
-use lightgraph::shader::Library;
-use lightgraph::value::Values;
+use lightgraph::Project;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph;
+use lightgraph::internals::plan::build::{Planned, plan};
+use lightgraph::internals::plan::fastest::FIRST;
+use lightgraph::internals::plan::request::{Request, sample_facts};
+use lightgraph::internals::shader::Library;
+use lightgraph::internals::value::Values;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};

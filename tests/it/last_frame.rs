@@ -2,12 +2,11 @@
 
 use crate::{device, support};
 use glam::{Vec2, Vec3};
-use lightgraph::diag::{Checked, Source};
-use lightgraph::gpu::Gpu;
-use lightgraph::graph;
-use lightgraph::scene;
-use lightgraph::session::{Pointer, Project, Session, Settings};
-use lightgraph::shader::Library;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph;
+use lightgraph::internals::session::Pointer;
+use lightgraph::internals::shader::Library;
+use lightgraph::{Checked, Gpu, Project, Scene, Session, Settings};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -63,6 +62,28 @@ struct Out { @location(0) after: f32 }
     return Out(textureLoad(before, vec2u(at.xy), 0).r + seed + 1.0);
 }";
 
+/// As [`COUNTS`], begun by a pass of its own; `later` is 1 in all frames but the first.
+const BEGUN: &str = r#"Graph(
+    resources: {
+        "count": Texture(format: R32Float, size: "screen", members: 2, history: true),
+        "later": Texture(format: R32Float, size: "screen", history: true),
+    },
+    passes: [
+        Clear(name: "begin", when: "first_frame && screen.x > 0", target: "count[0]", value: 100),
+        For(name: "i", count: 2, passes: [
+            Screen(name: "add", shader: "add.wgsl", bind: {"before": "count[i]", "after": "count[1 - i]"}),
+        ]),
+        Clear(name: "go_on", when: "!first_frame", target: "later", value: 1),
+    ],
+    outputs: {"count": "count[0]", "later": "later"},
+)"#;
+
+const ADD: &str = "var before: texture_2d<f32>;
+struct Out { @location(0) after: f32 }
+@fragment fn add(@builtin(position) at: vec4f) -> Out {
+    return Out(textureLoad(before, vec2u(at.xy), 0).r + 1.0);
+}";
+
 fn session(gpu: &Gpu) -> Session {
     after(gpu, GRAPH, [16, 12], None)
 }
@@ -72,10 +93,10 @@ fn after(gpu: &Gpu, graph: &str, size: [u32; 2], previous: Option<&Session>) -> 
     let source = Source::new("last.ron", graph);
     let read = |_: &Path| -> Checked<Arc<Source>> { Ok(source.clone()) };
     let graph = graph::load(Path::new("last.ron"), &read).unwrap_or_else(|f| panic!("{f}"));
-    let texts = [("tell.wgsl", TELL), ("place.wgsl", PLACE), ("count.wgsl", COUNT)];
+    let texts = [("tell.wgsl", TELL), ("place.wgsl", PLACE), ("count.wgsl", COUNT), ("add.wgsl", ADD)];
     let files = texts.map(|(path, text)| (path.to_string(), Source::new(path, text))).into_iter().collect();
     let project = Project { graph, texts: Library { files, ..Library::default() } };
-    let scene = scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}")).scene;
     let settings = Settings { size, skip: true, verify: true, ..Settings::default() };
     Session::after(gpu, &project, scene, settings, previous).unwrap_or_else(|f| panic!("{f}"))
 }
@@ -130,4 +151,18 @@ fn the_first_frame_is_where_history_begins() {
     assert_eq!(count(&mut same, 2), 106.0, "history comes over");
     let mut larger = after(&gpu, COUNTS, [20, 12], Some(&same));
     assert_eq!([count(&mut larger, 3), count(&mut larger, 4)], [102.0, 104.0], "another size begins anew");
+}
+
+#[test]
+fn passes_of_first_frames_begin_history() {
+    let gpu = device::gpu();
+    let frame = |s: &mut Session, index: u32| {
+        s.frame(&gpu, index, 0.0).unwrap_or_else(|f| panic!("{f}"));
+        ["count", "later"].map(|output| s.image(&gpu, output).unwrap_or_else(|f| panic!("{f}")).data[0])
+    };
+    let mut first = after(&gpu, BEGUN, [16, 12], None);
+    let frames = [0, 1, 2].map(|index| frame(&mut first, index));
+    assert_eq!(frames, [[102.0, 0.0], [104.0, 1.0], [106.0, 1.0]]);
+    let mut larger = after(&gpu, BEGUN, [20, 12], Some(&first));
+    assert_eq!([3, 4].map(|index| frame(&mut larger, index)), [[102.0, 0.0], [104.0, 1.0]]);
 }

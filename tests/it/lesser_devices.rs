@@ -2,11 +2,7 @@
 
 use crate::device;
 use crate::support::{Scratch, repository};
-use lightgraph::diag::Checked;
-use lightgraph::gpu::{FrameReport, Gpu};
-use lightgraph::image::Image;
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::{Checked, FrameReport, Gpu, Image, Project, Scene, Session, Settings};
 use std::fs;
 use std::path::Path;
 
@@ -27,7 +23,7 @@ fn bare(full: &Gpu) -> Gpu {
 fn frame(gpu: &Gpu, graph: &Path) -> Checked<(FrameReport, Image)> {
     let project = Project::open(graph, &[])?;
     let settings = Settings { size: [24, 16], outputs: Some(vec!["color".into()]), ..Settings::default() };
-    let scene = scene::load(&repository("scenes/lambert_plane"))?.scene;
+    let scene = Scene::load(&repository("scenes/lambert_plane"))?.scene;
     let mut session = Session::new(gpu, &project, scene, settings)?;
     let report = session.frame(gpu, 0, 0.0)?;
     Ok((report, session.image(gpu, "color")?))

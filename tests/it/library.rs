@@ -1,13 +1,9 @@
 //! The public types as other programs use them.
 
-use lightgraph::diag::{Diagnostic, Faults, Source};
-use lightgraph::gpu::{FrameReport, Gpu, Prepared};
-use lightgraph::graph::Graph;
-use lightgraph::image::Image;
-use lightgraph::plan::Plan;
-use lightgraph::scene::Scene;
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::shader::{Library, Shader};
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::gpu::Prepared;
+use lightgraph::internals::shader::{Library, Shader};
+use lightgraph::{Diagnostic, Faults, FrameReport, Gpu, Graph, Image, Plan, Project, Scene, Session, Settings};
 
 fn send<T: Send>() {}
 fn shared<T: Send + Sync>() {}

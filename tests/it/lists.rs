@@ -3,11 +3,8 @@
 
 use crate::device;
 use crate::support::Scratch;
-use lightgraph::diag::Checked;
-use lightgraph::gpu::Gpu;
-use lightgraph::plan::Action;
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::plan::Action;
+use lightgraph::{Checked, Gpu, Project, Scene, Session, Settings};
 use std::fs;
 use std::sync::Arc;
 
@@ -70,7 +67,7 @@ fn session(gpu: &Gpu, graph: &str, shaders: &[(&str, &str)], set: &[String]) -> 
     let project = Project::open(&scratch.path().join("graph.ron"), &[])?;
     let params = project.params(set)?;
     let settings = Settings { params, size: [8, 8], skip: true, verify: true, ..Settings::default() };
-    Session::new(gpu, &project, Arc::new(scene::stand_in()?.scene), settings)
+    Session::new(gpu, &project, Arc::new(Scene::stand_in()?.scene), settings)
 }
 
 /// The flags, numbers to sum up and to sort, and floats of a case.
@@ -271,7 +268,7 @@ fn what_a_buffer_counts_is_an_input_of_the_pass() {
     };
     assert_eq!(runs(&mut session, [4, 2, 1], 0), (true, 421));
     assert_eq!(runs(&mut session, [2, 1, 1], 1), (true, 211));
-    let bounds = |s: &&lightgraph::plan::Step| matches!(s.action, Action::Compute { indirect: Some(_), .. });
+    let bounds = |s: &&lightgraph::internals::plan::Step| matches!(s.action, Action::Compute { indirect: Some(_), .. });
     let step = session.plan.steps.iter().find(bounds).expect("a dispatch by counts");
     assert!(step.reads.len() >= 2, "it reads the counts, as the pass says and within bounds");
 }

@@ -4,12 +4,11 @@
 use crate::device::{Shot, gpu};
 use crate::support::{Scratch, repository};
 use glam::{DVec3, Vec3, Vec4};
-use lightgraph::image::Image;
-use lightgraph::image::exr::read_exr;
-use lightgraph::image::mask::both;
-use lightgraph::image::metrics::compare;
-use lightgraph::scene::{self, Lens, Scene, View};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::image::exr::read_exr;
+use lightgraph::internals::image::mask::both;
+use lightgraph::internals::image::metrics::compare;
+use lightgraph::internals::scene::Lens;
+use lightgraph::{Image, Project, Scene, Session, Settings, View};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// As `lightgraph::lobe_table` has it.
@@ -31,7 +30,7 @@ fn phong_table() -> (Image, Vec<(usize, f64)>) {
         outputs: Some(vec!["lobe_table".into()]),
         ..Settings::default()
     };
-    let scene = scene::load(&repository("scenes/phong_balls.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&repository("scenes/phong_balls.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
     let glossy = scene.materials.iter().enumerate().filter(|(_, m)| m.specular > 0.0);
     let glossy = glossy.map(|(row, m)| (row, f64::from(m.shininess))).collect();
     let mut session = Session::new(&gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
@@ -50,7 +49,7 @@ fn legendre(x: f64) -> [f64; ORDER + 1] {
 }
 
 /// Midpoints of cells of the sphere, and their solid angles.
-fn sphere() -> impl Iterator<Item = (DVec3, f64)> {
+pub fn sphere() -> impl Iterator<Item = (DVec3, f64)> {
     const STEPS: usize = 180;
     (0..STEPS * 2 * STEPS).map(|i| {
         let polar = PI * ((i / (2 * STEPS)) as f64 + 0.5) / STEPS as f64;
@@ -129,7 +128,7 @@ fn metals_reflect_as_much_as_in_the_reference() {
 
 /// A room whose walls are white metal and emit 1.
 fn white_room(roughness: f32) -> Scene {
-    let mut scene = scene::load(&repository("scenes/furnace.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let mut scene = Scene::load(&repository("scenes/furnace.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     for m in &mut scene.materials {
         (m.base_color, m.metallic, m.roughness) = (Vec4::ONE, 1.0, roughness);
     }

@@ -3,6 +3,7 @@
 //! - `bad`: every file of `tests/bad` gives the errors that stand at its head
 //! - `bad_scenes`: scenes with one fault each are refused with the reason
 //! - `bench_run`: a bench of a few pixels from end to end
+//! - `bench_shards`: a bench in parts, joined
 //! - `bench_page`: the page of kept results of a bench, in a browser
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
 //! - `command`: exit codes, messages and files of the `lightgraph` command
@@ -29,6 +30,7 @@
 //! - `open_air`: environments, suns and cameras that files don't hold
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
 //! - `projection`: factors of the projection, fitted and windowed
+//! - `probe`: what one invocation computed, against a readback
 //! - `record`: frames recorded into a program's commands, with memory of its own
 //! - `references`: images and probes against another renderer
 //! - `renderers`: graphs beside other programs, as `bench --speed` sets them
@@ -44,6 +46,7 @@
 //! - `stress`: numerical stability: the cases that matter most
 //! - `toggles`: every field of the language, edited live
 //! - `traced`: graphs that trace rays, against another renderer and against rasterisation
+//! - `trace`: traces of runs for Perfetto and Chrome
 //! - `trusted`: the end of the bounce loop, held to what it promises
 //! - `twins`: shaders against the Rust of the same mathematics
 //! - `view`: the window, on a virtual display
@@ -55,6 +58,7 @@ mod bad;
 mod bad_scenes;
 mod bench_page;
 mod bench_run;
+mod bench_shards;
 mod browser;
 mod closed_forms;
 mod command;
@@ -66,6 +70,7 @@ mod edits;
 mod endings;
 mod fastest;
 mod following;
+mod furnace;
 mod graph_snapshots;
 mod hostile;
 mod large_graph;
@@ -79,8 +84,11 @@ mod mutants;
 mod mutated;
 mod mutations;
 mod open_air;
+mod parts;
 mod plain_scenes;
 mod planes;
+mod poses;
+mod probe;
 mod projection;
 mod record;
 mod reference;
@@ -99,6 +107,7 @@ mod stress;
 mod support;
 mod test_command;
 mod toggles;
+mod trace;
 mod traced;
 mod trusted;
 mod tutorial;
@@ -109,3 +118,4 @@ mod unbiased;
 mod view;
 mod watch;
 mod web;
+mod written;

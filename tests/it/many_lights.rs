@@ -2,10 +2,9 @@
 
 use crate::device::{self, Shot};
 use crate::support;
-use lightgraph::image::Image;
-use lightgraph::image::metrics::{Metrics, compare};
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Settings, plan_for};
+use lightgraph::internals::image::metrics::{Metrics, compare};
+use lightgraph::internals::session::plan_for;
+use lightgraph::{Image, Project, Scene, Settings};
 
 const GRAPH: &str = "graphs/gi/many_lights.ron";
 
@@ -83,7 +82,7 @@ fn the_work_grows_less_than_the_lights() {
 fn the_fast_grid_takes_as_many_lights_as_shadow_maps_have_layers() {
     let gpu = device::gpu();
     let project = Project::open(&support::repository("graphs/gi/fast_grid.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let loaded = scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = Scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}"));
     let mut scene = Scene::clone(&loaded.scene);
     let lamp = scene.lights[0].clone();
     let params = project.params(&["shadow_size=16".to_string()]).unwrap_or_else(|f| panic!("{f}"));

@@ -5,7 +5,7 @@
 //! as `make test` has time for.
 
 use crate::support::{Random, files, repository};
-use lightgraph::shader::{Defs, Library, compose};
+use lightgraph::internals::shader::{Defs, Library, compose};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::Command;

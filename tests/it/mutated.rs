@@ -1,12 +1,11 @@
 //! Damaged graphs, shaders and scenes: each is read, or gives faults with places. Nothing panics, nothing hangs.
 
 use crate::support::{Random, Scratch, files, plan_without_device, repository};
-use lightgraph::diag::{Checked, Faults, Severity, Source, render};
-use lightgraph::graph;
-use lightgraph::scene;
-use lightgraph::session::Project;
-use lightgraph::shader::{Defs, Library, compose};
-use lightgraph::value::Values;
+use lightgraph::internals::diag::{Severity, Source, render};
+use lightgraph::internals::graph;
+use lightgraph::internals::shader::{Defs, Library, compose};
+use lightgraph::internals::value::Values;
+use lightgraph::{Checked, Faults, Project, Scene};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
@@ -170,7 +169,7 @@ fn damaged_scenes_are_refused_or_read() {
         let check = |bytes: &[u8], what: &str| {
             let what = format!("{}: {what}", path.display());
             std::fs::write(&copy, bytes).unwrap();
-            match survives(&what, || scene::load(&copy)) {
+            match survives(&what, || Scene::load(&copy)) {
                 Err(faults) => {
                     assert!(faults.0.iter().any(|d| d.severity == Severity::Error), "{what}: no error");
                     assert!(!render(&faults.0).is_empty());

@@ -2,7 +2,7 @@
 
 use crate::device;
 use crate::support::{Scratch, repository};
-use lightgraph::session::Project;
+use lightgraph::Project;
 use lightgraph_cli::snapshot::check::CheckKind;
 use lightgraph_cli::snapshot::file::{self, Setup, Step};
 use lightgraph_cli::snapshot::play::plan_in_the_end;

@@ -3,11 +3,10 @@
 use crate::device::{Shot, gpu};
 use crate::support::{Scratch, repository};
 use glam::Vec3;
-use lightgraph::diag::render;
-use lightgraph::image::Image;
-use lightgraph::scene::{self, AddedCamera, AddedEnvironment, AddedLight, Additions, LightKind, Scene};
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::value::Value;
+use lightgraph::internals::diag::render;
+use lightgraph::internals::scene::{self, AddedCamera, AddedEnvironment, AddedLight, Additions, LightKind};
+use lightgraph::internals::value::Value;
+use lightgraph::{Image, Project, Scene, Session, Settings};
 use std::f32::consts::PI;
 use std::sync::Arc;
 
@@ -34,7 +33,7 @@ fn close(found: [f64; 3], expected: [f64; 3], share: f64, what: &str) {
 }
 
 fn load(name: &str, additions: &Additions) -> scene::Loaded {
-    scene::load_with(&repository(name), additions).unwrap_or_else(|f| panic!("{f}"))
+    Scene::load_with(&repository(name), additions).unwrap_or_else(|f| panic!("{f}"))
 }
 
 fn image_of(scene: Scene, graph: &str, set: &str, size: u32) -> Image {
@@ -166,7 +165,7 @@ fn a_closed_room_gets_a_lamp_and_a_place_inside() {
     ];
     let bytes = text.iter().fold(bytes, |bytes, (from, to)| replaced(&bytes, from, to));
     std::fs::write(&path, bytes).unwrap();
-    let loaded = scene::load(&path).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = Scene::load(&path).unwrap_or_else(|f| panic!("{f}"));
     let text = render(&loaded.notices);
     for word in ["it is a room, and one stands inside", "closed room, and a lamp"] {
         assert!(text.contains(word), "no `{word}` in:\n{text}");
@@ -194,6 +193,34 @@ fn only_rooms_are_stood_in() {
     assert!(loaded.scene.cameras.is_empty(), "{}", render(&loaded.notices));
 }
 
+/// A wall that faces −Z would show nothing to a camera before it.
+#[test]
+fn what_shows_only_backs_is_looked_at_from_the_other_side() {
+    let scratch = Scratch::new("turned");
+    let corners: [[f32; 3]; 3] = [[-1.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [1.0, 0.0, 0.0]];
+    let bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    std::fs::write(scratch.path().join("wall.bin"), &bytes).unwrap();
+    let wall = |sides: &str| {
+        let path = scratch.path().join("wall.gltf");
+        let text = format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+                "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "material": 0}}]}}],
+                "materials": [{{"doubleSided": {sides}}}], "buffers": [{{"uri": "wall.bin", "byteLength": 36}}],
+                "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+                "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                    "min": [-1, 0, 0], "max": [1, 2, 0]}}]}}"#
+        );
+        std::fs::write(&path, text).unwrap();
+        Scene::load(&path).unwrap_or_else(|f| panic!("{f}"))
+    };
+    let turned = wall("false");
+    let text = render(&turned.notices);
+    assert!(text.contains("from +Z only backs would show"), "{text}");
+    let (view, _) = turned.scene.view(&turned.scene.pose(0.0), None, 1.0).unwrap_or_else(|f| panic!("{f}"));
+    assert!(view.place.position.z < -1.0 && view.place.forward.z > 0.9, "{view:?}");
+    assert!(wall("true").scene.cameras.is_empty(), "both sides show");
+}
+
 /// The camera looks through the backs of single-sided surfaces in every graph; light does not pass them.
 #[test]
 fn the_camera_looks_through_backs() {
@@ -212,7 +239,7 @@ fn files_of_other_kinds_are_told_what_would_do() {
     let scratch = Scratch::new("other-kind");
     let path = scratch.path().join("model.obj");
     std::fs::write(&path, "v 0 0 0\n").unwrap();
-    let text = scene::load(&path).expect_err("no scene").to_string();
+    let text = Scene::load(&path).expect_err("no scene").to_string();
     for word in ["model.obj is no scene", "export it as glTF 2.0"] {
         assert!(text.contains(word), "no `{word}` in:\n{text}");
     }
@@ -258,7 +285,7 @@ fn what_a_scene_file_says_wrongly_is_shown_where_it_stands() {
         let path = scratch.path().join("test.ron");
         std::fs::copy(repository("scenes/yard.glb"), scratch.path().join("test.glb")).unwrap();
         std::fs::write(&path, format!("Scene(\n    gltf: \"test.glb\",\n    {entry},\n)\n")).unwrap();
-        let text = scene::load(&path).expect_err(entry).to_string();
+        let text = Scene::load(&path).expect_err(entry).to_string();
         for word in words {
             assert!(text.contains(word), "no `{word}` of {entry} in:\n{text}");
         }

@@ -1,15 +1,11 @@
 //! What a scene does not need is not planned, or left out on the device: figures, held as shares of what is left.
 
 use crate::{device, support};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::Image;
-use lightgraph::plan::Plan;
-use lightgraph::plan::build::plan;
-use lightgraph::plan::fastest::FIRST;
-use lightgraph::plan::request::{Request, sample_device, sample_facts};
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::value::Value;
+use lightgraph::internals::plan::build::plan;
+use lightgraph::internals::plan::fastest::FIRST;
+use lightgraph::internals::plan::request::{Request, sample_device, sample_facts};
+use lightgraph::internals::value::Value;
+use lightgraph::{Gpu, Image, Plan, Project, Scene, Session, Settings};
 
 fn open(graph: &str) -> Project {
     Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"))
@@ -91,7 +87,7 @@ fn without_lights_nothing_casts_shadows_and_without_bounces_there_are_no_probes(
 fn hall(gpu: &Gpu, lean: bool) -> (Image, u64) {
     let project = open("uniform_grid.ron");
     let set = ["grid=8,8,3", "face=2", "bounces=2", "epsilon=0", if lean { "lean=true" } else { "lean=false" }];
-    let loaded = scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = Scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}"));
     let settings = Settings {
         params: project.params(&set.map(String::from)).unwrap_or_else(|f| panic!("{f}")),
         size: [24, 18],

@@ -3,10 +3,10 @@
 use crate::device::gpu;
 use crate::support::{Scratch, repository};
 use glam::DVec3;
-use lightgraph::gpu::{Memory, read_bytes};
-use lightgraph::scene::{self, Scene, Table};
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::value::Value;
+use lightgraph::internals::gpu::read_bytes;
+use lightgraph::internals::scene::Table;
+use lightgraph::internals::value::Value;
+use lightgraph::{Memory, Project, Scene, Session, Settings};
 
 const BINS: usize = 64;
 const COUNTS: [usize; 3] = [7, 4, 6];
@@ -84,7 +84,7 @@ fn stated(triangles: &Table, axis: usize, [low, high]: [f64; 2]) -> Vec<f64> {
 #[test]
 fn planes_stand_where_surfaces_are_however_many() {
     for (file, least) in [("scenes/hall.ron", 0), ("scenes/art_gallery.ron", 65_536)] {
-        let scene = scene::load(&repository(file)).unwrap_or_else(|f| panic!("{f}")).scene;
+        let scene = Scene::load(&repository(file)).unwrap_or_else(|f| panic!("{f}")).scene;
         let facts = scene.facts();
         let corners = ["grid_min", "grid_max"].map(|name| match facts.get(name) {
             Some(Value::Vec3(v)) => v.as_dvec3(),

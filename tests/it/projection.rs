@@ -2,9 +2,8 @@
 
 use crate::device::gpu;
 use crate::support::{Scratch, repository};
-use lightgraph::math::{cube, sh};
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::math::{cube, sh};
+use lightgraph::{Project, Scene, Session, Settings};
 use std::f64::consts::PI;
 
 /// What harmonic `j` at the texels of a cube counts in coefficient `k`: Σ factor_k · Y_j, row by row.
@@ -23,7 +22,7 @@ fn products(order: usize, face: u32, set: &str) -> Vec<f64> {
         outputs: Some(vec!["factor".into()]),
         ..Settings::default()
     };
-    let scene = scene::load(&repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let mut session = Session::new(&gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
     session.frame(&gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
     let factor = session.image(&gpu, "factor").unwrap_or_else(|f| panic!("{f}"));

@@ -3,11 +3,9 @@
 
 use crate::{device, support};
 use glam::Vec3;
-use lightgraph::gpu::{ArrivingImage, FrameReport, Gpu, Recorded};
-use lightgraph::image::Image;
-use lightgraph::plan::change::Why;
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::gpu::PendingImage;
+use lightgraph::internals::plan::change::Why;
+use lightgraph::{Frame, FrameReport, Gpu, Image, Project, Scene, Session, Settings};
 use std::collections::VecDeque;
 use std::fs;
 
@@ -18,7 +16,7 @@ fn open(gpu: &Gpu, graph: &str, set: &[&str], settings: Settings) -> Session {
     let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
-    let loaded = scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = Scene::load(&support::repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}"));
     let settings = Settings { params, size: [16, 12], skip: true, ..settings };
     Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
 }
@@ -28,7 +26,7 @@ fn encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
 }
 
 /// What arrives of a frame. It polls as a program's own loop does.
-fn arrive(gpu: &Gpu, recorded: &mut Recorded, image: &mut ArrivingImage) -> (FrameReport, Image) {
+fn arrive(gpu: &Gpu, recorded: &mut Frame, image: &mut PendingImage) -> (FrameReport, Image) {
     let (mut report, mut picture) = (None, None);
     for _ in 0..1_000_000 {
         report = report.or_else(|| recorded.arrived(gpu).unwrap_or_else(|f| panic!("{f}")));
@@ -185,7 +183,7 @@ fn a_program_lends_its_textures_and_buffers() {
     }
     let project = Project::open(&scratch.path().join("graph.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
     let settings = Settings { size: [16, 12], skip: true, verify: true, ..Settings::default() };
-    let scene = std::sync::Arc::new(scene::stand_in().unwrap_or_else(|f| panic!("{f}")).scene);
+    let scene = std::sync::Arc::new(Scene::stand_in().unwrap_or_else(|f| panic!("{f}")).scene);
     let mut session = Session::new(gpu, &project, scene.clone(), settings.clone()).unwrap_or_else(|f| panic!("{f}"));
     let ran = |session: &mut Session| -> (f32, Vec<bool>) {
         session.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));

@@ -2,9 +2,12 @@
 //! its tables, and those in the second where a row has fields or columns.
 
 use crate::support::{files, repository};
-use lightgraph::diag::{Faults, Source};
-use lightgraph::graph::{self, expr::FUNCTIONS, parse::FORMATS, variant};
-use lightgraph::scene::{self, FACTS, FRAME_VALUES, TABLES, VERTEX_ATTRIBUTES};
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph::expr::FUNCTIONS;
+use lightgraph::internals::graph::parse::FORMATS;
+use lightgraph::internals::graph::{self, variant};
+use lightgraph::internals::scene::{FACTS, FRAME_VALUES, TABLES, VERTEX_ATTRIBUTES};
+use lightgraph::{Faults, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -99,18 +102,28 @@ fn what_scenes_and_frames_provide_is_listed() {
 
 #[test]
 fn keys_of_scene_files_are_listed() {
-    let keys = |text: &str| {
+    let listed = |text: &str, before: &str| -> BTreeSet<String> {
         let glb = std::fs::read(repository("scenes/cornell.glb")).unwrap();
-        let faults = scene::from_bytes(&glb, "cornell", Some(text)).unwrap_err().to_string();
-        let list = faults.split_once("the keys here are ").unwrap_or_else(|| panic!("{faults}")).1;
+        let faults = Scene::from_bytes(&glb, "cornell", Some(text)).unwrap_err().to_string();
+        let list = faults.split_once(before).unwrap_or_else(|| panic!("{faults}")).1;
         list.lines().next().unwrap_or_default().split(", ").map(String::from).collect()
     };
-    let all = [
-        ("Scene", keys("Scene(zzz: 1)")),
-        ("materials", keys("Scene(materials: {\"a\": (zzz: 1)})")),
-        ("motion", keys("Scene(motion: {\"a\": [(zzz: 1)]})")),
-    ];
-    hold("Scene file", &all.into_iter().map(|(name, keys)| (name.to_string(), keys)).collect());
+    let keys = |text: &str| listed(text, "the keys here are ");
+    let mut all = Listed::from([
+        ("Scene".to_string(), keys("Scene(zzz: 1)")),
+        ("materials".to_string(), keys("Scene(materials: {\"a\": (zzz: 1)})")),
+        ("motion".to_string(), keys("Scene(motion: {\"a\": [(zzz: 1)]})")),
+        ("cameras".to_string(), keys("Scene(cameras: {\"a\": (zzz: 1)})")),
+    ]);
+    let lights = |kind: &str| format!("Scene(lights: {{\"a\": {kind}}})");
+    let environment = |kind: &str| format!("Scene(environment: {kind})");
+    for of in [&lights as &dyn Fn(&str) -> String, &environment] {
+        for kind in listed(&of("Zzz()"), "the kinds here are ") {
+            let found = keys(&of(&format!("{kind}(zzz: 1)")));
+            all.insert(kind, found);
+        }
+    }
+    hold("Scene file", &all);
 }
 
 #[test]

@@ -2,10 +2,10 @@
 
 use crate::device::Shot;
 use crate::support::repository;
-use lightgraph::image::Image;
-use lightgraph::image::exr::read_exr;
-use lightgraph::image::mask::{both, edge_mask, gradient_mask, grow};
-use lightgraph::image::metrics::compare;
+use lightgraph::Image;
+use lightgraph::internals::image::exr::read_exr;
+use lightgraph::internals::image::mask::{both, edge_mask, gradient_mask, grow};
+use lightgraph::internals::image::metrics::compare;
 
 const SIZE: u32 = 128;
 

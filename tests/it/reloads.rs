@@ -3,11 +3,8 @@
 
 use crate::device;
 use crate::support::{Random, Scratch};
-use lightgraph::diag::Checked;
-use lightgraph::gpu::{ADAPTER_VARIABLE, Gpu};
-use lightgraph::image::Image;
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::gpu::ADAPTER_VARIABLE;
+use lightgraph::{Checked, Gpu, Image, Project, Scene, Session, Settings};
 use std::fs;
 use std::path::Path;
 
@@ -144,7 +141,7 @@ fn files() -> Vec<(&'static str, Vec<Vec<u8>>)> {
 /// As `lightgraph watch` does on a change.
 fn load(gpu: &Gpu, folder: &Path, previous: Option<&Session>) -> Checked<(Session, Image)> {
     let project = Project::open(&folder.join("variant.ron"), &[])?;
-    let loaded = scene::load(&folder.join("scene.gltf"))?;
+    let loaded = Scene::load(&folder.join("scene.gltf"))?;
     let settings = Settings { size: [12, 8], skip: true, ..Settings::default() };
     let mut session = Session::after(gpu, &project, loaded.scene, settings, previous)?;
     session.frame(gpu, 0, 0.0)?;

@@ -2,7 +2,7 @@
 
 use crate::device::gpu;
 use crate::support::{Scratch, repository};
-use lightgraph::fastest::Policy;
+use lightgraph::internals::fastest::Policy;
 use lightgraph_cli::bench::speed::{Bench, List, Row};
 
 /// The rows beside a program that a script stands for.

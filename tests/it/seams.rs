@@ -2,8 +2,8 @@
 
 use crate::device::Shot;
 use crate::support::repository;
-use lightgraph::image::Image;
-use lightgraph::image::exr::read_exr;
+use lightgraph::Image;
+use lightgraph::internals::image::exr::read_exr;
 
 /// Pixels along a side of the references.
 const EDGE: usize = 128;

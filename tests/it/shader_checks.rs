@@ -3,9 +3,7 @@
 use crate::command::lightgraph;
 use crate::device;
 use crate::support::{Scratch, repository};
-use lightgraph::gpu::Gpu;
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::{Gpu, Project, Scene, Session, Settings};
 use std::fs;
 
 /// A compute pass fills, a screen pass shows; both check.
@@ -72,7 +70,7 @@ fn project(name: &str) -> Scratch {
 fn session(gpu: &Gpu, scratch: &Scratch, set: &[&str]) -> Session {
     let project = Project::open(&scratch.path().join("graph.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
     let params = project.params(&set.iter().map(ToString::to_string).collect::<Vec<_>>()).unwrap();
-    let scene = scene::load(&repository("scenes/lambert_plane.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&repository("scenes/lambert_plane.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let settings = Settings { params, size: [8, 4], skip: true, ..Settings::default() };
     Session::new(gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"))
 }
@@ -81,7 +79,7 @@ fn session(gpu: &Gpu, scratch: &Scratch, set: &[&str]) -> Session {
 fn frame(gpu: &Gpu, session: &mut Session, index: u32) -> Vec<String> {
     let report = session.frame(gpu, index, 0.0).unwrap_or_else(|f| panic!("{f}"));
     let failed = session.failed_checks(&report);
-    failed.into_iter().map(|d| lightgraph::diag::render(&[d])).collect()
+    failed.into_iter().map(|d| lightgraph::internals::diag::render(&[d])).collect()
 }
 
 #[test]

@@ -1,14 +1,13 @@
 //! Every file in `graphs`, `shaders` and `scenes` is found here, so that none can rot unseen.
 
 use crate::support::{files, plan_of_choices, plan_without_device, repository};
-use lightgraph::diag::{Severity, render};
-use lightgraph::plan::Plan;
-use lightgraph::plan::fastest::{FIRST, each};
-use lightgraph::plan::request::all_sample_facts;
-use lightgraph::scene;
-use lightgraph::session::Project;
-use lightgraph::shader::{BindingKind, Library};
-use lightgraph::value::{Value, Values};
+use lightgraph::internals::diag::{Severity, render};
+use lightgraph::internals::plan::fastest::{FIRST, each};
+use lightgraph::internals::plan::request::all_sample_facts;
+use lightgraph::internals::scene;
+use lightgraph::internals::shader::{BindingKind, Library};
+use lightgraph::internals::value::{Value, Values};
+use lightgraph::{Plan, Project, Scene};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -169,10 +168,27 @@ fn links_of_documents_lead_to_files() {
 }
 
 #[test]
+fn every_page_stands_once_in_the_book() {
+    let docs = repository("docs");
+    let mut pages: Vec<String> = files("docs", &["md"])
+        .iter()
+        .map(|p| p.strip_prefix(&docs).unwrap_or(p).display().to_string())
+        .filter(|p| p != "SUMMARY.md")
+        .collect();
+    pages.push("results/README.md".into());
+    let summary = std::fs::read_to_string(docs.join("SUMMARY.md")).unwrap();
+    let links = summary.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
+    let mut listed: Vec<&str> = links.map(|(link, _)| link).collect();
+    pages.sort();
+    listed.sort_unstable();
+    assert_eq!(listed, pages, "docs/SUMMARY.md lists every page of docs/");
+}
+
+#[test]
 fn every_scene_loads_and_holds_together() {
     for path in files("scenes", &["gltf", "glb", "ron"]) {
         let shown = path.display();
-        let loaded = scene::load(&path).unwrap_or_else(|faults| panic!("{shown}\n{faults}"));
+        let loaded = Scene::load(&path).unwrap_or_else(|faults| panic!("{shown}\n{faults}"));
         let warnings: Vec<_> = loaded.notices.iter().filter(|d| d.severity == Severity::Warning).cloned().collect();
         assert!(warnings.is_empty(), "{shown}\n{}", render(&warnings));
         let scene = &loaded.scene;

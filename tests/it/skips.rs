@@ -1,12 +1,11 @@
 //! Frames that leave steps out equal frames in full, whatever moves; and they leave out what they should.
 
 use crate::{device, support};
-use lightgraph::diag::Source;
-use lightgraph::gpu::Gpu;
-use lightgraph::graph::ast::{Name, Param};
-use lightgraph::scene::{self, Scene, Shift};
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::value::Value;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph::ast::{Name, Param};
+use lightgraph::internals::scene::Shift;
+use lightgraph::internals::value::Value;
+use lightgraph::{Gpu, Project, Scene, Session, Settings};
 use std::collections::BTreeSet;
 
 /// A session on a small image that compares every frame with a full run.
@@ -14,7 +13,7 @@ fn session(gpu: &Gpu, graph: &str, scene: &str, set: &[&str]) -> Session {
     let project = Project::open(&support::repository("graphs/gi").join(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let params = project.params(&set).unwrap_or_else(|f| panic!("{f}"));
-    let loaded = scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
+    let loaded = Scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}"));
     let outputs = Some(vec!["color".to_string()]);
     let settings = Settings { params, size: [32, 24], outputs, skip: true, verify: true, ..Settings::default() };
     Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
@@ -39,7 +38,7 @@ fn a_still_frame_runs_nothing() {
     frame(gpu, &mut s, 0, 0.0);
     // What writes dirty bits runs when something has moved.
     let plan = &s.plan;
-    let marks = |step: &&lightgraph::plan::Step| step.writes.iter().any(|id| plan.resources[id.0].bits);
+    let marks = |step: &&lightgraph::internals::plan::Step| step.writes.iter().any(|id| plan.resources[id.0].bits);
     let others = plan.steps.iter().filter(|step| !marks(step));
     assert_eq!(ran(&s), others.map(|step| step.pass.as_str()).collect());
     frame(gpu, &mut s, 1, 0.5);
@@ -166,7 +165,7 @@ const SCRIPT: [(&str, bool, Edit); 12] = [
 /// Takes its time: every graph, every edit, every frame twice.
 fn script_equals_full_runs(scene: &str) {
     let gpu = &device::gpu();
-    let scene = scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&support::repository("scenes").join(scene)).unwrap_or_else(|f| panic!("{f}")).scene;
     for graph in support::files("graphs/gi", &["ron"]) {
         let graph = graph.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let set = TINY.iter().map(ToString::to_string).collect();
@@ -202,7 +201,7 @@ fn edits_of_all_graphs_in_a_moving_scene_equal_full_runs() {
 #[test]
 fn a_variant_keeps_what_it_shares_with_its_base() {
     let gpu = &device::gpu();
-    let scene = scene::load(&support::repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&support::repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let set = TINY.iter().map(ToString::to_string).collect();
     let (graph, shift) = ("fast_grid.ron".to_string(), Shift::default());
     let mut stage = Stage { graph, scene, set, aside: false, size: [16, 12], shift, time: 0.0 };
@@ -227,7 +226,7 @@ fn a_variant_keeps_what_it_shares_with_its_base() {
 #[test]
 fn another_size_leaves_alone_what_is_no_picture() {
     let gpu = &device::gpu();
-    let scene = scene::load(&support::repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&support::repository("scenes/cornell.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let set = TINY.iter().map(ToString::to_string).collect();
     let (graph, shift) = ("uniform_grid.ron".to_string(), Shift::default());
     let mut stage = Stage { graph, scene, set, aside: false, size: [16, 12], shift, time: 0.0 };

@@ -3,7 +3,7 @@
 
 use crate::device;
 use crate::support::{Scratch, repository};
-use lightgraph::gpu::Gpu;
+use lightgraph::Gpu;
 use lightgraph_cli::snapshot::{Bless, Open, Options, State, Summary, find, run, run_on};
 use std::fs;
 use std::sync::Arc;

@@ -4,10 +4,10 @@
 
 use crate::device::Shot;
 use crate::support::repository;
-use lightgraph::image::difference::difference;
-use lightgraph::image::exr::{Precision, read_exr, write_exr};
-use lightgraph::image::metrics::compare;
-use lightgraph::image::png::{ToneMap, write_png};
+use lightgraph::internals::image::difference::difference;
+use lightgraph::internals::image::exr::{Precision, read_exr, write_exr};
+use lightgraph::internals::image::metrics::compare;
+use lightgraph::internals::image::png::{ToneMap, write_png};
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -2,11 +2,10 @@
 
 use crate::device;
 use crate::support::repository;
-use lightgraph::gpu::{Frame, Gpu, Prepared, execute, prepare};
-use lightgraph::plan::Plan;
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Settings, plan_for};
-use lightgraph::value::Value;
+use lightgraph::internals::gpu::{FrameInputs, Prepared, execute, prepare};
+use lightgraph::internals::session::plan_for;
+use lightgraph::internals::value::Value;
+use lightgraph::{Gpu, Plan, Project, Scene, Settings};
 use lightgraph_cli::bench::speed::Handwritten;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -73,7 +72,7 @@ fn frames(gpu: &Gpu, scene: &Scene, passes: u32) -> [u64; 2] {
     values.insert("frame".into(), Value::Uint(0));
     values.insert("first_frame".into(), Value::Bool(true));
     values.insert("time".into(), Value::Float(0.0));
-    let frame = Frame { values, ..Frame::default() };
+    let frame = FrameInputs { values, ..FrameInputs::default() };
     let executor = least(|| drop(execute(gpu, &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"))));
     let program = Handwritten::new(gpu, &plan).unwrap_or_else(|| panic!("it was written for another chain"));
     [executor, least(|| program.frame(gpu).unwrap_or_else(|f| panic!("{f}")))]
@@ -82,7 +81,7 @@ fn frames(gpu: &Gpu, scene: &Scene, passes: u32) -> [u64; 2] {
 #[test]
 fn a_pass_more_is_no_allocation_more() {
     let gpu = &device::gpu();
-    let scene = scene::load(&repository("scenes/lambert_plane.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&repository("scenes/lambert_plane.glb")).unwrap_or_else(|f| panic!("{f}")).scene;
     let ([few, few_by_hand], [many, many_by_hand]) = (frames(gpu, &scene, 100), frames(gpu, &scene, 500));
     let growth = |few: u64, many: u64| many.saturating_sub(few) as f64 / 400.0;
     let (ours, by_hand) = (growth(few, many), growth(few_by_hand, many_by_hand));

@@ -1,11 +1,10 @@
 //! What several tests need: paths of the repository, plans without a device, files in a folder of their own.
 
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::plan::build::{Planned, faults, plan};
-use lightgraph::plan::fastest::{Choices, FIRST};
-use lightgraph::plan::request::{Request, sample_device, sample_facts};
-use lightgraph::session::Project;
-use lightgraph::value::Values;
+use lightgraph::internals::plan::build::{Planned, faults, plan};
+use lightgraph::internals::plan::fastest::{Choices, FIRST};
+use lightgraph::internals::plan::request::{Request, sample_device, sample_facts};
+use lightgraph::internals::value::Values;
+use lightgraph::{Checked, Diagnostic, Project};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -1,7 +1,7 @@
 //! The bounce loop's end, held to what it promises: what the bounces left out would still change.
 
 use crate::device::Shot;
-use lightgraph::image::Image;
+use lightgraph::Image;
 
 /// The coefficients that bounces without end lead to, near enough: 0.95 to the 300th is 2e-7.
 fn limit(scene: &str) -> Image {

@@ -3,11 +3,10 @@
 use crate::device::gpu;
 use crate::support::{Scratch, repository};
 use glam::{DVec3, UVec3};
-use lightgraph::image::Image;
-use lightgraph::math::{cube, grid::Grid, lobe, sh};
-use lightgraph::scene;
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::value::Value;
+use lightgraph::internals::math::grid::Grid;
+use lightgraph::internals::math::{cube, lobe, sh};
+use lightgraph::internals::value::Value;
+use lightgraph::{Image, Project, Scene, Session, Settings};
 use std::f64::consts::PI;
 
 const SCENE: &str = "scenes/hall_glossy.ron";
@@ -37,7 +36,7 @@ fn render<const N: usize>(bounces: u32, outputs: [&str; N]) -> [Image; N] {
         outputs: Some(outputs.iter().map(ToString::to_string).collect()),
         ..Settings::default()
     };
-    let scene = scene::load(&repository(SCENE)).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&repository(SCENE)).unwrap_or_else(|f| panic!("{f}")).scene;
     let mut session = Session::new(&gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
     session.frame(&gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
     outputs.map(|name| session.image(&gpu, name).unwrap_or_else(|f| panic!("{f}")))
@@ -89,7 +88,7 @@ fn coefficients_are_the_projection_of_what_the_probes_see() {
 fn captured_surfaces_reflect_the_interpolated_coefficients() {
     let [slices] = render(1, ["sh"]);
     let [albedo, normal, direct, light] = render(2, ["cube_albedo", "cube_normal", "cube_direct", "cube_light"]);
-    let scene = scene::load(&repository(SCENE)).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&repository(SCENE)).unwrap_or_else(|f| panic!("{f}")).scene;
     let facts = scene.facts();
     let corner = |name: &str| match facts.get(name) {
         Some(Value::Vec3(v)) => v.as_dvec3(),

@@ -3,12 +3,9 @@
 use crate::device::gpu;
 use crate::support::repository;
 use glam::{DVec2, DVec4, Vec3};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::Image;
-use lightgraph::image::exr::read_exr;
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::value::Value;
+use lightgraph::internals::image::exr::read_exr;
+use lightgraph::internals::value::Value;
+use lightgraph::{Gpu, Image, Project, Scene, Session, Settings};
 use lightgraph_cli::bench::references::{Listed, Manifest};
 use std::sync::Arc;
 
@@ -58,12 +55,12 @@ impl Tracer {
         let paths = ["ron", "glb", "gltf"].map(|e| repository(&format!("scenes/{}.{e}", listed.scene)));
         let path = paths.into_iter().find(|p| p.exists()).unwrap_or_else(|| panic!("no {}", listed.scene));
         let project = Project::open(&repository("graphs/gi/pathtrace.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-        let scene = Arc::new(scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene);
+        let scene = Arc::new(Scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene);
         Tracer { project, scene, camera: listed.camera.clone(), session: None }
     }
 
-    /// Indirect light in independent images; other numbers of paths are other paths.
-    fn images(&mut self, gpu: &Gpu, bounces: u32, paths: u32) -> Vec<Image> {
+    /// Light in independent images; other numbers of paths are other paths.
+    fn images(&mut self, gpu: &Gpu, output: &str, bounces: u32, paths: u32) -> Vec<Image> {
         let image = |i| {
             let set = [("samples", paths), ("bounces", bounces), ("seed", paths * IMAGES + i)];
             let settings = Settings {
@@ -73,14 +70,14 @@ impl Tracer {
                     .unwrap_or_else(|f| panic!("{f}")),
                 size: [SIZE, SIZE],
                 camera: self.camera.clone(),
-                outputs: Some(vec!["indirect".into()]),
+                outputs: Some(vec![output.into()]),
                 ..Settings::default()
             };
             let before = self.session.as_ref();
             let session = Session::after(gpu, &self.project, self.scene.clone(), settings, before);
             let session = self.session.insert(session.unwrap_or_else(|f| panic!("{f}")));
             session.frame(gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
-            session.image(gpu, "indirect").unwrap_or_else(|f| panic!("{f}"))
+            session.image(gpu, output).unwrap_or_else(|f| panic!("{f}"))
         };
         (1..=IMAGES).map(image).collect()
     }
@@ -219,8 +216,9 @@ fn hold(references: &[(&Listed, &str, u32)]) {
             Some(same) if same.0 == listed => last.insert(same),
             _ => last.insert((listed, Tracer::of(listed))),
         };
+        let output = if quantity == "full" { "color" } else { "indirect" };
         let what = format!("{} {} {quantity}", listed.scene, listed.camera.as_deref().unwrap_or("-"));
-        let found = tracer.images(&gpu, bounces, PATHS[0]);
+        let found = tracer.images(&gpu, output, bounces, PATHS[0]);
         if !listed.errors.contains_key(quantity) {
             let dark = |image: &Image| (0..image.pixel_count()).all(|p| brightness(image, p) == 0.0);
             assert!(dark(&image(&listed.files[quantity])), "{what}: nothing says how large the reference's errors are");
@@ -237,7 +235,7 @@ fn hold(references: &[(&Listed, &str, u32)]) {
         };
         // Sixteen times the paths are four times as sure: what is a bias shows all the more.
         if !held(&found, PATHS[0]).is_empty() {
-            faults += &held(&tracer.images(&gpu, bounces, PATHS[1]), PATHS[1]);
+            faults += &held(&tracer.images(&gpu, output, bounces, PATHS[1]), PATHS[1]);
         }
     }
     assert!(faults.is_empty(), "{faults}");
@@ -245,6 +243,10 @@ fn hold(references: &[(&Listed, &str, u32)]) {
 
 fn manifest() -> Manifest {
     Manifest::read(&repository("tests/references")).unwrap_or_else(|f| panic!("{f}"))
+}
+
+fn listed<'a>(manifest: &'a Manifest, scene: &str) -> &'a Listed {
+    manifest.entries.iter().find(|e| e.scene == scene).unwrap_or_else(|| panic!("no {scene}"))
 }
 
 #[test]
@@ -259,10 +261,14 @@ fn path_tracing_is_unbiased() {
         ("room_area", "b3_indirect", 3),
         ("metal_balls", "b2_indirect", 2),
     ];
-    hold(&some.map(|(scene, quantity, bounces)| {
-        let listed = manifest.entries.iter().find(|e| e.scene == scene);
-        (listed.unwrap_or_else(|| panic!("no {scene}")), quantity, bounces)
-    }));
+    hold(&some.map(|(scene, quantity, bounces)| (listed(&manifest, scene), quantity, bounces)));
+}
+
+/// A board of balls and panels under a panorama: roughness by metalness, each kind of texture, holes, vertex colours.
+#[test]
+fn path_tracing_shows_materials_as_mitsuba_does() {
+    let manifest = manifest();
+    hold(&[(listed(&manifest, "materials"), "full", 64)]);
 }
 
 /// Every reference image of indirect light, converged and after one, two and three bounces.
@@ -270,9 +276,13 @@ fn path_tracing_is_unbiased() {
 #[ignore = "takes minutes on two cores: cargo test --release every_reference -- --ignored --nocapture"]
 fn path_tracing_is_unbiased_on_every_reference() {
     let manifest = manifest();
-    let quantities = [("indirect", 64), ("b1_indirect", 1), ("b2_indirect", 2), ("b3_indirect", 3)];
+    // Of all light only what stands under a panorama has errors: elsewhere direct light is compared by itself.
+    let quantities = [("full", 64), ("indirect", 64), ("b1_indirect", 1), ("b2_indirect", 2), ("b3_indirect", 3)];
     let all = manifest.entries.iter().flat_map(|listed| quantities.map(|(name, bounces)| (listed, name, bounces)));
-    let all: Vec<_> = all.filter(|(listed, name, _)| listed.files.contains_key(*name)).collect();
+    let all: Vec<_> = all
+        .filter(|(listed, name, _)| listed.files.contains_key(*name))
+        .filter(|(listed, name, _)| *name != "full" || listed.errors.contains_key(*name))
+        .collect();
     assert!(all.len() >= 40, "only {} references are compared", all.len());
     hold(&all);
 }

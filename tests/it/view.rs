@@ -48,7 +48,9 @@ const SCRIPT: &str = r#"[
     Faults("paint.wgsl:5:"), Wait(3), Shot("broken.png"),
     Replace(file: "shaders/paint.wgsl", text: "0.25 + green +", by: "0.5 +"), Mended, Rest, Shot("mended.png"),
     Click("variant other"), Rest, Shot("variant.png"), Click("variant graph"), Rest,
-    Click("tab Compiled graph"), Wait(3), Shot("network.png"), Click("port ramp"), Rest, Wait(3), Shot("resource.png"),
+    Click("tab Compiled graph"), Wait(3), Shot("network.png"), Click("pass paint"), Wait(3),
+    Click("tab Memory"), Wait(3), Shot("memory.png"), Click("alive ramp"), Rest, Wait(3), Shot("alive.png"),
+    Click("tab Compiled graph"), Wait(3), Click("port ramp"), Rest, Wait(3), Shot("resource.png"),
     Drag(on: "image", from: (0.5, 0.5), to: (0.6, 0.45)), Rest, Save("orbited.ron"),
     Size(1, 1), Rest, Shot("tiny.png"), Size(900, 600), Rest, Shot("back.png"),
     LoseDevice, Rest, Wait(3), Shot("reopened.png"),
@@ -169,9 +171,16 @@ fn a_window_is_dragged_broken_mended_switched_shrunk_and_closed() {
     let _alone = device::gpu();
     let display = Display::start();
     let project = Project::new("played", SCRIPT);
-    let child = project.command().args(["--script", "script"]).env("DISPLAY", &display.name).spawn().unwrap();
-    let (code, text) = finish(child);
+    // An editor that notes what it is asked to open.
+    std::fs::write(project.path("editor.sh"), "echo \"$@\" > opened").unwrap();
+    let mut command = project.command();
+    command.env("DISPLAY", &display.name).env_remove("VISUAL").env("EDITOR", "sh editor.sh");
+    let (code, text) = finish(command.args(["--script", "script"]).spawn().unwrap());
     assert_eq!(code, 0, "{text}");
+    assert_eq!(std::fs::read_to_string(project.path("opened")).unwrap().trim(), "+10 graph.ron");
+    let shot = |name: &str| std::fs::read(project.path(name)).unwrap();
+    assert_ne!(shot("memory.png"), shot("network.png"), "lifetimes in place of the graph");
+    assert_ne!(shot("alive.png"), shot("memory.png"), "a click shows the resource");
 
     // The middle of the image; green is 0.25 of the light, tone mapped.
     let middle = |shot: &str| project.pixel(shot, 0.5, 0.3);

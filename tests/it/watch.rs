@@ -39,7 +39,7 @@ fn a_broken_shader_keeps_the_last_image_and_a_mended_one_replaces_it() {
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     let mut line = || lines.next().expect("the command goes on").unwrap();
     let red = || {
-        let image = lightgraph::image::exr::read_exr(&file("out.exr")).unwrap_or_else(|f| panic!("{f}"));
+        let image = lightgraph::internals::image::exr::read_exr(&file("out.exr")).unwrap_or_else(|f| panic!("{f}"));
         image.pixel(0, 3, 3).unwrap()[0]
     };
     assert!(line().contains("out.exr: graph"));
@@ -111,7 +111,8 @@ fn a_folder_that_is_deleted_and_made_anew_is_seen() {
     // Each state is told at least once; loads in the middle of a change may come before.
     let mut until = |part: &str| while !lines.next().expect("the command goes on").unwrap().contains(part) {};
     let red = || {
-        let image = lightgraph::image::exr::read_exr(&scratch.path().join("out.exr")).unwrap_or_else(|f| panic!("{f}"));
+        let image = lightgraph::internals::image::exr::read_exr(&scratch.path().join("out.exr"))
+            .unwrap_or_else(|f| panic!("{f}"));
         image.pixel(0, 3, 3).unwrap()[0]
     };
     until("out.exr: graph");
@@ -187,7 +188,8 @@ fn every_way_of_saving_ends_in_the_final_state() {
         .unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     let red = || {
-        let image = lightgraph::image::exr::read_exr(&file("graphs/out.exr")).unwrap_or_else(|f| panic!("{f}"));
+        let image =
+            lightgraph::internals::image::exr::read_exr(&file("graphs/out.exr")).unwrap_or_else(|f| panic!("{f}"));
         image.pixel(0, 3, 3).unwrap()[0]
     };
     // A machine under load may see a save in two steps as two; the end is the same.

@@ -1,7 +1,7 @@
 //! The `lightgraph` command and what it is made of, beside the library `lightgraph`.
 //!
 //! - [`commands`]: the commands, one a file
-//! - [`bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
+//! - [`mod@bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - `view`: the window: graphs seen live, with what can be set, compared and looked into
 //! - `web`: the page for a browser: where it stands, how it is served
 //! - `base64`: bytes as text, for reports; `paths`: the files that a command line names

@@ -1,7 +1,6 @@
 //! The `.ron` files that a command line names.
 
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::graph::Graph;
+use lightgraph::{Checked, Diagnostic, Graph};
 use std::path::{Path, PathBuf};
 
 /// Files, and of folders every `.ron` file in them and below, by name.

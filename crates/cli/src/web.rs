@@ -1,6 +1,6 @@
 //! The page that a browser opens: where it stands, and how it is served.
 
-use lightgraph::diag::{Checked, Diagnostic};
+use lightgraph::{Checked, Diagnostic};
 use std::io;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
@@ -43,7 +43,7 @@ fn answer(request: Request, folder: &Path) -> io::Result<()> {
         return request.respond(head(403, "this server answers to addresses and to localhost only\n"));
     }
     let Some(path) = find(folder, request.url()) else { return request.respond(head(404, "not found\n")) };
-    let Ok(bytes) = lightgraph::files::read(&path, lightgraph::files::IMAGE) else {
+    let Ok(bytes) = lightgraph::internals::files::read(&path, lightgraph::internals::files::IMAGE) else {
         return request.respond(head(404, "not found\n"));
     };
     let headers = [

@@ -7,8 +7,8 @@ use crate::symbols::Symbol;
 use crate::text::{Columns, Lines};
 use crate::words::{self, Word, choices, section, word};
 use crate::workspace::Workspace;
-use lightgraph::diag::Source;
-use lightgraph::shader::Library;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::shader::Library;
 use lsp_types::{CompletionItem, CompletionItemKind, CompletionTextEdit, Documentation, TextEdit};
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -236,10 +236,11 @@ impl Graph<'_> {
                         self.offer.add(path, CompletionItemKind::FILE, "graph", "", Some(quoted(path)));
                     }
                 }
-                for (path, _) in
-                    lightgraph::builtin::FILES.iter().filter(|f| f.0.ends_with(".ron") && f.0.starts_with("graphs/"))
+                for (path, _) in lightgraph::internals::builtin::FILES
+                    .iter()
+                    .filter(|f| f.0.ends_with(".ron") && f.0.starts_with("graphs/"))
                 {
-                    let path = format!("{}{path}", lightgraph::builtin::PREFIX);
+                    let path = format!("{}{path}", lightgraph::internals::builtin::PREFIX);
                     self.offer.add(&path, CompletionItemKind::FILE, "comes with lightgraph", "", Some(quoted(&path)));
                 }
             }

@@ -2,16 +2,16 @@
 
 use crate::graphs::{self, Settings};
 use crate::texts::Texts;
-use lightgraph::diag::{Source, Span};
-use lightgraph::graph::expr::{Expr, Val};
-use lightgraph::graph::unroll::unroll;
-use lightgraph::plan::build::plan;
-use lightgraph::plan::fastest::FIRST;
-use lightgraph::plan::request::{Request, sample_device, sample_facts, values};
-use lightgraph::plan::sizes::Sizes;
-use lightgraph::plan::{Desc, TextureKind};
-use lightgraph::shader::Library;
-use lightgraph::value::Values;
+use lightgraph::internals::diag::{Source, Span};
+use lightgraph::internals::graph::expr::{Expr, Val};
+use lightgraph::internals::graph::unroll::unroll;
+use lightgraph::internals::plan::build::plan;
+use lightgraph::internals::plan::fastest::FIRST;
+use lightgraph::internals::plan::request::{Request, sample_device, sample_facts, values};
+use lightgraph::internals::plan::sizes::Sizes;
+use lightgraph::internals::plan::{Desc, TextureKind};
+use lightgraph::internals::shader::Library;
+use lightgraph::internals::value::Values;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 

@@ -1,8 +1,9 @@
-//! Edits that faults propose: the nearest name, or to leave out what nothing uses.
+//! Edits that faults propose: the nearest name, to leave out what nothing uses, what a resource holds at first.
 
+use crate::mentions::GraphFile;
 use crate::text::Lines;
 use crate::told::HELP;
-use lightgraph::graph::tree::{self, Kind, Node};
+use lightgraph::internals::graph::tree::{self, Kind, Node};
 use lsp_types::{CodeAction, CodeActionKind, CodeActionOrCommand, Diagnostic, TextEdit, Uri, WorkspaceEdit};
 use std::ops::Range;
 
@@ -52,7 +53,35 @@ fn edits(lines: &Lines, d: &Diagnostic) -> Vec<(String, Range<usize>, String)> {
         let name = wrong.first().copied().unwrap_or("it");
         found.push((format!("Remove `{name}`"), with_comma(text, entry), String::new()));
     }
+    // The resource that is read before anything writes it, where this file declares it.
+    let blank = d.message.lines().filter_map(|l| {
+        let (_, rest) = l.strip_prefix(HELP)?.split_once("give `")?;
+        rest.split_once("` an `initial` value").map(|(name, _)| name)
+    });
+    for name in blank {
+        for field in ["initial: (0, 0, 0, 0)", "history: true"] {
+            found.extend(with_field(lines, name, field).map(|at| {
+                let added = if text[..at].ends_with('(') { field.into() } else { format!(", {field}") };
+                (format!("Give `{name}` the field `{field}`"), at..at, added)
+            }));
+        }
+    }
     found
+}
+
+/// Where a resource of the file takes one more field: behind the last one and its comma.
+fn with_field(lines: &Lines, name: &str, field: &str) -> Option<usize> {
+    let file = GraphFile::new(&lines.source);
+    let declared = file.declared.iter().find(|d| d.section == "resources" && d.name == name)?;
+    let whole = lines.source.text.get(declared.range.clone())?;
+    let key = field.split(':').next()?;
+    // The fault is older than the text.
+    if whole.contains(key) {
+        return None;
+    }
+    let inside = whole.strip_suffix(')')?.trim_end();
+    let inside = inside.strip_suffix(',').unwrap_or(inside).trim_end();
+    Some(declared.range.start + inside.len())
 }
 
 /// The entry of a map whose key holds a byte.
@@ -91,7 +120,7 @@ fn with_comma(text: &str, entry: Range<usize>) -> Range<usize> {
 mod tests {
     use super::*;
     use crate::text::Columns;
-    use lightgraph::diag::Source;
+    use lightgraph::internals::diag::Source;
 
     fn fixed(text: &str, at: Range<usize>, message: &str) -> Vec<String> {
         let lines = Lines::new(&Source::new("a.ron", text), Columns::Utf16);
@@ -109,6 +138,24 @@ mod tests {
         let message = "unknown name `gird.x`\nhelp: did you mean `grid.x`?";
         assert_eq!(fixed(text, at..at + 6, message), ["Graph(lets: {\"a\": \"grid.x\"})"]);
         assert_eq!(fixed(text, at..at + 6, "unknown name\nhelp: did you mean `grid`?"), [""; 0]);
+    }
+
+    #[test]
+    fn what_is_read_too_early_gets_a_content() {
+        let message = "`p` reads `r`, which nothing writes\nhelp: write it in an earlier pass, or give `r` an \
+                       `initial` value, or `history: true` for last frame's";
+        for (old, new) in [
+            ("Texture(format: R8Unorm)", "Texture(format: R8Unorm, initial: (0, 0, 0, 0))"),
+            ("Texture(\n    format: R8Unorm,\n)", "Texture(\n    format: R8Unorm, initial: (0, 0, 0, 0),\n)"),
+            ("Buffer()", "Buffer(initial: (0, 0, 0, 0))"),
+        ] {
+            let text = |resource: &str| format!("Graph(resources: {{\"r\": {resource}, \"s\": Buffer()}})");
+            let found = fixed(&text(old), 0..1, message);
+            assert_eq!(found.first(), Some(&text(new)));
+            assert_eq!(found.len(), 2);
+        }
+        let other = "Graph(resources: {\"s\": Buffer()})";
+        assert_eq!(fixed(other, 0..1, message), [""; 0]);
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! The graphs of a workspace: which there are, and the files that each is made of.
 
 use crate::texts::Texts;
-use lightgraph::diag::{Checked, Diagnostic, Faults, Source};
-use lightgraph::graph::ast::walk;
-use lightgraph::plan::request::all_sample_facts;
-use lightgraph::session::Project;
-use lightgraph::shader::Library;
-use lightgraph::value::Values;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph::ast::walk;
+use lightgraph::internals::plan::request::all_sample_facts;
+use lightgraph::internals::shader::Library;
+use lightgraph::internals::value::Values;
+use lightgraph::{Checked, Diagnostic, Faults, Project};
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -8,7 +8,7 @@ use crate::ron::{Role, Shape, Thing, role, walk};
 use crate::symbols::Symbol;
 use crate::words::{Word, provided, word};
 use crate::workspace::Workspace;
-use lightgraph::diag::Source;
+use lightgraph::internals::diag::Source;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

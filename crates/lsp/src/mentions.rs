@@ -1,8 +1,8 @@
 //! The names in a graph file, each with its place and what it names.
 
 use crate::ron::{Role, Shape, names, role, thing, walk};
-use lightgraph::builtin;
-use lightgraph::diag::Source;
+use lightgraph::internals::builtin;
+use lightgraph::internals::diag::Source;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};

@@ -1,12 +1,15 @@
-//! The parts of a document: symbols, folds, and hints at what expressions come to.
+//! The parts of a document: symbols, folds, hints at what expressions come to, and what passes took.
 
 use crate::computed::Computed;
 use crate::graphs::is_ron;
-use crate::mentions::GraphFile;
+use crate::mentions::{GraphFile, Pass};
 use crate::ron::{Role, Shape, role, walk};
+use crate::status::Status;
 use crate::text::Lines;
-use lightgraph::shader::survey;
-use lsp_types::{DocumentSymbol, FoldingRange, InlayHint, InlayHintKind, InlayHintLabel, SymbolKind};
+use lightgraph::internals::shader::survey;
+use lsp_types::{
+    CodeLens, Command, DocumentSymbol, FoldingRange, InlayHint, InlayHintKind, InlayHintLabel, SymbolKind,
+};
 use std::ops::Range;
 use std::path::Path;
 
@@ -121,6 +124,19 @@ pub fn folds(path: &Path, lines: &Lines) -> Vec<FoldingRange> {
         (start_line < end_line).then(|| FoldingRange { start_line, end_line, ..FoldingRange::default() })
     };
     ranges.iter().filter_map(fold).collect()
+}
+
+/// Beside each pass what it took last and why it ran, where something shows the graph.
+pub fn lenses(path: &Path, lines: &Lines) -> Vec<CodeLens> {
+    let Some(status) = Status::read(path) else { return vec![] };
+    let file = GraphFile::new(&lines.source);
+    let lens = |pass: &Pass| {
+        let title = status.words(&pass.name)?;
+        // A command without a name is words alone.
+        let command = Command { title, command: String::new(), arguments: None };
+        Some(CodeLens { range: lines.range(&pass.place), command: Some(command), data: None })
+    };
+    file.passes.iter().filter(|p| !p.place.is_empty()).filter_map(lens).collect()
 }
 
 /// What expressions and sizes come to, behind them.

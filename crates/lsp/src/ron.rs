@@ -4,7 +4,7 @@
 //! what a word means. It never fails: half-typed text is text up to the cursor.
 
 use crate::words::word;
-use lightgraph::graph::tree::comment;
+use lightgraph::internals::graph::tree::comment;
 use std::ops::Range;
 
 /// An open bracket.
@@ -294,11 +294,11 @@ pub fn role(frames: &[Frame], shape: Shape, key: bool) -> Role {
             "out" if !bare => Role::Declares,
             "set" if key && struct_.word == "Use" => Role::Parameter,
             "set" if key => Role::Variable,
-            "defines" if key => Role::Definition,
+            "defines" | "tune" if key => Role::Definition,
             "passes" | "of" if bare => Role::Kind(Thing::Pass),
             "only" if bare => Role::Kind(Thing::Dirty),
-            "when" | "each" | "over" | "factor" | "until" | "count" | "layer" | "views" | "tolerance" | "vertices"
-            | "instances" | "set" | "defines"
+            "when" | "each" | "over" | "factor" | "until" | "count" | "layer" | "views" | "tolerance" | "materials"
+            | "vertices" | "instances" | "set" | "defines" | "tune"
                 if !bare =>
             {
                 Role::Expression

@@ -1,6 +1,7 @@
 //! Messages in and out.
 
 use crate::answers::{self, Under};
+use crate::capabilities::capabilities;
 use crate::checker::{Change, Checker};
 use crate::complete::complete;
 use crate::computed::Computed;
@@ -10,25 +11,24 @@ use crate::text::{Columns, Lines, changed};
 use crate::texts::Texts;
 use crate::uri;
 use crate::workspace::Workspace;
-use crate::{hover, outline};
-use lightgraph::diag::Source;
-use lightgraph::graph::format::format;
-use lightgraph::scene;
+use crate::{hover, outline, semantic, status};
+use lightgraph::Scene;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph::format::format;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{
     DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument, DidSaveTextDocument,
     Notification as _,
 };
 use lsp_types::request::{
-    CodeActionRequest, Completion, DocumentSymbolRequest, FoldingRangeRequest, Formatting, GotoDefinition,
-    HoverRequest, InlayHintRequest, PrepareRenameRequest, References, RegisterCapability, Rename, Request as _,
+    CodeActionRequest, CodeLensRefresh, CodeLensRequest, Completion, DocumentSymbolRequest, FoldingRangeRequest,
+    Formatting, GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References, RegisterCapability,
+    Rename, Request as _, SemanticTokensFullRequest,
 };
 use lsp_types::{
-    CodeActionKind, CodeActionOptions, CodeActionProviderCapability, CompletionOptions,
     DidChangeWatchedFilesRegistrationOptions, FileSystemWatcher, GlobPattern, Hover, HoverContents, InitializeParams,
-    InitializeResult, MarkupContent, MarkupKind, OneOf, PositionEncodingKind, Registration, RegistrationParams,
-    RenameOptions, SaveOptions, ServerCapabilities, ServerInfo, TextDocumentPositionParams, TextDocumentSyncCapability,
-    TextDocumentSyncKind, TextDocumentSyncOptions, TextEdit, Uri, WorkDoneProgressOptions, WorkspaceEdit,
+    InitializeResult, MarkupContent, MarkupKind, PositionEncodingKind, Registration, RegistrationParams, ServerInfo,
+    TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -83,52 +83,35 @@ fn run(connection: Connection) -> Result<(), Box<dyn Error>> {
     let checker = Checker::new(texts.clone(), settings.clone(), roots.clone(), columns, send);
     thread::Builder::new().name("checker".into()).spawn(move || checker.run(&heard))?;
     let workspace = RefCell::new(Workspace::new(texts.clone(), settings.shaders.clone(), roots));
-    let server = Server { connection, texts, changes, columns, settings, workspace, computed: RefCell::default() };
+    // Its other end is dropped with the server.
+    let (alive, ended) = channel();
+    let server = Server {
+        _alive: alive,
+        connection,
+        texts,
+        changes,
+        columns,
+        settings,
+        workspace,
+        computed: RefCell::default(),
+    };
     if let Some(text) = complaint {
         server.say(&text);
+    }
+    let lenses = params.capabilities.workspace.as_ref().and_then(|w| w.code_lens.as_ref());
+    if lenses.and_then(|l| l.refresh_support) == Some(true) {
+        let sender = server.connection.sender.clone();
+        let refresh = move |turn: u32| {
+            let id = RequestId::from(format!("lenses {turn}"));
+            sender.send(Request::new(id, CodeLensRefresh::METHOD.into(), ()).into()).is_ok()
+        };
+        thread::Builder::new().name("runs".into()).spawn(move || status::follow(&ended, refresh))?;
     }
     let watches = params.capabilities.workspace.and_then(|w| w.did_change_watched_files);
     if watches.and_then(|w| w.dynamic_registration) == Some(true) {
         server.watch()?;
     }
     server.listen()
-}
-
-fn capabilities(columns: Columns) -> ServerCapabilities {
-    let encoding = match columns {
-        Columns::Bytes => PositionEncodingKind::UTF8,
-        Columns::Utf16 => PositionEncodingKind::UTF16,
-    };
-    let sync = TextDocumentSyncOptions {
-        open_close: Some(true),
-        change: Some(TextDocumentSyncKind::INCREMENTAL),
-        save: Some(SaveOptions::default().into()),
-        ..TextDocumentSyncOptions::default()
-    };
-    ServerCapabilities {
-        position_encoding: Some(encoding),
-        text_document_sync: Some(TextDocumentSyncCapability::Options(sync)),
-        document_formatting_provider: Some(OneOf::Left(true)),
-        completion_provider: Some(CompletionOptions {
-            trigger_characters: Some(["\"", "(", "{", ":", ".", " "].map(String::from).into()),
-            ..CompletionOptions::default()
-        }),
-        hover_provider: Some(true.into()),
-        document_symbol_provider: Some(OneOf::Left(true)),
-        folding_range_provider: Some(true.into()),
-        inlay_hint_provider: Some(OneOf::Left(true)),
-        code_action_provider: Some(CodeActionProviderCapability::Options(CodeActionOptions {
-            code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
-            ..CodeActionOptions::default()
-        })),
-        definition_provider: Some(OneOf::Left(true)),
-        references_provider: Some(OneOf::Left(true)),
-        rename_provider: Some(OneOf::Right(RenameOptions {
-            prepare_provider: Some(true),
-            work_done_progress_options: WorkDoneProgressOptions::default(),
-        })),
-        ..ServerCapabilities::default()
-    }
 }
 
 /// The folders that the editor has open.
@@ -146,7 +129,7 @@ fn settings(options: Option<&Value>) -> (Settings, Option<String>) {
         Ok(options) => options,
         Err(e) => return (Settings::default(), Some(format!("the settings of lightgraph can't be read: {e}"))),
     };
-    let scene = options.scene.as_deref().map(scene::load);
+    let scene = options.scene.as_deref().map(Scene::load);
     let (facts, complaint) = match scene {
         None => (None, None),
         Some(Ok(loaded)) => (Some(loaded.scene.facts()), None),
@@ -156,6 +139,7 @@ fn settings(options: Option<&Value>) -> (Settings, Option<String>) {
 }
 
 struct Server {
+    _alive: Sender<()>,
     connection: Connection,
     texts: Arc<Texts>,
     changes: Sender<Change>,
@@ -305,6 +289,16 @@ impl Server {
                     outline::hints(&lines, &self.computed(&path), &within)
                 });
                 result(hints)
+            }
+            CodeLensRequest::METHOD => {
+                let p: lsp_types::CodeLensParams = wanted(params)?;
+                let lines = self.lines(&p.text_document.uri).filter(|(path, _)| is_ron(path));
+                result(lines.map(|(path, lines)| outline::lenses(&path, &lines)))
+            }
+            SemanticTokensFullRequest::METHOD => {
+                let p: lsp_types::SemanticTokensParams = wanted(params)?;
+                let lines = self.lines(&p.text_document.uri).filter(|(path, _)| is_ron(path));
+                result(lines.map(|(_, lines)| semantic::tokens(&lines)))
             }
             CodeActionRequest::METHOD => {
                 let p: lsp_types::CodeActionParams = wanted(params)?;

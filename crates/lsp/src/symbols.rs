@@ -5,7 +5,7 @@ use crate::mentions::{self, GraphFile, Named};
 use crate::wgsl::{self, ShaderFile};
 use crate::words::provided;
 use crate::workspace::Workspace;
-use lightgraph::shader::Library;
+use lightgraph::internals::shader::Library;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

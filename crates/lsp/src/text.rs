@@ -1,6 +1,6 @@
 //! Lines and columns as editors count them.
 
-use lightgraph::diag::Source;
+use lightgraph::internals::diag::Source;
 use lsp_types::{Position, Range, TextDocumentContentChangeEvent};
 use std::ops;
 use std::sync::Arc;

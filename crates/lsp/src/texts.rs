@@ -1,6 +1,7 @@
 //! Open documents over the files of the disk.
 
-use lightgraph::diag::{Checked, Source};
+use lightgraph::Checked;
+use lightgraph::internals::diag::Source;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

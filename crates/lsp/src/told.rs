@@ -2,7 +2,8 @@
 
 use crate::text::{Columns, Lines};
 use crate::uri;
-use lightgraph::diag::{Diagnostic, Severity, Source, Span};
+use lightgraph::Diagnostic;
+use lightgraph::internals::diag::{Severity, Source, Span};
 use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! The names in a shader file, each with its place and what it names.
 
-use lightgraph::diag::Source;
-use lightgraph::shader::{Kind, Survey, Token, survey};
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::shader::{Kind, Survey, Token, survey};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;

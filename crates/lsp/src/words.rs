@@ -1,5 +1,6 @@
 //! The words of the language, as docs/reference.md lists them; a test holds that to what there is.
 
+use lightgraph::internals::builtin::REFERENCE;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
@@ -12,8 +13,6 @@ pub struct Word {
     pub ty: &'static str,
     pub about: &'static str,
 }
-
-static REFERENCE: &str = include_str!("../../../docs/reference.md");
 
 static SECTIONS: LazyLock<BTreeMap<&'static str, Vec<Word>>> = LazyLock::new(|| {
     let sections = REFERENCE.split("\n## ").skip(1).filter_map(|s| s.split_once('\n'));

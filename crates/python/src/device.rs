@@ -1,8 +1,8 @@
 //! The adapters that renderers share: one device each for the whole process.
 
 use crate::faults;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::gpu::{Gpu, OpenError, wanted_adapter};
+use lightgraph::internals::gpu::{OpenError, wanted_adapter};
+use lightgraph::{Checked, Diagnostic, Faults, Gpu};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};

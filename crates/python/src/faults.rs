@@ -1,6 +1,7 @@
 //! Faults of the library as Python's: `lightgraph.errors` says what they are there.
 
-use lightgraph::diag::{Checked, Diagnostic, Faults, Severity, Span, render};
+use lightgraph::internals::diag::{Severity, Span, render};
+use lightgraph::{Checked, Diagnostic, Faults};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 

@@ -3,9 +3,8 @@
 use crate::device::{Device, usable};
 use crate::faults::raised;
 use crate::values::array;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::{ArrivingImage, FrameReport, Gpu, Recorded};
-use lightgraph::image::Image;
+use lightgraph::internals::gpu::PendingImage;
+use lightgraph::{Checked, Diagnostic, Frame, FrameReport, Gpu, Image};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, PoisonError};
@@ -24,15 +23,15 @@ pub struct Flight {
 }
 
 struct State {
-    recorded: Recorded,
+    recorded: Frame,
     report: Option<FrameReport>,
     images: Vec<(String, Arriving)>,
     /// What was found wrong, for whoever asks again.
-    failed: Option<lightgraph::diag::Faults>,
+    failed: Option<lightgraph::Faults>,
 }
 
 enum Arriving {
-    Under(ArrivingImage),
+    Under(PendingImage),
     There(Image),
     Taken,
 }
@@ -82,8 +81,8 @@ impl State {
 impl Flight {
     pub fn new(
         device: Device,
-        recorded: Recorded,
-        images: Vec<(String, ArrivingImage)>,
+        recorded: Frame,
+        images: Vec<(String, PendingImage)>,
         known: Vec<(String, Py<PyAny>)>,
     ) -> Flight {
         let images = images.into_iter().map(|(name, image)| (name, Arriving::Under(image))).collect();

@@ -4,13 +4,14 @@
 //! - `faults`: faults of the library as Python's exceptions; `values`: what goes from one language to the other
 //! - `device`: the adapter that renderers share; `scene`, `plan`; `renderer`: a session and its frames, `flight` those
 //!   under way
-//! - `tools`: checks and comparisons without a renderer
+//! - `tools`: checks and comparisons without a renderer; `command`: the `lightgraph` command
 //!
 //! What must stay true: the interpreter's lock is let go wherever work is done; no lock of ours is held while it is
 //! taken.
 
 #![forbid(unsafe_code)]
 
+mod command;
 mod device;
 mod faults;
 mod flight;
@@ -23,6 +24,8 @@ mod values;
 /// What the package `lightgraph` is made from.
 #[pyo3::pymodule]
 mod _native {
+    #[pymodule_export]
+    use crate::command::{attempt, command};
     #[pymodule_export]
     use crate::device::adapter;
     #[pymodule_export]

@@ -1,7 +1,7 @@
 //! What a graph compiles to.
 
 use crate::values::json;
-use lightgraph::plan::{self, show};
+use lightgraph::internals::plan::{self, show};
 use pyo3::prelude::*;
 
 /// A plan as it was when it was asked for.

@@ -9,19 +9,18 @@ use crate::flight::Flight;
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::values;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::gpu::{FrameReport, upload_bytes, upload_image};
-use lightgraph::image::Image;
-use lightgraph::plan::keys::Version;
-use lightgraph::plan::{Desc, lint};
-use lightgraph::scene::{CameraPose, View};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::gpu::{upload_bytes, upload_image};
+use lightgraph::internals::plan::keys::Version;
+use lightgraph::internals::plan::{Desc, lint};
+use lightgraph::internals::scene::CameraPose;
+use lightgraph::{Checked, Diagnostic, Faults, FrameReport, Image, Project, Session, Settings, View};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 /// A graph on a scene, frame by frame.
 #[pyclass(frozen, module = "lightgraph._native")]
@@ -41,6 +40,8 @@ struct State {
     /// Of the last frame, in seconds.
     time: f32,
     report: FrameReport,
+    /// Milliseconds of the library's whole call; `None` for one that was not waited for.
+    call_ms: Option<f64>,
     /// Versions of what is lent.
     lent: u64,
     /// The next frame's own: what was found when the session was made.
@@ -93,7 +94,8 @@ impl State {
         Ok((self.number, time.unwrap_or(self.time)))
     }
 
-    fn end(&mut self, time: f32) {
+    fn end(&mut self, time: f32, call_ms: Option<f64>) {
+        self.call_ms = call_ms;
         self.number = self.number.wrapping_add(1);
         self.time = time;
     }
@@ -178,7 +180,7 @@ impl Renderer {
             let none = scene.is_none();
             let scene = match scene {
                 Some(scene) => scene,
-                None => lightgraph::scene::stand_in()?.scene.into(),
+                None => lightgraph::Scene::stand_in()?.scene.into(),
             };
             if let Some(camera) = &camera {
                 scene.find_camera(camera)?;
@@ -192,7 +194,7 @@ impl Renderer {
             }
             let fresh = session.notices.clone();
             let report = FrameReport::default();
-            Ok(State { project, session, number: 0, time: 0.0, report, lent: 0, fresh })
+            Ok(State { project, session, number: 0, time: 0.0, report, call_ms: None, lent: 0, fresh })
         });
         let state = Mutex::new(raised(py, made)?);
         Ok(Renderer { device, state, given: Mutex::default() })
@@ -209,8 +211,9 @@ impl Renderer {
         let versions: BTreeMap<String, Version> = known.iter().map(|(name, (v, _))| (name.clone(), *v)).collect();
         let given = self.with(py, |state| {
             let (number, time) = state.begin(&self.device, time, outputs.as_deref())?;
+            let start = Instant::now();
             let report = state.session.frame(&self.device.gpu, number, time)?;
-            state.end(time);
+            state.end(time, Some(start.elapsed().as_secs_f64() * 1e3));
             let failed = state.session.failed_checks(&report);
             state.fresh.extend(report.warnings.iter().cloned());
             state.report = report;
@@ -255,7 +258,7 @@ impl Renderer {
             }
             gpu.queue.submit([encoder.finish()]);
             gpu.poll()?;
-            state.end(time);
+            state.end(time, None);
             Ok((recorded, images, same))
         })?;
         let same = same.into_iter().filter_map(|name| Some((name.clone(), known.get(&name)?.1.clone_ref(py))));
@@ -416,7 +419,7 @@ impl Renderer {
         &self,
         py: Python<'_>,
         input: &str,
-        memory: impl FnOnce(&Desc) -> Checked<lightgraph::gpu::Memory> + Send,
+        memory: impl FnOnce(&Desc) -> Checked<lightgraph::Memory> + Send,
     ) -> PyResult<()> {
         self.with(py, |state| {
             let id = state.session.input(input)?;

@@ -2,8 +2,8 @@
 
 use crate::faults::{listed, raised};
 use crate::values::{image, value};
-use lightgraph::diag::Diagnostic;
-use lightgraph::scene::{self, Environment, Loaded};
+use lightgraph::Diagnostic;
+use lightgraph::internals::scene::{self, Environment, Loaded};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -28,14 +28,14 @@ impl Scene {
     /// Reads a scene's files.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Scene> {
-        let loaded = py.detach(|| scene::load(&path));
+        let loaded = py.detach(|| lightgraph::Scene::load(&path));
         raised(py, loaded).map(Scene::from)
     }
 
     /// A scene from the bytes of a glTF that needs no other file, and the text of a scene RON.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8], name: &str, description: Option<&str>) -> PyResult<Scene> {
-        let loaded = py.detach(|| scene::from_bytes(bytes, name, description));
+        let loaded = py.detach(|| lightgraph::Scene::from_bytes(bytes, name, description));
         raised(py, loaded).map(Scene::from)
     }
 

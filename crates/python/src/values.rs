@@ -1,7 +1,7 @@
 //! What goes from one language to the other: numbers, images, JSON.
 
-use lightgraph::image::Image;
-use lightgraph::value::Value;
+use lightgraph::Image;
+use lightgraph::internals::value::Value;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

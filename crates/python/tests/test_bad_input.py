@@ -2,6 +2,9 @@
 
 import gc
 import pickle
+import subprocess
+import sys
+import threading
 
 import numpy as np
 import pytest
@@ -44,11 +47,51 @@ def test_calls_refuse_and_change_nothing(make):
         (lambda: r.move("lamp", by=(0, np.nan, 1)), ValueError, "finite numbers"),
         (lambda: r.move("lamp"), TypeError, "one of `by` and `to`"),
         (lambda: setattr(r, "camera", lg.Camera((0, 0, 0), (0, 0, 0))), lg.GraphError, "two different places"),
+        (lambda: setattr(r, "camera", lg.Camera((0, 0, 1), (0, 0, 0), fov=NAN)), ValueError, "finite number"),
         (lambda: setattr(r, "size", (0, 0)), ValueError, "at least 1"),
+        (lambda: setattr(r, "scene", "hall"), TypeError, "lightgraph.Scene"),
+        (lambda: r.frame(outputs=5), TypeError, "list of names"),
+        (lambda: r.frame(outputs=["colr"]), lg.GraphError, "no output `colr`"),
+        (lambda: r.set(bias=NAN), lg.GraphError, "not a f32"),
+        (lambda: r.set(bias=object()), TypeError, "a parameter is a number"),
+        (lambda: r.place([1]), TypeError, "dictionary of matrices"),
+        (lambda: r.place({"lamp": np.full((4, 4), NAN)}), ValueError, "NaN or an infinity"),
     ]:
         with pytest.raises(error, match=said):
             call()
     assert r.frame()["color"] is before
+
+
+NAN = float("nan")
+CORNERS = np.array([[-2, 0, -2], [-2, 0, 2], [2, 0, 2]], np.float32)
+
+
+def mesh(**more):
+    return lg.Mesh(**{"positions": CORNERS, "indices": [[0, 1, 2]], **more})
+
+
+@pytest.mark.parametrize(
+    "given, error, said",
+    [
+        ({"meshes": mesh(positions=CORNERS * 1e300)}, ValueError, "NaN or an infinity"),
+        ({"meshes": mesh(positions=[[1, 2, 3], [1, 2]])}, ValueError, "rows of equal length"),
+        ({"meshes": mesh(positions=None)}, TypeError, "give numbers"),
+        ({"meshes": mesh(indices=[[-1, 0, 1]])}, ValueError, "positions 0 to 2"),
+        ({"meshes": mesh(uvs=np.zeros((2, 2)))}, ValueError, "give as many"),
+        ({"meshes": mesh(material=lg.Material(roughness="a"))}, TypeError, "roughness = 'a': give a number"),
+        ({"meshes": mesh(material=lg.Material(alpha=NAN))}, ValueError, "alpha = nan: give a finite number"),
+        ({"meshes": mesh(material=lg.Material(color_texture=np.zeros((2, 2, 3))))}, TypeError, "give uint8"),
+        ({"lights": lg.PointLight((0, 1, 0), NAN)}, ValueError, "candela = nan: give a finite number"),
+        ({"lights": lg.SpotLight((0, 1, 0), (0, 0, 0), 1, angle=NAN)}, ValueError, "angle = nan"),
+        ({"cameras": lg.Camera((0, 0, 1), (0, 0, 0), fov="a")}, TypeError, "fov = 'a': give a number"),
+        ({"environment": np.full((4, 8, 3), np.nan, np.float32)}, ValueError, "finite and not negative"),
+        ({"environment": np.zeros((4, 8, 3)).astype(str)}, TypeError, "give float32"),
+        ({"environment": np.zeros((4, 5, 3), np.float32)}, lg.GraphError, "twice as wide as high"),
+    ],
+)
+def test_scenes_refuse(given, error, said):
+    with pytest.raises(error, match=said):
+        lg.Scene.from_arrays(**{"meshes": mesh(), **given})
 
 
 def test_images_refuse(tmp_path):
@@ -76,3 +119,68 @@ def test_a_frame_needs_neither_renderer_nor_scene(make):
     del r, scene
     gc.collect()
     assert frame.result()["color"].shape == (24, 32, 4)
+
+
+def test_a_scene_is_replaced_and_freed_while_frames_are_under_way(make):
+    expected = make().frame()["color"]
+    r = make()
+    frames = []
+    for _ in range(4):
+        frames.append(r.submit())
+        r.scene = lg.Scene.from_arrays(mesh(), lg.PointLight((0, 1, 0), 1.0), lg.Camera((0, 2, 2), (0, 0, 0)))
+        frames.append(r.submit())
+        r.scene = make().scene
+        gc.collect()
+    r.size = (8, 8)
+    del r
+    gc.collect()
+    images = [frame.result()["color"] for frame in frames]
+    for image in images[::2]:
+        np.testing.assert_array_equal(image, expected)
+    assert all(image.shape == (24, 32, 4) for image in images)
+
+
+def test_threads_share_a_renderer(make):
+    r = make()
+    expected = r.frame()["color"]
+    found = []
+    threads = [threading.Thread(target=lambda: found.append(r.submit().result()["color"])) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 8
+    for image in found:
+        np.testing.assert_array_equal(image, expected)
+
+
+@pytest.mark.parametrize(
+    "ending, said",
+    [
+        ("", ""),
+        # A device does not outlive a fork, and says so.
+        (
+            """
+import os, sys
+child = os.fork()
+if not child:
+    try:
+        r.frame()
+    except lg.GraphError as error:
+        os._exit(7 if "spawn" in str(error) else 8)
+    os._exit(9)
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+""",
+            "7",
+        ),
+    ],
+)
+def test_a_process_ends_in_peace_with_a_frame_under_way(scenes, ending, said):
+    script = f"""
+import lightgraph as lg
+r = lg.Renderer("lightgraph:graphs/gi/direct.ron", {str(scenes / "cornell_point.gltf")!r}, (32, 24))
+frame = r.submit()
+{ending}
+"""
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", script], capture_output=True, text=True, timeout=300)
+    assert (done.returncode, done.stdout.strip()) == (0, said), done.stderr

@@ -1,13 +1,14 @@
 """Sweeps and views on workers: in this process, on a loopback cluster, with a worker killed, resumed."""
 
+import contextlib
 import json
 import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 
+import distributed
 import numpy as np
 import pytest
 
@@ -17,37 +18,60 @@ GRAPHS = ["lightgraph:graphs/gi/direct.ron", "lightgraph:graphs/gi/fast_grid.ron
 SETTINGS = {"grid": [(1, 1, 1), (2, 2, 2)], "bounces": [0, 1, 2, 4]}
 
 
-@pytest.fixture
-def cluster(tmp_path):
-    """A scheduler and two workers on loopback: the address, and the workers' processes by id."""
-    file = tmp_path / "scheduler.json"
-    started = []
-    log = open(tmp_path / "cluster.log", "w")
+# Of a worker with VICTIM set: its first task waits until another's entry is in that journal, and ends the process.
+PRELOAD = """
+import os, pathlib, signal, time
+import lightgraph.cluster
 
-    def start(program, *args):
-        command = [
-            sys.executable,
-            "-m",
-            f"distributed.cli.{program}",
-            "--scheduler-file",
-            file,
-            "--no-dashboard",
-            *args,
-        ]
-        started.append(subprocess.Popen([str(c) for c in command], stdout=log, stderr=log))
+def dies(*args):
+    journal = pathlib.Path(os.environ["VICTIM"])
+    while not (journal.exists() and journal.stat().st_size):
+        time.sleep(0.01)
+    os.kill(os.getpid(), signal.SIGKILL)
 
-    start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")
-    for _ in range(2):
-        start("dask_worker", "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny")
-    until = time.monotonic() + 60
-    while not (file.exists() and file.stat().st_size):
-        assert time.monotonic() < until, (tmp_path / "cluster.log").read_text()
-        time.sleep(0.1)
-    yield json.loads(file.read_text())["address"], started[1:]
-    for process in reversed(started):
-        process.kill()
-        process.wait()
-    log.close()
+if "VICTIM" in os.environ:
+    lightgraph.cluster._measured = dies
+"""
+
+
+@contextlib.contextmanager
+def started(folder, victim=None):
+    """A scheduler and two workers on loopback, both ready: the scheduler's address, and the first worker's process,
+    which dies in its first task of a sweep that writes to the folder `victim`."""
+    file, preload, log = folder / "scheduler.json", folder / "preload.py", folder / "cluster.log"
+    preload.write_text(PRELOAD)
+    processes = []
+
+    def start(program, *args, **env):
+        command = [sys.executable, "-m", f"distributed.cli.{program}", "--scheduler-file", file, "--no-dashboard"]
+        command = [str(c) for c in (*command, *args)]
+        with open(log, "a") as to:
+            processes.append(subprocess.Popen(command, stdout=to, stderr=to, env={**os.environ, **env}))
+
+    try:
+        start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")
+        worker = ("--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--preload", preload)
+        start("dask_worker", *worker, **({"VICTIM": str(victim / "entries.jsonl")} if victim else {}))
+        start("dask_worker", *worker)
+        until = time.monotonic() + 120
+        while not (file.exists() and file.stat().st_size):
+            assert time.monotonic() < until, log.read_text()
+            time.sleep(0.1)
+        address = json.loads(file.read_text())["address"]
+        with distributed.Client(address) as client:
+            client.wait_for_workers(2, timeout=120)
+        yield address, processes[1]
+    finally:
+        for process in reversed(processes):
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """The address of a scheduler with two workers."""
+    with started(tmp_path_factory.mktemp("cluster")) as (address, _):
+        yield address
 
 
 def errors(entries):
@@ -63,6 +87,7 @@ def swept(scenes, tmp_path):
     """Sweeps two graphs over eight settings, against one image."""
     scene = scenes / "cornell_point.gltf"
     truth = lg.Renderer(GRAPHS[1], scene, (24, 16), grid=(3, 3, 3)).frame()["color"]
+    lg.write(tmp_path / "truth.exr", truth)
 
     def run(out, **more):
         return lg.sweep(GRAPHS, [scene], SETTINGS, out=tmp_path / out, size=(24, 16), references={scene: truth}, **more)
@@ -70,26 +95,44 @@ def swept(scenes, tmp_path):
     return run
 
 
-def test_a_killed_worker_loses_and_doubles_nothing(swept, cluster, tmp_path):
-    address, workers = cluster
+def test_a_killed_worker_loses_and_doubles_nothing(swept, tmp_path):
     alone = swept("alone", client=False)
     assert len(alone) == 9, "`direct` has none of the parameters and is rendered once"
-
-    def kill():
-        path = tmp_path / "many" / "entries.jsonl"
-        until = time.monotonic() + 60
-        while time.monotonic() < until and not (path.exists() and path.stat().st_size):
-            time.sleep(0.01)
-        os.kill(workers[0].pid, signal.SIGKILL)
-
-    killer = threading.Thread(target=kill)
-    killer.start()
-    many = swept("many", client=address)
-    killer.join()
-    assert workers[0].wait() == -signal.SIGKILL
+    with started(tmp_path, victim=tmp_path / "many") as (address, victim):
+        many = swept("many", client=address)
+        assert victim.wait(timeout=60) == -signal.SIGKILL
     assert errors(many) == errors(alone)
     keys = [entry["key"] for entry in lines(tmp_path / "many")]
     assert len(keys) == len(set(keys)) == 9
+    assert victim.pid not in {entry["worker"] for entry in many}
+
+
+def test_a_killed_client_s_sweep_is_resumed(swept, cluster, scenes, tmp_path):
+    alone = swept("alone", client=False)
+    scene = scenes / "cornell_point.gltf"
+    script = f"""
+import os, signal
+import lightgraph as lg
+from lightgraph import cluster
+
+class Dies(cluster._Progress):
+    def step(self):
+        super().step()
+        if self.done == 3:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+cluster._Progress = Dies
+lg.sweep({GRAPHS!r}, [{str(scene)!r}], {SETTINGS!r}, out={str(tmp_path / "cut")!r}, client={cluster!r},
+         size=(24, 16), references={{{str(scene)!r}: lg.read({str(tmp_path / "truth.exr")!r})}})
+"""
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", script], capture_output=True, text=True, timeout=300)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    kept = lines(tmp_path / "cut")
+    assert len(kept) == 3
+    again = swept("cut", client=cluster, resume=True)
+    assert errors(again) == errors(alone)
+    after = lines(tmp_path / "cut")
+    assert after[:3] == kept and len({entry["key"] for entry in after}) == len(after) == 9
 
 
 def test_a_sweep_goes_on_where_it_was_stopped(swept, cluster, tmp_path):
@@ -99,7 +142,7 @@ def test_a_sweep_goes_on_where_it_was_stopped(swept, cluster, tmp_path):
     path.write_text("".join(text[:4]) + text[4][: len(text[4]) // 2])
     with pytest.raises(FileExistsError, match="resume=True"):
         swept("out", client=False)
-    again = swept("out", client=cluster[0], resume=True)
+    again = swept("out", client=cluster, resume=True)
     assert errors(again) == errors(whole)
     assert [e["worker"] for e in again[:4]] == [os.getpid()] * 4
     assert os.getpid() not in {e["worker"] for e in again[4:]}
@@ -113,7 +156,7 @@ def test_views_become_files(scenes, cluster, tmp_path):
     views = [
         lg.View(f"v{i}", GRAPHS[0], scene, c, (24, 16), outputs=["color", "direct"]) for i, c in enumerate(cameras)
     ]
-    entries = lg.render_many(views, out=tmp_path / "views", client=cluster[0])
+    entries = lg.render_many(views, out=tmp_path / "views", client=cluster)
     assert [e["name"] for e in entries] == ["v0", "v1", "v2"]
     for view, entry in zip(views, entries):
         image = lg.Renderer(GRAPHS[0], scene, (24, 16), camera=view.camera).frame()["color"]
@@ -125,7 +168,7 @@ def test_views_become_files(scenes, cluster, tmp_path):
 def test_parts_of_an_average_are_one_run(scenes, cluster, tmp_path):
     scene, graph = scenes / "cornell_point.gltf", "lightgraph:graphs/gi/pathtrace.ron"
     more = {"size": (24, 16), "frames": 2, "samples": 8}
-    mean, error = lg.average(graph, scene, range(4), out=tmp_path / "parts", client=cluster[0], **more)
+    mean, error = lg.average(graph, scene, range(4), out=tmp_path / "parts", client=cluster, **more)
     parts = [lg.read(tmp_path / "parts" / f"seed_{seed}.color.exr").astype(float) for seed in range(4)]
     np.testing.assert_allclose(mean, np.mean(parts, axis=0), rtol=1e-14)
     np.testing.assert_allclose(error, np.std(parts, axis=0, ddof=1) / 2, rtol=1e-9, atol=1e-15)

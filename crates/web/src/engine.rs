@@ -1,16 +1,15 @@
 //! From what the page wishes to frames on its canvas. Nothing waits: a session that is made is shown once the device
 //! has found no fault with it, and until then the one before goes on.
 
-use crate::display::{Display, showable};
 use crate::link;
 use crate::tell;
 use glam::{Vec2, Vec3};
-use lightgraph::builtin;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::files;
-use lightgraph::gpu::{ArrivingImage, FrameReport, Gpu, Memory, Recorded};
-use lightgraph::scene::{self, Scene, View, navigate};
-use lightgraph::session::{Pointer, Project, Session, Settings};
+use lightgraph::internals::gpu::{Arrangement, ArrivingImage, Display, Look, Recorded};
+use lightgraph::internals::image::png::ToneMap;
+use lightgraph::internals::scene::{self, navigate};
+use lightgraph::internals::session::Pointer;
+use lightgraph::internals::{builtin, files};
+use lightgraph::{Checked, Diagnostic, Faults, FrameReport, Gpu, Memory, Project, Scene, Session, Settings, View};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -86,8 +85,8 @@ pub struct Engine {
     view: Option<View>,
     exposure: f32,
     pointer: Pointer,
-    frames: VecDeque<Recorded>,
-    image: Option<ArrivingImage>,
+    frames: VecDeque<Frame>,
+    image: Option<PendingImage>,
     image_wanted: bool,
     /// The first image of the next session is wanted.
     first_wanted: bool,
@@ -310,7 +309,7 @@ impl Engine {
     fn scene(&mut self, path: &Path) -> Checked<()> {
         let revision = self.revisions[0];
         if self.scene.as_ref().is_none_or(|s| s.path != path || s.revision != revision) {
-            let scene::Loaded { scene, notices, .. } = scene::load(path)?;
+            let scene::Loaded { scene, notices, .. } = Scene::load(path)?;
             if self.scene.as_ref().is_some_and(|s| s.path != path) {
                 self.view = None;
             }
@@ -348,7 +347,11 @@ impl Engine {
             outputs: Some(vec![output.clone()]),
             camera: wish.camera.clone(),
             skip: true,
-            timing: if wish.timed { lightgraph::gpu::Timing::Steps } else { lightgraph::gpu::Timing::Frame },
+            timing: if wish.timed {
+                lightgraph::internals::gpu::Timing::Steps
+            } else {
+                lightgraph::internals::gpu::Timing::Frame
+            },
             ..Settings::default()
         };
         let previous = self.shown.as_ref().map(|s| &s.session);
@@ -438,7 +441,8 @@ impl Engine {
             let recorded = made.session.record(&self.gpu, &mut encoder, self.index, time)?;
             if let Memory::Texture(texture) = made.session.memory(made.session.output(&made.output)?)? {
                 let view = target.texture.create_view(&Default::default());
-                self.display.draw(&self.gpu, &mut encoder, texture, self.exposure, &view);
+                let look = Look { stops: self.exposure, tone_map: ToneMap::Neutral, arrangement: Arrangement::First };
+                self.display.draw(&self.gpu, &mut encoder, [texture; 2], look, &view);
                 if self.image_wanted && self.image.is_none() {
                     self.image = Some(made.session.image_later(&self.gpu, &mut encoder, &made.output)?);
                     self.image_wanted = false;
@@ -469,7 +473,7 @@ impl Engine {
     fn report(&self, report: &FrameReport) -> Value {
         let Some(made) = &self.shown else { return Value::Null };
         let name = |step: usize| made.session.plan.steps.get(step).map_or("?", |s| s.name.as_str());
-        let step = |s: &lightgraph::gpu::StepTime| json!({ "name": name(s.step), "runs": s.runs, "gpu_ms": s.gpu_ms, "cpu_ms": s.cpu_ms });
+        let step = |s: &lightgraph::internals::gpu::StepTime| json!({ "name": name(s.step), "runs": s.runs, "gpu_ms": s.gpu_ms, "cpu_ms": s.cpu_ms });
         let mut warnings: Vec<Diagnostic> = report.warnings.clone();
         warnings.extend(made.session.failed_checks(report));
         json!({
@@ -479,4 +483,16 @@ impl Engine {
             "checks": tell::diagnostics(&Faults(warnings).0),
         })
     }
+}
+
+/// # Errors
+/// The texture holds no colours.
+pub fn showable(gpu: &Gpu, texture: &wgpu::Texture, name: &str) -> Checked<()> {
+    let sampled = texture.format().sample_type(None, Some(gpu.features));
+    let color = matches!(sampled, Some(wgpu::TextureSampleType::Float { .. }));
+    if color && texture.dimension() == wgpu::TextureDimension::D2 {
+        return Ok(());
+    }
+    let d = Diagnostic::error(format!("`{name}` holds no image of colours, and can't be shown"));
+    Err(d.help("choose another output").into())
 }

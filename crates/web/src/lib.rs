@@ -2,16 +2,13 @@
 //! canvas.
 //!
 //! - [`link`]: what a shared link holds
-//! - `engine`: from a wish to frames; `display`: from linear light to the canvas; `tell`: what the page is told, as
-//!   JSON
+//! - `engine`: from a wish to frames on the canvas; `tell`: what the page is told, as JSON
 //!
 //! The page (`page/`) runs the engine in a worker, so that neither a long plan nor a fault of the engine stops the
 //! editor. Outside of a browser only [`link`] is built, for its tests.
 
 #![forbid(unsafe_code)]
 
-#[cfg(target_arch = "wasm32")]
-mod display;
 #[cfg(target_arch = "wasm32")]
 mod engine;
 pub mod link;

@@ -1,8 +1,8 @@
 //! What the page is told, as JSON.
 
-use lightgraph::diag::{Diagnostic, Severity, Span, render};
-use lightgraph::graph::Graph;
-use lightgraph::value::{Value as Number, Values};
+use lightgraph::internals::diag::{Severity, Span, render};
+use lightgraph::internals::value::{Value as Number, Values};
+use lightgraph::{Diagnostic, Graph};
 use serde_json::{Value, json};
 
 /// Faults, warnings and notes, with their places as JavaScript counts in texts: in UTF-16.
@@ -30,7 +30,7 @@ pub fn diagnostics(all: &[Diagnostic]) -> Value {
 
 /// The parameters of a graph, each with its value.
 pub fn params(graph: &Graph, set: &Values) -> Value {
-    let one = |(name, param): &(lightgraph::graph::ast::Name, lightgraph::graph::ast::Param)| {
+    let one = |(name, param): &(lightgraph::internals::graph::ast::Name, lightgraph::internals::graph::ast::Param)| {
         json!({
             "name": name.value,
             "type": param.ty.wgsl(),

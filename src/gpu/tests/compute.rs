@@ -1,5 +1,5 @@
 use crate::gpu::testing::{Sketch, gpu, run, run_scene, try_run};
-use crate::gpu::{Frame, Timing, execute, prepare, prepare_after, read_buffer};
+use crate::gpu::{FrameInputs, Timing, execute, prepare, prepare_after, read_buffer};
 use crate::plan::change::{Held, carry};
 use crate::plan::keys::Keys;
 use crate::plan::scene_inputs::SceneInputs;
@@ -44,7 +44,7 @@ fn a_frame_timed_as_a_whole_has_no_times_of_steps() {
     let mut prepared =
         prepare(gpu(), &plan, &Assets::new(&Geometry::default(), None), &[]).unwrap_or_else(|f| panic!("{f}"));
     let mut frame = |timing| {
-        let frame = Frame { timing, ..Frame::default() };
+        let frame = FrameInputs { timing, ..FrameInputs::default() };
         execute(gpu(), &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"))
     };
     let (whole, steps) = (frame(Timing::Frame), frame(Timing::Steps));
@@ -65,7 +65,7 @@ fn steps_that_are_waited_for_are_timed_by_the_host() {
     let plan = s.order(fills);
     let mut prepared =
         prepare(gpu(), &plan, &Assets::new(&Geometry::default(), None), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let frame = Frame { timing: Timing::Waited, ..Frame::default() };
+    let frame = FrameInputs { timing: Timing::Waited, ..FrameInputs::default() };
     let report = execute(gpu(), &plan, &mut prepared, &frame).unwrap_or_else(|f| panic!("{f}"));
     let times: Vec<f64> = report.steps.iter().filter_map(|s| s.gpu_ms).collect();
     assert_eq!(times.len(), 2);
@@ -131,7 +131,7 @@ fn tables_are_packed_by_the_names_of_members() {
 
     // More rows than before: new memory, bound anew.
     let mut prepared = empty.prepared;
-    let frame = Frame { tables: Some(&two), ..Frame::default() };
+    let frame = FrameInputs { tables: Some(&two), ..FrameInputs::default() };
     execute(gpu(), &plan, &mut prepared, &frame).unwrap();
     let bytes = read_buffer(gpu(), &prepared, &plan, crate::plan::ResourceId(0)).unwrap();
     assert_eq!(bytemuck::pod_collect_to_vec::<u8, f32>(&bytes)[..5], [2.0, 2.0, 0.0, 5.0, 1.0]);
@@ -189,7 +189,7 @@ fn uniforms_take_the_strongest_value() {
     ]);
     let plan = s.order([step]);
     let mut prepared = prepare(gpu(), &plan, &Assets::new(&Geometry::default(), None), &[]).unwrap();
-    let mut frame = Frame::default();
+    let mut frame = FrameInputs::default();
     frame.values.insert("a".into(), Value::Float(10.0));
     execute(gpu(), &plan, &mut prepared, &frame).unwrap();
     let bytes = read_buffer(gpu(), &prepared, &plan, crate::plan::ResourceId(0)).unwrap();
@@ -248,7 +248,7 @@ fn history_outlives_a_new_plan_of_the_same_shape() {
     };
     let mut first = run(sketch(5.0, 8));
     assert_eq!(first.floats("kept"), [6.0, 5.0]);
-    execute(gpu(), &first.plan, &mut first.prepared, &Frame::default()).unwrap();
+    execute(gpu(), &first.plan, &mut first.prepared, &FrameInputs::default()).unwrap();
     let empty = Geometry::default();
     let after = |plan: crate::plan::Plan| {
         let (keys, none) = (Keys::of(&plan, None), vec![None; first.plan.slots.len()]);
@@ -256,7 +256,7 @@ fn history_outlives_a_new_plan_of_the_same_shape() {
         let kept = carry(&plan, &keys, &earlier, &SceneInputs::default(), &Values::new());
         let (assets, kept) = (Assets::new(&empty, None), first.prepared.pool.taken(&kept));
         let mut prepared = prepare_after(gpu(), &plan, &assets, &[], &kept).unwrap();
-        execute(gpu(), &plan, &mut prepared, &Frame::default()).unwrap();
+        execute(gpu(), &plan, &mut prepared, &FrameInputs::default()).unwrap();
         let bytes = read_buffer(gpu(), &prepared, &plan, crate::plan::ResourceId(0)).unwrap();
         bytemuck::pod_collect_to_vec::<u8, f32>(&bytes)
     };

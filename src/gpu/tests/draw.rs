@@ -1,5 +1,5 @@
 use crate::gpu::testing::{Sketch, gpu, quads, run, run_scene};
-use crate::gpu::{Frame, execute, prepare, read_image};
+use crate::gpu::{FrameInputs, execute, prepare, read_image};
 use crate::plan::{Cull, Geometry, Place, ResourceId, TextureKind};
 use crate::scene::{self, TextureArray};
 use wgpu::TextureFormat as F;
@@ -174,7 +174,7 @@ fn scene_textures_have_layers_and_mips_and_default_to_white() {
     for (textures, want) in [(Some(&textures), [1.0, 1.0, 2.0, 1.0]), (None, [1.0, 0.0, 1.0, 1.0])] {
         let mut prepared =
             prepare(gpu(), &plan, &scene::Assets::new(&scene::Geometry::default(), textures), &[]).unwrap();
-        execute(gpu(), &plan, &mut prepared, &Frame::default()).unwrap();
+        execute(gpu(), &plan, &mut prepared, &FrameInputs::default()).unwrap();
         let image = read_image(gpu(), &prepared, &plan, ResourceId(0)).unwrap();
         assert_eq!((image.data[0], image.data[2]), (want[0], want[2]));
         if textures.is_some() {

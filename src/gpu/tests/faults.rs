@@ -1,5 +1,5 @@
 use crate::gpu::testing::{Sketch, faults, gpu, run};
-use crate::gpu::{Frame, Gpu, execute, prepare, read_image};
+use crate::gpu::{FrameInputs, Gpu, execute, prepare, read_image};
 use crate::plan::{Comparison, Cull, Ending, Geometry, Loop, Node, Place, ResourceId, TextureKind, Until};
 use crate::scene;
 use wgpu::TextureFormat as F;
@@ -156,7 +156,7 @@ fn a_lost_device_is_a_fault_and_no_panic() {
     let plan = s.order([step]);
     let mut prepared = prepare(&gpu, &plan, &scene::Assets::new(&scene::Geometry::default(), None), &[]).unwrap();
     gpu.device.destroy();
-    let text = execute(&gpu, &plan, &mut prepared, &Frame::default()).unwrap_err().to_string();
+    let text = execute(&gpu, &plan, &mut prepared, &FrameInputs::default()).unwrap_err().to_string();
     assert!(text.contains("the device is lost"), "{text}");
     assert!(read_image(&gpu, &prepared, &plan, ResourceId(0)).is_err());
     assert!(prepare(&gpu, &plan, &scene::Assets::new(&scene::Geometry::default(), None), &[]).is_err());

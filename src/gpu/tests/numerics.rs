@@ -1,7 +1,7 @@
 //! Numbers that should not be, put where the checks must find them.
 
 use crate::gpu::testing::{Sketch, gpu};
-use crate::gpu::{Frame, Numerics, execute, prepare};
+use crate::gpu::{FrameInputs, Numerics, execute, prepare};
 use crate::plan::{Action, Desc, Loop, Node, Plan, StepId, TextureKind, Tiles};
 use crate::scene;
 use wgpu::TextureFormat as F;
@@ -14,7 +14,7 @@ fn watched(mut plan: Plan) -> (Plan, Numerics) {
     }
     let mut prepared = prepare(gpu(), &plan, &scene::Assets::new(&scene::Geometry::default(), None), &[]).unwrap();
     prepared.watch(gpu()).unwrap();
-    let report = execute(gpu(), &plan, &mut prepared, &Frame::default()).unwrap_or_else(|f| panic!("{f}"));
+    let report = execute(gpu(), &plan, &mut prepared, &FrameInputs::default()).unwrap_or_else(|f| panic!("{f}"));
     (plan, report.numerics.unwrap())
 }
 

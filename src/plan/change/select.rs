@@ -19,6 +19,7 @@ pub fn select(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values
         let before = held.ran.get(&unit.name);
         let same = before.filter(|ran| ran.key == versions.keys[i]);
         match (run.contains(&i), before) {
+            _ if versions.off[i] => Why::OtherFrames,
             (true, _) if unit.writes.is_empty() => Why::Marks,
             (true, None) => Why::First,
             (true, Some(_)) if same.is_some() => Why::Overwritten,
@@ -38,30 +39,29 @@ pub fn select(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values
 
 /// Chooses all steps that the outputs take.
 pub fn full(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values: &Values) -> Selection {
-    let mut open: Vec<usize> = lasting(plan).iter().filter_map(|r| keys.last[r.0]).collect();
+    let versions = keys.versions(plan, held.history(plan), scene, values);
+    let maker = |r: &ResourceId, last| versions.maker(keys, *r, last);
+    let mut open: Vec<usize> = lasting(plan).iter().filter_map(|r| maker(r, keys.last[r.0])).collect();
     let mut why = vec![Why::NotNeeded; keys.units.len()];
     while let Some(i) = open.pop() {
         if why[i] != Why::Asked {
             why[i] = Why::Asked;
-            open.extend(keys.units[i].makers.iter().flatten());
+            let unit = &keys.units[i];
+            open.extend(unit.needs.iter().zip(&unit.makers).filter_map(|(r, last)| maker(r, *last)));
         }
     }
-    selection(
-        plan,
-        keys,
-        held,
-        (scene, values),
-        keys.versions(plan, held.history(plan), scene, values),
-        why,
-        AllBits::new(),
-    )
+    selection(plan, keys, held, (scene, values), versions, why, AllBits::new())
 }
 
 /// Chooses all steps but those that write dirty bits: nothing goes by them.
 pub fn everything(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values: &Values) -> Selection {
     let versions = keys.versions(plan, held.history(plan), scene, values);
-    let why = |unit: &Unit| if unit.writes.is_empty() { Why::NotNeeded } else { Why::Asked };
-    let why = keys.units.iter().map(why).collect();
+    let why = |(unit, off): (&Unit, &bool)| match unit.writes.is_empty() {
+        _ if *off => Why::OtherFrames,
+        true => Why::NotNeeded,
+        false => Why::Asked,
+    };
+    let why = keys.units.iter().zip(&versions.off).map(why).collect();
     selection(plan, keys, held, (scene, values), versions, why, AllBits::new())
 }
 
@@ -168,7 +168,7 @@ fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, bits: &A
             let unit = &keys.units[*i];
             for ((r, v), maker) in unit.needs.iter().zip(&versions.before[*i]).zip(&unit.makers) {
                 if *v != UNDEFINED && slots[slot(r)] != *v {
-                    more.extend(maker);
+                    more.extend(versions.maker(keys, *r, *maker));
                 }
             }
             more.extend(unit.bits.iter().filter_map(marker));
@@ -182,7 +182,7 @@ fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, bits: &A
         for r in &end {
             let wanted = versions.end[r.0];
             if wanted != UNDEFINED && slots[slot(r)] != wanted {
-                more.extend(keys.last[r.0]);
+                more.extend(versions.maker(keys, *r, keys.last[r.0]));
             }
         }
         let before = run.len();
@@ -192,7 +192,7 @@ fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, bits: &A
                 let unit = &keys.units[i];
                 let needs = unit.needs.iter().zip(&versions.before[i]).zip(&unit.makers);
                 let lacking = needs.filter(|((r, v), _)| **v != UNDEFINED && there[slot(r)] != **v);
-                more.extend(lacking.filter_map(|(_, maker)| *maker));
+                more.extend(lacking.filter_map(|((r, _), maker)| versions.maker(keys, *r, *maker)));
             }
         }
         if run.len() == before {

@@ -2,12 +2,13 @@
 
 use super::network::{Item, Network, Pass, network};
 use crate::plan::Plan;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// Passes as nodes, resources as edges, loops and sub-graphs as clusters; what comes from an earlier iteration or frame
 /// is dashed, skipped passes are grey.
 pub fn to_dot(plan: &Plan) -> String {
-    let net = network(plan);
+    let net = network(plan, &BTreeSet::new());
     let mut out = String::from("digraph plan {\n");
     let title = quoted(&plan.graph);
     out += &format!("  label={title}; labelloc=t; fontname=\"sans-serif\"; rankdir=TB;\n");

@@ -47,10 +47,11 @@ pub(super) enum Item {
     Loop { title: String, body: Vec<Item> },
 }
 
-/// Sees a plan as a network.
-pub(super) fn network(plan: &Plan) -> Network {
+/// Sees a plan as a network, in which each of the `collapsed` sub-graphs is one pass.
+pub(super) fn network(plan: &Plan, collapsed: &BTreeSet<String>) -> Network {
     let mut b = Builder {
         plan,
+        collapsed,
         fold: plan.steps.len() > MOST_STEPS,
         out: Network { passes: vec![], ports: vec![], items: vec![] },
         by_key: BTreeMap::new(),
@@ -70,6 +71,7 @@ pub(super) fn network(plan: &Plan) -> Network {
     }
     // The next frame finds what this one left.
     b.flow(&plan.order, &mut Some(Again { first: 0, written: BTreeSet::new(), history_only: true }));
+    b.hide_private();
     b.out
 }
 
@@ -85,6 +87,7 @@ struct Again {
 
 struct Builder<'p> {
     plan: &'p Plan,
+    collapsed: &'p BTreeSet<String>,
     fold: bool,
     out: Network,
     by_key: BTreeMap<String, usize>,
@@ -106,12 +109,19 @@ impl Builder<'_> {
                 Node::Loop(l) => items.push(Item::Loop { title: loop_head(self.plan, l), body: self.items(&l.body) }),
                 Node::Step(s) => {
                     let step = &self.plan.steps[s.0];
-                    let key = if self.fold { key(step) } else { step.name.clone() };
+                    let graph = sub_graphs(&step.pass).find(|g| self.collapsed.contains(*g));
+                    let key = match graph {
+                        Some(graph) => graph.to_owned(),
+                        None if self.fold => key(step),
+                        None => step.name.clone(),
+                    };
                     let pass = match self.by_key.get(&key) {
                         Some(pass) => *pass,
                         None => {
                             let row = Row::of(self.plan, *s);
-                            let pass = self.add(key.clone(), row.kind, row.shader);
+                            let (kind, shader) =
+                                if graph.is_some() { (COLLAPSED, String::new()) } else { (row.kind, row.shader) };
+                            let pass = self.add(key.clone(), kind, shader);
                             self.by_key.insert(key, pass);
                             items.push(Item::Pass(pass));
                             pass
@@ -123,6 +133,18 @@ impl Builder<'_> {
             }
         }
         items
+    }
+
+    /// Takes away what only the collapsed sub-graph reads that wrote it.
+    fn hide_private(&mut self) {
+        let Network { passes, ports, .. } = &mut self.out;
+        for (i, pass) in passes.iter_mut().enumerate().filter(|(_, p)| p.kind == COLLAPSED) {
+            let private = |p: &Port| p.readers.is_empty() && p.carried.iter().all(|reader| *reader == i);
+            let hidden: Vec<String> =
+                pass.ports.iter().map(|p| &ports[*p]).filter(|p| private(p)).map(|p| p.resource.clone()).collect();
+            pass.ports.retain(|p| !private(&ports[*p]));
+            pass.carried.retain(|name| !hidden.contains(name));
+        }
     }
 
     fn label(&self, id: ResourceId) -> String {
@@ -202,6 +224,8 @@ impl Builder<'_> {
 
     fn read(&mut self, port: usize, pass: usize, carried: bool) {
         let p = &mut self.out.ports[port];
+        // A sub-graph in one box stands where its first pass does: what it reads later leads back.
+        let carried = carried || (p.pass > pass && !self.collapsed.is_empty());
         if carried {
             if !p.carried.contains(&pass) {
                 p.carried.push(pass);
@@ -211,6 +235,14 @@ impl Builder<'_> {
             p.readers.push(pass);
         }
     }
+}
+
+/// The kind of a box that stands for a sub-graph.
+pub const COLLAPSED: &str = "sub-graph";
+
+/// The sub-graphs that a pass is in, outermost first: `a` and `a.b` of `a.b.blur`.
+pub fn sub_graphs(pass: &str) -> impl Iterator<Item = &str> {
+    pass.match_indices('.').map(|(at, _)| &pass[..at])
 }
 
 /// What the steps of a pass have in common; clears that begin a frame stand apart from passes.

@@ -4,6 +4,7 @@ use super::layout::{Extent, Layout, layout};
 pub use super::layout::{Rect, Wire};
 use super::network::{Network, Pass, network};
 use crate::plan::{Plan, ResourceId, StepId};
+use std::collections::BTreeSet;
 
 /// Widths of a character of a monospaced font, in px: 0.6 of its size.
 const TITLE: f32 = 7.8;
@@ -50,8 +51,9 @@ pub struct PortBox {
 }
 
 /// Draws a plan in the mind. Small plans are seen step by step, large ones pass by pass.
-pub fn picture(plan: &Plan) -> Picture {
-    let net = network(plan);
+/// Each of the `collapsed` sub-graphs is one box.
+pub fn picture(plan: &Plan, collapsed: &BTreeSet<String>) -> Picture {
+    let net = network(plan, collapsed);
     let extents: Vec<Extent> = net.passes.iter().map(|p| extent(&net, p)).collect();
     let Layout { width, height, passes, loops, wires, .. } = layout(&net, &extents);
     let boxes = passes.into_iter().filter_map(|(i, rect)| {

@@ -3,6 +3,7 @@
 use super::picture::{Picture, Rect, Wire, picture};
 use super::words::bytes;
 use crate::plan::Plan;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 const MARGIN: f32 = 24.0;
@@ -25,7 +26,7 @@ const COLORS: [(&str, &str); 7] = [
 /// Passes as boxes in rows by depth with what they write at their feet, a wire from each to its readers, loops as
 /// frames, skipped passes in grey below. `↻` marks what an earlier iteration or frame wrote.
 pub fn to_svg(plan: &Plan) -> String {
-    let laid = picture(plan);
+    let laid = picture(plan, &BTreeSet::new());
     let across = (laid.width.max(640.0) / (SKIPPED + 12.0)).max(1.0) as usize;
     let below = plan.skipped.len().div_ceil(across) as f32 * 48.0;
     let (width, height) = (laid.width.max(640.0) + 2.0 * MARGIN, laid.height + below + HEAD + 3.0 * MARGIN);

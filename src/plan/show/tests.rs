@@ -171,7 +171,7 @@ fn svg_is_well_formed_whatever_the_names() {
 
 /// The layout of a plan whose passes have some extent.
 fn laid(plan: &Plan) -> Layout {
-    let net = network(plan);
+    let net = network(plan, &BTreeSet::new());
     let extents: Vec<_> = net.passes.iter().map(|p| picture::extent(&net, p)).collect();
     layout(&net, &extents)
 }
@@ -201,7 +201,7 @@ fn no_box_lies_on_another_and_no_wire_runs_through_one() {
 #[test]
 fn loops_frame_their_passes() {
     let plan = settling(&[]);
-    let (net, laid) = (network(&plan), laid(&plan));
+    let (net, laid) = (network(&plan, &BTreeSet::new()), laid(&plan));
     let [(title, frame)] = &laid.loops[..] else { panic!("one loop") };
     assert_eq!(title, "settle × 2 until change < 0.002");
     for (i, r) in &laid.passes {
@@ -234,4 +234,22 @@ fn a_difference_names_what_was_added_taken_and_changed() {
     let fewer = diff(&settling(&[]), &settling(&[("rounds", Value::Uint(0))]));
     assert!(fewer.contains("\n  + unsettled ") && fewer.contains("\n  - join"), "{fewer}");
     assert!(fewer.contains("\nmemory\n  allocated "), "{fewer}");
+}
+
+#[test]
+fn a_collapsed_sub_graph_is_one_box_and_hides_what_it_keeps_to_itself() {
+    let mut plan = settling(&[]);
+    for step in plan.steps.iter_mut().filter(|s| s.pass != "show") {
+        step.pass = format!("inner.{}", step.pass);
+        step.name = format!("inner.{}", step.name);
+    }
+    assert_eq!(network::sub_graphs("a.b.blur").collect::<Vec<_>>(), ["a", "a.b"]);
+    let net = network(&plan, &BTreeSet::from(["inner".to_string()]));
+    let box_ = net.passes.iter().find(|p| p.name == "inner").unwrap();
+    assert_eq!(box_.kind, network::COLLAPSED);
+    let left: Vec<&str> = box_.ports.iter().map(|p| net.ports[*p].resource.as_str()).collect();
+    assert_eq!(left, ["image"]);
+    assert_eq!(net.passes.iter().filter(|p| p.name.starts_with("inner")).count(), 1);
+    // Whatever is collapsed, there are places for all boxes.
+    assert_eq!(picture::picture(&plan, &BTreeSet::from(["inner".to_string()])).boxes.len(), net.passes.len());
 }

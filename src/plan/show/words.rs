@@ -51,8 +51,11 @@ impl Row {
             }
             names
         };
-        let detail =
-            [detail, mips(plan, s)].into_iter().filter(|words| !words.is_empty()).collect::<Vec<_>>().join(", ");
+        let detail = [detail, mips(plan, s), s.frames.words().unwrap_or_default().into()]
+            .into_iter()
+            .filter(|words| !words.is_empty())
+            .collect::<Vec<_>>()
+            .join(", ");
         Row { name: s.name.clone(), kind, shader, detail, reads: names(&s.reads), writes: names(&s.writes) }
     }
 
@@ -129,6 +132,9 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
             Some(value) if value != [0.0; 4] => words.push(format!("clears {} to {}", name(c.resource), color(&value))),
             Some(_) => {}
         }
+        if let Some(to) = c.resolve {
+            words.push(format!("resolves {} to {}", name(c.resource), name(to)));
+        }
     }
     if let Some(depth) = &d.depth {
         match depth.clear {
@@ -136,7 +142,7 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
             Some(value) if value != 1.0 => words.push(format!("clears {} to {value}", name(depth.resource))),
             Some(_) => {}
         }
-        if depth.compare != wgpu::CompareFunction::Less {
+        if depth.compare != wgpu_types::CompareFunction::Less {
             words.push(format!("depth {:?}", depth.compare));
         }
         if !depth.write {
@@ -151,7 +157,8 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
     }
     if let Some(level) = d.level.and_then(|i| plan.levels.get(i)) {
         let all = plan.value("triangles").map_or(String::new(), |n| format!(" of {n}"));
-        words.push(format!("{}{all} triangles, within {} m", level.triangles, level.tolerance));
+        let within = if level.tolerance > 0.0 { format!(", within {} m", level.tolerance) } else { String::new() };
+        words.push(format!("{}{all} triangles{within}", level.triangles));
     }
     match d.geometry {
         Geometry::Scene { cull: Cull::Material } | Geometry::Screen => {}

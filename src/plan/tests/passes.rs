@@ -49,7 +49,7 @@ fn the_test_of_a_loop_keeps_what_writes_it() {
     let plan = sample(&resources, &passes, "\"x\": \"x\"").plan();
     assert_eq!(plan.names().len(), 2);
     let Desc::Buffer { usage, .. } = plan.resource("change").desc else { panic!("a buffer") };
-    assert!(usage.contains(wgpu::BufferUsages::COPY_SRC), "the host reads it");
+    assert!(usage.contains(wgpu_types::BufferUsages::COPY_SRC), "the host reads it");
 }
 
 #[test]

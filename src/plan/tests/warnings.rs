@@ -53,8 +53,8 @@ fn warned(changes: &str, params: &[(&str, Value)], full: bool) -> Checked<Vec<St
         outputs: None,
         choices: &FIRST,
         levels: &[],
-        limits: &wgpu::Limits::default(),
-        features: wgpu::Features::empty(),
+        limits: &wgpu_types::Limits::default(),
+        features: wgpu_types::Features::empty(),
     };
     plan(&request).map(|p| p.warnings.into_iter().map(|d| d.message).collect())
 }

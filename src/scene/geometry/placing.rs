@@ -18,7 +18,7 @@ const MAX_DEFORMED: usize = (1 << 20) - (1 << 18);
 
 /// Lays all instances out in one list, not yet in clusters. Mirroring transforms get their winding turned round, so
 /// that front stays front. `nodes`: how many there are.
-pub(in crate::scene) fn assemble(
+pub(in crate::internals::scene) fn assemble(
     document: &Document<'_>,
     nodes: usize,
     instances: &[Instance<'_>],

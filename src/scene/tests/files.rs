@@ -3,7 +3,7 @@
 use super::fixture::Fixture;
 use crate::{
     diag::render,
-    scene::{Loaded, load},
+    scene::{Loaded, Scene},
 };
 use serde_json::json;
 use std::{
@@ -29,7 +29,7 @@ impl Folder {
     }
 
     fn load(&self, name: &str) -> Result<Loaded, String> {
-        load(&self.0.join(name)).map_err(|faults| render(&faults.0))
+        Scene::load(&self.0.join(name)).map_err(|faults| render(&faults.0))
     }
 }
 
@@ -82,8 +82,8 @@ fn a_scene_that_is_not_there_names_what_was_looked_for_and_the_nearest() {
     for path in ["gone.glb", "gone.ron", "gone/gone.gltf"] {
         assert!(folder.load(path).unwrap_err().contains("can't read"), "{path}");
     }
-    assert!(load(Path::new("")).is_err());
-    assert!(load(Path::new("/")).is_err());
+    assert!(Scene::load(Path::new("")).is_err());
+    assert!(Scene::load(Path::new("/")).is_err());
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! Simplified triangles: fewer, near the surfaces that they stand for, with their open edges where they were.
 
-use crate::scene::{Column, Level, Scene, load};
+use crate::scene::{Column, Level, Scene};
 use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
 
 fn hall() -> Scene {
-    load(Path::new("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene
+    Scene::load(Path::new("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene
 }
 
 /// The triangles of one node, in its own space.

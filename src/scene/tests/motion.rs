@@ -262,7 +262,8 @@ fn check_after(scene: &Scene, levels: &[Arc<Level>], earlier: Tables, pose: &Pos
 
 #[test]
 fn tables_after_any_node_of_a_scene_has_moved_are_those_made_anew() {
-    let scene = crate::scene::load(std::path::Path::new("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene =
+        crate::scene::Scene::load(std::path::Path::new("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
     let levels = [scene.level(0.02)];
     let mut tables = scene.tables_after(scene.pose(0.0), |_| true, levels.to_vec(), None);
     for node in 0..scene.nodes.len() {

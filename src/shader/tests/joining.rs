@@ -123,6 +123,7 @@ fn folders_are_read_once_and_the_first_wins() {
 }
 
 /// wgpu takes the module as it is and finds a layout in it. No GPU: the noop device still validates.
+#[cfg(feature = "gpu")]
 #[test]
 fn wgpu_takes_the_module() {
     let main = "#import scene::{shine, materials}

@@ -62,9 +62,9 @@ fn every_kind_of_variable_is_reflected() {
     assert_eq!(kind("shadow"), texture(TextureDim::CubeArray, TextureSample::Depth));
     let sample = TextureSample::Float { filtered: false };
     assert_eq!(kind("multi"), BindingKind::Texture { dim: TextureDim::D2, sample, multisampled: true });
-    let (format, access) = (wgpu::TextureFormat::Rgba32Float, wgpu::StorageTextureAccess::WriteOnly);
+    let (format, access) = (wgpu_types::TextureFormat::Rgba32Float, wgpu_types::StorageTextureAccess::WriteOnly);
     assert_eq!(kind("sh"), BindingKind::StorageTexture { dim: TextureDim::D3, format, access });
-    let (format, access) = (wgpu::TextureFormat::R32Uint, wgpu::StorageTextureAccess::ReadWrite);
+    let (format, access) = (wgpu_types::TextureFormat::R32Uint, wgpu_types::StorageTextureAccess::ReadWrite);
     assert_eq!(kind("acc"), BindingKind::StorageTexture { dim: TextureDim::D2, format, access });
     assert_eq!(kind("lin"), BindingKind::Sampler { comparison: false });
     assert_eq!(kind("cmp"), BindingKind::Sampler { comparison: true });
@@ -104,7 +104,7 @@ fn entries_are_reflected() {
     );
     let vs = i.entry(Stage::Vertex).expect("a vertex entry");
     let inputs: Vec<_> = vs.inputs.iter().map(|v| (v.name.as_str(), v.location, v.format)).collect();
-    use wgpu::VertexFormat as F;
+    use wgpu_types::VertexFormat as F;
     assert_eq!(inputs, [("position", 0, F::Float32x3), ("uv", 1, F::Float32x2), ("node0", 2, F::Uint32)]);
     assert_eq!(vs.uses.keys().copied().collect::<Vec<_>>(), [0]);
     let fs = i.entry(Stage::Fragment).expect("a fragment entry");

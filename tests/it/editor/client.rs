@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
@@ -35,7 +35,12 @@ fn path_of(uri: &Value) -> PathBuf {
 impl Client {
     /// Starts a server for a folder of the editor, or for none.
     pub fn start(root: Option<&Path>, options: Value) -> Client {
-        let mut process = command()
+        Client::of(command(), root, options)
+    }
+
+    /// As [`Client::start`], by a command that has an environment of its own.
+    pub fn of(mut command: Command, root: Option<&Path>, options: Value) -> Client {
+        let mut process = command
             .arg("lsp")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -2,8 +2,9 @@
 
 use super::client::{Client, uri};
 use super::{GRAPH, MODULE, SHOW, VARIANT, project, told};
-use crate::support::Scratch;
-use lightgraph::session::Project;
+use crate::device;
+use crate::support::{Scratch, command};
+use lightgraph::Project;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -216,9 +217,10 @@ fn a_fault_offers_its_remedy() {
     let broken = GRAPH
         .replace("color: \"small\"", "color: \"smal\"")
         .replace("lets: {", "lets: {\n        \"idle\": \"1\",\n        ");
-    for (from, count) in
-        [(broken.as_str(), 1), (&GRAPH.replace("lets: {", "lets: {\n        \"idle\": \"1\",\n        "), 1)]
-    {
+    let idle = GRAPH.replace("lets: {", "lets: {\n        \"idle\": \"1\",\n        ");
+    let make = "        Screen(name: \"make\", shader: \"make.wgsl\", color: \"small\"),\n";
+    let blank = GRAPH.replace(make, "");
+    for (from, count) in [(broken.as_str(), 1), (&idle, 1), (&blank, 1)] {
         client.replace(&graph, from);
         client.checked(&graph);
         let diagnostics = client.told[&graph].clone();
@@ -241,6 +243,40 @@ fn a_fault_offers_its_remedy() {
 }
 
 #[test]
+fn a_run_that_shows_the_graph_leaves_times_beside_its_passes() {
+    let _alone = device::gpu();
+    let scratch = Scratch::new("editor-lenses");
+    project(scratch.path());
+    let graph = scratch.path().join("graph.ron");
+    let cached = || {
+        let mut command = command();
+        command.env("XDG_CACHE_HOME", scratch.path().join("cache")).env("HOME", scratch.path());
+        command
+    };
+    let mut client = Client::of(cached(), Some(scratch.path()), Value::Null);
+    client.open(&graph, GRAPH);
+    client.checked(&graph);
+    let lenses = |client: &mut Client| {
+        let found = client.request("textDocument/codeLens", json!({"textDocument": {"uri": uri(&graph)}}));
+        let title = |l: &Value| (l["range"]["start"]["line"].as_u64().unwrap(), l["command"]["title"].to_string());
+        found.as_array().unwrap().iter().map(title).collect::<Vec<_>>()
+    };
+    assert_eq!(lenses(&mut client), [], "nothing has shown it");
+    let run = cached()
+        .arg("watch")
+        .arg(&graph)
+        .args(["--size", "16x16", "--reloads", "0", "--out"])
+        .arg(scratch.path().join("out.exr"))
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let found = lenses(&mut client);
+    assert_eq!(found.iter().map(|l| l.0).collect::<Vec<_>>(), [9, 10], "{found:?}");
+    assert!(found.iter().all(|l| l.1.contains("ms · ran: first run")), "{found:?}");
+    client.stop();
+}
+
+#[test]
 fn a_document_has_an_outline_folds_and_hints() {
     let (scratch, mut client, graph) = opened("editor-outline");
     let document = json!({"textDocument": {"uri": uri(&graph)}});
@@ -253,6 +289,10 @@ fn a_document_has_an_outline_folds_and_hints() {
     let hints = client.request("textDocument/inlayHint", json!({"textDocument": {"uri": uri(&graph)}, "range": range}));
     let labels: Vec<&str> = hints.as_array().unwrap().iter().map(|h| h["label"].as_str().unwrap()).collect();
     assert!(labels.contains(&"= (320, 240)") && labels.contains(&"320 × 240, 600 KiB"), "{labels:?}");
+    let tokens = client.request("textDocument/semanticTokens/full", document);
+    // `screen`, `/` and `2` of `half`.
+    let first: Vec<u64> = tokens["data"].as_array().unwrap()[..15].iter().map(|n| n.as_u64().unwrap()).collect();
+    assert_eq!(first, [3, 20, 6, 1, 0, 0, 7, 1, 5, 0, 0, 2, 1, 4, 0], "{tokens}");
     let module = scratch.path().join("shaders/lib/brighter.wgsl");
     client.open(&module, MODULE);
     let symbols = client.request("textDocument/documentSymbol", json!({"textDocument": {"uri": uri(&module)}}));

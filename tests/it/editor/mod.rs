@@ -7,10 +7,10 @@ mod latency;
 
 use crate::support::{Random, Scratch, files, repository};
 use client::{Client, place, uri};
-use lightgraph::diag::{Diagnostic, Faults, Severity};
-use lightgraph::plan::request::all_sample_facts;
-use lightgraph::session::Project;
-use lightgraph::value::Values;
+use lightgraph::internals::diag::Severity;
+use lightgraph::internals::plan::request::all_sample_facts;
+use lightgraph::internals::value::Values;
+use lightgraph::{Diagnostic, Faults, Project};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -4,12 +4,10 @@
 
 use crate::reference::kinds;
 use crate::{device, support};
-use lightgraph::diag::{Checked, Source};
-use lightgraph::gpu::{Gpu, Memory};
-use lightgraph::graph;
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::shader::Library;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph;
+use lightgraph::internals::shader::Library;
+use lightgraph::{Checked, Gpu, Memory, Project, Scene, Session, Settings};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
@@ -117,7 +115,7 @@ fn every_field_of_every_pass_and_resource_is_edited_live() {
     assert_eq!(there.difference(&all).collect::<Vec<_>>(), Vec::<&String>::new(), "not of the language");
 
     let gpu = &*device::gpu();
-    let scene = scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let scene = Scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}")).scene;
     let mut player = Player { gpu, scene: Arc::new(scene), session: None };
     let plain = player.frame(text(&pieces, &toggles, None)).unwrap_or_else(|f| panic!("{f}"));
     let mut wrong = vec![];

@@ -1,6 +1,6 @@
 //! What the gallery shows, as a file says it.
 
-use lightgraph::diag::{Checked, Diagnostic, Faults};
+use lightgraph::{Checked, Diagnostic, Faults};
 use serde::Deserialize;
 use std::path::Path;
 

@@ -7,9 +7,8 @@ mod list;
 mod measure;
 mod sheet;
 
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::file::write_atomically;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu};
 use list::{Gallery, Table};
 use measure::Bench;
 use std::path::Path;

@@ -1,11 +1,8 @@
 //! Renders a graph once, and says what it took and how far it is from the reference.
 
 use crate::list::{Row, Table};
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::{Image, metrics::compare};
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::image::metrics::compare;
+use lightgraph::{Checked, Diagnostic, Gpu, Image, Project, Scene, Session, Settings};
 use lightgraph_cli::bench::references::{Manifest, References};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -114,7 +111,7 @@ impl Bench<'_> {
         if let Some(found) = self.scenes.get(file) {
             return Ok(found.clone());
         }
-        let loaded = Arc::new(scene::load(&Path::new("scenes").join(file))?.scene);
+        let loaded = Arc::new(Scene::load(&Path::new("scenes").join(file))?.scene);
         self.scenes.insert(file.to_string(), loaded.clone());
         Ok(loaded)
     }

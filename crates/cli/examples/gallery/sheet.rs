@@ -2,9 +2,9 @@
 
 use crate::list::{Picture, Tile};
 use crate::measure::Bench;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::image::png::{ToneMap, write_png};
-use lightgraph::image::{Image, exr::read_exr};
+use lightgraph::internals::image::exr::read_exr;
+use lightgraph::internals::image::png::{ToneMap, write_png};
+use lightgraph::{Checked, Diagnostic, Image};
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -2,12 +2,14 @@
 //!
 //! A time is slower when the repeats don't overlap (the least of the new exceeds the greatest of the old) and the
 //! median grew by more than [`SLOWER`]. Phases with fewer than two repeats on either side say nothing. Times are
-//! compared on the same adapter and driver alone. An error is greater when it grew by more than [`WORSE`] of itself (on
-//! another adapter or driver: [`WORSE_ELSEWHERE`]) and by more than [`LEAST`] percent of the mean.
+//! compared on the same machine alone. An error is greater when it grew by more than [`WORSE`] of itself (on another
+//! adapter or driver: [`WORSE_ELSEWHERE`]) and by more than [`LEAST`] percent of the mean.
 
+use super::host::Machine;
 use super::repeat::{Repeated, repeated};
 use super::results::{Entry, Results};
 use super::score::Score;
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// Share by which a median must grow.
@@ -48,14 +50,7 @@ impl fmt::Display for Verdict {
 /// Compares new results with old ones, entry by entry.
 pub fn against(old: &Results, new: &Results) -> Verdict {
     let mut verdict = Verdict { repeated: repeated(old, new), ..Verdict::default() };
-    let same_machine = old.machine.adapter == new.machine.adapter && old.machine.driver == new.machine.driver;
-    if !same_machine {
-        let text = format!(
-            "times are not compared: the old ones are of {}, {}, the new ones of {}, {}",
-            old.machine.adapter, old.machine.driver, new.machine.adapter, new.machine.driver
-        );
-        verdict.notes.push(text);
-    }
+    let mut apart = BTreeSet::new();
     for before in old.entries.iter().filter(|e| e.peer.is_none()) {
         let Some(after) = new.entries.iter().find(|e| e.key() == before.key()) else {
             verdict.notes.push(format!("{}: not in the new results", name(before)));
@@ -65,10 +60,12 @@ pub fn against(old: &Results, new: &Results) -> Verdict {
         if let (None, Some(fault)) = (&before.fault, &after.fault) {
             verdict.worse.push(format!("{}: fails now: {fault}", name(before)));
         }
-        if same_machine {
-            times(before, after, &mut verdict.worse);
+        let machines = [old.machine_of(before), new.machine_of(after)];
+        match machines {
+            [o, n] if o == n => times(before, after, &mut verdict.worse),
+            both => _ = apart.insert(both.map(Machine::shown)),
         }
-        let share = if same_machine { WORSE } else { WORSE_ELSEWHERE };
+        let share = if machines[0].rounds_as(machines[1]) { WORSE } else { WORSE_ELSEWHERE };
         errors(&name(before), &before.scores, &after.scores, share, &mut verdict.worse);
         for old in &before.phases {
             if let Some(new) = after.phases.iter().find(|p| p.phase == old.phase) {
@@ -82,6 +79,8 @@ pub fn against(old: &Results, new: &Results) -> Verdict {
             verdict.worse.push(format!("{}: the leak grew from {o:.2e} to {n:.2e}", name(before)));
         }
     }
+    let text = |[o, n]: [String; 2]| format!("times are not compared: the old ones are of {o}, the new ones of {n}");
+    verdict.notes.splice(0..0, apart.into_iter().map(text));
     verdict
 }
 

@@ -9,13 +9,10 @@ use super::references::References;
 use super::results::{Entry, PassTime, Phase, PhaseTimes, Spread};
 use super::score::{change, mean, score};
 use glam::Vec3;
-use lightgraph::diag::{Checked, Faults};
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::{FrameReport, Gpu, Timing};
-use lightgraph::image::Image;
-use lightgraph::plan::Plan;
-use lightgraph::scene::{Bounds, Scene, Shift};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::fastest::Policy;
+use lightgraph::internals::gpu::Timing;
+use lightgraph::internals::scene::{Bounds, Shift};
+use lightgraph::{Checked, Faults, FrameReport, Gpu, Image, Plan, Project, Scene, Session, Settings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
@@ -95,6 +92,7 @@ pub fn planned(target: &Target<'_>) -> Checked<Entry> {
         leak: None,
         picture: None,
         fault: None,
+        host: None,
     })
 }
 

@@ -16,7 +16,9 @@ fn least(metric: &str) -> f64 {
 /// `None` for fewer than two scenes.
 pub fn overview(results: &Results, output: &str) -> Option<Value> {
     let scored = |v: &View| of(results, v).iter().any(|e| e.score(output, Phase::First).is_some());
-    let mut scenes: Vec<Vec<&Entry>> = views(results).iter().filter(|v| scored(v)).map(|v| of(results, v)).collect();
+    // Means over times of two machines would be of neither.
+    let counts = |v: &&View| v.machine == results.machine && scored(v);
+    let mut scenes: Vec<Vec<&Entry>> = views(results).iter().filter(counts).map(|v| of(results, v)).collect();
     let most = scenes.iter().map(Vec::len).max().unwrap_or(0);
     scenes.retain(|entries| 2 * entries.len() >= most);
     let first = scenes.first().filter(|_| scenes.len() > 1)?;

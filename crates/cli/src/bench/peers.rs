@@ -11,9 +11,9 @@ use super::measure::SEEN;
 use super::references::References;
 use super::results::{Absent, Entry, Phase, PhaseTimes, Spread};
 use super::score::score;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::files;
-use lightgraph::image::{Image, exr::read_exr};
+use lightgraph::internals::files;
+use lightgraph::internals::image::exr::read_exr;
+use lightgraph::{Checked, Diagnostic, Faults, Image};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -173,6 +173,7 @@ fn entry(line: &str, job: Job<'_>) -> Checked<(Entry, BTreeMap<String, Image>)> 
         leak: None,
         picture: None,
         fault: None,
+        host: None,
     };
     Ok((entry, images))
 }
@@ -187,7 +188,7 @@ fn word(value: &serde_json::Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightgraph::image::exr::{Precision, write_exr};
+    use lightgraph::internals::image::exr::{Precision, write_exr};
     use tempfile::TempDir;
 
     fn peer(script: &str) -> Peer {

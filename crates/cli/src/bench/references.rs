@@ -22,9 +22,9 @@
 //! `dark` sees relative to `lit` is light that went through a wall.
 
 use super::results::Phase;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::files;
-use lightgraph::image::{Image, exr::read_exr};
+use lightgraph::internals::files;
+use lightgraph::internals::image::exr::read_exr;
+use lightgraph::{Checked, Diagnostic, Faults, Image};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

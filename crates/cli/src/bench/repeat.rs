@@ -4,7 +4,7 @@
 use super::against::name;
 use super::results::{Entry, Phase, Results};
 use super::score::Score;
-use lightgraph::image::metrics::Metrics;
+use lightgraph::internals::image::metrics::Metrics;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -96,6 +96,7 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
         .collect();
     let mut timed: BTreeMap<_, Vec<Timed<'_>>> = BTreeMap::new();
     for (before, after) in both {
+        let machines = (old.machine_of(before), new.machine_of(after));
         found.row(&name(before), &before.scores, &after.scores);
         if before.leak.is_some() || after.leak.is_some() {
             found.rows += 1;
@@ -105,7 +106,7 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
         for old in &before.phases {
             let Some(new) = after.phases.iter().find(|t| t.phase == old.phase) else { continue };
             found.row(&format!("{}, {}", name(before), old.phase.word()), &old.scores, &new.scores);
-            let place = (&before.scene, &before.camera, before.size, old.phase);
+            let place = (&before.scene, &before.camera, before.size, old.phase, machines);
             let ms = [old, new].map(|times| times.quick_ms());
             timed.entry(place).or_default().push(Timed { entry: before, phase: old.phase, ms });
         }

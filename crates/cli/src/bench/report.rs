@@ -8,13 +8,14 @@ pub(super) use data::page;
 pub(super) use pack::number;
 #[cfg(test)]
 pub(super) use pack::tests::inflated;
-pub use pictures::{pictures, reference_pictures};
+pub use pictures::{copy, pictures, reference_pictures};
 
 use super::front::front;
+use super::host::Machine;
 use super::measure::SEEN;
 use super::results::{Entry, Phase, Results};
 use super::score::Score;
-use lightgraph::diag::Checked;
+use lightgraph::Checked;
 use pack::pack;
 use std::fmt::Write;
 use std::path::Path;
@@ -58,7 +59,8 @@ pub fn text(results: &Results) -> String {
             [Phase::Everything, Phase::First].into_iter().find(|p| entries.iter().any(|e| e.times(*p).is_some()));
         let phase = phase.unwrap_or(Phase::First);
         // Writing to a string can't fail.
-        let _ = writeln!(out, "{}: rmse of `{output}` against a frame's time ({})", label(&view), phase.word());
+        let _ =
+            writeln!(out, "{}: rmse of `{output}` against a frame's time ({})", label(results, &view), phase.word());
         let best = entry_front(&entries, phase, &|e| METRICS[0].1(e.score(output, phase)?));
         for e in best.iter().filter_map(|i| entries.get(*i)) {
             if let (Some(t), Some(s)) = (e.times(phase), e.score(output, phase)) {
@@ -84,13 +86,20 @@ pub fn text(results: &Results) -> String {
     out
 }
 
-pub(super) type View = (String, Option<String>);
+/// A scene by a camera, on a machine: times of two are not held against each other.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct View {
+    pub scene: String,
+    pub camera: Option<String>,
+    pub machine: Machine,
+}
 
-/// Scenes and cameras in the order of the entries.
+/// Scenes, cameras and machines in the order of the entries.
 pub(super) fn views(results: &Results) -> Vec<View> {
     let mut views: Vec<View> = vec![];
     for e in &results.entries {
-        let view = (e.scene.clone(), e.camera.clone());
+        let machine = results.machine_of(e).clone();
+        let view = View { scene: e.scene.clone(), camera: e.camera.clone(), machine };
         if !views.contains(&view) {
             views.push(view);
         }
@@ -99,11 +108,16 @@ pub(super) fn views(results: &Results) -> Vec<View> {
 }
 
 pub(super) fn of<'a>(results: &'a Results, view: &View) -> Vec<&'a Entry> {
-    results.entries.iter().filter(|e| e.scene == view.0 && e.camera == view.1).collect()
+    let here = |e: &&Entry| e.scene == view.scene && e.camera == view.camera && *results.machine_of(e) == view.machine;
+    results.entries.iter().filter(here).collect()
 }
 
-fn label(view: &View) -> String {
-    view.1.as_ref().map_or(view.0.clone(), |camera| format!("{}, camera {camera}", view.0))
+/// What a view is called; with its machine, where there are others.
+fn label(results: &Results, view: &View) -> String {
+    let camera = view.camera.as_ref().map_or(String::new(), |camera| format!(", camera {camera}"));
+    let alone = results.entries.iter().all(|e| *results.machine_of(e) == results.machine);
+    let machine = if alone { String::new() } else { format!(", on {}", view.machine.shown()) };
+    format!("{}{camera}{machine}", view.scene)
 }
 
 /// Indices of our own entries that no other of ours beats.

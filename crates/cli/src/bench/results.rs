@@ -1,16 +1,21 @@
 //! What a bench keeps: plain data, as JSON and as a flat table.
 
+use super::host::{Host, Machine};
+use super::jobs::Part;
 use super::references::Published;
 use super::score::Score;
 use flate2::read::MultiGzDecoder;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::files;
-use lightgraph::image::file::write_atomically;
+use lightgraph::internals::files;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// Where a run keeps its entries until it is over.
+pub const JOURNAL: &str = "entries.jsonl";
 
 /// The first bytes of a gzip file (RFC 1952).
 const GZIP: [u8; 2] = [0x1f, 0x8b];
@@ -21,6 +26,7 @@ pub struct Results {
     pub version: String,
     /// Of the working tree, as `git describe --always --dirty` names it; `None` outside of one.
     pub commit: Option<String>,
+    /// That of most entries.
     pub machine: Machine,
     /// Timed frames in each phase at most.
     pub repeat: u32,
@@ -33,19 +39,9 @@ pub struct Results {
     pub entries: Vec<Entry>,
     /// Other renderers that were asked for and gave nothing.
     pub absent: Vec<Absent>,
-}
-
-/// What it ran on.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Machine {
-    pub adapter: String,
-    pub driver: String,
-    pub backend: String,
-    /// The adapter is a CPU.
-    pub software: bool,
-    pub cpu: String,
-    pub cores: usize,
-    pub os: String,
+    /// Which jobs of the whole it holds; `None`: all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<Part>,
 }
 
 /// A renderer that was asked for and is not there.
@@ -91,6 +87,9 @@ pub struct Entry {
     pub picture: Option<String>,
     /// Why there is nothing else.
     pub fault: Option<String>,
+    /// Where it was measured; `None`: on the machine of the results.
+    #[serde(default)]
+    pub host: Option<Host>,
 }
 
 /// What changes from frame to frame.
@@ -253,6 +252,11 @@ impl Entry {
 }
 
 impl Results {
+    /// What an entry's times were taken on.
+    pub fn machine_of<'a>(&'a self, entry: &'a Entry) -> &'a Machine {
+        entry.host.as_ref().map_or(&self.machine, |h| &h.machine)
+    }
+
     /// Reads a results file, as it was written or compressed with gzip.
     ///
     /// # Errors
@@ -321,6 +325,8 @@ impl Results {
             "leak",
             "adapter",
             "driver",
+            "host",
+            "load",
             "commit",
             "fault",
         ];
@@ -341,6 +347,7 @@ impl Results {
         fn shown<T: ToString>(value: Option<T>) -> String {
             value.map_or(String::new(), |v| v.to_string())
         }
+        let machine = self.machine_of(e);
         let spread = |s: Option<Spread>| [s.map(|s| s.median), s.map(|s| s.min), s.map(|s| s.max)].map(shown);
         let params: Vec<String> = e.params.iter().map(|(k, v)| format!("{k}={v}")).collect();
         let mut cells = vec![
@@ -363,8 +370,10 @@ impl Results {
             e.bytes.to_string(),
             shown(t.and_then(|t| t.change_percent)),
             shown(e.leak),
-            self.machine.adapter.clone(),
-            self.machine.driver.clone(),
+            machine.adapter.clone(),
+            machine.driver.clone(),
+            shown(e.host.as_ref().map(|h| &h.name)),
+            shown(e.host.as_ref().and_then(|h| h.load)),
             shown(self.commit.clone()),
             shown(e.fault.clone()),
         ]);
@@ -400,7 +409,7 @@ impl Journal {
     /// # Errors
     /// Files that can't be read or written, results that are none.
     pub fn open(folder: &Path, go_on: bool) -> Checked<(Journal, Vec<Entry>)> {
-        let path = folder.join("entries.jsonl");
+        let path = folder.join(JOURNAL);
         let fault = |e: &dyn std::fmt::Display| Diagnostic::error(format!("can't write {}: {e}", path.display()));
         let results = folder.join("results.json");
         let mut kept = match go_on && results.exists() {

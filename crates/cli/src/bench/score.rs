@@ -1,11 +1,10 @@
 //! An output against its references, in numbers.
 
 use super::references::{Reference, References};
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::image::Image;
-use lightgraph::image::flip::flip;
-use lightgraph::image::metrics::{Metrics, compare};
-use lightgraph::parallel;
+use lightgraph::internals::image::flip::flip;
+use lightgraph::internals::image::metrics::{Metrics, compare};
+use lightgraph::internals::parallel;
+use lightgraph::{Checked, Diagnostic, Image};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

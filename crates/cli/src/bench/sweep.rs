@@ -1,6 +1,6 @@
 //! Settings to try: `grid=2,4,8;face=8,16` is the product of its axes.
 
-use lightgraph::diag::{Checked, Diagnostic, Faults};
+use lightgraph::{Checked, Diagnostic, Faults};
 
 /// Axes of parameters, in the order written.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

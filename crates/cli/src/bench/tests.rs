@@ -1,12 +1,13 @@
 //! Results kept, compared and shown.
 
 use super::against::against;
+use super::host::{Host, Machine};
 use super::report;
-use super::results::{Entry, Machine, PassTime, Phase, PhaseTimes, Results, Spread, hash};
+use super::results::{Entry, PassTime, Phase, PhaseTimes, Results, Spread, hash};
 use super::score::Score;
 use flate2::{Compression, write::GzEncoder};
-use lightgraph::image::Image;
-use lightgraph::image::metrics::compare;
+use lightgraph::Image;
+use lightgraph::internals::image::metrics::compare;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -63,6 +64,7 @@ fn entry(graph: &str, walls: &[f64], truth: f32) -> Entry {
         leak: Some(0.125),
         picture: None,
         fault: None,
+        host: None,
     }
 }
 
@@ -85,6 +87,7 @@ fn results(entries: Vec<Entry>) -> Results {
         published: vec![],
         entries,
         absent: vec![],
+        part: None,
     }
 }
 
@@ -165,6 +168,33 @@ fn a_time_is_slower_only_outside_the_noise_of_the_repeats() {
     elsewhere.machine.adapter = "B".into();
     let verdict = against(&old, &elsewhere);
     assert!(verdict.worse.is_empty() && verdict.notes[0].contains("times are not compared"));
+}
+
+/// Joined results hold times of several machines: only those of the same one are held against each other.
+#[test]
+fn times_of_two_machines_never_meet() {
+    let mut old = results(vec![entry("a", &[10.0, 11.0], 0.8), entry("b", &[50.0, 51.0], 0.9)]);
+    let other = Machine { cpu: "another".into(), ..old.machine.clone() };
+    let host = |machine: &Machine| Some(Host { name: "n1".into(), machine: machine.clone(), load: Some(0.5) });
+    old.entries[1].host = host(&other);
+    let mut new = old.clone();
+    for e in &mut new.entries {
+        e.phases.iter_mut().for_each(|t| t.wall_ms = Spread { median: 99.0, min: 98.0, max: 100.0 });
+    }
+    let found = against(&old, &new);
+    assert_eq!((found.worse.len(), found.notes.len()), (2, 0), "each against its own: {found}");
+    assert_eq!(found.repeated.order().pairs, 0, "neither is the faster of both");
+    new.entries[1].host = host(&old.machine);
+    let found = against(&old, &new);
+    assert_eq!(found.worse.len(), 1, "{found}");
+    assert!(found.notes[0].contains("times are not compared") && found.notes[0].contains("another"), "{found}");
+
+    let text = report::text(&old);
+    let heads: Vec<&str> = text.lines().filter(|l| l.contains("rmse of")).collect();
+    assert_eq!(heads.len(), 2, "a front for each machine: {text}");
+    assert!(heads[0].contains("room, on A") && heads[1].contains("another, 2 cores"), "{text}");
+    let csv = old.csv();
+    assert!(csv.lines().nth(4).is_some_and(|l| cells(l).contains(&"n1".to_string())), "{csv}");
 }
 
 #[test]

@@ -2,7 +2,9 @@
 //! of time or error, and the variant that sets it.
 
 use super::front::front;
-use lightgraph::value::Value;
+use lightgraph::internals::value::Value;
+use serde_json::json;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// A graph at a setting, measured on a scene.
@@ -38,6 +40,15 @@ impl Candidate {
     pub fn setting_text(&self) -> String {
         let words: Vec<String> = self.setting.iter().map(|(n, v)| format!("{n}={v}")).collect();
         if words.is_empty() { "its defaults".into() } else { words.join(" ") }
+    }
+
+    /// For programs. `unbeaten`: no other is both faster and closer.
+    pub fn json(&self, unbeaten: bool) -> serde_json::Value {
+        let setting: BTreeMap<&str, String> = self.setting.iter().map(|(n, v)| (n.as_str(), v.to_string())).collect();
+        json!({
+            "graph": self.graph, "setting": setting, "ms": self.ms, "rmse_percent": self.rmse,
+            "block_rmse_percent": self.block, "bias_percent": self.bias, "unbeaten": unbeaten,
+        })
     }
 }
 

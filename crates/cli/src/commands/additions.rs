@@ -1,8 +1,8 @@
 //! Lights, a camera and an environment given on the command line, besides what the scene's files hold.
 
 use super::Failure;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::scene::{self, AddedCamera, AddedEnvironment, AddedLight, Additions, Loaded};
+use lightgraph::internals::scene::{AddedCamera, AddedEnvironment, AddedLight, Additions, Loaded};
+use lightgraph::{Checked, Diagnostic, Scene};
 use std::path::{Path, PathBuf};
 
 /// What a command adds to a scene.
@@ -44,7 +44,7 @@ impl AdditionArgs {
     /// # Errors
     /// Arguments that say nothing usable, and the scene's faults.
     pub fn load(&self, path: &Path) -> Result<Loaded, Failure> {
-        Ok(scene::load_with(path, &self.additions()?)?)
+        Ok(Scene::load_with(path, &self.additions()?)?)
     }
 
     /// What the arguments say.
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     fn said(args: AdditionArgs) -> Result<Additions, String> {
-        args.additions().map_err(|f| lightgraph::diag::Faults::from(f).to_string())
+        args.additions().map_err(|f| lightgraph::Faults::from(f).to_string())
     }
 
     #[test]

@@ -1,17 +1,18 @@
 //! `lightgraph bench`: run time against error, for graphs, scenes and settings.
 
-use super::course::{Asked, Named, View, course};
+use super::course::{Asked, Lists, Named, View, course};
 use super::page::publish;
-use super::{Failure, ShaderFolders, size};
+use super::{Failure, ShaderFolders, shards, size};
+use crate::bench::host::Machine;
+use crate::bench::jobs::{Part, Shard, jobs};
 use crate::bench::peers;
 use crate::bench::references::Manifest;
-use crate::bench::results::{Machine, Phase, Results};
+use crate::bench::results::{Phase, Results};
 use crate::bench::sweep::Sweep;
 use crate::paths::{is_whole, ron_files};
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::Gpu;
-use lightgraph::session::Project;
+use lightgraph::internals::fastest::Policy;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Project};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -21,7 +22,8 @@ pub struct Args {
     /// Graph files, or folders that hold some, separated by commas
     #[arg(long, value_name = "FILES", value_delimiter = ',', default_value = "graphs/gi")]
     pub graphs: Vec<PathBuf>,
-    /// Scenes, as FILE or FILE:CAMERA, separated by commas [default: all that have references]
+    /// Scenes, as FILE or FILE:CAMERA, separated by commas [default: all that have references; without any, those in
+    /// `scenes`]
     #[arg(long, value_name = "SCENES", value_delimiter = ',')]
     pub scenes: Vec<String>,
     /// Settings to try; each graph takes the parameters it has [default: a dozen of the usual ones]
@@ -65,9 +67,22 @@ pub struct Args {
     #[arg(long, value_name = "results.json[.gz]")]
     pub against: Option<PathBuf>,
     /// Measure nothing: write report.html anew from kept results, of whatever commit and machine
-    #[arg(long, value_name = "results.json[.gz]", conflicts_with_all = ["graphs", "scenes", "sweep", "repeat", "seconds",
-        "patience", "phases", "size", "references", "resume", "peers", "speed", "fastest", "folders"])]
+    #[arg(long, value_name = "results.json[.gz]", conflicts_with_all = MEASURING)]
     pub page: Option<PathBuf>,
+    /// Measure nothing: list the jobs, a line each; with --shard those of it. Needs no adapter
+    #[arg(long, conflicts_with_all = ["resume", "against", "speed"])]
+    pub jobs: bool,
+    /// Measure one part of several, such as 2/8; every machine with the same files parts the work alike
+    #[arg(long, value_name = "K/N", conflicts_with_all = ["against", "speed"])]
+    pub shard: Option<Shard>,
+    /// Measure nothing: join the parts in these folders, each job once
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = MEASURING)]
+    #[arg(conflicts_with_all = ["jobs", "shard", "slurm", "page"])]
+    pub merge: Vec<PathBuf>,
+    /// Measure nothing: print an array script for Slurm, which measures so many parts under the output folder
+    #[arg(long, value_name = "N", conflicts_with_all = ["jobs", "shard", "against", "speed", "resume"])]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub slurm: Option<u32>,
     /// Run other renderers too, as the JSON files of a folder describe them
     #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "peers")]
     pub peers: Option<PathBuf>,
@@ -84,6 +99,24 @@ pub struct Args {
     pub shaders: ShaderFolders,
 }
 
+/// What has no meaning where nothing is measured.
+const MEASURING: [&str; 14] = [
+    "graphs",
+    "scenes",
+    "sweep",
+    "repeat",
+    "seconds",
+    "patience",
+    "phases",
+    "size",
+    "references",
+    "resume",
+    "peers",
+    "speed",
+    "fastest",
+    "folders",
+];
+
 /// Twelve settings of a grid of probes, four of a sampler.
 const USUAL: &str = "grid=2,4,6;face=8,16;bounces=1,4;samples=1,4,16,64";
 
@@ -99,6 +132,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     if let Some(kept) = &args.page {
         return super::page::run(args, kept);
     }
+    if !args.merge.is_empty() {
+        return shards::merge_parts(args);
+    }
     let old = args.against.as_deref().map(Results::read).transpose()?;
     let manifest = Manifest::read(&args.references)?;
     let graphs = graphs(args)?;
@@ -108,6 +144,17 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     }
     let views = views(args, &manifest)?;
     let peers = args.peers.as_deref().map(peers::find).transpose()?.unwrap_or_default();
+    let settings: Vec<_> = graphs.iter().map(|g| g.settings(&sweep)).collect();
+    let all = jobs(views.len(), &settings, peers.len());
+    let lists = Lists { views: &views, graphs: &graphs, peers: &peers, jobs: &all };
+    if args.jobs {
+        shards::list(&lists, args.shard.unwrap_or(Shard::WHOLE));
+        return Ok(0);
+    }
+    if let Some(parts) = args.slurm {
+        shards::slurm(args, parts);
+        return Ok(0);
+    }
 
     let start = Instant::now();
     let gpu = Gpu::open()?;
@@ -115,25 +162,17 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let commit = commit();
     let results = Results {
         version: env!("CARGO_PKG_VERSION").to_string(),
-        commit,
-        machine: machine(&gpu),
+        commit: commit.clone(),
+        machine: Machine::of(&gpu),
         repeat: args.repeat,
         size: args.size,
         main_output: manifest.comparison.main.clone(),
         published: manifest.comparison.published.clone(),
         entries: vec![],
         absent: vec![],
+        part: args.shard.map(|shard| Part::new(shard, &all, &shards::made_of(args, &lists, commit))),
     };
-    let asked = Asked {
-        args,
-        gpu: &gpu,
-        device_ms,
-        manifest: &manifest,
-        views: &views,
-        graphs: &graphs,
-        sweep: &sweep,
-        peers: &peers,
-    };
+    let asked = Asked { args, gpu: &gpu, device_ms, manifest: &manifest, lists, sweep: &sweep };
     let results = course(&asked, results)?;
     publish(args, &results, &args.out, old.as_ref())
 }
@@ -196,10 +235,14 @@ fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
             (text.clone(), listed.and_then(|(_, camera)| camera))
         }
     });
-    let all: Vec<_> = if args.scenes.is_empty() { manifest.views() } else { named.collect() };
+    let mut all: Vec<_> = if args.scenes.is_empty() { manifest.views() } else { named.collect() };
+    if all.is_empty() {
+        // A project without references has times to measure all the same.
+        all.extend(scenes_of(Path::new("scenes")).into_iter().map(|scene| (scene, None)));
+    }
     if all.is_empty() {
         let d = Diagnostic::error(format!("{} lists no scenes", args.references.display()));
-        return Err(Failure::Usage(d.help("give --scenes").into()));
+        return Err(Failure::Usage(d.help("give --scenes, or put some into `scenes`").into()));
     }
     let path = |scene: &str| match scene.contains('/') {
         true => PathBuf::from(scene),
@@ -208,18 +251,12 @@ fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
     Ok(all.into_iter().map(|(scene, camera)| View { path: path(&scene), camera }).collect())
 }
 
-pub(super) fn machine(gpu: &Gpu) -> Machine {
-    let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpus.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':'));
-    Machine {
-        adapter: gpu.info.name.clone(),
-        driver: format!("{} {}", gpu.info.driver, gpu.info.driver_info),
-        backend: format!("{:?}", gpu.info.backend),
-        software: gpu.is_software(),
-        cpu: model.map_or(std::env::consts::ARCH, |(_, m)| m.trim()).to_string(),
-        cores: std::thread::available_parallelism().map_or(1, usize::from),
-        os: std::env::consts::OS.to_string(),
-    }
+/// The scenes of a folder, by their names without endings.
+fn scenes_of(folder: &Path) -> BTreeSet<String> {
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let scenes =
+        files.filter(|f| f.extension().is_some_and(|e| ["glb", "gltf", "ron"].iter().any(|known| e == *known)));
+    scenes.filter_map(|f| Some(f.file_stem()?.to_string_lossy().into_owned())).collect()
 }
 
 /// The commit of the working tree; `None` without git.

@@ -2,12 +2,11 @@
 
 use super::{Failure, ShaderFolders, notices, print};
 use crate::paths::ron_files;
-use lightgraph::diag::{Checked, Diagnostic, Faults, Severity};
-use lightgraph::plan::lint;
-use lightgraph::plan::request::all_sample_facts;
-use lightgraph::scene;
-use lightgraph::session::Project;
-use lightgraph::value::Values;
+use lightgraph::internals::diag::Severity;
+use lightgraph::internals::plan::lint;
+use lightgraph::internals::plan::request::all_sample_facts;
+use lightgraph::internals::value::Values;
+use lightgraph::{Checked, Diagnostic, Faults, Project, Scene};
 use std::path::PathBuf;
 
 /// Reports every fault of graphs and their shaders.
@@ -35,7 +34,7 @@ pub struct Args {
 /// Only faults that concern no graph, such as a scene that can't be read.
 pub fn run(args: &Args) -> Result<u8, Failure> {
     let facts = match &args.scene {
-        Some(path) => vec![scene::load(path)?.scene.facts()],
+        Some(path) => vec![Scene::load(path)?.scene.facts()],
         None => all_sample_facts(),
     };
     let mut code = 0;

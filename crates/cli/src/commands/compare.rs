@@ -1,18 +1,13 @@
 //! `lightgraph compare`: how far an image is from a reference.
 
 use super::print;
-use lightgraph::{
-    diag::{Checked, Diagnostic},
-    image::{
-        Image,
-        difference::difference,
-        exr::read_exr,
-        flip::flip,
-        mask::{both, edge_mask, gradient_mask, grow},
-        metrics::{Metrics, compare},
-        png::{ToneMap, write_png},
-    },
-};
+use lightgraph::internals::image::difference::difference;
+use lightgraph::internals::image::exr::read_exr;
+use lightgraph::internals::image::flip::flip;
+use lightgraph::internals::image::mask::{both, edge_mask, gradient_mask, grow};
+use lightgraph::internals::image::metrics::{Metrics, compare};
+use lightgraph::internals::image::png::{ToneMap, write_png};
+use lightgraph::{Checked, Diagnostic, Image};
 use serde::Serialize;
 use std::{
     collections::BTreeMap,
@@ -152,7 +147,7 @@ impl fmt::Display for Report {
 mod tests {
     use super::*;
     use clap::Parser;
-    use lightgraph::image::exr::{Precision, write_exr};
+    use lightgraph::internals::image::exr::{Precision, write_exr};
     use tempfile::TempDir;
 
     #[derive(Parser)]

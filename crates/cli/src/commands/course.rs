@@ -2,18 +2,16 @@
 
 use super::bench::Args;
 use super::notices;
+use crate::bench::host::Host;
+use crate::bench::jobs::{Done, Job, Setting, Shard, Work};
 use crate::bench::measure::{Effort, Measured, Subject, Target, measure, planned};
-use crate::bench::peers::{self, Job};
+use crate::bench::peers;
 use crate::bench::references::{Manifest, References};
 use crate::bench::report;
 use crate::bench::results::{Entry, Journal, Phase, Results, hash};
 use crate::bench::sweep::Sweep;
-use lightgraph::builtin;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::files;
-use lightgraph::gpu::Gpu;
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::Project;
+use lightgraph::internals::{builtin, files};
+use lightgraph::{Checked, Diagnostic, Gpu, Project, Scene};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -30,7 +28,7 @@ pub(super) struct Named {
 
 impl Named {
     /// Its own defaults, then what a sweep sets of it.
-    pub fn settings(&self, sweep: &Sweep) -> Vec<Vec<(String, String)>> {
+    pub fn settings(&self, sweep: &Sweep) -> Vec<Setting> {
         let mut all = vec![vec![]];
         let swept = sweep.settings(|name| self.project.graph.params.iter().any(|(n, _)| n.value == name));
         all.extend(swept.into_iter().filter(|setting| !setting.is_empty()));
@@ -44,6 +42,15 @@ pub(super) struct View {
     pub camera: Option<String>,
 }
 
+/// What a bench goes over, and the jobs that name it by index.
+#[derive(Clone, Copy)]
+pub(super) struct Lists<'a> {
+    pub views: &'a [View],
+    pub graphs: &'a [Named],
+    pub peers: &'a [peers::Peer],
+    pub jobs: &'a [Job],
+}
+
 /// What is asked for, all of it read.
 pub(super) struct Asked<'a> {
     pub args: &'a Args,
@@ -51,10 +58,16 @@ pub(super) struct Asked<'a> {
     /// Milliseconds it took to open.
     pub device_ms: f64,
     pub manifest: &'a Manifest,
-    pub views: &'a [View],
-    pub graphs: &'a [Named],
+    pub lists: Lists<'a>,
     pub sweep: &'a Sweep,
-    pub peers: &'a [peers::Peer],
+}
+
+impl<'a> Asked<'a> {
+    /// The jobs that are done here.
+    fn jobs(&self) -> impl Iterator<Item = &'a Job> {
+        let shard = self.args.shard.unwrap_or(Shard::WHOLE);
+        self.lists.jobs.iter().filter(move |job| shard.has(job.number))
+    }
 }
 
 /// Runs all of it. `results` has no entries yet.
@@ -64,10 +77,13 @@ pub(super) struct Asked<'a> {
 /// its entry.
 pub(super) fn course(asked: &Asked<'_>, results: Results) -> Checked<Results> {
     let (journal, kept) = Journal::open(&asked.args.out, asked.args.resume)?;
-    let settings: usize = asked.graphs.iter().map(|g| g.settings(asked.sweep).len()).sum();
-    let progress = progress(asked.views.len() * (settings + asked.peers.len()));
+    let pieces = |job: &Job| match &job.work {
+        Work::Graph { settings, .. } => settings.len(),
+        Work::Peer(_) => 1,
+    };
+    let progress = progress(asked.jobs().map(pieces).sum());
     let mut course = Course { asked, results, kept, journal, progress };
-    asked.views.iter().try_for_each(|view| course.view(view))?;
+    (0..asked.lists.views.len()).try_for_each(|view| course.view(view))?;
     let Course { mut results, kept, journal, progress, .. } = course;
     progress.finish_and_clear();
     for entry in kept {
@@ -109,15 +125,20 @@ const MOST_HELD: u64 = 4 << 30;
 
 /// A setting that was beyond the user's patience.
 struct Slow {
-    setting: Vec<(String, String)>,
+    setting: Setting,
     seconds: f64,
 }
 
 impl<'a> Course<'a> {
-    fn view(&mut self, view: &View) -> Checked<()> {
-        let Asked { args, manifest, graphs, sweep, peers, device_ms, .. } = *self.asked;
+    fn view(&mut self, at: usize) -> Checked<()> {
+        let jobs: Vec<&Job> = self.asked.jobs().filter(|job| job.view == at).collect();
+        if jobs.is_empty() {
+            return Ok(());
+        }
+        let Asked { args, manifest, lists, device_ms, .. } = *self.asked;
+        let view = &lists.views[at];
         let start = Instant::now();
-        let loaded = scene::load(&view.path)?;
+        let loaded = Scene::load(&view.path)?;
         let scene_ms = start.elapsed().as_secs_f64() * 1e3;
         let mut notes = vec![];
         let references = manifest.load(&loaded.scene.name, view.camera.as_deref(), args.size, &mut notes)?;
@@ -125,45 +146,75 @@ impl<'a> Course<'a> {
         let place = Place { view, scene: &scene, references: &references };
         notices(&notes);
         self.reference_pictures(&place)?;
-        let mut held = vec![];
-        for graph in graphs {
+        let (mut held, mut slow) = (vec![], BTreeMap::new());
+        for job in &jobs {
+            let Work::Graph { graph: index, settings } = &job.work else { continue };
+            let graph = &lists.graphs[*index];
             let inputs = inputs(graph, &loaded.files, self.results.commit.as_deref())?;
             let ms = [("device", device_ms), ("graph", graph.ms), ("scene", scene_ms)];
             let start_up_ms: BTreeMap<String, f64> = ms.map(|(n, ms)| (n.to_string(), ms)).into();
-            let mut slow: Option<Slow> = None;
-            for setting in graph.settings(sweep) {
+            let before = self.results.entries.len();
+            for setting in settings {
                 let target = Target {
                     graph: &graph.name,
                     project: &graph.project,
                     scene: place.scene,
                     camera: view.camera.as_deref(),
                     size: args.size,
-                    setting: &setting,
+                    setting,
                     references: &references,
                     start_up_ms: &start_up_ms,
                     inputs: &inputs,
                     fastest: args.fastest,
                 };
-                self.progress.set_message(format!("{} on {}", graph.name, place.scene.name));
-                if let Some(slow) = slow.as_ref().filter(|s| sweep.is_more(&setting, &s.setting)) {
-                    self.leave_out(&target, slow)?;
-                } else {
-                    let (seconds, subject) = self.one(&target, &place)?;
-                    // A graph's own defaults stand for themselves: nothing of a sweep is more than they are.
-                    if args.patience.is_some_and(|most| seconds > most) && !setting.is_empty() {
-                        slow = Some(Slow { setting, seconds });
-                    }
-                    let entry = self.results.entries.len() - 1;
-                    held.extend(subject.map(|subject| Held { entry, subject }));
-                    if held.iter().map(|h| self.results.entries[h.entry].bytes).sum::<u64>() > MOST_HELD {
-                        self.rounds(std::mem::take(&mut held))?;
-                    }
-                }
-                self.progress.inc(1);
+                self.setting(&target, &place, slow.entry(*index).or_default(), &mut held)?;
             }
+            self.done(job, before);
         }
         self.rounds(held)?;
-        peers.iter().try_for_each(|peer| self.peer(peer, &place))
+        for job in &jobs {
+            let Work::Peer(index) = &job.work else { continue };
+            let before = self.results.entries.len();
+            self.peer(&lists.peers[*index], &place)?;
+            self.done(job, before);
+        }
+        Ok(())
+    }
+
+    /// Keeps how many entries came of a job.
+    fn done(&mut self, job: &Job, before: usize) {
+        let entries = self.results.entries.len() - before;
+        if let Some(part) = &mut self.results.part {
+            part.done.push(Done { job: job.number, entries });
+        }
+    }
+
+    /// Measures a setting or, where it would take even longer than one that was too slow, leaves it out.
+    fn setting(
+        &mut self,
+        target: &Target<'_>,
+        place: &Place<'_>,
+        slow: &mut Option<Slow>,
+        held: &mut Vec<Held<'a>>,
+    ) -> Checked<()> {
+        let Asked { args, sweep, .. } = *self.asked;
+        self.progress.set_message(format!("{} on {}", target.graph, target.scene.name));
+        if let Some(slow) = slow.as_ref().filter(|s| sweep.is_more(target.setting, &s.setting)) {
+            self.leave_out(target, slow)?;
+        } else {
+            let (seconds, subject) = self.one(target, place)?;
+            // A graph's own defaults stand for themselves: nothing of a sweep is more than they are.
+            if args.patience.is_some_and(|most| seconds > most) && !target.setting.is_empty() {
+                *slow = Some(Slow { setting: target.setting.to_vec(), seconds });
+            }
+            let entry = self.results.entries.len() - 1;
+            held.extend(subject.map(|subject| Held { entry, subject }));
+            if held.iter().map(|h| self.results.entries[h.entry].bytes).sum::<u64>() > MOST_HELD {
+                self.rounds(std::mem::take(held))?;
+            }
+        }
+        self.progress.inc(1);
+        Ok(())
     }
 
     /// The further rounds of some settings, in turn: what slows the machine down for a while then slows all of them.
@@ -217,6 +268,7 @@ impl<'a> Course<'a> {
 
     fn add(&mut self, measured: Measured<'_>, place: &Place<'_>) -> Checked<()> {
         let Measured { mut entry, images, subject: _ } = measured;
+        entry.host = Some(Host::now(&self.results.machine));
         entry.picture = report::pictures(&self.asked.args.out, &entry, &images, place.references)?;
         self.journal.add(&entry)?;
         self.results.entries.push(entry);
@@ -238,7 +290,7 @@ impl<'a> Course<'a> {
         } else {
             let folder =
                 self.asked.args.out.join("peers").join(format!("{} {}", place.scene.name, camera.unwrap_or("")).trim());
-            let job = Job {
+            let job = peers::Job {
                 scene_file: &place.view.path,
                 scene: &place.scene.name,
                 camera,

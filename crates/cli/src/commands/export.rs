@@ -3,13 +3,10 @@
 use super::additions::AdditionArgs;
 use super::{Failure, ShaderFolders, notices, print, scene_or_none, size};
 use crate::web;
-use lightgraph::builtin;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::files;
-use lightgraph::gpu::Gpu;
-use lightgraph::image::file::write_atomically;
-use lightgraph::image::png::{ToneMap, write_png};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::internals::image::png::{ToneMap, write_png};
+use lightgraph::internals::{builtin, files};
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Project, Session, Settings};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

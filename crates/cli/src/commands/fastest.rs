@@ -1,13 +1,9 @@
 //! `--fastest`: which alternatives of a graph run.
 
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::Gpu;
-use lightgraph::graph::Graph;
-use lightgraph::graph::ast::walk;
-use lightgraph::plan::fastest::{Choice, Choices, groups};
-use lightgraph::scene::Scene;
-use lightgraph::session::{Project, Settings};
+use lightgraph::internals::fastest::Policy;
+use lightgraph::internals::graph::ast::walk;
+use lightgraph::internals::plan::fastest::{Choice, Choices, groups};
+use lightgraph::{Checked, Diagnostic, Gpu, Graph, Project, Scene, Settings};
 use std::sync::Arc;
 
 /// How alternatives are chosen.

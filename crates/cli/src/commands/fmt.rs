@@ -2,10 +2,11 @@
 
 use super::{Failure, notices, print, print_data};
 use crate::paths::ron_files;
-use lightgraph::diag::{Diagnostic, Faults, Source};
-use lightgraph::files;
-use lightgraph::graph::format::format;
-use lightgraph::image::file::write_atomically;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::files;
+use lightgraph::internals::graph::format::format;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Diagnostic, Faults};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! `lightgraph lsp`: what the checker knows, in an editor. No device.
 
 use super::Failure;
-use lightgraph::diag::{Diagnostic, Faults};
+use lightgraph::{Diagnostic, Faults};
 
 /// Serves one editor by the Language Server Protocol, until it says goodbye.
 #[derive(Debug, Clone, clap::Args)]

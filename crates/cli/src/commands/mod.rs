@@ -4,36 +4,41 @@
 
 mod additions;
 pub mod bench;
+mod capture;
 pub mod check;
 pub mod compare;
 mod course;
 pub mod export;
 mod fastest;
+mod film;
 pub mod fmt;
 pub mod lsp;
 pub mod new;
+mod npy;
 mod outputs;
 mod page;
 pub mod plan;
+pub mod probe;
 pub mod render;
 pub mod serve;
+mod shards;
 mod speed;
 mod stats;
 pub mod stress;
 mod table;
 pub mod test;
+mod trace;
 pub mod tune;
 pub mod view;
 pub mod watch;
 
 use additions::AdditionArgs;
-use lightgraph::diag::{Checked, Diagnostic, Faults, render as show, tame};
-use lightgraph::gpu::{self, OpenError};
-use lightgraph::plan::Plan;
-use lightgraph::plan::lint::scene_use;
-use lightgraph::scene::{self, Loaded};
-use lightgraph::session::Project;
-use lightgraph::{caches, files, shader};
+use lightgraph::internals::diag::{render as show, tame};
+use lightgraph::internals::gpu::{self, OpenError};
+use lightgraph::internals::plan::lint::scene_use;
+use lightgraph::internals::scene::Loaded;
+use lightgraph::internals::{caches, files, shader};
+use lightgraph::{Checked, Diagnostic, Faults, Plan, Project, Scene};
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::OnceLock;
@@ -72,6 +77,8 @@ pub enum Command {
     Lsp(lsp::Args),
     /// Print what a graph compiles to; needs no adapter
     Plan(plan::Args),
+    /// Ask one invocation of a pass what it computes: inputs, uniforms, every `let`, outputs
+    Probe(probe::Args),
     /// Compare two images
     Compare(compare::Args),
     /// Run graph snapshot tests
@@ -125,8 +132,11 @@ impl From<OpenError> for Failure {
     }
 }
 
-/// Runs a command and says how it went. Returns the exit code.
-pub fn run(cli: &Cli) -> u8 {
+/// Runs a command. Returns the exit code.
+///
+/// # Errors
+/// Why it did not do its work.
+pub fn attempt(cli: &Cli) -> Result<u8, Failure> {
     if let Some(folder) = caches::folder() {
         shader::keep_joined_in(folder.join("shaders"));
     }
@@ -136,7 +146,7 @@ pub fn run(cli: &Cli) -> u8 {
     if let Some(timeout) = cli.timeout {
         gpu::set_patience(timeout);
     }
-    let result = match &cli.command {
+    match &cli.command {
         Command::Render(args) => render::run(args),
         Command::View(args) => view::run(args),
         Command::Watch(args) => watch::run(args),
@@ -144,6 +154,7 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Fmt(args) => fmt::run(args),
         Command::Lsp(args) => lsp::run(args),
         Command::Plan(args) => plan::run(args),
+        Command::Probe(args) => probe::run(args),
         Command::Compare(args) => compare::run(args).map_err(Failure::from),
         Command::Test(args) => test::run(args),
         Command::New(args) => new::run(args),
@@ -152,8 +163,12 @@ pub fn run(cli: &Cli) -> u8 {
         Command::Bench(args) => bench::run(args),
         Command::Tune(args) => tune::run(args),
         Command::Stress(args) => stress::run(args),
-    };
-    let (faults, code) = match result {
+    }
+}
+
+/// Runs a command and says how it went. Returns the exit code.
+pub fn run(cli: &Cli) -> u8 {
+    let (faults, code) = match attempt(cli) {
         Ok(code) => (vec![], code),
         Err(Failure::Faults(f)) => (f.0, 1),
         Err(Failure::Usage(f)) => (f.0, 2),
@@ -202,7 +217,7 @@ pub fn print_data(text: &str) {
 /// The scene of a path, with what is added; without a path a stand-in, of which a graph may use nothing: see
 /// [`needs_no_scene`].
 fn scene_or_none(path: Option<&Path>, additions: &AdditionArgs) -> Result<Loaded, Failure> {
-    path.map_or_else(|| Ok(scene::stand_in()?), |path| additions.load(path))
+    path.map_or_else(|| Ok(Scene::stand_in()?), |path| additions.load(path))
 }
 
 /// # Errors

@@ -1,9 +1,9 @@
 //! `lightgraph new`: a project of one's own, from what the binary carries.
 
 use super::{Failure, print};
-use lightgraph::builtin::FILES;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::image::file::write_atomically;
+use lightgraph::internals::builtin::FILES;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic};
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,24 +1,26 @@
 //! The images a command writes: which outputs, to which files, and what the files say of their making.
 
 use super::Failure;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::exposure::Exposure;
-use lightgraph::image::exr::{Precision, write_exr};
-use lightgraph::image::file::write_atomically;
-use lightgraph::image::png::{ToneMap, write_png};
-use lightgraph::image::{Image, NonFinite};
-use lightgraph::session::{Project, Session};
+use super::film::is_film;
+use super::npy;
+use lightgraph::internals::image::NonFinite;
+use lightgraph::internals::image::exposure::Exposure;
+use lightgraph::internals::image::exr::{Precision, write_exr};
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::internals::image::png::{ToneMap, write_png};
+use lightgraph::internals::plan::Desc;
+use lightgraph::{Checked, Diagnostic, Gpu, Image, Project, Session};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Which outputs go to which files.
 #[derive(Debug, Clone, clap::Args)]
 pub struct OutputArgs {
-    /// Write the output `color` (or the graph's first) to this file: .exr (linear f32) or .png
+    /// Write the output `color` (or the graph's first) to this file: .exr (linear f32), .npy or .png; with `render
+    /// --frames`, .mp4, .webm or .mkv by ffmpeg
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Write an output, or any other resource of the graph, by name (may be repeated); buffers go to .txt
+    /// Write an output, or any other resource of the graph, by name (may be repeated); buffers go to .npy or .txt
     #[arg(long = "output", value_name = "NAME=FILE")]
     pub output: Vec<String>,
     /// How PNG files map light to colours
@@ -71,12 +73,9 @@ impl OutputArgs {
             return Err(Failure::Usage(d.help("give `--out FILE.png` or `--output NAME=FILE.exr`").into()));
         }
         for (_, path) in &files {
-            if !matches!(extension(path).as_str(), "exr" | "png" | "txt") {
-                let d = Diagnostic::error(format!(
-                    "{}: images are written as .exr or .png, buffers as .txt",
-                    path.display()
-                ));
-                return Err(Failure::Usage(d.into()));
+            if !matches!(extension(path).as_str(), "exr" | "png" | "npy" | "txt") && !is_film(path) {
+                let what = "images are written as .exr, .png or .npy, buffers as .npy or .txt, frames as .mp4";
+                return Err(Failure::Usage(Diagnostic::error(format!("{}: {what}", path.display())).into()));
             }
         }
         let mut taken: BTreeMap<PathBuf, &str> = BTreeMap::new();
@@ -98,21 +97,30 @@ impl OutputArgs {
         let mut written = Written::default();
         let mut images: BTreeMap<&str, Image> = BTreeMap::new();
         for (output, path) in files {
-            if extension(path) == "txt" {
+            let id = session.plan.outputs.iter().find(|o| o.0 == *output).map(|o| o.1);
+            let buffer = id.filter(|id| matches!(session.plan.resources[id.0].desc, Desc::Buffer { .. }));
+            if let (Some(id), "txt" | "npy") = (buffer, extension(path).as_str()) {
                 let words = session.words(gpu, output)?;
-                write_atomically(path, lines(&words).as_bytes())?;
+                let text = extension(path) == "txt";
+                let bytes = if text { lines(&words).into_bytes() } else { npy::of_buffer(&session.plan, id, &words) };
+                write_atomically(path, &bytes)?;
                 written.exposed.push(String::new());
                 continue;
             }
             if !images.contains_key(output.as_str()) {
                 let image = session.image(gpu, output)?;
-                written.wrong.extend(image.non_finite(None).map(|bad| self.not_finite(output, bad)));
+                written.wrong.extend(self.wrong(output, &image));
                 images.insert(output, image);
             }
             let Some(image) = images.get(output.as_str()) else { continue };
             let mut exposed = String::new();
             if extension(path) == "exr" {
                 write_exr(path, &[("", image)], Precision::Float, &metadata)?;
+            } else if extension(path) == "npy" {
+                write_atomically(path, &npy::of_image(image))?;
+            } else if extension(path) == "txt" {
+                let d = Diagnostic::error(format!("`{output}` is a texture, and only buffers are written as text"));
+                return Err(d.help("write it as .exr, .npy or .png").into());
             } else {
                 let stops = self.exposure.stops(image);
                 write_png(path, image, self.tone_map, stops, &metadata)?;
@@ -123,6 +131,11 @@ impl OutputArgs {
             written.exposed.push(exposed);
         }
         Ok(written)
+    }
+
+    /// What is wrong in an image.
+    pub fn wrong(&self, output: &str, image: &Image) -> Option<Diagnostic> {
+        image.non_finite(None).map(|bad| self.not_finite(output, bad))
     }
 
     fn not_finite(&self, output: &str, bad: NonFinite) -> Diagnostic {
@@ -162,7 +175,7 @@ fn place(path: &Path) -> Option<(&str, usize, &str)> {
 }
 
 /// A line for each word of a buffer: its place, and the word as an unsigned integer and as a float.
-fn lines(words: &[u32]) -> String {
+pub(super) fn lines(words: &[u32]) -> String {
     let line = |(i, word): (usize, &u32)| format!("{i}\t{word}\t{}\n", f32::from_bits(*word));
     words.iter().enumerate().map(line).collect()
 }

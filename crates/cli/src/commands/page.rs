@@ -5,7 +5,7 @@ use super::{Failure, print};
 use crate::bench::against::against;
 use crate::bench::report;
 use crate::bench::results::Results;
-use lightgraph::image::file::write_atomically;
+use lightgraph::internals::image::file::write_atomically;
 use std::path::Path;
 
 /// Writes the page of kept results, of whatever commit and machine. Needs no adapter.

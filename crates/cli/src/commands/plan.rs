@@ -3,13 +3,12 @@
 use super::additions::{AdditionArgs, load_some};
 use super::fastest::{FastestArgs, Which};
 use super::{Failure, ShaderFolders, notices, print, print_data, size};
-use lightgraph::diag::Diagnostic;
-use lightgraph::fastest::Policy;
-use lightgraph::plan::build::{Planned, plan};
-use lightgraph::plan::request::{Request, sample_device, sample_facts, tolerances};
-use lightgraph::plan::show;
-use lightgraph::scene::Scene;
-use lightgraph::session::Project;
+use lightgraph::internals::fastest::Policy;
+use lightgraph::internals::plan::build::{Planned, plan};
+use lightgraph::internals::plan::parts::{asked, parts};
+use lightgraph::internals::plan::request::{Request, sample_device, sample_facts};
+use lightgraph::internals::plan::show;
+use lightgraph::{Diagnostic, Project, Scene};
 use std::path::{Path, PathBuf};
 
 /// How a plan is printed.
@@ -79,7 +78,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     }
     let plan = &planned.plan;
     print_data(&match args.format {
-        Format::Text => lightgraph::diag::tame(&plan.to_string(), usize::MAX),
+        Format::Text => lightgraph::internals::diag::tame(&plan.to_string(), usize::MAX),
         Format::Json => format!("{:#}\n", show::to_json(plan)),
         Format::Dot => show::to_dot(plan),
         Format::Svg => show::to_svg(plan),
@@ -103,7 +102,9 @@ fn planned(args: &Args, graph: &Path, scene: Option<&Scene>) -> Result<Planned, 
         limits: &limits,
         features,
     };
-    let tolerances = tolerances(&request).into_iter();
-    let levels: Vec<_> = tolerances.filter_map(|metres| Some(scene?.level(metres))).collect();
+    let levels = match scene {
+        Some(scene) => parts(&asked(&request), scene)?,
+        None => vec![],
+    };
     Ok(plan(&Request { levels: &levels, ..request })?)
 }

@@ -1,19 +1,20 @@
 //! `lightgraph render`: a graph to images, without a window.
 
 use super::additions::AdditionArgs;
+use super::capture::{self, Capture};
 use super::fastest::FastestArgs;
+use super::film::{Film, is_film};
 use super::outputs::{OutputArgs, Written, is_numbered, number, output_names};
 use super::stats::{FrameStats, Stats};
+use super::trace::Trace;
 use super::{Failure, ShaderFolders, needs_no_scene, notices, print, scene_or_none, size, table};
-use lightgraph::diag::{Diagnostic, Faults};
-use lightgraph::gpu::{Gpu, Timing};
-use lightgraph::image::file::write_atomically;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::gpu::Timing;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Project, Session, Settings};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// Renders a graph without a window.
 #[derive(Debug, Clone, clap::Args)]
@@ -56,6 +57,12 @@ pub struct Args {
     /// Check what every step leaves: NaN, infinite numbers, and those outside of the ranges that the graph states
     #[arg(long)]
     pub watch_numerics: bool,
+    /// Write a trace of the run, of the host and of each step on the device: for ui.perfetto.dev or chrome://tracing
+    #[arg(long, value_name = "FILE.json")]
+    pub trace: Option<PathBuf>,
+    /// Write what a pass of the last frame reads and writes, images as EXR, and its uniforms, into a folder
+    #[arg(long, value_name = "PASS=DIR", conflicts_with_all = ["verify_skips", "watch_numerics"])]
+    pub capture: Option<Capture>,
     #[command(flatten)]
     pub fastest: FastestArgs,
     #[command(flatten)]
@@ -67,22 +74,23 @@ pub struct Args {
 /// # Errors
 /// Faults of files, graph, scene and device; wrong usage; no adapter.
 pub fn run(args: &Args) -> Result<u8, Failure> {
-    let mut clock = Clock::new();
+    let mut trace = Trace::new();
     let mut project = Project::open(&args.graph, &args.shaders.folders)?;
-    clock.lap("graph");
+    trace.lap("graph");
     let files = args.outputs.files(&mut project)?;
     let params = project.params(&args.set).map_err(Failure::Usage)?;
     let loaded = scene_or_none(args.scene.as_deref(), &args.additions)?;
     notices(&loaded.notices);
-    clock.lap("scene");
+    trace.lap("scene");
     let gpu = Gpu::open()?;
-    clock.lap("device");
+    trace.lap("device");
     let mut settings = Settings {
         params,
         size: args.size,
         camera: args.camera.clone(),
         outputs: Some(output_names(&files)),
         skip: !args.no_skip,
+        inspect: args.capture.is_some(),
         verify: args.verify_skips,
         watch: args.watch_numerics,
         timing: Timing::of_steps(&gpu),
@@ -90,18 +98,23 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     };
     let scene = Arc::new(loaded.scene);
     settings.choices = args.fastest.choices(&gpu, &project, &scene, &settings)?;
-    clock.lap("alternatives");
+    trace.lap("alternatives");
     let mut session = Session::new(&gpu, &project, scene, settings)?;
     needs_no_scene(args.scene.as_deref(), &project, &session.plan)?;
     notices(&session.notices);
-    clock.lap("prepare");
+    trace.prepared(&session);
 
-    let mut stats = Stats::new(&gpu, &session, clock.laps);
+    let mut stats = Stats::new(&gpu, &session, trace.laps());
     let progress = progress(args.frames);
     let mut text = String::new();
+    let (films, files): (Vec<_>, Vec<_>) = files.into_iter().partition(|f| is_film(&f.1));
+    let mut films = Films { of: films, open: vec![], fps: args.fps };
     let (mut failed, mut wrong) = (vec![], vec![]);
     for frame in 0..args.frames {
-        let report = session.frame(&gpu, frame, frame as f32 / args.fps)?;
+        let time = frame as f32 / args.fps;
+        let wanted = args.capture.as_ref().filter(|_| frame + 1 == args.frames);
+        let report = capture::frame(&gpu, &mut session, (frame, time), wanted)?;
+        trace.frame(frame, &session, &report);
         let triangles = if args.stats.is_some() { session.triangles(&gpu)? } else { BTreeMap::new() };
         stats.frames.push(FrameStats::new(&session.plan, &report, session.why(), &triangles));
         if failed.is_empty() {
@@ -110,6 +123,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         let numbered = files.iter().filter(|f| is_numbered(&f.1));
         let now: Vec<(String, PathBuf)> = numbered.map(|(o, path)| (o.clone(), number(path, frame))).collect();
         wrong.extend(args.outputs.write(&gpu, &session, &now)?.wrong);
+        wrong.extend(films.add(&gpu, &session, &args.outputs)?);
         progress.inc(1);
         if frame + 1 == args.frames {
             notices(&report.warnings);
@@ -117,6 +131,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     progress.finish_and_clear();
+    let filmed = films.finish()?;
     let last: Vec<(String, PathBuf)> = files.iter().filter(|f| !is_numbered(&f.1)).cloned().collect();
     let Written { wrong: more, exposed } = args.outputs.write(&gpu, &session, &last)?;
     wrong.extend(more);
@@ -124,6 +139,10 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         notices(&wrong);
     } else {
         failed.extend(wrong);
+    }
+    trace.lap("files");
+    if let Some(path) = &args.trace {
+        trace.write(path)?;
     }
     if let Some(path) = &args.stats {
         let json = serde_json::to_string_pretty(&stats)
@@ -151,8 +170,42 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         let end = number(path, args.frames - 1);
         print(&format!("wrote {output} to {} … {}\n", number(path, 0).display(), end.display()));
     }
+    if let Some(capture) = &args.capture {
+        print(&format!("wrote inputs, outputs and uniforms of {} to {}\n", capture.pass, capture.folder.display()));
+    }
+    for (output, path) in &filmed {
+        print(&format!("wrote {output} to {}, {} frames\n", path.display(), args.frames));
+    }
     // The images are there to be looked at, but something is wrong in them.
     Faults::check(failed, 0).map_err(Failure::from)
+}
+
+/// The outputs that become films, each frame as it comes.
+struct Films {
+    of: Vec<(String, PathBuf)>,
+    open: Vec<Film>,
+    fps: f32,
+}
+
+impl Films {
+    /// Adds a frame to each. Returns what is wrong in the images.
+    fn add(&mut self, gpu: &Gpu, session: &Session, how: &OutputArgs) -> Checked<Vec<Diagnostic>> {
+        let mut wrong = vec![];
+        for (i, (output, path)) in self.of.iter().enumerate() {
+            let image = session.image(gpu, output)?;
+            wrong.extend(how.wrong(output, &image));
+            if self.open.len() == i {
+                self.open.push(Film::new(path, [image.width, image.height], self.fps)?);
+            }
+            self.open[i].add(&image, how.tone_map, how.exposure.stops(&image))?;
+        }
+        Ok(wrong)
+    }
+
+    fn finish(self) -> Checked<Vec<(String, PathBuf)>> {
+        self.open.into_iter().try_for_each(Film::finish)?;
+        Ok(self.of)
+    }
 }
 
 /// A bar on a terminal, for more than one frame.
@@ -165,21 +218,4 @@ fn progress(frames: u32) -> indicatif::ProgressBar {
 
 fn rate(text: &str) -> Result<f32, String> {
     text.parse().ok().filter(|x: &f32| x.is_finite() && *x > 0.0).ok_or_else(|| "it isn't a number above 0".into())
-}
-
-/// Milliseconds from lap to lap.
-struct Clock {
-    last: Instant,
-    laps: BTreeMap<&'static str, f64>,
-}
-
-impl Clock {
-    fn new() -> Clock {
-        Clock { last: Instant::now(), laps: BTreeMap::new() }
-    }
-
-    fn lap(&mut self, name: &'static str) {
-        self.laps.insert(name, self.last.elapsed().as_secs_f64() * 1e3);
-        self.last = Instant::now();
-    }
 }

@@ -2,7 +2,7 @@
 
 use super::{Failure, print};
 use crate::web;
-use lightgraph::diag::{Diagnostic, Faults};
+use lightgraph::{Diagnostic, Faults};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 

@@ -1,9 +1,10 @@
 //! `lightgraph bench --speed`: how fast, as ratios in one run.
 
-use super::bench::{Args, commit, machine};
+use super::bench::{Args, commit};
 use super::{Failure, print};
+use crate::bench::host::Machine;
 use crate::bench::speed::{Bench, List, Rows, rows};
-use lightgraph::gpu::Gpu;
+use lightgraph::Gpu;
 use std::path::Path;
 
 /// Measures what a list asks for, says each figure as it comes, and writes all of them.
@@ -26,7 +27,8 @@ pub fn run(args: &Args, list: &Path) -> Result<u8, Failure> {
         fastest: args.fastest,
     };
     let found = bench.run(&list, &mut |row| print(&rows::line(row)))?;
-    let all = Rows { version: env!("CARGO_PKG_VERSION").into(), commit: commit(), machine: machine(&gpu), rows: found };
+    let all =
+        Rows { version: env!("CARGO_PKG_VERSION").into(), commit: commit(), machine: Machine::of(&gpu), rows: found };
     all.write(&args.out)?;
     print(&format!("wrote {}\n", args.out.join("speed.html").display()));
     Ok(0)

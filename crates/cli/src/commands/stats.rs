@@ -1,9 +1,7 @@
 //! `--stats`: what each frame and step took, as JSON.
 
-use lightgraph::gpu::{FrameReport, Gpu};
-use lightgraph::plan::Plan;
-use lightgraph::plan::change::Why;
-use lightgraph::session::Session;
+use lightgraph::internals::plan::change::Why;
+use lightgraph::{FrameReport, Gpu, Plan, Session};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

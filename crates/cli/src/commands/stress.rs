@@ -3,8 +3,7 @@
 use super::{Failure, ShaderFolders, print};
 use crate::paths::{is_whole, ron_files};
 use crate::stress::{self, Cases, Graph, Options, State};
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::gpu::Gpu;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu};
 use std::path::PathBuf;
 
 /// Runs every graph through cases whose answers are known, random parameters, a long flight and other adapters.

@@ -1,7 +1,6 @@
 //! The table of steps that `render` prints.
 
-use lightgraph::gpu::FrameReport;
-use lightgraph::plan::Plan;
+use lightgraph::{FrameReport, Plan};
 use std::fmt::Write;
 
 /// Pass by pass: runs, device and host time; then what was left out, loops and totals.

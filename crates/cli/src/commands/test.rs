@@ -2,8 +2,8 @@
 
 use super::{Failure, notices, print};
 use crate::snapshot::{self, Bless, Options, Shard, State, junit, report};
-use lightgraph::diag::{Diagnostic, Faults};
-use lightgraph::image::file::write_atomically;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Diagnostic, Faults};
 use std::path::PathBuf;
 
 /// Runs graph snapshot tests: each says what a graph renders and what must hold.

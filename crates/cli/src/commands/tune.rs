@@ -1,7 +1,7 @@
 //! `lightgraph tune`: the graph and the setting that suit a scene, a machine and a size.
 
 use super::additions::AdditionArgs;
-use super::{Failure, ShaderFolders, notices, print, size};
+use super::{Failure, ShaderFolders, notices, print, print_data, size};
 use crate::bench::measure::{Effort, Target, measure};
 use crate::bench::references::{Reference, References};
 use crate::bench::results::{Entry, Phase};
@@ -9,13 +9,11 @@ use crate::bench::score::change;
 use crate::bench::sweep::Sweep;
 use crate::bench::tune::{Candidate, Wish, choose, unbeaten, variant};
 use crate::paths::{is_whole, ron_files};
-use lightgraph::builtin;
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::Gpu;
-use lightgraph::image::file::write_atomically;
-use lightgraph::scene::Scene;
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::builtin;
+use lightgraph::internals::fastest::Policy;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Project, Scene, Session, Settings};
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Component, Path, PathBuf};
@@ -57,6 +55,9 @@ pub struct Args {
     /// Where the variant goes
     #[arg(long, value_name = "FILE.ron", default_value = "tuned.ron")]
     pub out: PathBuf,
+    /// Print all that was measured as JSON, in place of the table
+    #[arg(long)]
+    pub json: bool,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -97,7 +98,15 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     notices(&loaded.notices);
     let scene = Arc::new(loaded.scene);
     let gpu = Gpu::open()?;
-    let tuner = Tuner { args, gpu: &gpu, scene: &scene, references: reference(args, &gpu, &scene)? };
+    let truth = truth(args, &gpu, &scene)?;
+    let Truth { frames, seconds, stderr, .. } = truth;
+    let say = |text: &str| {
+        if !args.json {
+            print(text)
+        }
+    };
+    say(&format!("reference: {frames} frames of {TRUTH} in {seconds:.1} s, {stderr:.2} % standard error\n"));
+    let tuner = Tuner { args, gpu: &gpu, scene: &scene, references: truth.references };
 
     let all_settings: usize = graphs.iter().map(|g| settings(&g.1, &sweep).len()).sum();
     let progress = progress(all_settings);
@@ -118,8 +127,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     progress.finish_and_clear();
-    print(&table(&all));
-    let Some(best) = choose(&all, wish).map(|i| &all[i]) else { return Err(unserved(&all, wish).into()) };
+    say(&table(&all));
+    let Some(chosen) = choose(&all, wish) else { return Err(unserved(&all, wish).into()) };
+    let best = &all[chosen];
     let [width, height] = args.size;
     let about = format!(
         "Chosen for {} at {width}×{height} on {}: {:.3} ms, {:.1} % off a path tracer",
@@ -127,7 +137,14 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     );
     let best = &Candidate { graph: based(&best.graph, &args.out), ..best.clone() };
     write_atomically(&args.out, variant(best, &about).as_bytes())?;
-    print(&format!("wrote {} ({}) to {}\n", best.graph, best.setting_text(), args.out.display()));
+    say(&format!("wrote {} ({}) to {}\n", best.graph, best.setting_text(), args.out.display()));
+    if args.json {
+        let front = unbeaten(&all);
+        let listed: Vec<Value> = all.iter().enumerate().map(|(i, c)| c.json(front.contains(&i))).collect();
+        let reference = json!({"frames": frames, "seconds": seconds, "stderr_percent": stderr});
+        let all = json!({"reference": reference, "candidates": listed, "chosen": chosen, "variant": args.out});
+        print_data(&format!("{all:#}\n"));
+    }
     Ok(0)
 }
 
@@ -168,8 +185,17 @@ fn settings(project: &Project, sweep: &Sweep) -> Vec<Vec<(String, String)>> {
     all
 }
 
-/// The path tracer's image, until it is good enough or time is up; says how good it is.
-fn reference(args: &Args, gpu: &Gpu, scene: &Arc<Scene>) -> Checked<References> {
+/// What all are held against, and how good it is.
+struct Truth {
+    references: References,
+    frames: u32,
+    seconds: f64,
+    /// In percent of the mean.
+    stderr: f64,
+}
+
+/// The path tracer's image, until it is good enough or time is up.
+fn truth(args: &Args, gpu: &Gpu, scene: &Arc<Scene>) -> Checked<Truth> {
     let project = Project::open(Path::new(TRUTH), &[])?;
     let outputs = Some(vec![COMPARED.to_string()]);
     let settings = Settings { size: args.size, camera: args.camera.clone(), outputs, ..Settings::default() };
@@ -190,7 +216,6 @@ fn reference(args: &Args, gpu: &Gpu, scene: &Arc<Scene>) -> Checked<References> 
         image = now;
     }
     let seconds = start.elapsed().as_secs_f64();
-    print(&format!("reference: {frames} frames of {TRUTH} in {seconds:.1} s, {stderr:.2} % standard error\n"));
     let reference = Reference {
         output: COMPARED.into(),
         only_when: vec![],
@@ -198,7 +223,8 @@ fn reference(args: &Args, gpu: &Gpu, scene: &Arc<Scene>) -> Checked<References> 
         origin: "path tracer".into(),
         stderr_percent: Some(stderr),
     };
-    Ok(References { all: vec![reference], ..References::default() })
+    let references = References { all: vec![reference], ..References::default() };
+    Ok(Truth { references, frames, seconds, stderr })
 }
 
 /// What all candidates share.
@@ -242,7 +268,11 @@ impl Tuner<'_> {
     }
 }
 
-fn candidate(graph: String, setting: Vec<(String, lightgraph::value::Value)>, entry: &Entry) -> Option<Candidate> {
+fn candidate(
+    graph: String,
+    setting: Vec<(String, lightgraph::internals::value::Value)>,
+    entry: &Entry,
+) -> Option<Candidate> {
     let first = entry.times(Phase::First).filter(|_| entry.fault.is_none())?;
     let score = entry.scores.first()?;
     // What the reference errs by itself adds in squares.

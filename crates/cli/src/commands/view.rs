@@ -1,7 +1,7 @@
 //! `lightgraph view`: a graph in a window, with live reload.
 
 use super::{Failure, ShaderFolders, additions::AdditionArgs, size};
-use lightgraph::fastest::Policy;
+use lightgraph::internals::fastest::Policy;
 use std::path::PathBuf;
 
 /// Opens a window on a graph.
@@ -57,7 +57,7 @@ pub struct Args {
 #[cfg(feature = "window")]
 pub fn run(args: &Args) -> Result<u8, Failure> {
     use crate::view::{Against, Choice, Ended, Script, Start};
-    use lightgraph::session::Project;
+    use lightgraph::Project;
 
     let (graph, scene) = given(args);
     let mut choice = match &args.restore {
@@ -115,25 +115,25 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 /// Always: this program has none.
 #[cfg(not(feature = "window"))]
 pub fn run(_: &Args) -> Result<u8, Failure> {
-    let d = lightgraph::diag::Diagnostic::error("this lightgraph was built without its window");
+    let d = lightgraph::Diagnostic::error("this lightgraph was built without its window");
     Err(Failure::Usage(d.help("build it with `--features window`, or use `lightgraph watch`").into()))
 }
 
-/// The graph and the scene that the arguments name: a glTF in the graph's place is a scene, and a scene alone is shown
-/// by the graph that is right anywhere.
+/// The graph and the scene that the arguments name: a glTF in the graph's place is a scene. Without a graph it is the
+/// one that `render` takes, too.
 #[cfg(feature = "window")]
 fn given(args: &Args) -> (Option<PathBuf>, Option<&PathBuf>) {
     let is_scene = |path: &&PathBuf| path.extension().is_some_and(|e| e == "glb" || e == "gltf");
     let scene = args.scene.as_ref().or(args.graph.as_ref().filter(is_scene));
     let graph = args.graph.as_ref().filter(|path| !is_scene(path)).cloned();
-    let usual = || Some(PathBuf::from(super::DEFAULT_GRAPH)).filter(|_| scene.is_some() && args.restore.is_none());
+    let usual = || Some(PathBuf::from(super::DEFAULT_GRAPH)).filter(|_| args.restore.is_none());
     (graph.or_else(usual), scene)
 }
 
 /// The path given, or the first of a folder.
 #[cfg(feature = "window")]
 fn first(given: Option<&PathBuf>, folder: &str, argument: &str) -> Result<PathBuf, Failure> {
-    use lightgraph::diag::Diagnostic;
+    use lightgraph::Diagnostic;
     let found = || {
         let folder = std::path::Path::new(folder);
         let all = if folder.ends_with("scenes") { crate::view::scenes(folder) } else { crate::view::graphs(folder) };
@@ -150,9 +150,7 @@ fn resolution(text: &str) -> Result<crate::view::Resolution, Failure> {
     use crate::view::Resolution;
     let share = text.parse().ok().filter(|s: &f32| *s > 0.0 && *s <= 4.0).map(Resolution::Window);
     share.or_else(|| size(text).ok().map(Resolution::Fixed)).ok_or_else(|| {
-        let d = lightgraph::diag::Diagnostic::error(format!(
-            "--pixels `{text}` is neither WIDTHxHEIGHT nor a share up to 4"
-        ));
+        let d = lightgraph::Diagnostic::error(format!("--pixels `{text}` is neither WIDTHxHEIGHT nor a share up to 4"));
         Failure::Usage(d.help("write 640x480, or 0.5 for half of the window's pixels along each axis").into())
     })
 }

@@ -3,16 +3,19 @@
 //! A reload is a transaction: graph, shaders, scene and pipelines are all made anew and swapped in together, or
 //! the last good image stays and every fault is shown.
 
+use super::capture;
+use super::film::is_film;
 use super::outputs::{Written, number, output_names};
 use super::render;
+use super::trace::Trace;
 use super::{Failure, needs_no_scene, notices, print, scene_or_none};
-use lightgraph::diag::{Checked, Faults};
-use lightgraph::gpu::{FrameReport, Gpu};
-use lightgraph::plan::fastest::{Choices, still};
-use lightgraph::reload::{Watcher, folder_of, folders, settled};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::plan::Step;
+use lightgraph::internals::plan::fastest::{Choices, still};
+use lightgraph::internals::reload::{Watcher, folder_of, folders, settled};
+use lightgraph::{Checked, Diagnostic, Faults, FrameReport, Gpu, Project, Session, Settings};
+use lightgraph_lsp::status::{PassStatus, Status};
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
@@ -81,24 +84,24 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
     let args = &args.render;
     let mut folders = folders(&args.graph, args.scene.as_deref(), &args.shaders.folders);
     let made = (|| {
-        let mut clock = Instant::now();
-        let mut lap = || {
-            let took = ms(clock);
-            clock = Instant::now();
-            took
-        };
+        let mut trace = Trace::new();
         let mut project = Project::open(&args.graph, &args.shaders.folders)?;
         let files = args.outputs.files(&mut project).map_err(Faults::from)?;
-        let graph_ms = lap();
+        if let Some((_, film)) = files.iter().find(|f| is_film(&f.1)) {
+            let d = Diagnostic::error(format!("{}: `watch` renders one frame after each save", film.display()));
+            return Err(d.help("`lightgraph render --frames` makes films").into());
+        }
+        let graph_ms = trace.lap("graph");
         let loaded = scene_or_none(args.scene.as_deref(), &args.additions).map_err(Faults::from)?;
         folders.extend(loaded.files.iter().filter_map(|f| folder_of(f)));
-        let scene_ms = lap();
+        let scene_ms = trace.lap("scene");
         let mut settings = Settings {
             params: project.params(&args.set)?,
             size: args.size,
             camera: args.camera.clone(),
             outputs: Some(output_names(&files)),
             skip: !args.no_skip,
+            inspect: args.capture.is_some(),
             verify: args.verify_skips,
             watch: args.watch_numerics,
             ..Settings::default()
@@ -109,13 +112,18 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         settings.choices = args.fastest.choices(gpu, &project, &scene, &settings)?;
         let mut session = Session::after(gpu, &project, scene, settings, previous)?;
         needs_no_scene(args.scene.as_deref(), &project, &session.plan)?;
-        let prepare_ms = lap();
-        let report = session.frame(gpu, 0, 0.0)?;
-        let frame_ms = lap();
+        let prepare_ms = trace.prepared(&session);
+        let report = capture::frame(gpu, &mut session, (0, 0.0), args.capture.as_ref())?;
+        let frame_ms = trace.frame(0, &session, &report);
+        note(&args.graph, &session, &report);
         let files: Vec<(String, PathBuf)> = files.into_iter().map(|(o, path)| (o, number(&path, 0))).collect();
         let Written { wrong, exposed } = args.outputs.write(gpu, &session, &files)?;
         let named = |((_, path), exposed): (&(String, PathBuf), &String)| format!("{}{exposed}", path.display());
         let names: Vec<String> = files.iter().zip(&exposed).map(named).collect();
+        let files_ms = trace.lap("files");
+        if let Some(path) = &args.trace {
+            trace.write(path)?;
+        }
         notices(&loaded.notices);
         notices(&session.notices);
         notices(&report.warnings);
@@ -125,11 +133,29 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
             "{}: graph {graph_ms:.0} ms, scene {scene_ms:.0} ms, plan and pipelines {prepare_ms:.0} ms, frame {frame_ms:.0} ms ({}), files {:.0} ms",
             names.join(", "),
             ran(&session, &report),
-            lap()
+            files_ms,
         );
         Ok(Made { session, line, files: files.into_iter().map(|f| f.1).collect() })
     })();
     (folders, made)
+}
+
+/// Leaves for editors what the passes took and why they ran.
+fn note(graph: &Path, session: &Session, report: &FrameReport) {
+    let status = |(i, step): (usize, &Step)| {
+        let time = report.steps.iter().find(|t| t.step == i);
+        let why = session.why().get(i).map_or(String::new(), ToString::to_string);
+        PassStatus { name: step.pass.clone(), ms: time.and_then(|t| t.gpu_ms), ran: time.is_some(), why }
+    };
+    let left_out = |(name, why): &(String, String)| PassStatus {
+        name: name.clone(),
+        ms: None,
+        ran: false,
+        why: format!("left out: {why}"),
+    };
+    let steps = session.plan.steps.iter().enumerate().map(status);
+    // Without a cache nobody is told, and nothing is amiss.
+    let _ = Status::new(graph, steps.chain(session.plan.skipped.iter().map(left_out))).write();
 }
 
 /// How many steps ran, and what set them off.

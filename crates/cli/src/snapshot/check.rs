@@ -2,12 +2,11 @@
 
 use super::file::Run;
 use super::play::Played;
-use lightgraph::diag::Span;
-use lightgraph::graph::ast::Name;
-use lightgraph::image::Image;
-use lightgraph::image::flip::flip;
-use lightgraph::image::metrics::{Metrics, compare};
-use lightgraph::plan::Plan;
+use lightgraph::internals::diag::Span;
+use lightgraph::internals::graph::ast::Name;
+use lightgraph::internals::image::flip::flip;
+use lightgraph::internals::image::metrics::{Metrics, compare};
+use lightgraph::{Image, Plan};
 
 /// One thing that must hold.
 #[derive(Debug, Clone)]

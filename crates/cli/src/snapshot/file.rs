@@ -2,11 +2,12 @@
 
 use super::check::{Axis, Check, CheckKind, Limits};
 use glam::Vec3;
-use lightgraph::builtin;
-use lightgraph::diag::{Checked, Diagnostic, Faults, Source, Span};
-use lightgraph::graph::ast::Name;
-use lightgraph::graph::read::{Fields, Reader};
-use lightgraph::graph::tree::{Kind, Node, parse};
+use lightgraph::internals::builtin;
+use lightgraph::internals::diag::{Source, Span};
+use lightgraph::internals::graph::ast::Name;
+use lightgraph::internals::graph::read::{Fields, Reader};
+use lightgraph::internals::graph::tree::{Kind, Node, parse};
+use lightgraph::{Checked, Diagnostic, Faults};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;

@@ -5,10 +5,8 @@ use super::file::{Run, Setup, Test};
 use super::play::{Played, plan_in_the_end, play};
 use super::reference::{Compared, References, failure, flat};
 use super::{Failure, Options, Outcome};
-use lightgraph::diag::Checked;
-use lightgraph::gpu::Gpu;
-use lightgraph::graph::ast::Name;
-use lightgraph::image::Image;
+use lightgraph::internals::graph::ast::Name;
+use lightgraph::{Checked, Gpu, Image};
 use std::sync::atomic::AtomicBool;
 
 /// Judges every check that can be run here. Nothing is written once it is too late.
@@ -137,7 +135,7 @@ fn another(test: &Test, gpu: &Gpu, setup: Setup, output: &Name) -> Checked<Image
 
 fn image<'a>(played: &'a Played, output: &Name) -> Checked<&'a Image> {
     played.images.get(&output.value).ok_or_else(|| {
-        let d = lightgraph::diag::Diagnostic::error(format!("`{}` was not rendered", output.value));
+        let d = lightgraph::Diagnostic::error(format!("`{}` was not rendered", output.value));
         d.at(&output.span, "").into()
     })
 }

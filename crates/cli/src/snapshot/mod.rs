@@ -57,7 +57,7 @@ pub use reference::{Bless, Picture};
 pub use run::{Open, run, run_on};
 pub use select::{Shard, find};
 
-use lightgraph::diag::{Checked, Diagnostic, Faults};
+use lightgraph::{Checked, Diagnostic, Faults};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -67,7 +67,7 @@ pub struct Options {
     pub bless: Bless,
     /// Where a failed test leaves images and texts, in a folder of its own.
     pub failures: PathBuf,
-    /// A frame that leaves numbers which should not be fails its test; see [`lightgraph::gpu::Numerics`].
+    /// A frame that leaves numbers which should not be fails its test; see [`lightgraph::internals::gpu::Numerics`].
     pub watch: bool,
     /// How many tests run at a time, each with a device of its own; at least 1.
     pub jobs: usize,

@@ -1,20 +1,18 @@
 //! Plays a test's script: on a device to images and counts, without one to the plan in the end.
 
 use super::file::{Edit, Setup, Step, replace};
-use lightgraph::diag::{Checked, Diagnostic, Faults, Source, Span};
-use lightgraph::gpu::{FrameReport, Gpu, LoopReport};
-use lightgraph::graph::ast::Name;
-use lightgraph::graph::read::Reader;
-use lightgraph::image::Image;
-use lightgraph::plan::Plan;
-use lightgraph::plan::build::plan;
-use lightgraph::plan::fastest::FIRST;
-use lightgraph::plan::lint;
-use lightgraph::plan::request::{Request, sample_device};
-use lightgraph::scene::{self, Scene, Shift};
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::shader::Library;
-use lightgraph::value::Values;
+use lightgraph::internals::diag::{Source, Span};
+use lightgraph::internals::gpu::LoopReport;
+use lightgraph::internals::graph::ast::Name;
+use lightgraph::internals::graph::read::Reader;
+use lightgraph::internals::plan::build::plan;
+use lightgraph::internals::plan::fastest::FIRST;
+use lightgraph::internals::plan::lint;
+use lightgraph::internals::plan::request::{Request, sample_device};
+use lightgraph::internals::scene::Shift;
+use lightgraph::internals::shader::Library;
+use lightgraph::internals::value::Values;
+use lightgraph::{Checked, Diagnostic, Faults, FrameReport, Gpu, Image, Plan, Project, Scene, Session, Settings};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What is known after the last frame of a script.
@@ -209,8 +207,8 @@ fn edited(texts: &mut Library, edit: &Edit) -> Checked<()> {
 
 /// The scene, its light multiplied.
 fn scene_of(setup: &Setup) -> Checked<Scene> {
-    let Some(file) = &setup.scene else { return Ok(scene::stand_in()?.scene) };
-    let mut scene = scene::load(&file.path).map_err(|f| placed(f, &file.span))?.scene;
+    let Some(file) = &setup.scene else { return Ok(Scene::stand_in()?.scene) };
+    let mut scene = Scene::load(&file.path).map_err(|f| placed(f, &file.span))?.scene;
     scene.lights.iter_mut().for_each(|l| l.intensity *= setup.light);
     scene.materials.iter_mut().for_each(|m| m.emission *= setup.light);
     Ok(scene)

@@ -4,8 +4,8 @@
 use super::junit::escaped;
 use super::{Failure, Outcome, State, Summary};
 use crate::base64::base64;
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::files;
+use lightgraph::internals::files;
+use lightgraph::{Checked, Diagnostic};
 use std::fmt::Write;
 use std::path::Path;
 

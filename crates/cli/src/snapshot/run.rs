@@ -3,8 +3,8 @@
 
 use super::file::{self, Test};
 use super::{Options, Outcome, Summary, judge};
-use lightgraph::diag::{Diagnostic, Faults};
-use lightgraph::gpu::{Gpu, OpenError};
+use lightgraph::internals::gpu::OpenError;
+use lightgraph::{Diagnostic, Faults, Gpu};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

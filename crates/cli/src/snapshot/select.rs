@@ -1,7 +1,7 @@
 //! Which tests there are, and which of them are meant.
 
 use crate::paths::gather;
-use lightgraph::diag::{Checked, Diagnostic};
+use lightgraph::{Checked, Diagnostic};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 

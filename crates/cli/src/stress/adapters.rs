@@ -6,12 +6,9 @@ use super::case::Cases;
 use super::report::{Row, State};
 use super::run::{Graph, difference_but};
 use super::{Options, finish};
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::{ADAPTER_VARIABLE, Gpu};
-use lightgraph::image::Image;
-use lightgraph::image::file::write_atomically;
-use lightgraph::scene;
-use lightgraph::session::{Session, Settings};
+use lightgraph::internals::gpu::ADAPTER_VARIABLE;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic, Gpu, Image, Scene, Session, Settings};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -120,7 +117,7 @@ fn image(gpu: &Gpu, cases: &Cases, graph: &Graph, scene: &Path) -> Checked<Image
         outputs: Some(vec![output.clone()]),
         ..Settings::default()
     };
-    let mut session = Session::new(gpu, &graph.project, scene::load(scene)?.scene, settings)?;
+    let mut session = Session::new(gpu, &graph.project, Scene::load(scene)?.scene, settings)?;
     session.frame(gpu, 0, 0.0)?;
     session.image(gpu, output)
 }
@@ -149,5 +146,5 @@ fn elsewhere(
     command.envs(other.variables.iter().map(|(name, value)| (name, value)));
     let fault = |why: String| Diagnostic::error(format!("on {}: {why}", other.name));
     finish(&mut command, &[0]).map_err(fault)?;
-    lightgraph::image::exr::read_exr(out)
+    lightgraph::internals::image::exr::read_exr(out)
 }

@@ -2,7 +2,8 @@
 
 use super::number::{Names, Number};
 use super::shape::Shape;
-use lightgraph::diag::{Checked, Diagnostic, Source, Span};
+use lightgraph::internals::diag::{Source, Span};
+use lightgraph::{Checked, Diagnostic};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

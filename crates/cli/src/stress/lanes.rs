@@ -2,8 +2,7 @@
 //! idle.
 
 use super::report::{Row, Rows};
-use lightgraph::diag::{Checked, Faults};
-use lightgraph::gpu::Gpu;
+use lightgraph::{Checked, Faults, Gpu};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 

@@ -4,7 +4,7 @@
 //! - `random` draws parameters, `fly` changes everything over thousands of frames, `adapters` renders elsewhere
 //! - `lanes` takes turns side by side; `report` holds the rows
 //!
-//! What is checked after every step of every frame: see [`lightgraph::gpu::Numerics`].
+//! What is checked after every step of every frame: see [`lightgraph::internals::gpu::Numerics`].
 
 mod adapters;
 mod build;
@@ -23,8 +23,7 @@ pub use report::{Report, Row, State};
 pub use run::Graph;
 
 use case::Case;
-use lightgraph::diag::{Checked, Faults};
-use lightgraph::gpu::Gpu;
+use lightgraph::{Checked, Faults, Gpu};
 use report::{Rows, Wanted, caught_up};
 use std::path::PathBuf;
 use std::process::Command;

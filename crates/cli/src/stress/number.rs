@@ -1,8 +1,9 @@
 //! Numbers of a case: as they stand, or computed from what the case varies.
 
 use glam::DVec3;
-use lightgraph::diag::{Checked, Diagnostic, Source, Span};
-use lightgraph::graph::expr::{Expr, Val};
+use lightgraph::internals::diag::{Source, Span};
+use lightgraph::internals::graph::expr::{Expr, Val};
+use lightgraph::{Checked, Diagnostic};
 use std::collections::BTreeMap;
 
 /// What a case varies, and further names for its formulas.

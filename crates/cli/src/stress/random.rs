@@ -10,15 +10,13 @@ use super::dice::Dice;
 use super::report::{Row, Wanted};
 use super::run::Graph;
 use glam::{UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::Gpu;
-use lightgraph::graph::ast::Param;
-use lightgraph::graph::expr::Val;
-use lightgraph::image::file::write_atomically;
-use lightgraph::plan::build::Planned;
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Session, Settings, plan_for};
-use lightgraph::value::{Type, Value, Values};
+use lightgraph::internals::graph::ast::Param;
+use lightgraph::internals::graph::expr::Val;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::internals::plan::build::Planned;
+use lightgraph::internals::session::plan_for;
+use lightgraph::internals::value::{Type, Value, Values};
+use lightgraph::{Checked, Diagnostic, Gpu, Project, Scene, Session, Settings};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -72,7 +70,7 @@ impl<'a> Drawer<'a> {
         let mut drawer = Drawer {
             gpu,
             graph,
-            scene: Arc::new(scene::load(&file)?.scene),
+            scene: Arc::new(Scene::load(&file)?.scene),
             size: [cases.random.size.0, cases.random.size.1],
             growth: cases.random.growth,
             work: 0,
@@ -398,7 +396,7 @@ fn within(base: Value, v: Value, room: f64) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightgraph::diag::{Source, Span};
+    use lightgraph::internals::diag::{Source, Span};
 
     fn param(ty: Type, default: Value, min: Value, max: Value) -> Param {
         let span = Span::whole(&Source::new("test", ""));

@@ -1,8 +1,8 @@
 //! What was found: rows, as a table, as JSON and as one page.
 
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::files;
-use lightgraph::image::file::write_atomically;
+use lightgraph::internals::files;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::path::Path;

@@ -4,13 +4,11 @@ use super::case::{Case, Cases, Expect, settings};
 use super::number::{Names, Number};
 use super::report::{Row, State, Wanted};
 use super::shape::Shape;
-use lightgraph::diag::{Checked, Diagnostic, Severity, Source};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::Image;
-use lightgraph::plan::lint::prune;
-use lightgraph::scene::Loaded;
-use lightgraph::session::{Project, Session, Settings};
-use lightgraph::shader::Library;
+use lightgraph::internals::diag::{Severity, Source};
+use lightgraph::internals::plan::lint::prune;
+use lightgraph::internals::scene::Loaded;
+use lightgraph::internals::shader::Library;
+use lightgraph::{Checked, Diagnostic, Gpu, Image, Project, Session, Settings};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -43,7 +41,7 @@ impl Graph {
             true => Ok(Source::new(path.display().to_string(), text.clone())),
             false => Source::read(p),
         };
-        let mut graph = lightgraph::graph::load(&path, &read)?;
+        let mut graph = lightgraph::internals::graph::load(&path, &read)?;
         let texts = Library::load(shaders)?;
         prune(&mut graph, &texts);
         Ok(Graph { name: name.into(), path: path.clone(), project: Project { graph, texts } })

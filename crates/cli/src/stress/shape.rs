@@ -3,8 +3,8 @@
 use super::build::{Document, Mesh, Placing};
 use super::number::{Names, Number, vector};
 use glam::{DQuat, DVec3};
-use lightgraph::diag::Checked;
-use lightgraph::scene::{self, Loaded};
+use lightgraph::internals::scene::Loaded;
+use lightgraph::{Checked, Scene};
 use serde::Deserialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -147,10 +147,10 @@ impl Shape {
     /// Formulas that can't be computed, and whatever the loader refuses.
     pub fn load(&self, names: &Names, folder: &Path) -> Checked<Loaded> {
         match self {
-            Shape::File(path) => scene::load(&folder.join(path)),
+            Shape::File(path) => Scene::load(&folder.join(path)),
             _ => {
                 let (bytes, description) = self.bytes(names)?;
-                scene::from_bytes(&bytes, "case", description.as_deref())
+                Scene::from_bytes(&bytes, "case", description.as_deref())
             }
         }
     }

@@ -3,23 +3,22 @@
 use super::canvas::Canvas;
 use super::choice::{Against, Choice};
 use super::engine::Engine;
-use super::feed::{Feed, Told};
+use super::feed::{Feed, PassTimes, Rendered, Told};
 use super::panels::{self, Seen};
-use super::save;
+use super::save::{Saved, nothing};
 use super::script::{Act, Moment, Script};
 use super::stage::{Stage, Wish};
-use super::state::{Save, State};
-use super::surface::{Paint, Screen};
+use super::state::State;
+use super::surface::{Paint, Screen, fitting};
 use super::variants;
-use lightgraph::diag::{Checked, Diagnostic, Faults, render};
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::{self, Gpu, OpenError, wanted_adapter};
-use lightgraph::image::exposure::Exposure;
-use lightgraph::image::exr::{Precision, write_exr};
-use lightgraph::image::png::{ToneMap, write_png};
-use lightgraph::image::{Image, difference};
-use lightgraph::scene::Additions;
-use std::collections::BTreeMap;
+use lightgraph::internals::diag::render;
+use lightgraph::internals::fastest::Policy;
+use lightgraph::internals::gpu::{OpenError, wanted_adapter};
+use lightgraph::internals::image::exposure::Exposure;
+use lightgraph::internals::image::png::ToneMap;
+use lightgraph::internals::scene::Additions;
+use lightgraph::{Diagnostic, Faults, Gpu};
+use lightgraph_lsp::status::{PassStatus, Status};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -82,6 +81,7 @@ pub fn run(start: Start) -> Result<Vec<String>, Ended> {
         serial: 0,
         clock: None,
         repaint: None,
+        noted: None,
         reopened: 0,
         ended: None,
     };
@@ -126,6 +126,8 @@ struct App {
     clock: Option<(Instant, f32)>,
     /// When to paint again, if nothing happens.
     repaint: Option<Instant>,
+    /// The last frame that editors were told of, and when.
+    noted: Option<(Instant, Arc<Rendered>)>,
     /// How often a lost device was replaced.
     reopened: u32,
     ended: Option<Ended>,
@@ -203,7 +205,10 @@ impl ApplicationHandler<Wake> for App {
 
 impl App {
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<Open, Ended> {
-        let [width, height] = self.start.size;
+        let display = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+        // A script says the size that its pictures have.
+        let display = display.filter(|_| self.start.script.is_none()).map(|d| d.size().into());
+        let [width, height] = fitting(self.start.size, display);
         let attributes = Window::default_attributes()
             .with_title("lightgraph")
             .with_inner_size(PhysicalSize::new(width, height))
@@ -262,6 +267,7 @@ impl App {
         if self.feed.told.lost {
             return self.reopen(event_loop);
         }
+        self.note();
         let time = self.time();
         let Some(open) = &mut self.window else { return };
         let mut act = Act::Nothing;
@@ -322,6 +328,21 @@ impl App {
                 }
             }
             Act::Close => self.end(event_loop, None),
+        }
+    }
+
+    /// Leaves for editors what the passes took and why they ran, seldom while frames follow each other.
+    fn note(&mut self) {
+        const SELDOM: Duration = Duration::from_secs(1);
+        let (Some(frame), Some(subject)) = (&self.feed.told.frame, &self.feed.told.subject) else { return };
+        let due = |at: &Instant| self.feed.told.rest || at.elapsed() > SELDOM;
+        let new = self.noted.as_ref().is_none_or(|(at, last)| !Arc::ptr_eq(last, frame) && due(at));
+        if new {
+            let status =
+                |p: &PassTimes| PassStatus { name: p.name.clone(), ms: p.gpu_ms, ran: p.ran > 0, why: p.why.clone() };
+            // Without a cache nobody is told, and nothing is amiss.
+            let _ = Status::new(&subject.path, self.feed.passes.iter().map(status)).write();
+            self.noted = Some((Instant::now(), frame.clone()));
         }
     }
 
@@ -402,7 +423,16 @@ impl App {
 
     fn requests(&mut self) {
         for request in std::mem::take(&mut self.state.requests) {
-            let done = self.write(request);
+            let done = self.window.as_ref().ok_or_else(nothing).and_then(|open| {
+                Saved {
+                    gpu: &open.gpu,
+                    adapter: &open.adapter,
+                    choice: self.state.now(),
+                    told: &self.feed.told,
+                    folder: &self.start.folder,
+                }
+                .write(request)
+            });
             self.state.message = Some(match done {
                 Ok(path) => (true, format!("wrote {}", path.display())),
                 Err(f) => (false, first(&f)),
@@ -411,86 +441,6 @@ impl App {
                 open.window.request_redraw();
             }
         }
-    }
-
-    fn write(&self, what: Save) -> Checked<PathBuf> {
-        let (choice, folder) = (self.state.now(), &self.start.folder);
-        let stem = choice.graph.file_stem().map_or("picture".into(), |s| s.to_string_lossy().into_owned());
-        let path = match what {
-            Save::Png => {
-                let path = save::free(folder, &stem, "png");
-                let (image, tone_map, exposure) = self.seen()?;
-                write_png(&path, &image, tone_map, exposure, &self.metadata())?;
-                path
-            }
-            Save::Exr => {
-                let path = save::free(folder, &stem, "exr");
-                write_exr(
-                    &path,
-                    &[("", &self.read(self.feed.told.image.as_ref())?)],
-                    Precision::Float,
-                    &self.metadata(),
-                )?;
-                path
-            }
-            Save::Variant => {
-                let subject = self.feed.told.subject.as_ref().ok_or_else(nothing)?;
-                save::variant(&subject.path, &subject.params)?
-            }
-            Save::Choice => {
-                let path = save::free(folder, &format!("{stem}.view"), "ron");
-                choice.save(&path)?;
-                path
-            }
-        };
-        Ok(path)
-    }
-
-    /// The image as it is seen: in linear light, with the tone map and exposure to write it with.
-    fn seen(&self) -> Checked<(Image, ToneMap, f32)> {
-        use super::choice::Layout;
-        let (choice, told) = (self.state.now(), &self.feed.told);
-        let shown = (choice.tone_map, choice.stops(told.automatic));
-        let mut image = self.read(told.image.as_ref())?;
-        let Some(other) = &told.other else { return Ok((image, shown.0, shown.1)) };
-        let other = self.read(Some(other))?;
-        match choice.compare.layout {
-            Layout::Other => image = other,
-            Layout::Difference(_) => {
-                return Ok((difference::difference(&image, &other)?.image, ToneMap::None, 0.0));
-            }
-            Layout::Split(at) => {
-                let first = (at * image.width as f32).round() as u32;
-                for y in 0..image.height {
-                    for x in first..image.width {
-                        let from = other.pixel(0, x * other.width / image.width, y * other.height / image.height);
-                        if let (Some(from), Some(to)) = (from.map(<[f32]>::to_vec), image.pixel_mut(0, x, y)) {
-                            to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
-                        }
-                    }
-                }
-            }
-        }
-        Ok((image, shown.0, shown.1))
-    }
-
-    fn read(&self, texture: Option<&wgpu::Texture>) -> Checked<Image> {
-        let open = self.window.as_ref().ok_or_else(nothing)?;
-        gpu::read_plane(&open.gpu, texture.ok_or_else(nothing)?, "the image", 0, 0)
-    }
-
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let Some(subject) = &self.feed.told.subject else { return BTreeMap::new() };
-        let adapter = self.window.as_ref().map_or(String::new(), |o| o.adapter.clone());
-        let parameter = |n: &String| subject.plan.value(n).map(|v| format!("{n}={v}"));
-        let parameters: Vec<String> = subject.plan.params.iter().filter_map(parameter).collect();
-        BTreeMap::from([
-            ("graph".into(), subject.plan.graph.clone()),
-            ("scene".into(), subject.scene.name.clone()),
-            ("parameters".into(), parameters.join("; ")),
-            ("adapter".into(), adapter),
-            ("version".into(), env!("CARGO_PKG_VERSION").to_string()),
-        ])
     }
 }
 
@@ -507,10 +457,6 @@ fn same(a: &Wish, b: &Wish) -> bool {
         (choice, w.size, w.time.to_bits(), w.pointer, w.output.clone(), w.inspect.clone(), w.prepare)
     };
     stage(a) == stage(b)
-}
-
-fn nothing() -> Faults {
-    Diagnostic::error("there is no image yet").into()
 }
 
 fn first(faults: &Faults) -> String {

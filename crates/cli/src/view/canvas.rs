@@ -2,8 +2,8 @@
 
 use super::choice::{Choice, Layout};
 use super::feed::Told;
-use lightgraph::gpu::Gpu;
-use lightgraph::image::png::ToneMap;
+use lightgraph::Gpu;
+use lightgraph::internals::gpu::{Arrangement, Display, Look};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -11,16 +11,6 @@ use std::path::PathBuf;
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// The longer side of a preview, in pixels.
 const PREVIEW: u32 = 160;
-
-/// As the shader's struct of this name.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-struct Look {
-    exposure: f32,
-    tone_map: u32,
-    arrangement: u32,
-    at: f32,
-}
 
 /// A texture that panels can show.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,8 +22,7 @@ pub struct Shown {
 
 /// Turns linear images into what panels show.
 pub struct Canvas {
-    pipeline: wgpu::RenderPipeline,
-    layout: wgpu::BindGroupLayout,
+    display: Display,
     main: Option<Painted>,
     previews: BTreeMap<PathBuf, Painted>,
     /// What is recorded and not yet handed over.
@@ -49,56 +38,8 @@ struct Painted {
 
 impl Canvas {
     pub fn new(gpu: &Gpu) -> Canvas {
-        let device = &gpu.device;
-        let source = wgpu::ShaderSource::Wgsl(include_str!("display.wgsl").into());
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("display"), source });
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty,
-            count: None,
-        };
-        let uniform = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let image = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("display"),
-            entries: &[entry(0, uniform), entry(1, image), entry(2, image)],
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("display"),
-            bind_group_layouts: &[Some(&layout)],
-            ..Default::default()
-        });
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("display"),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("cover"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("display"),
-                compilation_options: Default::default(),
-                targets: &[Some(FORMAT.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        Canvas { pipeline, layout, main: None, previews: BTreeMap::new(), recorded: vec![] }
+        let display = Display::new(gpu, FORMAT);
+        Canvas { display, main: None, previews: BTreeMap::new(), recorded: vec![] }
     }
 
     /// What is to be submitted before the panels are drawn. Each submission waits for the frame that the engine waits
@@ -116,13 +57,13 @@ impl Canvas {
         choice: &Choice,
     ) -> Option<Shown> {
         let first = told.image.as_ref()?;
-        let (arrangement, at) = match (choice.compare.layout, &told.other) {
-            (_, None) => (0, 0.0),
-            (Layout::Split(at), _) => (1, at),
-            (Layout::Difference(full), _) => (2, full.max(1e-6)),
-            (Layout::Other, _) => (3, 0.0),
+        let arrangement = match (choice.compare.layout, &told.other) {
+            (_, None) => Arrangement::First,
+            (Layout::Split(at), _) => Arrangement::Split(at),
+            (Layout::Difference(full), _) => Arrangement::Difference(full),
+            (Layout::Other, _) => Arrangement::Second,
         };
-        let look = Look { arrangement, at, ..plain(choice, told) };
+        let look = Look { arrangement, ..plain(choice, told) };
         let size = [first.width(), first.height()];
         let source = (first.clone(), told.other.clone(), told.images, look);
         let old = self.main.take();
@@ -194,54 +135,16 @@ impl Canvas {
                 (texture, Shown { id, size })
             }
         };
-        self.draw(gpu, &source.0, source.1.as_ref().unwrap_or(&source.0), source.3, &texture);
-        Painted { texture, shown, source }
-    }
-
-    fn draw(&mut self, gpu: &Gpu, first: &wgpu::Texture, second: &wgpu::Texture, look: Look, to: &wgpu::Texture) {
-        let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("display"),
-            size: size_of::<Look>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&look));
-        let views = [first, second].map(|t| t.create_view(&Default::default()));
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("display"),
-            layout: &self.layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&views[0]) },
-                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&views[1]) },
-            ],
-        });
-        let view = to.create_view(&Default::default());
+        let images = [&source.0, source.1.as_ref().unwrap_or(&source.0)];
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("display"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.draw(0..3, 0..1);
-        drop(pass);
+        self.display.draw(gpu, &mut encoder, images, source.3, &texture.create_view(&Default::default()));
         self.recorded.push(encoder.finish());
+        Painted { texture, shown, source }
     }
 }
 
 fn plain(choice: &Choice, told: &Told) -> Look {
-    let tone_map = match choice.tone_map {
-        ToneMap::None => 0,
-        ToneMap::Neutral => 1,
-    };
-    Look { exposure: choice.stops(told.automatic).exp2(), tone_map, arrangement: 0, at: 0.0 }
+    Look { stops: choice.stops(told.automatic), tone_map: choice.tone_map, arrangement: Arrangement::First }
 }
 
 fn target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {
@@ -257,21 +160,4 @@ fn target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {
             | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_shader_is_valid_and_takes_what_it_is_given() {
-        let module = naga::front::wgsl::parse_str(include_str!("display.wgsl")).unwrap_or_else(|e| panic!("{e}"));
-        let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
-        validator.validate(&module).unwrap_or_else(|e| panic!("{e:?}"));
-        let look = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Look"));
-        let Some((_, naga::Type { inner: naga::TypeInner::Struct { span, members }, .. })) = look else { panic!() };
-        let offsets: Vec<(&str, u32)> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset)).collect();
-        assert_eq!(*span as usize, size_of::<Look>());
-        assert_eq!(offsets, [("exposure", 0), ("tone_map", 4), ("arrangement", 8), ("at", 12)]);
-    }
 }

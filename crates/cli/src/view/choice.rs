@@ -1,12 +1,13 @@
 //! What the user chose: all that undo takes back, and all that a saved state holds.
 
 use glam::Vec3;
-use lightgraph::diag::{Checked, Diagnostic, Source};
-use lightgraph::image::exposure::Exposure;
-use lightgraph::image::file::write_atomically;
-use lightgraph::image::png::ToneMap;
-use lightgraph::scene::{Shift, View};
-use lightgraph::value::Values;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::image::exposure::Exposure;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::internals::image::png::ToneMap;
+use lightgraph::internals::scene::Shift;
+use lightgraph::internals::value::Values;
+use lightgraph::{Checked, Diagnostic, View};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -176,8 +177,8 @@ impl Choice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightgraph::scene::{CameraPose, Lens};
-    use lightgraph::value::Value;
+    use lightgraph::internals::scene::{CameraPose, Lens};
+    use lightgraph::internals::value::Value;
 
     fn full() -> Choice {
         let place = CameraPose { position: Vec3::new(1.0, 2.0, 3.5), forward: Vec3::NEG_Z, up: Vec3::Y };

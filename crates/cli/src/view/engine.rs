@@ -2,8 +2,8 @@
 
 use super::feed::Told;
 use super::stage::{Stage, Wish};
-use lightgraph::diag::{Diagnostic, Faults};
-use lightgraph::reload::{LONGEST, TOGETHER, Watcher};
+use lightgraph::internals::reload::{LONGEST, TOGETHER, Watcher};
+use lightgraph::{Diagnostic, Faults};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;

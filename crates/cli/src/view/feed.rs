@@ -1,16 +1,11 @@
 //! What the engine told, and what the window keeps of it.
 
 use super::variants::Variant;
-use lightgraph::diag::Diagnostic;
-use lightgraph::gpu::FrameReport;
-use lightgraph::graph::Graph;
-use lightgraph::image::Image;
-use lightgraph::image::metrics::Metrics;
-use lightgraph::plan::change::Why;
-use lightgraph::plan::show::Picture;
-use lightgraph::plan::{Plan, ResourceId};
-use lightgraph::scene::Scene;
-use lightgraph::value::Values;
+use lightgraph::internals::image::metrics::Metrics;
+use lightgraph::internals::plan::ResourceId;
+use lightgraph::internals::plan::change::Why;
+use lightgraph::internals::value::Values;
+use lightgraph::{Diagnostic, FrameReport, Graph, Image, Plan, Scene};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -62,7 +57,8 @@ pub struct Subject {
     /// What the plan was made with.
     pub params: Values,
     pub plan: Plan,
-    pub picture: Picture,
+    /// As [`Subject::plan`], with memory shared as a run without a window shares it.
+    pub shared: Plan,
     pub scene: Arc<Scene>,
     /// Time makes a difference: to the scene, or to a shader.
     pub moves: bool,

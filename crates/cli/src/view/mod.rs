@@ -4,6 +4,7 @@
 //!   what the window remembers; `pick` finds what lies under the pointer
 //! - `stage` holds the sessions and makes frames; `engine` runs it on a thread of its own: it is told what is wanted,
 //!   and tells what there is to show; `feed` is what it told so far; `variants` finds the graphs to choose from
+//! - `editor` opens a file at a line
 //! - `picture` colours the texels of a resource; `canvas` brings images of linear light to the screen
 //! - `panels` are the parts of the window, `overlay` what lies on the image; `surface` draws them, `app` is the event
 //!   loop, `script` plays events without a user
@@ -13,6 +14,7 @@
 mod app;
 mod canvas;
 mod choice;
+mod editor;
 mod engine;
 mod feed;
 mod overlay;

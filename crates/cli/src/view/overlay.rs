@@ -4,7 +4,8 @@
 use super::feed::Told;
 use super::state::State;
 use egui::{Color32, Pos2, Rect, RichText, ScrollArea, StrokeKind, TextStyle, UiBuilder};
-use lightgraph::diag::{Diagnostic, render};
+use lightgraph::Diagnostic;
+use lightgraph::internals::diag::render;
 
 /// Round the faults, in points.
 const MARGIN: f32 = 12.0;
@@ -52,7 +53,7 @@ fn text(faults: &[Diagnostic]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightgraph::diag::{Source, Span};
+    use lightgraph::internals::diag::{Source, Span};
 
     #[test]
     fn a_fault_stands_with_its_file_line_column_and_caret() {

@@ -1,8 +1,9 @@
 //! What lies under the pointer, and how far a drag moves it. Places in the image run from 0 to 1, from the top left.
 
 use glam::{Vec2, Vec3};
-use lightgraph::scene::navigate::{height_at, right};
-use lightgraph::scene::{Lens, Pose, Scene, View};
+use lightgraph::internals::scene::navigate::{height_at, right};
+use lightgraph::internals::scene::{Lens, Pose};
+use lightgraph::{Scene, View};
 
 /// How far from a light's mark a click still takes it, in heights of the image.
 const REACH: f32 = 0.03;
@@ -100,11 +101,12 @@ fn meets(from: Vec3, to: Vec3, [a, b, c]: [Vec3; 3]) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightgraph::scene::{Shift, load};
+    use lightgraph::Scene;
+    use lightgraph::internals::scene::Shift;
 
     fn hall() -> (Scene, View) {
         let path = crate::repository("scenes/hall");
-        let scene = load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
+        let scene = Scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
         let view = scene.view(&scene.pose(0.0), None, 1.5).unwrap().0;
         (scene, view)
     }
@@ -126,7 +128,7 @@ mod tests {
         let (scene, view) = hall();
         let pose = scene.pose(0.0);
         let values = scene.camera_values(&pose, None, 150, 100).unwrap().0;
-        let Some(lightgraph::value::Value::Mat4(m)) = values.get("camera_view_projection") else { panic!() };
+        let Some(lightgraph::internals::value::Value::Mat4(m)) = values.get("camera_view_projection") else { panic!() };
         let (_, point) = surface(&scene, &pose, view, 1.5, Vec2::new(0.3, 0.7)).unwrap();
         let clip = m.project_point3(point);
         let at = Vec2::new(clip.x * 0.5 + 0.5, 0.5 - clip.y * 0.5);

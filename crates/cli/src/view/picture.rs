@@ -1,7 +1,7 @@
 //! The texels of a resource as colours.
 
-use lightgraph::image::Image;
-use lightgraph::image::srgb;
+use lightgraph::Image;
+use lightgraph::internals::image::srgb;
 use serde::{Deserialize, Serialize};
 
 /// How numbers become colours.

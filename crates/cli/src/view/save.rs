@@ -1,9 +1,110 @@
 //! Files that the window writes: pictures, parameters as a variant, the whole choice.
 
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::image::file::write_atomically;
-use lightgraph::value::{Value, Values};
+use super::choice::{Choice, Layout};
+use super::feed::Told;
+use super::state::Save;
+use lightgraph::internals::gpu;
+use lightgraph::internals::image::difference;
+use lightgraph::internals::image::exr::{Precision, write_exr};
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::internals::image::png::{ToneMap, write_png};
+use lightgraph::internals::value::{Value, Values};
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Image};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// What is seen, to be written.
+pub struct Saved<'a> {
+    pub gpu: &'a Gpu,
+    pub adapter: &'a str,
+    pub choice: &'a Choice,
+    pub told: &'a Told,
+    /// Where pictures and states go.
+    pub folder: &'a Path,
+}
+
+impl Saved<'_> {
+    /// Writes a file under a name that is free. Returns its path.
+    ///
+    /// # Errors
+    /// There is nothing to write yet, or the file can't be written.
+    pub fn write(&self, what: Save) -> Checked<PathBuf> {
+        let (choice, folder) = (self.choice, self.folder);
+        let stem = choice.graph.file_stem().map_or("picture".into(), |s| s.to_string_lossy().into_owned());
+        let path = match what {
+            Save::Png => {
+                let path = free(folder, &stem, "png");
+                let (image, tone_map, exposure) = self.seen()?;
+                write_png(&path, &image, tone_map, exposure, &self.metadata())?;
+                path
+            }
+            Save::Exr => {
+                let path = free(folder, &stem, "exr");
+                write_exr(&path, &[("", &self.read(self.told.image.as_ref())?)], Precision::Float, &self.metadata())?;
+                path
+            }
+            Save::Variant => {
+                let subject = self.told.subject.as_ref().ok_or_else(nothing)?;
+                variant(&subject.path, &subject.params)?
+            }
+            Save::Choice => {
+                let path = free(folder, &format!("{stem}.view"), "ron");
+                choice.save(&path)?;
+                path
+            }
+        };
+        Ok(path)
+    }
+
+    /// The image as it is seen: in linear light, with the tone map and exposure to write it with.
+    fn seen(&self) -> Checked<(Image, ToneMap, f32)> {
+        let (choice, told) = (self.choice, self.told);
+        let shown = (choice.tone_map, choice.stops(told.automatic));
+        let mut image = self.read(told.image.as_ref())?;
+        let Some(other) = &told.other else { return Ok((image, shown.0, shown.1)) };
+        let other = self.read(Some(other))?;
+        match choice.compare.layout {
+            Layout::Other => image = other,
+            Layout::Difference(_) => {
+                return Ok((difference::difference(&image, &other)?.image, ToneMap::None, 0.0));
+            }
+            Layout::Split(at) => {
+                let first = (at * image.width as f32).round() as u32;
+                for y in 0..image.height {
+                    for x in first..image.width {
+                        let from = other.pixel(0, x * other.width / image.width, y * other.height / image.height);
+                        if let (Some(from), Some(to)) = (from.map(<[f32]>::to_vec), image.pixel_mut(0, x, y)) {
+                            to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
+                        }
+                    }
+                }
+            }
+        }
+        Ok((image, shown.0, shown.1))
+    }
+
+    fn read(&self, texture: Option<&wgpu::Texture>) -> Checked<Image> {
+        gpu::read_plane(self.gpu, texture.ok_or_else(nothing)?, "the image", 0, 0)
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let Some(subject) = &self.told.subject else { return BTreeMap::new() };
+        let parameter = |n: &String| subject.plan.value(n).map(|v| format!("{n}={v}"));
+        let parameters: Vec<String> = subject.plan.params.iter().filter_map(parameter).collect();
+        BTreeMap::from([
+            ("graph".into(), subject.plan.graph.clone()),
+            ("scene".into(), subject.scene.name.clone()),
+            ("parameters".into(), parameters.join("; ")),
+            ("adapter".into(), self.adapter.to_string()),
+            ("version".into(), env!("CARGO_PKG_VERSION").to_string()),
+        ])
+    }
+}
+
+/// The fault of whoever asks for an image too early.
+pub fn nothing() -> Faults {
+    Diagnostic::error("there is no image yet").into()
+}
 
 /// The first of `STEM.ENDING`, `STEM_2.ENDING`, `STEM_3.ENDING` … in a folder that is not there yet.
 pub fn free(folder: &Path, stem: &str, ending: &str) -> PathBuf {
@@ -54,8 +155,8 @@ fn literal(value: Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lightgraph::diag::Source;
-    use lightgraph::graph;
+    use lightgraph::internals::diag::Source;
+    use lightgraph::internals::graph;
 
     const BASE: &str = r#"Graph(
         about: "a",

@@ -25,8 +25,9 @@
 use super::feed::Told;
 use super::state::State;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2};
-use lightgraph::diag::{Checked, Diagnostic, Source, render};
-use lightgraph::image::file::write_atomically;
+use lightgraph::internals::diag::{Source, render};
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::{Checked, Diagnostic};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

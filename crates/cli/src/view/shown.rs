@@ -1,8 +1,7 @@
 //! Textures on show: copies of what graphs make, and files to hold them against.
 
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::Gpu;
-use lightgraph::image::{Image, exr::read_exr};
+use lightgraph::internals::image::exr::read_exr;
+use lightgraph::{Checked, Diagnostic, Gpu, Image};
 use std::path::Path;
 
 /// An image from a file, and its texture.

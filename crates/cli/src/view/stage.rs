@@ -1,32 +1,32 @@
 //! The sessions of the graphs that are seen or were seen, and the frames they make. What can't be made leaves what is
 //! there as it is.
 
+mod kept;
+mod looks;
+
 use super::choice::{Against, Choice};
-use super::feed::{Content, Inspected, Remade, Rendered, Score, Subject, Told};
-use super::shown::{Reference, copy, reference};
+use super::feed::{Remade, Rendered, Subject, Told};
+use super::shown::{Reference, reference};
 use super::variants::{self, Variant};
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::{self, Gpu, Memory, Numerics, Timing};
-use lightgraph::image::exposure::Exposure;
-use lightgraph::image::metrics;
-use lightgraph::plan::fastest::still;
-use lightgraph::plan::show::picture;
-use lightgraph::reload::{folder_of, folders};
-use lightgraph::scene::{self, Additions, Scene};
-use lightgraph::session::{Pointer, Project, Session, Settings};
-use lightgraph::value::Values;
+use kept::{Kept, Key, output};
+use lightgraph::internals::fastest::Policy;
+use lightgraph::internals::gpu::Timing;
+use lightgraph::internals::image::exposure::Exposure;
+use lightgraph::internals::plan::fastest::still;
+use lightgraph::internals::plan::memory;
+use lightgraph::internals::reload::{folder_of, folders};
+use lightgraph::internals::scene::Additions;
+use lightgraph::internals::session::Pointer;
+use lightgraph::internals::value::Values;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Plan, Project, Scene, Session, Settings};
+use looks::Looks;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Memory that sessions may hold which are not seen now, in bytes.
 const MOST_KEPT: u64 = 1 << 30;
-/// Words of a buffer that are shown.
-const MOST_WORDS: usize = 4096;
-/// What takes a look at whole images is done at most so often while they change.
-const SELDOM: Duration = Duration::from_millis(400);
 
 /// What is to be shown.
 #[derive(Debug, Clone)]
@@ -74,10 +74,7 @@ pub struct Stage {
     /// The graph that is shown; it stays when another can't be made.
     shown: Option<PathBuf>,
     images: u64,
-    score: Option<(u64, Instant, Arc<Score>)>,
-    inspected: Option<(u64, Inspect, Instant, Arc<Inspected>)>,
-    /// Of which images, when, and the stops that suit them.
-    exposed: Option<(u64, Instant, f32)>,
+    looks: Looks,
     remade: Option<Remade>,
     /// Grows when files change.
     revision: u64,
@@ -91,41 +88,6 @@ struct Loaded {
     stale: bool,
     /// Differs from that of any other scene.
     version: u64,
-}
-
-/// A session and what it was made for.
-struct Kept {
-    key: Key,
-    project: Project,
-    session: Session,
-    subject: Arc<Subject>,
-    output: String,
-    /// A copy of the output, in linear light.
-    image: Option<wgpu::Texture>,
-    /// Counts the contents of `image`.
-    images: u64,
-    /// Frames since what is seen changed.
-    frames: u32,
-    /// What the last frame was made with.
-    last: Option<(Choice, f32)>,
-    /// The last frame ran no step, or can't be rendered.
-    rest: bool,
-    /// Why it can't.
-    fault: Option<Faults>,
-    /// The checks in shaders that do not hold in the last frame, and what is wrong with the numbers that steps left.
-    checks: Arc<Vec<Diagnostic>>,
-    /// Of what is in memory, where numbers are checked.
-    numerics: Option<Numerics>,
-}
-
-/// What a session depends on.
-#[derive(Debug, Clone, PartialEq)]
-struct Key {
-    graph: PathBuf,
-    params: Values,
-    size: [u32; 2],
-    scene: u64,
-    revision: u64,
 }
 
 impl Stage {
@@ -143,9 +105,7 @@ impl Stage {
             variants: Arc::default(),
             shown: None,
             images: 0,
-            score: None,
-            inspected: None,
-            exposed: None,
+            looks: Looks::default(),
             remade: None,
             revision: 0,
         }
@@ -279,7 +239,7 @@ impl Stage {
         let key = Key { graph: path.into(), params: Values::new(), size: [0; 2], scene: 0, revision: self.revision };
         self.vain(&key)?;
         let start = Instant::now();
-        let loaded = scene::load_with(path, &self.additions).map_err(|f| self.note(key, f))?;
+        let loaded = Scene::load_with(path, &self.additions).map_err(|f| self.note(key, f))?;
         remade.scene_ms = ms(start);
         match &mut self.scene {
             Some(old) if *old.scene == loaded.scene => {
@@ -361,7 +321,7 @@ impl Stage {
             graph: Arc::new(project.graph.clone()),
             path: graph.into(),
             params: key.params.clone(),
-            picture: picture(&session.plan),
+            shared: shared(&session.plan),
             plan: session.plan.clone(),
             points: ["pointer", "buttons"].iter().any(|name| session.reads(name)),
             moves: scene.duration() > 0.0 || ["time", "delta_time"].iter().any(|name| session.reads(name)),
@@ -461,72 +421,6 @@ impl Stage {
         false
     }
 
-    /// Stops that the shown image is well exposed with. While images follow each other they stay unless they are far
-    /// off, so that what moves does not flicker.
-    fn expose(&mut self, wish: &Wish, rest: bool) -> f32 {
-        let (images, before) = (self.images, self.exposed);
-        let due = before.is_none_or(|(of, at, _)| of != images && (rest || at.elapsed() > SELDOM));
-        if wish.choice.exposure == Exposure::Auto && due {
-            let shown = self.shown.as_ref().and_then(|s| self.find(s));
-            let image = shown.and_then(|k| gpu::read_plane(&self.gpu, k.image.as_ref()?, &k.output, 0, 0).ok());
-            if let Some(stops) = image.map(|image| wish.choice.exposure.stops(&image)) {
-                let stays = before.filter(|b| !rest && (b.2 - stops).abs() < 1.0);
-                self.exposed = Some((images, Instant::now(), stays.map_or(stops, |b| b.2)));
-            }
-        }
-        self.exposed.map_or(0.0, |e| e.2)
-    }
-
-    fn score(&mut self, wish: &Wish, rest: bool) -> Option<Arc<Score>> {
-        if wish.choice.compare.against == Against::Nothing {
-            self.score = None;
-            return None;
-        }
-        let due = self.score.as_ref().is_none_or(|s| s.0 != self.images && (rest || s.1.elapsed() > SELDOM));
-        if due {
-            let score = match self.metrics(wish) {
-                Ok(Some(m)) => Score::Metrics(m),
-                Ok(None) => return None,
-                Err(f) => Score::Fault(f.0.first().map_or(String::new(), |d| d.message.clone())),
-            };
-            self.score = Some((self.images, Instant::now(), Arc::new(score)));
-        }
-        self.score.as_ref().map(|s| s.2.clone())
-    }
-
-    fn metrics(&self, wish: &Wish) -> Checked<Option<metrics::Metrics>> {
-        let read = |kept: &Kept| match &kept.image {
-            Some(image) => gpu::read_plane(&self.gpu, image, &kept.output, 0, 0).map(Some),
-            None => Ok(None),
-        };
-        let shown = self.shown.as_ref().and_then(|s| self.find(s));
-        let Some(test) = shown.map(read).transpose()?.flatten() else { return Ok(None) };
-        match &wish.choice.compare.against {
-            Against::Nothing => Ok(None),
-            Against::Graph(path) => match self.find(path).map(read).transpose()?.flatten() {
-                Some(reference) => metrics::compare(&test, &reference, None).map(Some),
-                None => Ok(None),
-            },
-            Against::Image(_) => match &self.reference {
-                Some((_, Ok(r))) => metrics::compare(&test, &r.image, None).map(Some),
-                _ => Ok(None),
-            },
-        }
-    }
-
-    fn inspect(&mut self, wish: &Wish, rest: bool) -> Option<Arc<Inspected>> {
-        let wanted = wish.inspect.as_ref()?;
-        let due = self.inspected.as_ref().is_none_or(|(images, what, at, _)| {
-            what != wanted || (*images != self.images && (rest || at.elapsed() > SELDOM))
-        });
-        if due {
-            let kept = self.shown.as_ref().and_then(|s| self.find(s))?;
-            let inspected = Arc::new(look_into(&self.gpu, &kept.session, wanted)?);
-            self.inspected = Some((self.images, wanted.clone(), Instant::now(), inspected));
-        }
-        self.inspected.as_ref().map(|i| i.3.clone())
-    }
-
     /// Drops sessions that are not seen, the oldest first, until what they hold is little enough.
     fn forget(&mut self, wish: &Wish) {
         let mut held: u64 = self.kept.iter().map(|k| k.session.plan.bytes().0).sum();
@@ -561,66 +455,19 @@ impl Stage {
     }
 }
 
-impl Kept {
-    fn render(&mut self, gpu: &Gpu, time: f32) -> Checked<Rendered> {
-        let mut report = self.session.frame(gpu, self.frames, time)?;
-        self.frames += 1;
-        if let Some(now) = report.numerics.take() {
-            report.numerics = Some(self.numerics.take().unwrap_or_default().then(now));
-            self.numerics.clone_from(&report.numerics);
-        }
-        self.checks = Arc::new(self.session.failed_checks(&report));
-        let shown = match self.session.memory(self.session.output(&self.output)?)? {
-            Memory::Texture(texture) => copy(gpu, texture, self.image.take()),
-            Memory::Buffer(_) => None,
-        };
-        let Some(image) = shown else {
-            let d = Diagnostic::error(format!("the output `{}` is no image of colours", self.output));
-            return Err(d.help("look at it as a resource, or choose another output").into());
-        };
-        self.image = Some(image);
-        self.images += 1;
-        Ok(Rendered { report, why: self.session.why().to_vec() })
-    }
+/// The plan as `render` has it: here every resource has memory of its own, to be looked at.
+fn shared(plan: &Plan) -> Plan {
+    let mut plan = plan.clone();
+    plan.slots.clear();
+    memory::allocate(&mut plan, true);
+    plan
 }
 
 /// What a graph takes of the parameters that were set.
-pub fn accepted(graph: &lightgraph::graph::Graph, params: &Values) -> Values {
+pub fn accepted(graph: &lightgraph::Graph, params: &Values) -> Values {
     let takes =
         |name: &String, value| graph.params.iter().any(|(n, param)| n.value == *name && param.accepts(value).is_ok());
     params.iter().filter(|(name, value)| takes(name, value)).map(|(n, v)| (n.clone(), *v)).collect()
-}
-
-/// The output to show.
-fn output(session: &Session, wanted: Option<&str>) -> Checked<String> {
-    let has = |name: &str| session.plan.outputs.iter().any(|o| o.0 == name);
-    let first = session.plan.outputs.first().map(|o| o.0.as_str());
-    let found = wanted.filter(|w| has(w)).or(if has("color") { Some("color") } else { first });
-    found.map(str::to_string).ok_or_else(|| Diagnostic::error("the graph has no output to show").into())
-}
-
-/// Reads a part of a resource; `None` when the plan has no such resource.
-fn look_into(gpu: &Gpu, session: &Session, wanted: &Inspect) -> Option<Inspected> {
-    let at = session.plan.resources.iter().position(|r| r.name == wanted.resource)?;
-    let id = lightgraph::plan::ResourceId(at);
-    let name = &wanted.resource;
-    let (mut mip, mut layer) = (wanted.mip, wanted.layer);
-    let content = session.memory(id).and_then(|memory| match memory {
-        Memory::Texture(texture) => {
-            mip = mip.min(texture.mip_level_count() - 1);
-            let layers = texture.size().mip_level_size(mip, texture.dimension()).depth_or_array_layers;
-            layer = layer.min(layers.saturating_sub(1));
-            gpu::read_plane(gpu, texture, name, mip, layer).map(Content::Plane)
-        }
-        Memory::Buffer(buffer) => {
-            let bytes = gpu::read_bytes(gpu, buffer, name)?;
-            let words = bytes.chunks_exact(4).take(MOST_WORDS);
-            let words = words.map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect();
-            Ok(Content::Words(words, buffer.size()))
-        }
-    });
-    let content = content.unwrap_or_else(|f| Content::Fault(f.0.first().map_or(String::new(), |d| d.message.clone())));
-    Some(Inspected { name: name.clone(), id, mip, layer, content })
 }
 
 fn ms(since: Instant) -> f64 {

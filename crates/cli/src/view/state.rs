@@ -1,16 +1,20 @@
 //! What the window remembers: the choice and its past, and what is open, selected and under way.
 
 use super::choice::{Against, Choice};
+use super::feed::Subject;
 use super::pick::Thing;
 use super::picture::Look;
 use super::stage::{Inspect, Wish};
 use super::undo::Undo;
 use egui::Rect;
 use glam::{Vec2, Vec3};
-use lightgraph::scene::{Pose, Scene, View, navigate};
-use lightgraph::session::Pointer;
-use std::collections::BTreeMap;
+use lightgraph::internals::plan::show::Picture;
+use lightgraph::internals::scene::{Pose, navigate};
+use lightgraph::internals::session::Pointer;
+use lightgraph::{Scene, View};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Everything that panels read and change. No device and no window.
 #[derive(Debug)]
@@ -38,8 +42,7 @@ pub struct State {
     pub message: Option<(bool, String)>,
     /// The pixels that the image takes in the window.
     pub room: [u32; 2],
-    /// How the picture of the graph is looked at; `None`: all of it.
-    pub network: Option<Zoom>,
+    pub network: Network,
     /// Where named parts of the window lie, for who plays events.
     pub marks: BTreeMap<String, Rect>,
     pub file: String,
@@ -54,11 +57,25 @@ pub struct Panels {
     pub tab: Tab,
 }
 
+/// How the compiled graph is looked at.
+#[derive(Debug, Default)]
+pub struct Network {
+    /// `None`: all of it.
+    pub zoom: Option<Zoom>,
+    /// A part of the names that are looked for; empty: none is.
+    pub search: String,
+    /// Sub-graphs that are one box each.
+    pub collapsed: BTreeSet<String>,
+    /// The picture of a graph with these collapsed.
+    pub drawn: Option<(Arc<Subject>, BTreeSet<String>, Picture)>,
+}
+
 /// What the lower panel shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tab {
     Steps,
     Graph,
+    Memory,
     Resource,
 }
 
@@ -121,7 +138,7 @@ impl State {
             requests: vec![],
             message: None,
             room: [1, 1],
-            network: None,
+            network: Network::default(),
             marks: BTreeMap::new(),
             file: String::new(),
         }
@@ -248,7 +265,7 @@ mod tests {
 
     fn state() -> (State, Scene) {
         let path = crate::repository("scenes/hall");
-        let scene = lightgraph::scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
+        let scene = lightgraph::Scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
         (State::new(Choice::new("g.ron".into(), path)), scene)
     }
 

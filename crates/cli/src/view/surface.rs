@@ -1,10 +1,9 @@
 //! The window's surface: what panels painted, on the screen.
 
-use lightgraph::diag::{Checked, Diagnostic, Faults};
-use lightgraph::gpu::{self, Gpu};
-use lightgraph::image::Image;
-use lightgraph::image::png::{ToneMap, write_png};
-use lightgraph::image::srgb;
+use lightgraph::internals::gpu;
+use lightgraph::internals::image::png::{ToneMap, write_png};
+use lightgraph::internals::image::srgb;
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Image};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -28,6 +27,16 @@ pub struct Paint<'a> {
     pub before: Vec<wgpu::CommandBuffer>,
     /// Where to write what the window shows.
     pub shot: Option<&'a Path>,
+}
+
+/// The size of a window that its display shows all of, with room for a title and a bar.
+pub fn fitting(wanted: [u32; 2], display: Option<[u32; 2]>) -> [u32; 2] {
+    match display {
+        Some([width, height]) if width > 0 && height > 0 => {
+            [wanted[0].min(width), wanted[1].min((height - height / 10).max(1))]
+        }
+        _ => wanted,
+    }
 }
 
 impl Screen {
@@ -157,5 +166,17 @@ impl Screen {
         image.data.iter_mut().for_each(|v| *v = srgb::decode(*v));
         let image = Image::new(image.width, image.height, image.channels, image.data)?;
         write_png(path, &image, ToneMap::None, 0.0, &BTreeMap::new())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_is_no_larger_than_its_display() {
+        assert_eq!(fitting([1600, 900], Some([1280, 800])), [1280, 720]);
+        assert_eq!(fitting([640, 480], Some([1280, 800])), [640, 480]);
+        assert_eq!(fitting([640, 480], None), [640, 480]);
     }
 }

@@ -1,8 +1,7 @@
 //! The graphs that can take another's place: those of its folder that share an output with it.
 
-use lightgraph::diag::Source;
-use lightgraph::files;
-use lightgraph::graph;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::{files, graph};
 use std::path::{Path, PathBuf};
 
 /// A graph to choose.

@@ -8,6 +8,7 @@ image = r.frame()["color"]  # float32 (height, width, 4), linear light
 from ._native import version as _version
 from .cluster import View, average, render_many, sweep
 from .errors import Fault, GraphError, GraphWarning, NoAdapterError, Place
+from .measures import bench, tune
 from .renderer import Frame, Plan, Renderer
 from .scene import Camera, DirectionalLight, Material, Mesh, Node, PointLight, Scene, SpotLight
 from .tools import Picture, adapter, allow_outside, builtin_graphs, check, compare, outputs, parameters, read, write
@@ -35,6 +36,7 @@ __all__ = [
     "adapter",
     "allow_outside",
     "average",
+    "bench",
     "builtin_graphs",
     "check",
     "compare",
@@ -43,5 +45,6 @@ __all__ = [
     "read",
     "render_many",
     "sweep",
+    "tune",
     "write",
 ]

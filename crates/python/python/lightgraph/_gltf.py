@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._values import matrix, vector
+from ._values import array, matrix, number, vector
 
 if TYPE_CHECKING:
     from .scene import Camera, Material, Mesh, Node
@@ -105,10 +105,10 @@ class _Build:
             given = getattr(mesh, key)
             if given is None:
                 continue
-            array = _floats(f"{at}.{key}", given, widths)
-            if len(array) != count:
-                raise ValueError(f"{at}.{key} has {len(array)} rows, but there are {count} positions: give as many")
-            attributes[semantic] = self.accessor(array, f"VEC{array.shape[1]}")
+            rows = _floats(f"{at}.{key}", given, widths)
+            if len(rows) != count:
+                raise ValueError(f"{at}.{key} has {len(rows)} rows, but there are {count} positions: give as many")
+            attributes[semantic] = self.accessor(rows, f"VEC{rows.shape[1]}")
         primitive: dict[str, Any] = {
             "attributes": attributes,
             "material": self.material(f"{at}.material", mesh.material),
@@ -134,11 +134,13 @@ class _Build:
 
     def material_entry(self, at: str, material: Material) -> int:
         color, emission = vector(f"{at}.color", material.color), vector(f"{at}.emission", material.emission)
+        factors = ("alpha", "roughness", "metallic", "normal_scale", "transmission", "ior", "coat", "coat_roughness")
+        said = {name: number(f"{at}.{name}", getattr(material, name)) for name in factors}
         entry: dict[str, Any] = {
             "pbrMetallicRoughness": {
-                "baseColorFactor": [*color, float(material.alpha)],
-                "roughnessFactor": float(material.roughness),
-                "metallicFactor": float(material.metallic),
+                "baseColorFactor": [*color, said["alpha"]],
+                "roughnessFactor": said["roughness"],
+                "metallicFactor": said["metallic"],
             },
             "doubleSided": bool(material.double_sided),
         }
@@ -154,16 +156,16 @@ class _Build:
             entry["pbrMetallicRoughness"]["metallicRoughnessTexture"] = texture
         if material.normal_texture is not None:
             texture = self.texture(f"{at}.normal_texture", material.normal_texture)
-            entry["normalTexture"] = {**texture, "scale": float(material.normal_scale)}
-        if material.alpha < 1 or _has_holes(material.color_texture):
+            entry["normalTexture"] = {**texture, "scale": said["normal_scale"]}
+        if said["alpha"] < 1 or _has_holes(material.color_texture):
             entry["alphaMode"] = "BLEND"
         stated: dict[str, Any] = {}
-        if material.transmission > 0:
-            stated["KHR_materials_transmission"] = {"transmissionFactor": float(material.transmission)}
-        if material.ior != 1.5:
-            stated["KHR_materials_ior"] = {"ior": float(material.ior)}
-        if material.coat > 0:
-            coat = {"clearcoatFactor": float(material.coat), "clearcoatRoughnessFactor": float(material.coat_roughness)}
+        if said["transmission"] > 0:
+            stated["KHR_materials_transmission"] = {"transmissionFactor": said["transmission"]}
+        if said["ior"] != 1.5:
+            stated["KHR_materials_ior"] = {"ior": said["ior"]}
+        if said["coat"] > 0:
+            coat = {"clearcoatFactor": said["coat"], "clearcoatRoughnessFactor": said["coat_roughness"]}
             stated["KHR_materials_clearcoat"] = coat
         strength = max(emission)
         if min(emission) < 0:
@@ -183,22 +185,22 @@ class _Build:
         entry: dict[str, Any] = {"name": name}
         match light:
             case PointLight():
-                entry |= {"type": "point", "intensity": float(light.candela)}
+                entry |= {"type": "point", "intensity": number(f"{at}.candela", light.candela)}
                 matrix = _towards(vector(f"{at}.at", light.at), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
             case SpotLight():
-                outer, inner = math.radians(light.angle) / 2, math.radians(light.inner) / 2
-                entry |= {"type": "spot", "intensity": float(light.candela)}
+                outer, inner = (math.radians(number(f"{at}.{n}", getattr(light, n))) / 2 for n in ("angle", "inner"))
+                entry |= {"type": "spot", "intensity": number(f"{at}.candela", light.candela)}
                 entry["spot"] = {"innerConeAngle": inner, "outerConeAngle": outer}
                 place, to = vector(f"{at}.at", light.at), vector(f"{at}.look_at", light.look_at)
                 matrix = _towards(place, tuple(np.subtract(to, place)), (0.0, 1.0, 0.0), at)
             case DirectionalLight():
-                entry |= {"type": "directional", "intensity": float(light.lux)}
+                entry |= {"type": "directional", "intensity": number(f"{at}.lux", light.lux)}
                 matrix = _towards((0.0, 0.0, 0.0), vector(f"{at}.direction", light.direction), (0.0, 1.0, 0.0), at)
             case _:
                 kinds = "PointLight, SpotLight or DirectionalLight"
                 raise TypeError(f"{at} is a {type(light).__name__}: give a lightgraph.{kinds}")
-        if not (math.isfinite(entry["intensity"]) and entry["intensity"] >= 0):
-            raise ValueError(f"{at} has the strength {entry['intensity']}: give a finite number, not below 0")
+        if entry["intensity"] < 0:
+            raise ValueError(f"{at} has the strength {entry['intensity']}: light is not negative")
         color = vector(f"{at}.color", light.color)
         brightest = max(*color, 1.0)
         entry["color"] = [c / brightest for c in color]
@@ -210,15 +212,16 @@ class _Build:
     def camera(self, name: str, camera: Camera) -> None:
         at = f"cameras[{name!r}]"
         eye, target, up = (vector(f"{at}.{key}", getattr(camera, key)) for key in ("eye", "target", "up"))
-        near = float(camera.near if camera.near is not None else 1e-2)
+        near = 1e-2 if camera.near is None else number(f"{at}.near", camera.near)
+        far = None if camera.far is None else number(f"{at}.far", camera.far)
         if camera.height is None:
-            lens: dict[str, Any] = {"yfov": math.radians(camera.fov), "znear": near}
-            if camera.far is not None:
-                lens["zfar"] = float(camera.far)
+            lens: dict[str, Any] = {"yfov": math.radians(number(f"{at}.fov", camera.fov)), "znear": near}
+            if far is not None:
+                lens["zfar"] = far
             entry = {"name": name, "type": "perspective", "perspective": lens}
         else:
-            half = float(camera.height) / 2
-            lens = {"xmag": half, "ymag": half, "znear": near, "zfar": float(camera.far or 1e3)}
+            half = number(f"{at}.height", camera.height) / 2
+            lens = {"xmag": half, "ymag": half, "znear": near, "zfar": far or 1e3}
             entry = {"name": name, "type": "orthographic", "orthographic": lens}
         self.cameras.append(entry)
         matrix = _towards(eye, tuple(np.subtract(target, eye)), up, at)
@@ -297,8 +300,8 @@ def png(name: str, pixels: Any) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
-def _floats(name: str, array: Any, widths: tuple[int, ...]) -> np.ndarray:
-    found = np.asarray(array)
+def _floats(name: str, given: Any, widths: tuple[int, ...]) -> np.ndarray:
+    found = array(name, given)
     shapes = " or ".join(f"(n, {w})" for w in widths)
     if found.dtype.kind not in "fiu":
         raise TypeError(f"{name} has the dtype {found.dtype}: give numbers of the shape {shapes}")
@@ -312,8 +315,8 @@ def _floats(name: str, array: Any, widths: tuple[int, ...]) -> np.ndarray:
     return made
 
 
-def _indices(name: str, array: Any, count: int) -> np.ndarray:
-    found = np.asarray(array)
+def _indices(name: str, given: Any, count: int) -> np.ndarray:
+    found = array(name, given)
     if found.dtype.kind not in "iu":
         raise TypeError(f"{name} has the dtype {found.dtype}: give integers of the shape (m, 3)")
     if found.ndim != 2 or found.shape[1] != 3 or len(found) == 0:

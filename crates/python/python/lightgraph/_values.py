@@ -27,9 +27,26 @@ def vector(name: str, value: Any, length: int = 3) -> tuple[float, ...]:
     return numbers_
 
 
+def number(name: str, value: Any) -> float:
+    """A finite float."""
+    if isinstance(value, (bool, str)) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name} = {value!r}: give a number")
+    if not math.isfinite(value):
+        raise ValueError(f"{name} = {value!r}: give a finite number")
+    return float(value)
+
+
+def array(name: str, value: Any) -> np.ndarray:
+    """What numpy makes of it."""
+    try:
+        return np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{name} makes no array: give rows of equal length ({error})") from None
+
+
 def matrix(name: str, value: Any) -> list[float]:
     """4 rows of 4 finite numbers, column by column."""
-    found = np.asarray(value)
+    found = array(name, value)
     if found.dtype.kind not in "fiu":
         raise TypeError(f"{name} has the dtype {found.dtype}: give numbers")
     if found.shape != (4, 4):
@@ -65,7 +82,7 @@ def names(what: str, value: Any) -> list[str] | None:
     """A list of names, or None."""
     if value is None:
         return None
-    if isinstance(value, str) or not all(isinstance(name, str) for name in value):
+    if isinstance(value, str) or not isinstance(value, Iterable) or not all(isinstance(n, str) for n in value):
         raise TypeError(f'{what} = {value!r}: give a list of names, such as ["color"]')
     return list(dict.fromkeys(value))
 

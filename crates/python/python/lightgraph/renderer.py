@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import _native
+from ._values import array as as_array
 from ._values import matrix, names, pixels, say, seconds, texts, vector
 from .scene import Camera, Scene
 
@@ -185,8 +186,11 @@ class Renderer:
         An image: float32 of the shape (height, width), (height, width, channels) or (layers, height, width, channels),
         without NaN. A buffer: an array of 32-bit numbers with as many bytes as the graph says.
         """
-        given = np.asarray(array)
-        if given.dtype.kind == "f" and not np.isfinite(given).all():
+        given = as_array(f"what is given as `{name}`", array)
+        # As the device gets it: a number too large for 32 bits is none.
+        with np.errstate(over="ignore"):
+            finite = given.dtype.kind != "f" or np.isfinite(given.astype(np.float32, copy=False)).all()
+        if not finite:
             raise ValueError(f"what is given as `{name}` holds a NaN or an infinity: give finite numbers")
         if self.inputs.get(name, ("",))[0] == "buffer":
             if given.dtype not in (np.dtype("f4"), np.dtype("u4"), np.dtype("i4")):
@@ -210,6 +214,8 @@ class Renderer:
     def place(self, places: Mapping[str, Any]) -> None:
         """Puts nodes, with all that hangs from them, where matrices say: by name 4 rows of 4 numbers, node to world. A
         matrix holds until the next one, and stands above `move`. All are placed or, where one can't be, none."""
+        if not isinstance(places, Mapping):
+            raise TypeError(f"places is a {type(places).__name__}: give a dictionary of matrices by name")
         self._native.place([(name, matrix(f"places[{name!r}]", given)) for name, given in places.items()])
 
     @property
@@ -250,7 +256,8 @@ class Renderer:
 
     @property
     def stats(self) -> dict[str, Any]:
-        """What the last frame took: by step whether and why it ran, milliseconds, loops, bytes, the adapter."""
+        """What the last frame took: by step whether and why it ran, milliseconds, loops, bytes, the adapter. `call_ms` is
+        the library's whole call, the same from Rust; `wall_ms` of it from recording to the end of the device's work."""
         return self._native.stats()
 
     @property

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import _native, _gltf
-from ._values import say, vector
+from ._values import array, number, say, vector
 from .errors import Fault
 
 __all__ = ["Camera", "DirectionalLight", "Material", "Mesh", "Node", "PointLight", "Scene", "SpotLight"]
@@ -38,9 +38,14 @@ class Camera:
     shift: Sequence[float] = (0.0, 0.0)
 
     def _look(self) -> tuple[Any, ...]:
-        extent = (float(self.fov), False) if self.height is None else (float(self.height) / 2, True)
+        flat = self.height is not None
+        extent = number("Camera.height", self.height) / 2 if flat else number("Camera.fov", self.fov)
+        near, far = (
+            None if bound is None else number(f"Camera.{name}", bound)
+            for name, bound in (("near", self.near), ("far", self.far))
+        )
         places = [vector("Camera." + n, getattr(self, n)) for n in ("eye", "target", "up")]
-        return (*places, extent, self.near, self.far, vector("Camera.shift", self.shift, 2))
+        return (*places, (extent, flat), near, far, vector("Camera.shift", self.shift, 2))
 
     @staticmethod
     def _of(look: tuple[Any, ...]) -> Camera:
@@ -188,13 +193,13 @@ class Scene:
         """
         document = _gltf.glb(_named(meshes, "mesh"), _named(lights, "light"), _named(cameras, "camera"))
         description = None
-        panorama = np.ndim(environment) == 3
+        panorama = environment is not None and array("environment", environment).ndim == 3
         if environment is not None and not panorama:
             r, g, b = vector("environment", environment)
             description = f"Scene(environment: Constant(radiance: ({r}, {g}, {b})))"
         native = _native.Scene.from_bytes(document, name, description)
         if panorama:
-            native = native.lit_by(np.require(environment, np.float32, ["C_CONTIGUOUS", "ALIGNED"]))
+            native = native.lit_by(_panorama(environment))
         return cls._wrapped(native)
 
     @classmethod
@@ -246,6 +251,17 @@ class Scene:
     def __repr__(self) -> str:
         facts = self.facts
         return f"<lightgraph.Scene {self.name!r}: {facts['triangles']} triangles, {facts['lights']} lights>"
+
+
+def _panorama(environment: Any) -> np.ndarray:
+    found = array("environment", environment)
+    if found.dtype.kind not in "fiu":
+        raise TypeError(f"environment has the dtype {found.dtype}: give float32")
+    with np.errstate(over="ignore"):
+        made = np.require(found, np.float32, ["C_CONTIGUOUS", "ALIGNED"])
+    if not (np.isfinite(made).all() and (made >= 0).all()):
+        raise ValueError("environment holds a NaN, an infinity or a number below 0: radiance is finite and not negative")
+    return made
 
 
 def _named(things: Any, noun: str) -> dict[str, Any]:

@@ -1,9 +1,8 @@
 //! Where things are, and from where they are seen; in the coordinates of the scene's file.
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::scene::{CameraPose, Lens, Scene, View};
-use lightgraph::session::Session;
+use lightgraph::internals::scene::{CameraPose, Lens};
+use lightgraph::{Checked, Diagnostic, Scene, Session, View};
 use std::collections::HashMap;
 
 /// Eye, target, up; whole vertical angle in degrees, or half the height in metres and `true`; near; far; lens shift.

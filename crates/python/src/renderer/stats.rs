@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 /// Milliseconds and counts, by step.
 pub fn stats(device: &Device, state: &State) -> Value {
-    let State { session, report, number, time, .. } = state;
+    let State { session, report, number, time, call_ms, .. } = state;
     let (plan, info) = (&session.plan, &device.gpu.info);
     let (allocated, without_sharing) = plan.bytes();
     let steps = plan.steps.iter().enumerate().map(|(i, step)| {
@@ -29,6 +29,7 @@ pub fn stats(device: &Device, state: &State) -> Value {
         "size": session.settings.size,
         "frames": number,
         "time": time,
+        "call_ms": call_ms,
         "wall_ms": report.wall_ms,
         "device_ms": report.device_ms,
         "plan_ms": session.plan_ms,

@@ -172,6 +172,39 @@ pub const MATERIALS: &[Case] = &[
         Fault(&["specularFactor 2 must lie within 0 to 1"]),
     ),
     (
+        "specular and glossiness",
+        |f| {
+            base_texture(f, RED);
+            let other = texture(f, [[0, 255, 0, 255]; 4]);
+            let mut stated =
+                json!({"diffuseFactor": [0.5, 1, 0, 1], "diffuseTexture": other, "glossinessFactor": 0.75});
+            stated["specularFactor"] = json!([0.04, 0.08, 0.2]);
+            extension(f, "KHR_materials_pbrSpecularGlossiness", stated);
+        },
+        Notice(&["reflect at its face"], |s| {
+            let m = &s.materials[0];
+            s.maps.len() == 1
+                && (m.metallic, m.roughness) == (0.0, 0.25)
+                && m.base_color.y == 1.0
+                && m.face.tint.distance(Vec3::new(1.0, 2.0, 5.0)) < 1e-5
+        }),
+    ),
+    (
+        "glossiness in a texture",
+        |f| {
+            let texture = texture(f, RED);
+            extension(f, "KHR_materials_pbrSpecularGlossiness", json!({"specularGlossinessTexture": texture}));
+        },
+        Notice(&["the glossiness in the alpha of its specular texture is ignored"], |s| {
+            s.materials[0].face.tint_texture == Some(0)
+        }),
+    ),
+    (
+        "glossiness above 1",
+        |f| extension(f, "KHR_materials_pbrSpecularGlossiness", json!({"glossinessFactor": 2})),
+        Fault(&["specular and glossiness must lie within 0 to 1"]),
+    ),
+    (
         "transmission",
         |f| extension(f, "KHR_materials_transmission", json!({"transmissionFactor": 0.9})),
         Notice(&["let light through it"], |s| s.materials[0].transmission == 0.9),

@@ -49,7 +49,7 @@ fn scene(results: &Results, view: &View, folder: &Path, most: usize) -> Value {
         outputs.iter().filter_map(|s| Some((s.output.clone(), number(s.stderr_percent?)))).collect();
     let origin = outputs.first().map(|s| format!("Reference: {}", s.origin));
     json!({
-        "name": view.0, "label": label(view), "origin": origin, "noise": noise,
+        "name": view.scene, "label": label(results, view), "origin": origin, "noise": noise,
         "entries": entries.iter().map(|e| entry(e)).collect::<Vec<_>>(), "fronts": fronts,
         "pictures": shown(results, view, &entries, folder, most),
     })

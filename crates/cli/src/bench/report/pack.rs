@@ -2,7 +2,7 @@
 
 use crate::base64::base64;
 use flate2::{Compression, write::ZlibEncoder};
-use lightgraph::diag::{Checked, Diagnostic};
+use lightgraph::{Checked, Diagnostic};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;

@@ -6,11 +6,11 @@ use crate::bench::measure::SEEN;
 use crate::bench::references::References;
 use crate::bench::results::{Entry, Phase, Results};
 use crate::bench::score::mean;
-use lightgraph::diag::Checked;
-use lightgraph::files;
-use lightgraph::image::Image;
-use lightgraph::image::difference::difference;
-use lightgraph::image::png::{ToneMap, write_png};
+use lightgraph::internals::files;
+use lightgraph::internals::image::difference::difference;
+use lightgraph::internals::image::file::write_atomically;
+use lightgraph::internals::image::png::{ToneMap, write_png};
+use lightgraph::{Checked, Image};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -59,13 +59,27 @@ pub fn reference_pictures(folder: &Path, scene: &str, camera: Option<&str>, refe
     }
 }
 
+/// Copies the pictures of an entry and of its scene's reference from one folder of results to another.
+///
+/// # Errors
+/// A file that can't be written. What is not there, or no picture, is left out.
+pub fn copy(entry: &Entry, from: &Path, to: &Path) -> Checked<()> {
+    let own = entry.picture.iter().flat_map(|p| [p.clone(), difference_path(p)]);
+    for path in own.chain([reference_path(&entry.scene, entry.camera.as_deref())]) {
+        if let Some(bytes) = files::inside(from, &path).ok().and_then(|there| picture(&there)) {
+            write_atomically(&to.join(path), &bytes)?;
+        }
+    }
+    Ok(())
+}
+
 /// The reference, and each graph at its most accurate setting, as data URIs.
 pub fn shown(results: &Results, view: &View, entries: &[&Entry], folder: &Path, most: usize) -> Vec<Value> {
     let mut pictures = vec![];
     if most == 0 {
         return pictures;
     }
-    if let Some(color) = data_uri(&folder.join(reference_path(&view.0, view.1.as_deref()))) {
+    if let Some(color) = data_uri(&folder.join(reference_path(&view.scene, view.camera.as_deref()))) {
         pictures.push(json!({"label": "reference", "color": color}));
     }
     let output = results.main_output.as_deref().unwrap_or(SEEN);
@@ -120,9 +134,12 @@ fn file_name(parts: &[&str]) -> String {
 }
 
 fn data_uri(path: &Path) -> Option<String> {
-    // Results name any path, and the page may be given to others: only what is a picture goes into it.
-    let bytes = files::read(path, files::IMAGE).ok()?;
-    bytes.starts_with(&PNG).then(|| format!("data:image/png;base64,{}", base64(&bytes)))
+    Some(format!("data:image/png;base64,{}", base64(&picture(path)?)))
+}
+
+/// The bytes of a picture. Results name any path, and the page may be given to others: nothing else is read.
+fn picture(path: &Path) -> Option<Vec<u8>> {
+    files::read(path, files::IMAGE).ok().filter(|bytes| bytes.starts_with(&PNG))
 }
 
 #[cfg(test)]

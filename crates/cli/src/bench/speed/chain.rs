@@ -7,10 +7,9 @@ use super::handwritten::Handwritten;
 use super::list::{Chain, Run};
 use super::pairs::median;
 use super::{Bench, Row, Wanted};
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::Timing;
-use lightgraph::scene::{self, Scene};
-use lightgraph::session::{Project, Session, Settings, plan_for};
+use lightgraph::internals::gpu::Timing;
+use lightgraph::internals::session::plan_for;
+use lightgraph::{Checked, Diagnostic, Project, Scene, Session, Settings};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -71,7 +70,7 @@ impl Bench<'_> {
 
     fn chained(&self, run: &Run, chain: &Chain, passes: u32, set: &[String]) -> Checked<Length> {
         let project = self.project(&run.graph)?;
-        let scene = Arc::new(scene::load(&self.root.join(&run.scene))?.scene);
+        let scene = Arc::new(Scene::load(&self.root.join(&run.scene))?.scene);
         let count = format!("{}={passes}", chain.count);
         let run = Run { set: [run.set.as_slice(), &[count], set].concat(), ..run.clone() };
         let settings: Settings = self.settings(&run, &project)?;

@@ -1,10 +1,9 @@
 //! The passes of chain.ron as somebody would write them against wgpu, with the same shaders: a buffer is cleared, each
 //! pass turns it, one pixel shows it. No graph, no plan, no timing, no error scopes.
 
-use lightgraph::diag::Checked;
-use lightgraph::gpu::Gpu;
-use lightgraph::plan::{Action, Plan};
-use lightgraph::shader::Shader;
+use lightgraph::internals::plan::Action;
+use lightgraph::internals::shader::Shader;
+use lightgraph::{Checked, Gpu, Plan};
 use std::sync::Arc;
 use wgpu::util::DeviceExt;
 
@@ -35,7 +34,7 @@ impl Handwritten {
         let (turn, show) = (shader("turn.wgsl")?, shader("show.wgsl")?);
         let passes = plan.steps.iter().filter(|s| matches!(s.action, Action::Compute { .. })).count() as u32;
         let work = match plan.value("work")? {
-            lightgraph::value::Value::Uint(work) => work,
+            lightgraph::internals::value::Value::Uint(work) => work,
             _ => return None,
         };
 

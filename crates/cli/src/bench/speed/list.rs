@@ -1,6 +1,7 @@
 //! The file that says what to measure.
 
-use lightgraph::diag::{Checked, Diagnostic, Source, Span};
+use lightgraph::internals::diag::{Source, Span};
+use lightgraph::{Checked, Diagnostic};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;

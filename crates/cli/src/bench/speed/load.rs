@@ -2,8 +2,7 @@
 
 use super::list::Load;
 use super::{Bench, Row, Wanted};
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::scene;
+use lightgraph::{Checked, Diagnostic, Scene};
 use std::path::Path;
 use std::time::Instant;
 
@@ -103,7 +102,7 @@ fn measure(path: &Path) -> Checked<(f64, f64, [Option<u64>; 2])> {
     let before = held();
     peak();
     let start = Instant::now();
-    let scene = scene::load(path)?.scene;
+    let scene = Scene::load(path)?.scene;
     let loaded = start.elapsed().as_secs_f64() * 1e3;
     let first = peak().zip(before).map(|(p, b)| p.saturating_sub(b));
     let start = Instant::now();

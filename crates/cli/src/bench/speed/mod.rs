@@ -21,10 +21,8 @@ pub use handwritten::Handwritten;
 pub use list::List;
 pub use rows::{Row, Rows, Wanted};
 
-use lightgraph::diag::Checked;
-use lightgraph::fastest::Policy;
-use lightgraph::gpu::Gpu;
-use lightgraph::session::Project;
+use lightgraph::internals::fastest::Policy;
+use lightgraph::{Checked, Gpu, Project};
 use std::path::{Path, PathBuf};
 
 /// What all measurements share.

@@ -5,14 +5,13 @@ use super::{Bench, Row, Wanted};
 use crate::bench::references::Manifest;
 use crate::bench::score::score;
 use glam::Vec3;
-use lightgraph::diag::{Checked, Diagnostic, Source, Span};
-use lightgraph::gpu::{Gpu, Timing};
-use lightgraph::graph::expr::{Expr, Val};
-use lightgraph::image::metrics::compare;
-use lightgraph::plan::Desc;
-use lightgraph::plan::Plan;
-use lightgraph::scene::{self, Scene, Shift};
-use lightgraph::session::{Project, Session, Settings};
+use lightgraph::internals::diag::{Source, Span};
+use lightgraph::internals::gpu::Timing;
+use lightgraph::internals::graph::expr::{Expr, Val};
+use lightgraph::internals::image::metrics::compare;
+use lightgraph::internals::plan::Desc;
+use lightgraph::internals::scene::Shift;
+use lightgraph::{Checked, Diagnostic, Gpu, Plan, Project, Scene, Session, Settings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -88,7 +87,7 @@ impl Bench<'_> {
 
     pub(super) fn session(&self, run: &Run, graph: &str, moves: Moves) -> Checked<Timed> {
         let project = self.project(graph)?;
-        let scene = Arc::new(scene::load(&self.root.join(&run.scene))?.scene);
+        let scene = Arc::new(Scene::load(&self.root.join(&run.scene))?.scene);
         let settings = self.chosen(run, &project, &scene)?;
         let settings = Settings { skip: moves != Moves::All, timing: Timing::Frame, ..settings };
         Ok(Timed { session: Session::new(self.gpu, &project, scene, settings)?, moves, frames: 0, device_ms: None })
@@ -211,10 +210,10 @@ impl Bench<'_> {
     pub(super) fn first_image(&self, run: &Run) -> Checked<[f64; 3]> {
         let mut parts = [0.0; 3];
         for _ in 0..2 {
-            let gpu = Gpu::open().map_err(lightgraph::diag::Faults::from)?;
+            let gpu = Gpu::open().map_err(lightgraph::Faults::from)?;
             let begin = Instant::now();
             let project = self.project(&run.graph)?;
-            let scene = Arc::new(scene::load(&self.root.join(&run.scene))?.scene);
+            let scene = Arc::new(Scene::load(&self.root.join(&run.scene))?.scene);
             let read = begin.elapsed();
             let settings = self.chosen(run, &project, &scene)?;
             let mut session = Session::new(&gpu, &project, scene, settings)?;

@@ -7,7 +7,7 @@ use crate::bench::peers::{self, Job};
 use crate::bench::references::{Manifest, References};
 use crate::bench::results::{Absent, Entry, Phase};
 use crate::bench::score::{Score, score};
-use lightgraph::diag::{Checked, Diagnostic};
+use lightgraph::{Checked, Diagnostic};
 use std::collections::BTreeMap;
 
 /// What renderers made at the references' size, by folder, name, scene and numbers of settings: each is asked once.

@@ -1,8 +1,8 @@
 //! What was measured, line by line.
 
-use crate::bench::results::Machine;
-use lightgraph::diag::Checked;
-use lightgraph::image::file::write_atomically;
+use crate::bench::host::Machine;
+use lightgraph::Checked;
+use lightgraph::internals::image::file::write_atomically;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -92,7 +92,7 @@ impl Rows {
     /// They can't be written.
     pub fn write(&self, folder: &Path) -> Checked<()> {
         let json = serde_json::to_string_pretty(self)
-            .map_err(|e| lightgraph::diag::Diagnostic::error(format!("the figures can't be written as JSON: {e}")))?;
+            .map_err(|e| lightgraph::Diagnostic::error(format!("the figures can't be written as JSON: {e}")))?;
         write_atomically(&folder.join("speed.json"), json.as_bytes())?;
         write_atomically(&folder.join("speed.html"), self.html().as_bytes())
     }

@@ -3,13 +3,12 @@
 use super::list::{Bounds, Run};
 use super::pairs::number;
 use super::{Bench, Row, Wanted};
-use lightgraph::diag::{Checked, Diagnostic};
-use lightgraph::gpu::{self, Frame, Prepared, Timing};
-use lightgraph::plan::change::Selection;
-use lightgraph::plan::{Loop, Node, Plan};
-use lightgraph::scene;
-use lightgraph::session::plan_for;
-use lightgraph::value::Value;
+use lightgraph::internals::gpu::{self, FrameInputs, Prepared, Timing};
+use lightgraph::internals::plan::change::Selection;
+use lightgraph::internals::plan::{Loop, Node};
+use lightgraph::internals::session::plan_for;
+use lightgraph::internals::value::Value;
+use lightgraph::{Checked, Diagnostic, Plan, Scene};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -67,7 +66,7 @@ impl Bench<'_> {
     /// Times the steps of a plan one by one, a loop's once.
     fn alone(&self, run: &Run) -> Checked<(Vec<Alone>, Plan)> {
         let project = self.project(&run.graph)?;
-        let scene = Arc::new(scene::load(&self.root.join(&run.scene))?.scene);
+        let scene = Arc::new(Scene::load(&self.root.join(&run.scene))?.scene);
         let settings = self.chosen(run, &project, &scene)?;
         let mut plan = plan_for(&project, &scene, &settings, self.gpu)?.plan;
         plan.order = apart(&plan.order);
@@ -85,7 +84,8 @@ impl Bench<'_> {
             let (mut runs, enough) = (0, if self.by_device() { RAMP } else { Duration::ZERO });
             while runs < self.repeat.max(2) || begin.elapsed() < enough {
                 let (values, chosen) = (values.clone(), Selection::of(which));
-                let frame = Frame { values, chosen: Some(&chosen), timing: Timing::Frame, ..Frame::default() };
+                let frame =
+                    FrameInputs { values, chosen: Some(&chosen), timing: Timing::Frame, ..FrameInputs::default() };
                 let start = Instant::now();
                 let report = gpu::execute(self.gpu, &plan, prepared, &frame)?;
                 let wall = start.elapsed().as_secs_f64() * 1e3;

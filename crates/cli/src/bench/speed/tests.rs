@@ -18,8 +18,8 @@ fn the_list_that_ships_names_what_is_there() {
     assert!(runs.len() > 10, "{runs:?}");
     for run in runs {
         assert!(root.join(&run.graph).is_file(), "{run:?}");
-        assert!(lightgraph::scene::load(&root.join(&run.scene)).is_ok(), "{run:?}");
-        let project = lightgraph::session::Project::open(&root.join(&run.graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+        assert!(lightgraph::Scene::load(&root.join(&run.scene)).is_ok(), "{run:?}");
+        let project = lightgraph::Project::open(&root.join(&run.graph), &[]).unwrap_or_else(|f| panic!("{f}"));
         project.params(&run.set).unwrap_or_else(|f| panic!("{run:?}\n{f}"));
         for output in &run.outputs {
             assert!(project.graph.outputs.iter().any(|o| o.0.value == *output), "{run:?}");
@@ -56,7 +56,7 @@ fn the_hills_are_a_scene_of_as_many_triangles_as_asked() {
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join("hills.glb");
     std::fs::write(&path, super::load::hills(20)).unwrap();
-    let loaded = lightgraph::scene::load(&path);
+    let loaded = lightgraph::Scene::load(&path);
     std::fs::remove_dir_all(&folder).unwrap();
     let scene = loaded.unwrap_or_else(|f| panic!("{f}")).scene;
     assert_eq!(scene.geometry.indices.len(), 3 * 2 * 20 * 20);

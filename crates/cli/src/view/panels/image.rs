@@ -7,8 +7,9 @@ use crate::view::pick::{self, Thing};
 use crate::view::state::{Gesture, State};
 use egui::{Align2, Color32, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2};
 use glam::Vec3;
-use lightgraph::scene::{Bounds, Geometry, LightKind, Pose, Scene, View, navigate};
-use lightgraph::session::Pointer;
+use lightgraph::internals::scene::{Bounds, Geometry, LightKind, Pose, navigate};
+use lightgraph::internals::session::Pointer;
+use lightgraph::{Scene, View};
 
 const MARK: Color32 = Color32::from_rgb(0xff, 0xd7, 0x66);
 /// What the image leaves to the edges of the panels, in points.

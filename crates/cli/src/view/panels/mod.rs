@@ -4,6 +4,7 @@
 mod bar;
 mod compare;
 mod image;
+mod memory;
 mod network;
 mod parameters;
 mod resource;
@@ -75,7 +76,12 @@ fn bottom(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     // The panel is as high as the user made it, whatever is in it.
     ui.set_min_size(ui.available_size());
     ui.horizontal(|ui| {
-        for (tab, label) in [(Tab::Steps, "Passes"), (Tab::Graph, "Compiled graph"), (Tab::Resource, "Resource")] {
+        for (tab, label) in [
+            (Tab::Steps, "Passes"),
+            (Tab::Graph, "Compiled graph"),
+            (Tab::Memory, "Memory"),
+            (Tab::Resource, "Resource"),
+        ] {
             let button = ui.selectable_value(&mut state.panels.tab, tab, label);
             state.mark(format!("tab {label}"), button.rect);
         }
@@ -83,6 +89,7 @@ fn bottom(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
         match state.panels.tab {
             Tab::Steps => steps::summary(ui, seen),
             Tab::Graph => network::summary(ui, state, seen),
+            Tab::Memory => memory::summary(ui, seen),
             Tab::Resource => resource::choose(ui, state, seen),
         }
     });
@@ -90,6 +97,7 @@ fn bottom(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     match state.panels.tab {
         Tab::Steps => steps::show(ui, state, seen),
         Tab::Graph => network::show(ui, state, seen),
+        Tab::Memory => memory::show(ui, state, seen),
         Tab::Resource => resource::show(ui, state, seen),
     }
 }

@@ -4,8 +4,8 @@ use super::Seen;
 use crate::view::state::State;
 use egui::{DragValue, Rect, Slider, Ui, Vec2};
 use glam::{UVec2, UVec3, UVec4, Vec3, Vec4};
-use lightgraph::graph::ast::Param;
-use lightgraph::value::Value;
+use lightgraph::internals::graph::ast::Param;
+use lightgraph::internals::value::Value;
 
 pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
     let Some(subject) = &seen.feed.told.subject else { return };

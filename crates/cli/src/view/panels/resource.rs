@@ -6,8 +6,8 @@ use crate::view::picture::{self, Channel, Extent, Look};
 use crate::view::stage::Inspect;
 use crate::view::state::State;
 use egui::{ColorImage, ComboBox, DragValue, RichText, ScrollArea, Sense, TextureHandle, TextureOptions, Ui, Vec2};
-use lightgraph::image::Image;
-use lightgraph::plan::{Desc, Plan, TextureKind};
+use lightgraph::internals::plan::{Desc, TextureKind};
+use lightgraph::{Image, Plan};
 use std::sync::Arc;
 
 const FACES: [&str; 6] = ["+X", "−X", "+Y", "−Y", "+Z", "−Z"];

@@ -6,9 +6,9 @@ use crate::view::pick::Thing;
 use crate::view::state::{Save, State};
 use egui::{ComboBox, DragValue, RichText, Slider, Ui};
 use glam::Vec3;
-use lightgraph::image::exposure::Exposure;
-use lightgraph::image::png::ToneMap;
-use lightgraph::scene::Scene;
+use lightgraph::Scene;
+use lightgraph::internals::image::exposure::Exposure;
+use lightgraph::internals::image::png::ToneMap;
 
 /// Scene, camera, time, what is selected.
 pub fn scene(ui: &mut Ui, state: &mut State, seen: &Seen) {

@@ -1,10 +1,12 @@
 //! Wishes and what comes of them, on the adapter of this machine.
 
 use super::*;
-use lightgraph::diag::render;
-use lightgraph::image::Image;
-use lightgraph::image::exr::{Precision, write_exr};
-use lightgraph::value::Value;
+use crate::view::feed::{Content, Score};
+use lightgraph::Image;
+use lightgraph::internals::diag::render;
+use lightgraph::internals::gpu;
+use lightgraph::internals::image::exr::{Precision, write_exr};
+use lightgraph::internals::value::Value;
 use std::collections::BTreeMap;
 use std::fs;
 
