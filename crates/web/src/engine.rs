@@ -4,12 +4,14 @@
 use crate::link;
 use crate::tell;
 use glam::{Vec2, Vec3};
-use lightgraph::internals::gpu::{Arrangement, ArrivingImage, Display, Look, Recorded};
+use lightgraph::internals::gpu::{Arrangement, Display, Look, PendingImage, StepTime};
 use lightgraph::internals::image::png::ToneMap;
 use lightgraph::internals::scene::{self, navigate};
 use lightgraph::internals::session::Pointer;
 use lightgraph::internals::{builtin, files};
-use lightgraph::{Checked, Diagnostic, Faults, FrameReport, Gpu, Memory, Project, Scene, Session, Settings, View};
+use lightgraph::{
+    Checked, Diagnostic, Faults, Frame, FrameReport, Gpu, Memory, Project, Scene, Session, Settings, View,
+};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -473,7 +475,8 @@ impl Engine {
     fn report(&self, report: &FrameReport) -> Value {
         let Some(made) = &self.shown else { return Value::Null };
         let name = |step: usize| made.session.plan.steps.get(step).map_or("?", |s| s.name.as_str());
-        let step = |s: &lightgraph::internals::gpu::StepTime| json!({ "name": name(s.step), "runs": s.runs, "gpu_ms": s.gpu_ms, "cpu_ms": s.cpu_ms });
+        let step =
+            |s: &StepTime| json!({ "name": name(s.step), "runs": s.runs, "gpu_ms": s.gpu_ms, "cpu_ms": s.cpu_ms });
         let mut warnings: Vec<Diagnostic> = report.warnings.clone();
         warnings.extend(made.session.failed_checks(report));
         json!({
