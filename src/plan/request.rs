@@ -144,6 +144,9 @@ pub fn sample_facts(full: bool) -> Values {
         _ => None,
     });
     let mut facts: BTreeMap<_, _> = counts.collect();
+    // A light of each kind.
+    facts.insert("lights".into(), Value::Uint(3 * n));
+    facts.insert("light_views".into(), Value::Uint(8 * n));
     for name in ["bounds_min", "grid_min"] {
         facts.insert(name.into(), Value::Vec3(glam::Vec3::NEG_ONE));
     }
@@ -154,13 +157,16 @@ pub fn sample_facts(full: bool) -> Values {
 }
 
 /// The facts of scenes that together take every way through a graph: one that has everything, one without holes in its
-/// surfaces and one where no surface sheds light, for which some passes have a quicker way, and one that has nothing.
+/// surfaces and one with points and spots for its only lights, for which some passes have a quicker way, and one that
+/// has nothing.
 pub fn all_sample_facts() -> Vec<Values> {
     let without = |names: &[&str]| {
         let mut facts = sample_facts(true);
         facts.extend(names.iter().map(|name| ((*name).to_string(), Value::Uint(0))));
         facts
     };
-    let dark = without(&["masked_materials", "emitters", "emissive_materials", "emission_textures"]);
-    vec![sample_facts(true), without(&["masked_materials"]), dark, sample_facts(false)]
+    let emissive = ["emitters", "emissive_materials", "emission_textures"];
+    let mut lamps = without(&[&["masked_materials", "environment", "directional_lights"], &emissive[..]].concat());
+    lamps.extend([("lights".into(), Value::Uint(2)), ("light_views".into(), Value::Uint(7))]);
+    vec![sample_facts(true), without(&["masked_materials"]), lamps, sample_facts(false)]
 }

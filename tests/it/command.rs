@@ -78,7 +78,7 @@ fn wrong_usage_is_told_from_faults() {
     expect(&["render", graph, scene[0], scene[1], "--size", "0x4", "--out", "a.exr"], 2, &["WIDTHxHEIGHT"]);
     expect(&["render", graph, scene[0], scene[1], "--frames", "0", "--out", "a.exr"], 2, &["--frames"]);
     expect(&["render", graph, scene[0], scene[1]], 2, &["nothing to write", "--out"]);
-    expect(&["render", graph, scene[0], scene[1], "--out", "a.jpg"], 2, &[".exr or .png"]);
+    expect(&["render", graph, scene[0], scene[1], "--out", "a.jpg"], 2, &[".exr, .png or .npy"]);
     expect(&["render", graph, scene[0], scene[1], "--output", "color"], 2, &["NAME=FILE"]);
     expect(&["--help"], 0, &["render", "check", "plan"]);
     expect(&["--version"], 0, &[env!("CARGO_PKG_VERSION")]);
