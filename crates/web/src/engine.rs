@@ -4,7 +4,7 @@
 use crate::link;
 use crate::tell;
 use glam::{Vec2, Vec3};
-use lightgraph::internals::gpu::{Arrangement, Display, Look, PendingImage, StepTime};
+use lightgraph::internals::gpu::{Arrangement, Display, Look, PendingImage, StepTime, Timing};
 use lightgraph::internals::image::png::ToneMap;
 use lightgraph::internals::scene::{self, navigate};
 use lightgraph::internals::session::Pointer;
@@ -349,11 +349,7 @@ impl Engine {
             outputs: Some(vec![output.clone()]),
             camera: wish.camera.clone(),
             skip: true,
-            timing: if wish.timed {
-                lightgraph::internals::gpu::Timing::Steps
-            } else {
-                lightgraph::internals::gpu::Timing::Frame
-            },
+            timing: if wish.timed { Timing::Steps } else { Timing::Frame },
             ..Settings::default()
         };
         let previous = self.shown.as_ref().map(|s| &s.session);

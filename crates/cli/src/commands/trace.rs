@@ -26,7 +26,10 @@ pub struct Trace {
 
 impl Trace {
     pub fn new() -> Trace {
-        let name = |what: &str, tid: u32, name: &str| json!({"ph": "M", "pid": 1, "tid": tid, "name": what, "args": {"name": name}});
+        let name = |what: &str, tid: u32, name: &str| {
+            let args = json!({ "name": name });
+            json!({"ph": "M", "pid": 1, "tid": tid, "name": what, "args": args})
+        };
         let events = vec![
             name("process_name", HOST, "lightgraph"),
             name("thread_name", HOST, "host"),
