@@ -72,7 +72,7 @@ test-web: driver browser
 demo: driver
 	cargo build --release --package lightgraph-cli --no-default-features
 	mkdir -p out
-	target/release/lightgraph render graphs/gi/final_gather.ron --scene scenes/hall --size 640x480 --frames 8 --out out/hall.png --output color=out/hall.exr
+	target/release/lightgraph render graphs/gi/final_gather.ron --scene scenes/hall --size 640x480 --frames 4 --out out/hall.png --output color=out/hall.exr
 
 # Every graph on eight scenes at twelve settings; then finer grids of those that gain by them; then the paper's scenes, its graph
 # and the fast one, in all phases.
