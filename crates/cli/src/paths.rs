@@ -19,7 +19,8 @@ pub fn ron_files(given: &[PathBuf]) -> Checked<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Whether a graph is meant to run by itself: one that was named is, and of a folder those that take nothing from another.
+/// Whether a graph is meant to run by itself. A graph that was named is. Of a folder, those are that take nothing from
+/// another graph.
 pub fn is_whole(given: &[PathBuf], path: &Path, graph: &Graph) -> bool {
     graph.inputs.is_empty() || given.iter().any(|g| g == path)
 }

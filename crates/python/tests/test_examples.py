@@ -44,7 +44,7 @@ def test_frame_times(scenes):
     found = example("frame_times")(str(scenes / "cornell_point.gltf"), 30, (320, 240))
     (still, _), (moved, rust) = found["nothing changed"], found["the camera moved"]
     assert still < moved
-    # Of a debug build, which takes ten times as long for what lies between; docs/python.md has a release build's.
+    # A debug build takes ten times as long for what lies between; a release build's share is not measured here.
     assert moved < 1.1 * rust + 1.0, found
 
 
