@@ -60,6 +60,19 @@ fn forked() -> Diagnostic {
     d.help("start processes by \"spawn\": `multiprocessing.set_start_method(\"spawn\")`")
 }
 
+/// Waits for the work that this process has submitted. Called when the interpreter exits: a driver that runs on the
+/// CPU crashes where its threads still work while the libraries below them are torn down.
+#[pyfunction]
+pub fn drain(py: Python<'_>) {
+    py.detach(|| {
+        let open: Vec<Device> = OPEN.lock().unwrap_or_else(PoisonError::into_inner).values().cloned().collect();
+        for device in open.iter().filter(|device| device.check().is_ok()) {
+            // Nobody is left to tell of a device that fails or does not answer.
+            let _ = device.gpu.wait();
+        }
+    });
+}
+
 /// The name of the adapter that renderers get, its driver, and whether a CPU does its work.
 #[pyfunction]
 #[pyo3(signature = (part=None))]

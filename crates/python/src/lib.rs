@@ -27,7 +27,7 @@ mod _native {
     #[pymodule_export]
     use crate::command::{attempt, command};
     #[pymodule_export]
-    use crate::device::adapter;
+    use crate::device::{adapter, drain};
     #[pymodule_export]
     use crate::flight::Flight;
     #[pymodule_export]

@@ -5,6 +5,9 @@ r = lg.Renderer("lightgraph:graphs/gi/fast_grid.ron", "hall.glb", size=(640, 480
 image = r.frame()["color"]  # float32 (height, width, 4), linear light
 """
 
+import atexit as _atexit
+
+from ._native import drain as _drain
 from ._native import version as _version
 from .cluster import View, average, render_many, sweep
 from .errors import Fault, GraphError, GraphWarning, NoAdapterError, Place
@@ -14,6 +17,7 @@ from .scene import Camera, DirectionalLight, Material, Mesh, Node, PointLight, S
 from .tools import Picture, adapter, allow_outside, builtin_graphs, check, compare, outputs, parameters, read, write
 
 __version__ = _version()
+_atexit.register(_drain)
 __all__ = [
     "Camera",
     "DirectionalLight",
