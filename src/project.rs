@@ -9,6 +9,7 @@ use crate::plan::build::faults;
 use crate::plan::fastest::FIRST;
 use crate::plan::lint;
 use crate::plan::request::{self, Request};
+use crate::scene::{KeyedParam, Scene};
 use crate::shader::Library;
 use crate::value::Values;
 use std::path::{Component, Path, PathBuf};
@@ -132,21 +133,39 @@ impl Project {
                 faults.push(d.nearest(name, self.graph.params.iter().map(|(n, _)| n.value.as_str())));
                 continue;
             };
-            match param.read(value) {
-                None => {
-                    let d = Diagnostic::error(format!("`{name}`: `{value}` is not a {}", param.ty.wgsl()));
-                    faults.push(d.at(&param.span, "declared here"));
-                }
-                Some(v) => match param.accepts(&v) {
-                    Ok(()) => drop(values.insert(name.to_string(), v)),
-                    Err(why) => {
-                        let d = Diagnostic::error(format!("parameter `{name}` = {v} is {why}"));
-                        faults.push(d.at(&param.span, "declared here"));
-                    }
-                },
+            match param.of(name, value) {
+                Ok(v) => drop(values.insert(name.to_string(), v)),
+                Err(why) => faults.push(Diagnostic::error(why).at(&param.span, "declared here")),
             }
         }
         Faults::check(faults, values)
+    }
+
+    /// The parameters at a time in seconds: those given, and of the others those with keyframes in the scene file.
+    ///
+    /// # Errors
+    /// Values in keyframes that a parameter does not take.
+    pub fn params_at(&self, given: &Values, scene: &Scene, time: f32) -> Checked<Values> {
+        let (mut values, mut faults) = (given.clone(), vec![]);
+        for keyed in scene.params.iter().filter(|keyed| !given.contains_key(&keyed.name)) {
+            let Some((_, param)) = self.graph.params.iter().find(|(n, _)| n.value == keyed.name) else { continue };
+            match param.at(keyed, time) {
+                Ok(value) => drop(values.insert(keyed.name.clone(), value)),
+                Err(found) => faults.extend(found.0),
+            }
+        }
+        Faults::check(faults, values)
+    }
+
+    /// Notices of keyframes in the scene file for parameters that the graph has not: they may be another graph's.
+    pub fn params_of_others(&self, scene: &Scene) -> Vec<Diagnostic> {
+        let known = || self.graph.params.iter().map(|(n, _)| n.value.as_str());
+        let others = scene.params.iter().filter(|keyed| known().all(|name| name != keyed.name));
+        let note = |keyed: &KeyedParam| {
+            let d = Diagnostic::note(format!("the graph has no parameter `{}`: its keyframes do nothing", keyed.name));
+            d.at(&keyed.span, "").nearest(&keyed.name, known())
+        };
+        others.map(note).collect()
     }
 }
 

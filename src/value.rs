@@ -90,6 +90,17 @@ impl Value {
         }
     }
 
+    /// What lies a share of the way to another value of the type, where numbers have fractions; else this one.
+    pub fn towards(&self, other: &Value, share: f32) -> Value {
+        match (*self, *other) {
+            (Value::Float(a), Value::Float(b)) => Value::Float(a + (b - a) * share),
+            (Value::Vec2(a), Value::Vec2(b)) => Value::Vec2(a.lerp(b, share)),
+            (Value::Vec3(a), Value::Vec3(b)) => Value::Vec3(a.lerp(b, share)),
+            (Value::Vec4(a), Value::Vec4(b)) => Value::Vec4(a.lerp(b, share)),
+            _ => *self,
+        }
+    }
+
     /// The value as `ty`, where nothing is lost: the same type, or between `bool`, `u32` and `i32` in range, or to
     /// `f32`.
     pub fn cast(&self, ty: Type) -> Option<Value> {

@@ -2,6 +2,8 @@
 
 use super::ast::Param;
 use super::expr::Val;
+use crate::diag::{Checked, Diagnostic, Faults};
+use crate::scene::KeyedParam;
 use crate::value::{Type, Value};
 
 impl Param {
@@ -35,6 +37,39 @@ impl Param {
             return Err(format!("above the maximum {max}"));
         }
         Ok(())
+    }
+
+    /// The value that a scene file gives at a time. What has a fraction goes evenly from keyframe to keyframe, all else
+    /// jumps.
+    ///
+    /// # Errors
+    /// Every value that the parameter does not take.
+    pub fn at(&self, keyed: &KeyedParam, time: f32) -> Checked<Value> {
+        let (mut values, mut faults) = (vec![], vec![]);
+        for (_, text) in &keyed.keys {
+            match self.of(&keyed.name, text) {
+                Ok(value) => values.push(value),
+                Err(why) => {
+                    let d = Diagnostic::error(why).at(&keyed.span, "").at(&self.span, "declared here");
+                    if !faults.contains(&d) {
+                        faults.push(d);
+                    }
+                }
+            }
+        }
+        Faults::check(faults, ())?;
+        let (a, b, share) = keyed.around(time);
+        Ok(values[a].towards(&values[b], share))
+    }
+
+    /// Reads a value for the parameter of this name.
+    ///
+    /// # Errors
+    /// Why it takes no such value.
+    pub fn of(&self, name: &str, text: &str) -> Result<Value, String> {
+        let value = self.read(text).ok_or_else(|| format!("`{name}`: `{text}` is not a {}", self.ty.wgsl()))?;
+        self.accepts(&value).map_err(|why| format!("parameter `{name}` = {value} is {why}"))?;
+        Ok(value)
     }
 
     /// Reads a value as the command line writes it: `4`, `0.5`, `true`, `4,4,4`; a vector's single number stands for

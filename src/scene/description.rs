@@ -4,6 +4,7 @@
 
 use super::{
     added::{AddedCamera, AddedEnvironment, AddedLight},
+    keyed::KeyedParam,
     model::Bounds,
 };
 use crate::diag::{Diagnostic, Source, Span};
@@ -23,6 +24,7 @@ pub(super) struct Description {
     pub grid: Option<Bounds>,
     pub materials: Vec<(Spanned<String>, Finish)>,
     pub motion: Vec<(Spanned<String>, Vec<KeyframeText>)>,
+    pub params: Vec<KeyedParam>,
     pub camera: Option<Spanned<String>>,
     pub lights: Vec<(Spanned<String>, AddedLight)>,
     pub cameras: Vec<(Spanned<String>, AddedCamera)>,
@@ -59,6 +61,14 @@ pub(super) struct KeyframeText {
     pub rotation_degrees: Option<[f32; 4]>,
 }
 
+/// A keyframe of a parameter as written.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ParamKeyText {
+    time: f32,
+    value: String,
+}
+
 #[derive(Default, Deserialize)]
 #[serde(rename = "Scene", deny_unknown_fields)]
 struct Top<'a> {
@@ -70,6 +80,8 @@ struct Top<'a> {
     materials: Option<&'a RawValue>,
     #[serde(borrow, default)]
     motion: Option<&'a RawValue>,
+    #[serde(borrow, default)]
+    params: Option<&'a RawValue>,
     #[serde(borrow, default)]
     camera: Option<&'a RawValue>,
     #[serde(borrow, default)]
@@ -100,6 +112,7 @@ pub(super) fn parse(source: &Arc<Source>, faults: &mut Vec<Diagnostic>) -> Descr
         grid: top.grid.and_then(|raw| parser.value(raw)).and_then(|grid| parser.grid(&grid)),
         materials: parser.materials(top.materials),
         motion: parser.motion(top.motion),
+        params: parser.params(top.params),
         camera: top.camera.and_then(|raw| parser.value(raw)),
         lights: parser.checked(top.lights, AddedLight::check),
         cameras: parser.checked(top.cameras, AddedCamera::check),
@@ -153,6 +166,24 @@ impl Parser<'_> {
                     self.faults.push(d.at(&keys.span, "").help(help));
                 }
                 None => all.push((name, keys.value)),
+            }
+        }
+        all
+    }
+
+    fn params(&mut self, raw: Option<&RawValue>) -> Vec<KeyedParam> {
+        let mut all = vec![];
+        for (name, keys) in self.entries::<Vec<ParamKeyText>>(raw) {
+            let times: Vec<f32> = keys.value.iter().map(|k| k.time).collect();
+            match times_fault(&times, "(time: 0, value: \"1.5\")") {
+                Some((why, help)) => {
+                    let d = Diagnostic::error(format!("parameter \"{}\": {why}", name.value));
+                    self.faults.push(d.at(&keys.span, "").help(help));
+                }
+                None => {
+                    let texts = keys.value.into_iter().map(|k| (k.time, k.value)).collect();
+                    all.push(KeyedParam { name: name.value, keys: texts, span: keys.span });
+                }
             }
         }
         all
@@ -268,24 +299,36 @@ impl Parser<'_> {
     }
 }
 
+/// What is wrong with the times of keyframes, and the remedy.
+fn times_fault(times: &[f32], example: &str) -> Option<(String, String)> {
+    if times.is_empty() {
+        return Some(("no keyframes".into(), format!("write at least one: {example}")));
+    }
+    if let Some(i) = times.iter().position(|t| t.abs() > super::geometry::MAX_COORDINATE || t.is_nan()) {
+        return Some((format!("keyframe {i} has a number that is no usable one"), "write finite numbers".into()));
+    }
+    if times.iter().any(|t| *t < 0.0) || times.windows(2).any(|w| w[0] >= w[1]) {
+        return Some(("times must not be negative and must grow".into(), "order the keyframes by time".into()));
+    }
+    None
+}
+
 /// What is wrong with a list of keyframes, and the remedy.
-fn keys_fault(keys: &[KeyframeText]) -> Option<(String, &'static str)> {
-    if keys.is_empty() {
-        return Some(("no keyframes".into(), "write at least one: (time: 0, translation: (0, 1, 0))"));
-    }
+fn keys_fault(keys: &[KeyframeText]) -> Option<(String, String)> {
     let finite = |k: &KeyframeText| {
-        let numbers = k.translation.iter().flatten().chain(k.rotation_degrees.iter().flatten());
-        numbers.chain([&k.time]).all(|x| x.abs() <= super::geometry::MAX_COORDINATE)
+        let mut numbers = k.translation.iter().flatten().chain(k.rotation_degrees.iter().flatten());
+        numbers.all(|x| x.abs() <= super::geometry::MAX_COORDINATE)
     };
-    if let Some(i) = keys.iter().position(|k| !finite(k)) {
-        return Some((format!("keyframe {i} has a number that is no usable one"), "write finite numbers"));
+    let times: Vec<f32> = keys.iter().map(|k| k.time).collect();
+    if let Some(fault) = times_fault(&times, "(time: 0, translation: (0, 1, 0))") {
+        return Some(fault);
     }
-    if keys.iter().any(|k| k.time < 0.0) || keys.windows(2).any(|w| w[0].time >= w[1].time) {
-        return Some(("times must not be negative and must grow".into(), "order the keyframes by time"));
+    if let Some(i) = keys.iter().position(|k| !finite(k)) {
+        return Some((format!("keyframe {i} has a number that is no usable one"), "write finite numbers".into()));
     }
     let axis = |k: &KeyframeText| k.rotation_degrees.map(|[x, y, z, _]| Vec3::new(x, y, z));
     if let Some(i) = keys.iter().position(|k| axis(k).is_some_and(|a| a.try_normalize().is_none())) {
-        return Some((format!("the rotation axis of keyframe {i} has no length"), "for example (0, 1, 0, 90)"));
+        return Some((format!("the rotation axis of keyframe {i} has no length"), "for example (0, 1, 0, 90)".into()));
     }
     None
 }
@@ -386,6 +429,7 @@ mod tests {
         "h": [(time: 0, translation: (0, NaN, 0))],
         "i": [(translation: (0, 0, 0))],
     },
+    params: { "j": [], "k": [(time: 2, value: "1"), (time: 1, value: "2")], "l": [(time: 0, value: 1)] },
     camera: 3,
 )"#,
         );
@@ -404,7 +448,10 @@ mod tests {
             "the rotation axis of keyframe 0 has no length",
             "motion of \"h\": keyframe 0 has a number that is no usable one",
             "`time` is missing",
-            "hall.ron:17:13",
+            "parameter \"j\": no keyframes",
+            "parameter \"k\": times must not be negative and must grow",
+            "hall.ron:17:77",
+            "hall.ron:18:13",
         ] {
             assert!(text.contains(expected), "no {expected:?} in\n{text}");
         }

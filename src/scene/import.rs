@@ -61,6 +61,7 @@ pub(super) fn import(
         environment: None,
         bounds: Bounds::EMPTY,
         grid: Bounds::EMPTY,
+        params: vec![],
         origin: Vec3::ZERO,
         levels: Default::default(),
     }

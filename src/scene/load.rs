@@ -298,6 +298,7 @@ fn apply(scene: &mut Scene, description: &Description, document: &Document<'_>, 
         let own = scene.nodes[node].translation;
         scene.nodes[node].motion = keys.iter().map(|key| keyframe(key, own)).collect();
     }
+    scene.params.clone_from(&description.params);
     if let Some(name) = &description.camera {
         match scene.find_camera(&name.value) {
             Ok(camera) => scene.default_camera = Some(camera),

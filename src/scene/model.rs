@@ -1,6 +1,6 @@
 //! The scene as plain data, and the facts it states.
 
-use super::{Animation, Deformed, Environment, Geometry, Levels, Texture, TextureArray};
+use super::{Animation, Deformed, Environment, Geometry, KeyedParam, Levels, Texture, TextureArray};
 use crate::value::{Value, Values};
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -34,6 +34,8 @@ pub struct Scene {
     pub bounds: Bounds,
     /// Where probes go: the scene file's `grid`, or `bounds`.
     pub grid: Bounds,
+    /// Parameters of the graph that shows it, over time.
+    pub params: Vec<KeyedParam>,
     /// What was subtracted from the file's coordinates: not 0 for scenes that lie far from their origin.
     pub origin: Vec3,
     /// Made of the rest when asked for.

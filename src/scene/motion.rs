@@ -2,6 +2,7 @@
 
 use super::{
     deform::{Deformed, Skinned},
+    keyed::KeyedParam,
     model::{Bounds, Keyframe, Lens, Node, Scene},
 };
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3};
@@ -203,7 +204,8 @@ impl Scene {
         let keyed = self.nodes.iter().flat_map(|n| &n.motion).map(|k| k.time);
         let animated = self.nodes.iter().filter_map(|n| Some(n.animation.as_ref()?.period));
         let morphed = self.deformed.iter().map(Deformed::period);
-        keyed.chain(animated).chain(morphed).fold(0.0, f32::max)
+        let params = self.params.iter().map(KeyedParam::period);
+        keyed.chain(animated).chain(morphed).chain(params).fold(0.0, f32::max)
     }
 
     /// As [`Scene::moving`], and whether the vertices of its mesh move.
@@ -308,9 +310,7 @@ fn transform(node: &Node, translation: Vec3, rotation: Quat) -> Mat4 {
 /// Translation and added rotation at a time; `None` without keyframes.
 fn keyed(keys: &[Keyframe], time: f32) -> Option<(Vec3, Quat)> {
     let (first, last) = (keys.first()?, keys.last()?);
-    // In f64: after hours an f32 remainder would jump by frames.
-    let period = f64::from(last.time);
-    let time = if period > 0.0 { f64::from(time).rem_euclid(period) as f32 } else { 0.0 };
+    let time = within(time, last.time);
     let next = keys.partition_point(|k| k.time <= time);
     let (Some(a), Some(b)) = (next.checked_sub(1).and_then(|i| keys.get(i)), keys.get(next)) else {
         let only = if next == 0 { first } else { last };
@@ -318,6 +318,12 @@ fn keyed(keys: &[Keyframe], time: f32) -> Option<(Vec3, Quat)> {
     };
     let share = (time - a.time) / (b.time - a.time);
     Some((a.translation.lerp(b.translation, share), between(a.rotation, b.rotation, share)))
+}
+
+/// The time since what repeats began anew.
+pub(super) fn within(time: f32, period: f32) -> f32 {
+    // In f64: after hours an f32 remainder would jump by frames.
+    if period > 0.0 { f64::from(time).rem_euclid(f64::from(period)) as f32 } else { 0.0 }
 }
 
 fn rotation(turn: Option<(Vec3, f32)>) -> Quat {

@@ -56,6 +56,8 @@ use web_time::Instant;
 pub struct Session {
     pub scene: Arc<Scene>,
     pub settings: Settings,
+    /// With those that the scene gives at the time.
+    params: Values,
     pub plan: Plan,
     /// What the user should know about the plan and the view.
     pub notices: Vec<Diagnostic>,
@@ -107,18 +109,33 @@ impl Session {
         settings: Settings,
         previous: Option<&Session>,
     ) -> Checked<Session> {
+        let (scene, time) = (same_scene(scene.into(), previous), previous.map_or(0.0, |p| p.last.time));
+        let params = project.params_at(&settings.params, &scene, time)?;
+        Session::with_params(gpu, project, scene, settings, params, previous)
+    }
+
+    /// As [`Session::after`], with parameters as the scene gives them at a time.
+    fn with_params(
+        gpu: &Gpu,
+        project: &Project,
+        scene: Arc<Scene>,
+        settings: Settings,
+        params: Values,
+        previous: Option<&Session>,
+    ) -> Checked<Session> {
         let texts = match previous {
             Some(previous) => project.texts.clone().after(&previous.texts),
             None => project.texts.clone(),
         };
-        let scene = same_scene(scene.into(), previous);
         let hashes = match previous.filter(|p| Arc::ptr_eq(&p.scene, &scene)) {
             Some(previous) => previous.inputs.assets,
             None => scene.assets().hashes,
         };
         let start = Instant::now();
+        let planned = Settings { params, ..settings.clone() };
         let (Planned { mut plan, mut notices, warnings, compose_ms }, levels) =
-            plan_of(&project.graph, &texts, &scene, &settings, gpu)?;
+            plan_of(&project.graph, &texts, &scene, &planned, gpu)?;
+        notices.extend(project.params_of_others(&scene));
         let probe = settings.probe.as_ref().map(|wanted| probe::Probed::of(&mut plan, wanted, gpu)).transpose()?;
         let plan_ms = start.elapsed().as_secs_f64() * 1e3;
         // The next frame is most likely the last one again.
@@ -168,6 +185,7 @@ impl Session {
         Ok(Session {
             scene,
             settings,
+            params: planned.params,
             plan,
             notices,
             plan_ms,

@@ -1,6 +1,6 @@
 //! The settings of a session, and the plan that they make of a project for a scene.
 
-use super::Probing;
+use super::{Probing, Session};
 use crate::diag::Checked;
 use crate::gpu::{Gpu, Timing};
 use crate::graph::Graph;
@@ -96,4 +96,22 @@ fn request_for<'r>(
 /// As [`request::values`].
 pub(crate) fn values_for(project: &Project, scene: &Scene, settings: &Settings, gpu: &Gpu) -> Checked<Values> {
     request::values(&request_for((&project.graph, &project.texts), &scene.facts(), settings, gpu))
+}
+
+impl Session {
+    /// Plans anew where keyframes of the scene file give the graph other parameters at `time` than it has; whether they
+    /// do. Before each frame of a sequence; `project` is the session's.
+    ///
+    /// # Errors
+    /// As [`Session::new`]; the session stays as it is.
+    pub fn retime(&mut self, gpu: &Gpu, project: &Project, time: f32) -> Checked<bool> {
+        let params = project.params_at(&self.settings.params, &self.scene, time)?;
+        if params == self.params {
+            return Ok(false);
+        }
+        let (scene, settings) = (self.scene.clone(), self.settings.clone());
+        let next = Session::with_params(gpu, project, scene, settings, params, Some(self))?;
+        *self = Session { shift: self.shift.clone(), ..next };
+        Ok(true)
+    }
 }

@@ -9,7 +9,7 @@ use super::{
     link::{Target, Unit},
 };
 use crate::diag::{Diagnostic, Span};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// Bytes of a file at most.
@@ -156,8 +156,8 @@ fn is_vector(name: &str) -> bool {
 struct Items<'a> {
     units: &'a [Unit],
     all: Vec<Item<'a>>,
-    /// Items by name, of each unit.
-    named: Vec<BTreeMap<&'a str, usize>>,
+    /// By unit and word: the item that it names.
+    meant: Vec<Vec<Option<usize>>>,
 }
 
 struct Item<'a> {
@@ -174,36 +174,47 @@ struct Known {
     parts: u64,
 }
 
+/// By word of a unit: the item that it names. `named` are the items by name, of each unit.
+fn meanings(u: &Unit, unit: usize, named: &[HashMap<&str, usize>]) -> Vec<Option<usize>> {
+    let (mut paths, mut member) = (u.paths.iter().peekable(), false);
+    let meaning = |(i, word): (usize, &Token)| {
+        let path = paths.next_if(|(at, _)| **at == i).map(|(_, target)| target);
+        let after_dot = std::mem::replace(&mut member, word.is('.'));
+        if word.kind != Kind::Name || after_dot {
+            return None;
+        }
+        let text = word.text(&u.scan.text);
+        match path.or_else(|| u.imports.get(text)) {
+            Some(Target::Item(unit, name)) => named.get(*unit)?.get(name.as_str()).copied(),
+            Some(Target::Module(_)) => None,
+            None => named.get(unit)?.get(text).copied(),
+        }
+    };
+    u.words.iter().enumerate().map(meaning).collect()
+}
+
 impl<'a> Items<'a> {
     fn new(units: &'a [Unit]) -> Items<'a> {
-        let mut items = Items { units, all: vec![], named: vec![] };
+        let (mut items, mut named) = (Items { units, all: vec![], meant: vec![] }, vec![]);
         for (unit, u) in units.iter().enumerate() {
             let place = |d: &super::outline::Declared| u.words.partition_point(|w| w.range.start < d.range.start);
             let mut starts: Vec<_> = u.outline.declared.iter().map(|(name, d)| (place(d), name.as_str(), d)).collect();
             starts.sort_unstable_by_key(|s| s.0);
             let ends: Vec<usize> = starts.iter().skip(1).map(|s| s.0).chain([u.words.len()]).collect();
-            let mut named = BTreeMap::new();
+            let mut own = HashMap::new();
             for ((start, name, declared), end) in starts.into_iter().zip(ends) {
-                named.insert(name, items.all.len());
+                own.insert(name, items.all.len());
                 items.all.push(Item { unit, keyword: &declared.keyword, words: start..end });
             }
-            items.named.push(named);
+            named.push(own);
         }
+        items.meant = units.iter().enumerate().map(|(i, u)| meanings(u, i, &named)).collect();
         items
     }
 
     /// The item that a word names.
     fn named_by(&self, unit: usize, word: usize) -> Option<usize> {
-        let u = self.units.get(unit)?;
-        let text = u.words.get(word).filter(|w| w.kind == Kind::Name)?.text(&u.scan.text);
-        if word.checked_sub(1).and_then(|before| u.words.get(before)).is_some_and(|w| w.is('.')) {
-            return None;
-        }
-        match u.paths.get(&word).or_else(|| u.imports.get(text)) {
-            Some(Target::Item(unit, name)) => self.named.get(*unit)?.get(name.as_str()).copied(),
-            Some(Target::Module(_)) => None,
-            None => self.named.get(unit)?.get(text).copied(),
-        }
+        *self.meant.get(unit)?.get(word)?
     }
 
     fn mentions(&self, item: usize) -> Vec<usize> {

@@ -47,7 +47,8 @@ pub(super) fn scan(source: &Arc<Source>, defs: Option<&Defs>, faults: &mut Vec<D
     while let Some(line) = lines.next() {
         let text = clean.get(line.clone()).unwrap_or("");
         let active = open.last().is_none_or(|b| b.active);
-        let words = lex::tokens(&clean, line.clone());
+        // Directives and definitions have the mark; other lines are read once their branch is known to be taken.
+        let words = if text.contains('#') { lex::tokens(&clean, line.clone()) } else { vec![] };
         note_definitions(&clean, &words, &mut scan.mentioned);
         if !words.first().is_some_and(|w| w.is('#')) {
             if active {

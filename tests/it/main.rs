@@ -73,6 +73,7 @@ mod following;
 mod furnace;
 mod graph_snapshots;
 mod hostile;
+mod keyed;
 mod large_graph;
 mod last_frame;
 mod lesser_devices;

@@ -113,6 +113,7 @@ fn keys_of_scene_files_are_listed() {
         ("Scene".to_string(), keys("Scene(zzz: 1)")),
         ("materials".to_string(), keys("Scene(materials: {\"a\": (zzz: 1)})")),
         ("motion".to_string(), keys("Scene(motion: {\"a\": [(zzz: 1)]})")),
+        ("params".to_string(), keys("Scene(params: {\"a\": [(zzz: 1)]})")),
         ("cameras".to_string(), keys("Scene(cameras: {\"a\": (zzz: 1)})")),
     ]);
     let lights = |kind: &str| format!("Scene(lights: {{\"a\": {kind}}})");

@@ -91,7 +91,9 @@ impl State {
         if let Some(outputs) = outputs {
             self.ask_for(device, outputs)?;
         }
-        Ok((self.number, time.unwrap_or(self.time)))
+        let time = time.unwrap_or(self.time);
+        self.session.retime(&device.gpu, &self.project, time)?;
+        Ok((self.number, time))
     }
 
     fn end(&mut self, time: f32, call_ms: Option<f64>) {

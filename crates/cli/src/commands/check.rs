@@ -2,12 +2,13 @@
 
 use super::{Failure, ShaderFolders, notices, print};
 use crate::paths::ron_files;
-use lightgraph::internals::diag::Severity;
+use lightgraph::internals::diag::{Severity, Source};
 use lightgraph::internals::plan::lint;
 use lightgraph::internals::plan::request::all_sample_facts;
+use lightgraph::internals::shader::Library;
 use lightgraph::internals::value::Values;
 use lightgraph::{Checked, Diagnostic, Faults, Project, Scene};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Reports every fault of graphs and their shaders.
 #[derive(Debug, Clone, clap::Args)]
@@ -38,8 +39,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         None => all_sample_facts(),
     };
     let mut code = 0;
+    let mut library = Library::default();
     for path in &ron_files(&args.graphs)? {
-        let mut faults = match check(path, args, &facts) {
+        let mut faults = match check(path, args, &facts, &mut library) {
             Ok(faults) => faults,
             Err(Faults(faults)) => {
                 notices(&faults);
@@ -60,15 +62,18 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     Ok(code)
 }
 
-/// The faults of one graph under each set of facts, whichever alternatives run, none of them twice.
+/// The faults of one graph under each set of facts, whichever alternatives run, none of them twice. Shaders that
+/// graphs before it used are not composed again.
 ///
 /// # Errors
 /// Parameters that the graph has not, or not with such values.
-fn check(path: &std::path::Path, args: &Args, facts: &[Values]) -> Checked<Vec<Diagnostic>> {
-    let project = match Project::open(path, &args.shaders.folders) {
+fn check(path: &Path, args: &Args, facts: &[Values], library: &mut Library) -> Checked<Vec<Diagnostic>> {
+    let project = match Project::open_with(path, &args.shaders.folders, &Source::read, library) {
         Ok(project) => project,
         Err(Faults(faults)) => return Ok(faults),
     };
     let params = project.params(&args.set)?;
-    Ok(project.faults(&params, facts))
+    let faults = project.faults(&params, facts);
+    *library = project.texts;
+    Ok(faults)
 }

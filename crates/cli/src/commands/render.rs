@@ -112,6 +112,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let (mut failed, mut wrong) = (vec![], vec![]);
     for frame in 0..args.frames {
         let time = frame as f32 / args.fps;
+        session.retime(&gpu, &project, time)?;
         let wanted = args.capture.as_ref().filter(|_| frame + 1 == args.frames);
         let report = capture::frame(&gpu, &mut session, (frame, time), wanted)?;
         trace.frame(frame, &session, &report);

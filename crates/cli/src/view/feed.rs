@@ -50,7 +50,7 @@ pub struct Told {
 }
 
 /// A graph on a scene.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Subject {
     pub graph: Arc<Graph>,
     pub path: PathBuf,

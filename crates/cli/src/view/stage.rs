@@ -366,6 +366,10 @@ impl Stage {
         if same && kept.rest && kept.output == output {
             return kept.fault.clone().map_or(Ok(None), Err);
         }
+        if kept.session.retime(&gpu, &kept.project, wish.time)? {
+            let plan = kept.session.plan.clone();
+            kept.subject = Arc::new(Subject { shared: shared(&plan), plan, ..Subject::clone(&kept.subject) });
+        }
         kept.session.shift = seen.shift();
         kept.session.settings.camera.clone_from(&seen.camera);
         kept.session.pointer = wish.pointer;
