@@ -450,7 +450,7 @@ mod tests {
             "`time` is missing",
             "parameter \"j\": no keyframes",
             "parameter \"k\": times must not be negative and must grow",
-            "hall.ron:17:77",
+            "hall.ron:17:99",
             "hall.ron:18:13",
         ] {
             assert!(text.contains(expected), "no {expected:?} in\n{text}");
