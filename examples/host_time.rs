@@ -1,5 +1,6 @@
 //! What a frame costs the host, on a device that computes nothing:
-//! `cargo run --release --example host_time -- GRAPH SCENE NODE [NAME=VALUE]…`. Prints the median of each kind of frame.
+//! `cargo run --release --example host_time -- GRAPH SCENE NODE [NAME=VALUE]…`. Prints the medians of each kind of frame: to
+//! record it, and to hand it over to the device.
 
 use glam::Vec3;
 use lightgraph::{Checked, Diagnostic, Gpu, Project, Scene, Session, Settings, View};
@@ -14,14 +15,14 @@ fn main() -> Checked<()> {
     let [graph, scene, node, params @ ..] = words.as_slice() else {
         return Err(Diagnostic::error("say what is drawn").help("host_time GRAPH SCENE NODE [NAME=VALUE]…").into());
     };
-    for (what, time) in times(Path::new(graph), Path::new(scene), node, params)? {
-        println!("{what}: {time:.3} ms");
+    for (what, [recorded, submitted]) in times(Path::new(graph), Path::new(scene), node, params)? {
+        println!("{what}: {recorded:.3} ms, to submit it {submitted:.3} ms");
     }
     Ok(())
 }
 
-/// The median of each kind of frame in milliseconds, up to its submission.
-fn times(graph: &Path, scene: &Path, node: &str, params: &[String]) -> Checked<Vec<(&'static str, f64)>> {
+/// The medians of each kind of frame in milliseconds: to record it, and to submit it.
+fn times(graph: &Path, scene: &Path, node: &str, params: &[String]) -> Checked<Vec<(&'static str, [f64; 2])>> {
     let gpu = Gpu::noop(wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() })?;
     let project = Project::open(graph, &[])?;
     let scene = Scene::load(scene)?.scene;
@@ -32,16 +33,17 @@ fn times(graph: &Path, scene: &Path, node: &str, params: &[String]) -> Checked<V
     let pose = session.scene.pose(0.0);
     let eye = pose.cameras.first().copied();
     let mut index = 0;
-    let mut frame = |session: &mut Session| -> Checked<f64> {
-        let start = Instant::now();
+    let mut frame = |session: &mut Session| -> Checked<[f64; 2]> {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let start = Instant::now();
         let recorded = session.record(&gpu, &mut encoder, index, 0.0)?;
+        let middle = Instant::now();
         gpu.queue.submit([encoder.finish()]);
-        let time = start.elapsed().as_secs_f64() * 1e3;
+        let times = [middle - start, middle.elapsed()].map(|t| t.as_secs_f64() * 1e3);
         index += 1;
         gpu.wait()?;
         drop(recorded);
-        Ok(time)
+        Ok(times)
     };
     let kinds: [(&str, &dyn Fn(&mut Session, f32)); 4] = [
         ("nothing changed", &|_, _| {}),
@@ -58,8 +60,12 @@ fn times(graph: &Path, scene: &Path, node: &str, params: &[String]) -> Checked<V
             change(&mut session, 0.001 * (i % 7 + 1) as f32);
             times.push(frame(&mut session)?);
         }
-        times.sort_by(f64::total_cmp);
-        found.push((what, times[times.len() / 2]));
+        let median = |part: usize| {
+            let mut part: Vec<f64> = times.iter().map(|t| t[part]).collect();
+            part.sort_by(f64::total_cmp);
+            part[part.len() / 2]
+        };
+        found.push((what, [median(0), median(1)]));
     }
     Ok(found)
 }

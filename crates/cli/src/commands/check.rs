@@ -3,6 +3,7 @@
 use super::{Failure, ShaderFolders, notices, print};
 use crate::paths::ron_files;
 use lightgraph::internals::diag::{Severity, Source};
+use lightgraph::internals::parallel;
 use lightgraph::internals::plan::lint;
 use lightgraph::internals::plan::request::all_sample_facts;
 use lightgraph::internals::shader::Library;
@@ -38,11 +39,15 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         Some(path) => vec![Scene::load(path)?.scene.facts()],
         None => all_sample_facts(),
     };
+    let paths = ron_files(&args.graphs)?;
+    // What the first graph's shaders came of the others need not read again.
+    let first = paths.first().map(|path| check(path, args, &facts, &Library::default()));
+    let library = first.as_ref().and_then(|f| f.as_ref().ok()).map(|f| f.1.clone()).unwrap_or_default();
+    let others = parallel::each(1..paths.len(), |i| check(&paths[i], args, &facts, &library));
     let mut code = 0;
-    let mut library = Library::default();
-    for path in &ron_files(&args.graphs)? {
-        let mut faults = match check(path, args, &facts, &mut library) {
-            Ok(faults) => faults,
+    for (path, found) in paths.iter().zip(first.into_iter().chain(others)) {
+        let mut faults = match found {
+            Ok((faults, _)) => faults,
             Err(Faults(faults)) => {
                 notices(&faults);
                 code = 2;
@@ -62,18 +67,17 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     Ok(code)
 }
 
-/// The faults of one graph under each set of facts, whichever alternatives run, none of them twice. Shaders that
-/// graphs before it used are not composed again.
+/// The faults of one graph under each set of facts, whichever alternatives run, none of them twice; and its shaders.
+/// Those that an `earlier` graph used too are not composed again.
 ///
 /// # Errors
 /// Parameters that the graph has not, or not with such values.
-fn check(path: &Path, args: &Args, facts: &[Values], library: &mut Library) -> Checked<Vec<Diagnostic>> {
-    let project = match Project::open_with(path, &args.shaders.folders, &Source::read, library) {
+fn check(path: &Path, args: &Args, facts: &[Values], earlier: &Library) -> Checked<(Vec<Diagnostic>, Library)> {
+    let project = match Project::open_with(path, &args.shaders.folders, &Source::read, earlier) {
         Ok(project) => project,
-        Err(Faults(faults)) => return Ok(faults),
+        Err(Faults(faults)) => return Ok((faults, earlier.clone())),
     };
     let params = project.params(&args.set)?;
     let faults = project.faults(&params, facts);
-    *library = project.texts;
-    Ok(faults)
+    Ok((faults, project.texts))
 }
