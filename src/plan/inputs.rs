@@ -82,8 +82,7 @@ pub type Contents = BTreeMap<Named, u128>;
 
 /// Adds an input. Two of one name, as two rows of one table, both count.
 pub(super) fn add(all: &mut Contents, input: Named, content: u128) {
-    let there = all.entry(input).or_insert(0);
-    *there = hash(&(*there, content));
+    all.entry(input).and_modify(|there| *there = hash(&(*there, content))).or_insert(content);
 }
 
 /// One input of a step.

@@ -184,15 +184,6 @@ impl Unit {
         all.into_iter().filter(telling).map(Named::to_string).collect()
     }
 
-    /// Tables that it reads, by index of [`Plan::tables`], and values that a frame may bring, by name.
-    pub(super) fn given(&self) -> impl Iterator<Item = Result<usize, &str>> {
-        self.given.iter().filter_map(|(named, given)| match given {
-            Given::Table(i) => Some(Ok(*i)),
-            Given::Value(_) => Some(Err(named.name.as_str())),
-            Given::Geometry | Given::Textures | Given::Began | Given::Frame => None,
-        })
-    }
-
     /// All that its result depends on in a frame with these versions of what it needs.
     pub fn contents(&self, plan: &Plan, before: &[Version], scene: &SceneInputs, values: &Values) -> Contents {
         let mut all = self.fixed.clone();

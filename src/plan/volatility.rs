@@ -6,9 +6,10 @@
 //! lights ────────────→ ┘
 //! ```
 
-use super::keys::{Keys, Unit};
-use super::{Plan, ResourceId};
-use crate::scene::{FRAME_VALUES, Follows, table};
+use super::inputs::{self, Access, Input};
+use super::{Node, Plan, ResourceId};
+use crate::scene::{self, FRAME_VALUES, Follows};
+use std::collections::BTreeSet;
 use std::ops::{BitOr, BitOrAssign};
 
 /// Things that move from frame to frame, a bit each. What a new plan brings, as another parameter, is none.
@@ -55,51 +56,91 @@ pub struct Causes {
     pub outlived: bool,
 }
 
+/// A step, or a loop as a whole, as far as causes go by it.
+#[derive(Default)]
+struct Unit {
+    own: Moving,
+    /// Read before the unit itself wrote them, or written in part only.
+    needs: BTreeSet<ResourceId>,
+    /// Dirty bits excepted, whose content holds for one frame.
+    writes: BTreeSet<ResourceId>,
+}
+
 /// By resource.
 pub fn causes(plan: &Plan) -> Vec<Causes> {
-    let units = Keys::of(plan, None).units;
+    let unit = |node: &Node| {
+        let mut unit = Unit::default();
+        unit.add(plan, node);
+        unit
+    };
+    let units: Vec<Unit> = plan.order.iter().map(unit).collect();
     let mut all = vec![Causes::default(); plan.resources.len()];
     plan.inputs.iter().for_each(|r| all[r.0].of = Moving::INPUTS);
-    let own: Vec<Moving> = units.iter().map(|unit| own(plan, unit)).collect();
-    let of = |i: usize, all: &[Causes]| {
-        let needs: &[ResourceId] = &units[i].needs;
-        needs.iter().fold(own[i], |of, r| of | all[r.0].of)
-    };
+    let of = |unit: &Unit, all: &[Causes]| unit.needs.iter().fold(unit.own, |of, r| of | all[r.0].of);
     // History brings causes from the end of a frame to the beginning of the next.
     loop {
         let before = all.clone();
-        for (i, unit) in units.iter().enumerate() {
-            let of = of(i, &all);
+        for unit in &units {
+            let of = of(unit, &all);
             unit.writes.iter().for_each(|r| all[r.0].of |= of);
         }
         if all == before {
             break;
         }
     }
-    for (i, unit) in units.iter().enumerate() {
-        let of = of(i, &all);
+    for unit in &units {
+        let of = of(unit, &all);
         unit.needs.iter().for_each(|r| all[r.0].outlived |= all[r.0].of != of);
     }
     all
 }
 
-/// What a unit asks for besides the results of others.
-fn own(plan: &Plan, unit: &Unit) -> Moving {
-    let table = |i: usize| {
-        let follows = plan.tables.get(i).and_then(|t| table(&t.table)).map_or(Follows::NOTHING, |t| t.follows);
-        let mut all = Moving::default();
-        if follows.meets(Follows::NODES.and(Follows::MOTION)) {
-            all |= Moving::NODES;
+impl Unit {
+    fn add(&mut self, plan: &Plan, node: &Node) {
+        match node {
+            Node::Loop(l) => l.body.iter().for_each(|node| self.add(plan, node)),
+            Node::Step(id) => {
+                // What a value is called in which loop makes no difference to what moves it.
+                for input in inputs::of(plan, &plan.steps[id.0], &[]) {
+                    self.input(plan, &input);
+                }
+            }
         }
-        if follows.meets(Follows::LIGHTS) {
-            all |= Moving::LIGHTS;
+    }
+
+    fn input(&mut self, plan: &Plan, input: &Input) {
+        match input {
+            Input::Value { name, .. } => self.own |= value(name),
+            Input::Table(i) => self.own |= table(plan, *i),
+            Input::Resource { id, access } => {
+                if matches!(access, Access::Read | Access::Part) && !self.writes.contains(id) {
+                    self.needs.insert(*id);
+                }
+                if matches!(access, Access::Part | Access::Whole) && !plan.resources[id.0].bits {
+                    self.writes.insert(*id);
+                }
+            }
+            Input::Fixed { .. } | Input::Geometry | Input::Textures | Input::Began | Input::Bits(_) => {}
         }
-        all
-    };
-    let value = |name: &str| match FRAME_VALUES.iter().position(|v| v.0 == name) {
+    }
+}
+
+fn table(plan: &Plan, i: usize) -> Moving {
+    let follows = plan.tables.get(i).and_then(|t| scene::table(&t.table)).map_or(Follows::NOTHING, |t| t.follows);
+    let mut all = Moving::default();
+    if follows.meets(Follows::NODES.and(Follows::MOTION)) {
+        all |= Moving::NODES;
+    }
+    if follows.meets(Follows::LIGHTS) {
+        all |= Moving::LIGHTS;
+    }
+    all
+}
+
+fn value(name: &str) -> Moving {
+    match FRAME_VALUES.iter().position(|v| v.0 == name) {
         Some(_) if name.starts_with("camera_") => Moving::CAMERA,
         Some(place) => Moving::value(place),
         None => Moving::default(),
-    };
-    unit.given().map(|given| given.map_or_else(value, table)).fold(Moving::default(), BitOr::bitor)
+    }
 }
