@@ -29,6 +29,7 @@ pub struct Fields<'t> {
     what: &'static str,
     pub(super) span: &'t Span,
     fields: &'t [Field],
+    /// Some more than once.
     asked: Vec<&'static str>,
 }
 
@@ -41,10 +42,15 @@ impl<'t> Fields<'t> {
 
     /// As [`Fields::get`], where `None` is one of the words that the field takes.
     pub fn choice(&mut self, name: &'static str) -> Option<&'t Node> {
-        if !self.asked.contains(&name) {
-            self.asked.push(name);
-        }
+        self.asked.push(name);
         self.field(name).map(|f| &f.value)
+    }
+
+    /// What was asked for, each once.
+    fn known(&self) -> Vec<&'static str> {
+        let mut known = vec![];
+        self.asked.iter().for_each(|name| if !known.contains(name) { known.push(*name) });
+        known
     }
 
     /// A field with its name.
@@ -90,7 +96,7 @@ impl Reader {
                 let near = nearest(name, fields.asked.iter().copied());
                 let d = match near {
                     Some(n) => d.help(format!("did you mean `{n}`?")),
-                    None => d.help(format!("it has {}", fields.asked.join(", "))),
+                    None => d.help(format!("it has {}", fields.known().join(", "))),
                 };
                 self.fault(d);
             } else if fields.fields[..i].iter().any(|g| g.name.text() == name) {
