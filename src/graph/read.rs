@@ -49,7 +49,11 @@ impl<'t> Fields<'t> {
     /// What was asked for, each once.
     fn known(&self) -> Vec<&'static str> {
         let mut known = vec![];
-        self.asked.iter().for_each(|name| if !known.contains(name) { known.push(*name) });
+        self.asked.iter().for_each(|name| {
+            if !known.contains(name) {
+                known.push(*name)
+            }
+        });
         known
     }
 

@@ -40,6 +40,9 @@ pub const FRAME_VALUES: &[(&str, Type)] = &[
 /// Whole vertical angle of the camera made up for a scene without one, in radians (60°).
 const DEFAULT_YFOV: f32 = std::f32::consts::FRAC_PI_3;
 
+/// Share of the way to the scene at which depth begins at the latest.
+const BEFORE: f32 = 0.01;
+
 impl Scene {
     /// The `camera_…` names of [`super::FRAME_VALUES`] for an image of `width` × `height`, and what the user should
     /// know: a camera's vertical angle holds and the aspect is the image's. Clip space has z in 0..1 and y up, so that
@@ -66,7 +69,7 @@ impl Scene {
             let d = Diagnostic::note(format!("{}: the scene has no camera; the view frames its bounds", self.name));
             notices.push(d.help("add a camera to the glTF"));
         }
-        let (near, far) = self.depths(lens, place.position);
+        let (near, far) = self.depths(lens, place);
         let (view, projection) = (view(place), projection(lens, shift, (near, far), aspect));
         let (position, name) = (place.position, name.unwrap_or("default"));
         // In f64: with near and far four decades apart, an f32 product and inverse lose most of their digits.
@@ -128,11 +131,14 @@ impl Scene {
     }
 
     /// Metres from the camera at which what it sees begins and ends.
-    fn depths(&self, lens: Lens, position: Vec3) -> (f32, f32) {
+    fn depths(&self, lens: Lens, place: CameraPose) -> (f32, f32) {
         match lens {
-            // glTF's endless projection has no inverse at its far plane; an end behind everything draws the same.
+            // glTF's endless projection has no inverse at its far plane; an end behind everything draws the same. So does
+            // a beginning a little before everything, behind which depths of 32 bits tell more apart.
             Lens::Perspective { near, far, .. } => {
-                (near, far.unwrap_or_else(|| (self.bounds.farthest(position) * 1.01).max(near * 2.0)))
+                let far = far.unwrap_or_else(|| (self.bounds.farthest(place.position) * 1.01).max(near * 2.0));
+                let begins = self.bounds.first_along(place.forward) - place.position.dot(place.forward);
+                (near.max(BEFORE * begins.min(far)), far)
             }
             Lens::Orthographic { near, far, .. } => (near, far),
         }

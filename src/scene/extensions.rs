@@ -47,11 +47,15 @@ pub(super) fn extend(
         if !numbers.iter().all(|x| (0.0..=1.0).contains(x)) {
             faults.push(document.error(at, "its factors of specular and glossiness must lie within 0 to 1"));
         }
-        (m.base_color, m.metallic, m.roughness) = (s.diffuse_factor.into(), 0.0, 1.0 - s.glossiness_factor);
-        // A face of the ior of 1.5 reflects this head on.
-        m.face.tint = Vec3::from(s.specular_factor) / 0.04;
+        m.roughness = 1.0 - s.glossiness_factor;
+        let (diffuse, specular) = (Vec4::from(s.diffuse_factor), Vec3::from(s.specular_factor));
         if s.specular_glossiness_texture.is_some() {
             faults.push(document.warning(at, "the glossiness in the alpha of its specular texture is ignored"));
+            (m.base_color, m.metallic) = (diffuse, 0.0);
+            m.face.tint = specular / HEAD_ON;
+        } else {
+            let (base, metallic) = metal_of(diffuse.truncate(), specular);
+            (m.base_color, m.metallic) = (base.extend(diffuse.w), metallic);
         }
         add(Slot::BaseColor, s.diffuse_texture);
         add(Slot::FaceTint, s.specular_glossiness_texture);
@@ -101,6 +105,24 @@ pub(super) fn extend(
     for name in others.keys().filter(|name| !EXTENSIONS.contains(&name.as_str())) {
         faults.push(document.warning(at, format!("its extension `{name}` is ignored")));
     }
+}
+
+/// What a face of the ior of 1.5 reflects head on.
+const HEAD_ON: f32 = 0.04;
+
+/// The base colour and metalness that look most like a diffuse and a specular colour (after the conversion that the
+/// Khronos Group gives beside the text of KHR_materials_pbrSpecularGlossiness).
+fn metal_of(diffuse: Vec3, specular: Vec3) -> (Vec3, f32) {
+    let brightness = |c: Vec3| (c * c).dot(Vec3::new(0.299, 0.587, 0.114)).sqrt();
+    let kept = 1.0 - specular.max_element();
+    let (bright, shiny) = (brightness(diffuse), brightness(specular));
+    // The metalness at which a base colour gives both.
+    let b = bright * kept / (1.0 - HEAD_ON) + shiny - 2.0 * HEAD_ON;
+    let root = (b * b + 4.0 * HEAD_ON * (shiny - HEAD_ON)).max(0.0).sqrt();
+    let metallic = if shiny < HEAD_ON { 0.0 } else { ((root - b) / (2.0 * HEAD_ON)).clamp(0.0, 1.0) };
+    let matte = diffuse * (kept / (1.0 - HEAD_ON) / (1.0 - metallic).max(1e-6));
+    let metal = (specular - HEAD_ON * (1.0 - metallic)) / metallic.max(1e-6);
+    (matte.lerp(metal, metallic * metallic).clamp(Vec3::ZERO, Vec3::ONE), metallic)
 }
 
 /// The extensions of materials that are read.

@@ -255,6 +255,11 @@ impl Bounds {
         (point - point.max(self.min).min(self.max)).length()
     }
 
+    /// Where the first corner lies along a unit direction, from the origin.
+    pub fn first_along(self, direction: Vec3) -> f32 {
+        (self.min * direction).min(self.max * direction).element_sum()
+    }
+
     /// Distance from a point to the farthest corner.
     pub fn farthest(self, point: Vec3) -> f32 {
         (point - self.min).abs().max((point - self.max).abs()).length()

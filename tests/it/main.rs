@@ -60,6 +60,7 @@ mod bench_page;
 mod bench_run;
 mod bench_shards;
 mod browser;
+mod camera_rays;
 mod closed_forms;
 mod command;
 mod culling;

@@ -3,7 +3,7 @@
 use super::fixture::{Fixture, QUAD};
 use crate::{
     diag::render,
-    scene::{FRAME_VALUES, Scene, View},
+    scene::{FRAME_VALUES, Lens, Scene, View},
     value::{Value, Values},
 };
 use glam::{Mat4, Vec2, Vec3};
@@ -70,6 +70,21 @@ fn a_camera_s_vertical_angle_holds_and_the_aspect_is_the_image_s() {
     assert!(far > 0.9 && far < 1.0, "{far}");
     let inverse = matrix(&values, "camera_inverse_view_projection");
     assert!((inverse * m).abs_diff_eq(Mat4::IDENTITY, 1e-4));
+}
+
+#[test]
+fn depth_begins_a_little_before_the_scene_for_a_camera_far_away() {
+    let scene = cube().scene();
+    let seen = |away: f32, near: f32| {
+        let mut pose = scene.pose(0.0);
+        let view = View::perspective(Vec3::new(0.0, 0.0, 1.0 + away), Vec3::NEG_Z, Vec3::Y, 0.8);
+        pose.view = Some(View { lens: Lens::Perspective { yfov: 0.8, near, far: None }, ..view });
+        scene.camera_values(&pose, None, 64, 64).unwrap().0["camera_near"]
+    };
+    assert_eq!(seen(1000.0, 0.05), Value::Float(10.0));
+    assert_eq!(seen(1000.0, 20.0), Value::Float(20.0));
+    // Within the scene it is the camera's own.
+    assert_eq!(seen(-0.5, 0.05), Value::Float(0.05));
 }
 
 #[test]
