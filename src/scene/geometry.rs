@@ -380,7 +380,8 @@ fn vertex_colors<'d>(
     let bad = (0..count).find(|i| !colors.get(*i).iter().all(|x| (0.0..=MAX_COORDINATE).contains(x)));
     if let Some(i) = bad {
         let color = colors.get(i);
-        faults.push(document.error(at, format!("COLOR_0 of vertex {i} is {color:?}, no usable colour")));
+        let why = format!("COLOR_0 of vertex {i} is {color:?}, no usable colour; its colours are left out");
+        faults.push(document.warning(at, why));
         return None;
     }
     // White changes nothing.

@@ -40,7 +40,8 @@ fn rays_of_pixels_are_exact_far_from_the_origin() {
     let settings = Settings { size: SIZE, ..Settings::default() };
     let mut session = Session::new(&gpu, &project, scene, settings).unwrap_or_else(|f| panic!("{f}"));
 
-    let forward = Vec3::new(-0.6686, -0.523, -0.5286).normalize();
+    // Away from the scene, before which depth would begin later.
+    let forward = Vec3::new(0.6686, 0.523, 0.5286).normalize();
     let up = Vec3::Y.reject_from_normalized(forward).normalize();
     let place = CameraPose { position: Vec3::new(1005.95, 766.3, 953.3), forward, up };
     let aspect = SIZE[0] as f32 / SIZE[1] as f32;

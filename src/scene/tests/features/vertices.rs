@@ -44,7 +44,9 @@ pub const VERTICES: &[Case] = &[
             let color = f.floats(&[[-1.0, 0.0, 0.0]; 4]);
             attribute(f, "COLOR_0", color);
         },
-        Fault(&["meshes[0] \"mesh\" primitive 0: COLOR_0 of vertex 0", "no usable colour"]),
+        Notice(&["meshes[0] \"mesh\" primitive 0: COLOR_0 of vertex 0", "its colours are left out"], |s| {
+            s.geometry.more.color(0) == [1.0; 4]
+        }),
     ),
     (
         "too few vertex colours",
