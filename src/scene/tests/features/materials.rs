@@ -199,7 +199,7 @@ pub const MATERIALS: &[Case] = &[
         },
         Silent(|s| {
             let m = &s.materials[0];
-            m.metallic == 1.0 && m.base_color.truncate().distance(Vec3::new(0.9, 0.6, 0.3)) < 1e-5
+            (m.metallic - 1.0).abs() < 1e-5 && m.base_color.truncate().distance(Vec3::new(0.9, 0.6, 0.3)) < 1e-4
         }),
     ),
     (
