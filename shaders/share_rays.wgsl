@@ -62,7 +62,7 @@ struct Neighbour {
     index: u32,
     position: vec3f,
     normal: vec3f,
-    /// Steps of distance from which on it shares what it met.
+    /// Steps of distance from which on it shares what it met; those nearest to the pixel share all.
     step: u32,
     /// Its rays beside those that all have.
     more: vec2u,
@@ -70,6 +70,12 @@ struct Neighbour {
 
 /// Metres of a pixel at its distance.
 var<private> footprint: f32;
+/// The least step of a neighbour.
+var<private> nearest: u32;
+
+fn shares(n: Neighbour, step: u32) -> bool {
+    return step >= n.step || n.step == nearest;
+}
 
 fn step_of(distance: f32) -> u32 {
     return u32(clamp(ceil(log2(max(distance / footprint, 1e-6))), 0.0, f32(STEPS - 1u)));
@@ -125,7 +131,7 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
     if look.y != 0u {
         let source = source_at(look.x);
         let step = step_of(distance(source.position, n.position));
-        if step >= n.step {
+        if shares(n, step) {
             let weight = n.weight * (*weights)[step] * bitcast<f32>(look.y);
             let light = weight * from_source(source, s.position, s.normal, RAYS_A_SOURCE);
             sums.straight += light;
@@ -140,7 +146,7 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
     let here2 = max(dot(to_here, to_here), 1e-12);
     let there2 = max(dot(to_there, to_there), 1e-12);
     let step = step_of(sqrt(there2));
-    if step < n.step {
+    if !shares(n, step) {
         return;
     }
     let normal = unpack_normal(end.w);
@@ -198,8 +204,12 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     // Where no point lies near enough, those that do lie nearest.
+    nearest = 0u;
     for (var i = STEPS - 1u; i > 0u; i--) {
-        sharing[i - 1u] = select(sharing[i - 1u], sharing[i], sharing[i - 1u] == 0.0);
+        if sharing[i - 1u] == 0.0 {
+            sharing[i - 1u] = sharing[i];
+            nearest = max(nearest, i);
+        }
     }
     for (var i = 0u; i < STEPS; i++) {
         sharing[i] = 1.0 / max(sharing[i], 1e-20);
