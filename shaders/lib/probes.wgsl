@@ -306,6 +306,27 @@ fn facing_share(coefficients: texture_3d<f32>, c: Cell, corner: u32, point: vec3
     return share_of(c, corner) * max(cosine, behind) * max(open, behind);
 }
 
+/// Whether all probes round a point see more backs of surfaces than fronts: they stand in solids, or outside.
+fn is_blind(coefficients: texture_3d<f32>, point: vec3f) -> bool {
+#ifdef PROBE_VIEW
+    if probe_view::share(point) > 0.0 && !is_closed(coefficients, near_cell(point)) {
+        return false;
+    }
+#endif
+    return is_closed(coefficients, cell(point));
+}
+
+/// Whether the probes at all corners of a cell that have a share stand in solids, or outside.
+fn is_closed(coefficients: texture_3d<f32>, c: Cell) -> bool {
+    var most = 0.0;
+    for (var corner = 0u; corner < 8u; corner++) {
+        if share_of(c, corner) > 0.0 {
+            most = max(most, textureLoad(coefficients, probe_at(c, corner), 0).a);
+        }
+    }
+    return 2.0 * most <= FULLY_OPEN;
+}
+
 /// Sum over the coefficients of `weights` times their interpolation at a surface point in the world.
 /// With a lobe's weights: the radiance it reflects. Outside the probes the nearest face of the grid counts.
 /// `behind` is as `facing_share` states it.
