@@ -8,7 +8,7 @@
 #import lightgraph::photons::{RAYS_A_SOURCE, from_source}
 #import lightgraph::rays::unpack_normal
 #import lightgraph::rounds::round
-#import lightgraph::seen::seen_at
+#import lightgraph::seen::{finished, seen_at}
 #import lightgraph::source_texels::source_at
 #import lightgraph::surface::{Surface, is_lit, read_record}
 #import lightgraph::tiles::{NO_POINT, TILE, point_pixel, points_across}
@@ -33,6 +33,10 @@ var<storage, read> more: array<vec2u>;
 /// Rays before those.
 const COUNT: u32 = #{COUNT}u;
 var indirect: texture_storage_2d<rgba32float, write>;
+#ifdef LOBES
+/// See lobe_rays.wgsl.
+var lobe_light: texture_2d<f32>;
+#endif
 #endif
 
 /// Neighbours count whose normals differ by less than acos of this, and whose planes lie closer than this share of
@@ -187,7 +191,7 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let ray = pixel_ray(pixel);
-    let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+    let s = finished(read_record(seen.albedo, seen.normal, ray.origin, ray.direction), pixel);
     let beside = pixel_ray(pixel + vec2u(1u, 0u));
     footprint = length(beside.origin + seen.normal.w * beside.direction - s.position);
     let tile = vec2i(pixel / TILE);
@@ -238,6 +242,10 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     let albedo = dot(matte(s), vec3f(0.333));
     doubts[id.y * across.x + id.x] = albedo * albedo * max(variance, 0.0);
 #else
-    textureStore(indirect, pixel, vec4f(matte(s) * (mean + sums.straight), 1.0));
+    var light = matte(s) * (mean + sums.straight);
+#ifdef LOBES
+    light += textureLoad(lobe_light, pixel, 0).rgb;
+#endif
+    textureStore(indirect, pixel, vec4f(light, 1.0));
 #endif
 }
