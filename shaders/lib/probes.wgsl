@@ -302,8 +302,12 @@ fn facing_share(coefficients: texture_3d<f32>, c: Cell, corner: u32, point: vec3
     let probe = probe_at(c, corner);
     let offset = position(probe) - point;
     let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
-    let open = 2.0 * textureLoad(coefficients, probe, 0).a / FULLY_OPEN - 1.0;
-    return share_of(c, corner) * max(cosine, behind) * max(open, behind);
+    return share_of(c, corner) * max(cosine, behind) * max(open(coefficients, probe), behind);
+}
+
+/// How open a probe is: 1 for no backs in sight, 0 or less for half of all directions or more.
+fn open(coefficients: texture_3d<f32>, probe: vec3u) -> f32 {
+    return 2.0 * textureLoad(coefficients, probe, 0).a / FULLY_OPEN - 1.0;
 }
 
 /// Whether all probes round a point see more backs of surfaces than fronts: they stand in solids, or outside.
@@ -318,13 +322,12 @@ fn is_blind(coefficients: texture_3d<f32>, point: vec3f) -> bool {
 
 /// Whether the probes at all corners of a cell that have a share stand in solids, or outside.
 fn is_closed(coefficients: texture_3d<f32>, c: Cell) -> bool {
-    var most = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
-        if share_of(c, corner) > 0.0 {
-            most = max(most, textureLoad(coefficients, probe_at(c, corner), 0).a);
+        if share_of(c, corner) > 0.0 && open(coefficients, probe_at(c, corner)) > 0.0 {
+            return false;
         }
     }
-    return 2.0 * most <= FULLY_OPEN;
+    return true;
 }
 
 /// Sum over the coefficients of `weights` times their interpolation at a surface point in the world.

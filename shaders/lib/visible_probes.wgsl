@@ -13,6 +13,9 @@
 /// Shares below this, of the eight probes together, count as none.
 const NONE: f32 = 1e-6;
 
+/// What a probe that stands in a solid, or outside, counts: to soft views it sees the far side of the walls near it.
+const CLOSED: f32 = 1e-3;
+
 /// The share of a cell's corner: trilinear, by visibility, and by the cosine between the normal and the direction to
 /// the probe, at least `behind`.
 fn visible_share(c: probes::Cell, corner: u32, point: vec3f, normal: vec3f, behind: f32) -> f32 {
@@ -60,9 +63,13 @@ fn gather(
     var sum = vec3f(0.0);
     var shares = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
-        let share = visible_share(here, corner, point, normal, behind);
+        let probe = probes::probe_at(here, corner);
+        var share = visible_share(here, corner, point, normal, behind);
+#if PROBE_VISIBILITY == 2
+        share *= max(probes::open(coefficients, probe), CLOSED);
+#endif
         if share > 0.0 {
-            sum += share * probes::weigh(coefficients, weights, probes::probe_at(here, corner));
+            sum += share * probes::weigh(coefficients, weights, probe);
             shares += share;
         }
     }
@@ -194,9 +201,10 @@ fn gather_wide(
 ) -> vec4f {
     var sum = vec4f(0.0);
     for (var i = 0u; i < 64u; i++) {
-        let share = share_in_wide(here, i, point, normal);
+        let probe = probes::near_probe(here, i);
+        let share = share_in_wide(here, i, point, normal) * max(probes::open(coefficients, probe), CLOSED);
         if share > 0.0 {
-            sum += share * vec4f(probes::weigh(coefficients, weights, probes::near_probe(here, i)), 1.0);
+            sum += share * vec4f(probes::weigh(coefficients, weights, probe), 1.0);
         }
     }
     return sum;
