@@ -1,4 +1,5 @@
-//! Counts the pixels that show a surface, and those among them of whose light no probe knows.
+//! Counts the pixels that show a surface, and those among them of whose light no probe knows. One pixel of each square
+//! is asked: a share needs no more.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::seen::{seen_at, surface_albedo}
 #import lightgraph::surface::is_lit
@@ -9,17 +10,20 @@
 var sh: texture_3d<f32>;
 #endif
 
+/// Pixels along a square.
+const EACH: u32 = #{EACH}u;
 /// Pixels that show a surface which no probe sees, and all that show a surface.
 var<storage, read_write> blind: array<atomic<u32>>;
 
 @compute @workgroup_size(8, 8)
 fn count_blind(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surface_albedo)) {
+    let pixel = EACH * id.xy;
+    if any(pixel >= textureDimensions(surface_albedo)) {
         return;
     }
-    let seen = seen_at(id.xy);
+    let seen = seen_at(pixel);
     if is_lit(seen.albedo) {
-        let ray = pixel_ray(id.xy);
+        let ray = pixel_ray(pixel);
         let point = ray.origin + seen.normal.w * ray.direction;
 #ifdef PROBE_VISIBILITY
         let lost = is_blind(point, seen.normal.xyz);
