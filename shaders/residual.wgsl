@@ -14,7 +14,7 @@ var residual: texture_storage_2d<rgba32float, write>;
 var settled: texture_storage_2d<rgba32float, write>;
 
 /// Fewer paths tell too little of how far they scatter.
-const ENOUGH: u32 = 16u;
+const ENOUGH: u32 = 6u;
 
 /// A path may miss what lights a pixel: its light scatters by as much as there is, at least.
 const SCATTER: f32 = 1.0;
