@@ -3,11 +3,11 @@
 use super::choice::{Against, Choice};
 use super::feed::Subject;
 use super::pick::Thing;
-use super::picture::Look;
 use super::stage::{Inspect, Wish};
 use super::undo::Undo;
 use egui::Rect;
 use glam::{Vec2, Vec3};
+use lightgraph::internals::image::paint::Look;
 use lightgraph::internals::plan::show::Picture;
 use lightgraph::internals::scene::{Pose, navigate};
 use lightgraph::internals::session::Pointer;

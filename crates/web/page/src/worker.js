@@ -26,7 +26,8 @@ function turn() {
     const told = JSON.parse(engine.advance((performance.now() - start) / 1000));
     const image = engine.take_image();
     if (image.length) post({ image });
-    if (told.swapped || told.faults || told.report || told.host_ms !== undefined) post({ told });
+    const plane = told.inspected ? engine.take_plane() : undefined;
+    if (told.swapped || told.faults || told.report || told.score || told.inspected || told.times || told.host_ms !== undefined) post({ told, plane });
   } catch (error) {
     if (fatal(error)) return;
   }
@@ -39,7 +40,7 @@ self.onmessage = async ({ data: { id, call, args } }) => {
     if (call === "open") {
       await init({ module_or_path: new URL("engine_bg.wasm", import.meta.url) });
       engine = await Engine.open(args[0]);
-      post({ id, result: { device: JSON.parse(engine.device()), files: JSON.parse(engine.files()) } });
+      post({ id, result: { device: JSON.parse(engine.device()), files: JSON.parse(engine.files()), times: engine.times() } });
       turn();
     } else if (call === "ping") {
       post({ id, result: true });

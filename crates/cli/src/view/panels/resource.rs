@@ -2,10 +2,10 @@
 
 use super::Seen;
 use crate::view::feed::{Content, Inspected};
-use crate::view::picture::{self, Channel, Extent, Look};
 use crate::view::stage::Inspect;
 use crate::view::state::State;
 use egui::{ColorImage, ComboBox, DragValue, RichText, ScrollArea, Sense, TextureHandle, TextureOptions, Ui, Vec2};
+use lightgraph::internals::image::paint::{self, Channel, Extent, Look};
 use lightgraph::internals::plan::{Desc, TextureKind};
 use lightgraph::{Image, Plan};
 use std::sync::Arc;
@@ -109,7 +109,7 @@ fn plane(ui: &mut Ui, state: &mut State, inspected: &Arc<Inspected>, image: &Ima
     let kept: Option<Painted> = ui.data(|d| d.get_temp(id));
     let kept = kept.filter(|k| Arc::ptr_eq(&k.from, inspected) && k.look == state.look);
     let painted = kept.unwrap_or_else(|| {
-        let (pixels, extent) = picture::paint(image, state.look);
+        let (pixels, extent) = paint::paint(image, state.look);
         let size = [image.width as usize, image.height as usize];
         let pixels = ColorImage::from_rgba_unmultiplied(size, &pixels);
         let texture = ui.ctx().load_texture("plane", pixels, TextureOptions::NEAREST);
