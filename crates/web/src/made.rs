@@ -149,7 +149,7 @@ fn showable(gpu: &Gpu, texture: &wgpu::Texture, name: &str) -> Checked<()> {
 /// What the image is held against, ready to be drawn.
 pub enum Other {
     Graph(Box<Made>),
-    Image { path: PathBuf, texture: wgpu::Texture, image: Arc<Image> },
+    Image { path: PathBuf, texture: wgpu::Texture, image: Arc<Image>, revision: u64 },
 }
 
 impl Other {
@@ -175,10 +175,17 @@ impl Other {
                 let made = Made::new(gpu, path, &wish, scene, revision, Some(before))?;
                 Ok(Some(Other::Graph(Box::new(made))))
             }
-            Some(Against::Image(path)) => {
+            Some(Against::Image(wanted)) => {
+                if let Some(Other::Image { path, texture, image, revision: of }) = before
+                    && (path, *of) == (wanted, revision)
+                {
+                    let (path, texture, image) = (path.clone(), texture.clone(), image.clone());
+                    return Ok(Some(Other::Image { path, texture, image, revision }));
+                }
+                let path = wanted;
                 let image = Arc::new(read_exr(path)?);
                 let texture = upload_shown(gpu, &image, &path.display().to_string())?;
-                Ok(Some(Other::Image { path: path.clone(), texture, image }))
+                Ok(Some(Other::Image { path: path.clone(), texture, image, revision }))
             }
         }
     }

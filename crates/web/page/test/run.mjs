@@ -228,7 +228,7 @@ await test("A is held against a file and against another graph", async () => {
   // Another size than the file's is told, not shown.
   await page.selectOption("#against", "image:references/mine.exr");
   await choose(page, { size: [64, 64] });
-  await page.waitForFunction(() => /size/.test(document.getElementById("score").innerText), { timeout: 60_000 });
+  await page.waitForFunction(() => / but /.test(document.getElementById("score").innerText), { timeout: 60_000 });
   await page.selectOption("#against", "");
   await choose(page, { size: SIZE });
   return `fast_grid is ${other.toFixed(1)} % off`;
