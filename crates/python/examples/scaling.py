@@ -3,9 +3,8 @@
 `python scaling.py SCENE [COUNT [SIZE]]`
 
 Each process is given one thread of Mesa's software driver (`LP_NUM_THREADS=1`), so that a worker is a core; GPUs take
-no notice. All workers have started before the clock does; each compiles its graph within the time, as this process
-does. Processor time is that of this process, in which the scheduler runs, and of all workers: what it grows by is what
-scheduling takes, whatever else the machine does.
+no notice. All workers have started and opened their device before the clock does, as this process has. Processor time
+is that of this process, in which the scheduler runs, and of all workers: what it grows by is what scheduling takes.
 """
 
 import os
@@ -29,9 +28,14 @@ SELDOM = {
 }
 
 
+def opened(scene: str) -> lg.Camera:
+    """Opens the device of this process; the scene's camera."""
+    return lg.Renderer(GRAPH, scene, (8, 8)).camera
+
+
 def main(scene: str, count: int = 200, size: int = 256) -> dict[str, tuple[float, float]]:
     """By who rendered: seconds, and seconds of processors."""
-    middle = lg.Renderer(GRAPH, scene, (8, 8)).camera
+    middle = opened(scene)
     eyes = [(middle.eye[0] + 0.2 * (i / count - 0.5), *middle.eye[1:]) for i in range(count)]
     views = [
         lg.View(f"v{i:03}", GRAPH, scene, lg.Camera(eye, middle.target, middle.fov), (size, size))
@@ -60,6 +64,7 @@ def main(scene: str, count: int = 200, size: int = 256) -> dict[str, tuple[float
         options = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": None}
         with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
             client.wait_for_workers(workers)
+            client.run(opened, scene)
             timed(f"{workers} worker{'s' * (workers > 1)}", client, list(client.run(os.getpid).values()))
     return found
 
