@@ -5,23 +5,33 @@
 //! then the first of each group runs.
 
 pub mod known;
-mod race;
 
 use crate::content::hash;
 use crate::diag::Checked;
-use crate::gpu::Gpu;
+use crate::gpu::{FrameReport, Gpu};
 use crate::graph::ast::{Pass, PassKind, walk};
 use crate::graph::expr::{Expr, Val};
-use crate::plan::StepId;
 use crate::plan::fastest::{Alternatives, Choice, Choices, groups, once};
 use crate::plan::keys::work;
+use crate::plan::{Plan, StepId};
 use crate::project::Project;
 use crate::scene::{FACTS, Scene};
-use crate::session::{Settings, plan_for, values_for};
+use crate::session::{Session, Settings, plan_for, values_for};
 use crate::value::{Type, Value, Values};
-use race::{Race, Side};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeSet;
+use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
+use web_time::Instant;
+
+/// Timed runs of each alternative, after one that is not, at least and at most.
+const RUNS: [u32; 2] = [1, 7];
+
+/// No more runs begin after this time.
+const ENOUGH: Duration = Duration::from_millis(300);
+
+/// A side that takes so many times as long as another is not looked at more closely.
+const HOPELESS: f64 = 8.0;
 
 /// Of the time of the first alternative another may take at most: what is closer is noise, and tomorrow the other way
 /// round.
@@ -63,112 +73,79 @@ pub fn measured(
     settings: &Settings,
     file: Option<&Path>,
 ) -> Checked<Choices> {
-    let mut measuring = Measuring::new(gpu, project, scene, settings, file)?;
+    let mut choices = settings.choices.clone();
+    let groups = groups(&project.graph);
+    if groups.iter().all(|(name, _)| choices.contains_key(*name)) {
+        return Ok(choices);
+    }
+    let values = values_for(project, scene, settings, gpu)?;
+    for &(name, of) in groups.iter().filter(|(name, _)| once(&project.graph, name)) {
+        let known = known::find(file, &key_once(gpu, project, &values, (name, of))).filter(|ms| ms.len() == of.len());
+        if let (Some(times), false) = (known, choices.contains_key(name)) {
+            let index = fastest(&times);
+            choices.insert(name.to_string(), Choice { index, why: why(&times, index, &gpu.info.name) });
+        }
+    }
+    if groups.iter().all(|(name, _)| choices.contains_key(*name)) {
+        return Ok(choices);
+    }
     loop {
-        if let Some(choices) = measuring.advance(gpu)? {
-            return Ok(choices);
-        }
-        gpu.wait()?;
-    }
-}
-
-/// As [`measured`], for whoever can't wait.
-pub struct Measuring {
-    project: Project,
-    scene: Arc<Scene>,
-    /// With the choices so far.
-    settings: Settings,
-    file: Option<PathBuf>,
-    values: Values,
-    race: Option<Contest>,
-}
-
-/// A group whose alternatives are timed.
-struct Contest {
-    group: Alternatives,
-    key: String,
-    race: Race,
-}
-
-impl Measuring {
-    /// # Errors
-    /// As [`measured`].
-    pub fn new(
-        gpu: &Gpu,
-        project: &Project,
-        scene: &Arc<Scene>,
-        settings: &Settings,
-        file: Option<&Path>,
-    ) -> Checked<Measuring> {
-        let (project, scene, mut settings) = (project.clone(), scene.clone(), settings.clone());
-        let values = match decided(&project, &settings.choices) {
-            true => Values::new(),
-            false => values_for(&project, &scene, &settings, gpu)?,
+        let settings = Settings { choices: choices.clone(), ..settings.clone() };
+        let plan = plan_for(project, scene, &settings, gpu)?.plan;
+        let Some(group) = plan.alternatives.iter().find(|a| !choices.contains_key(&a.name)) else { break };
+        let sides = sides(gpu, project, scene, &settings, group)?;
+        let of = groups.iter().find(|(name, _)| *name == group.name).map(|(_, of)| *of);
+        let key = match of.filter(|_| group.once) {
+            Some(of) => key_once(gpu, project, &values, (&group.name, of)),
+            None => key(gpu, scene, &sides),
         };
-        for &(name, of) in groups(&project.graph).iter().filter(|(name, _)| once(&project.graph, name)) {
-            if settings.choices.contains_key(name) {
-                continue;
-            }
-            let key = key_once(gpu, &project, &values, (name, of));
-            if let Some(times) = known::find(file, &key).filter(|ms| ms.len() == of.len()) {
-                let index = fastest(&times);
-                settings.choices.insert(name.to_string(), Choice { index, why: why(&times, index, &gpu.info.name) });
-            }
-        }
-        Ok(Measuring { project, scene, settings, file: file.map(Path::to_path_buf), values, race: None })
-    }
-
-    /// The choices, once all are made; until then waits for nothing.
-    ///
-    /// # Errors
-    /// As [`measured`].
-    pub fn advance(&mut self, gpu: &Gpu) -> Checked<Option<Choices>> {
-        loop {
-            if let Some(Contest { group, key, race }) = &mut self.race {
-                let Some(times) = race.advance(gpu)? else { return Ok(None) };
+        let times = match known::find(file, &key).filter(|ms| ms.len() == sides.len()) {
+            Some(times) => times,
+            None => {
+                let times = race(gpu, project, scene, &sides)?;
                 let adapter = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
-                let (key, group) = (std::mem::take(key), group.clone());
-                let entry = known::Entry { key, adapter, group: group.name.clone(), ms: times.clone() };
-                known::keep(self.file.as_deref(), entry);
-                self.race = None;
-                self.decide(gpu, &group, &times);
+                known::keep(file, known::Entry { key, adapter, group: group.name.clone(), ms: times.clone() });
+                times
             }
-            if decided(&self.project, &self.settings.choices) {
-                return Ok(Some(self.settings.choices.clone()));
-            }
-            let plan = plan_for(&self.project, &self.scene, &self.settings, gpu)?.plan;
-            let open = |group: &&Alternatives| !self.settings.choices.contains_key(&group.name);
-            let Some(group) = plan.alternatives.iter().find(open) else {
-                return Ok(Some(self.settings.choices.clone()));
-            };
-            let sides = race::sides(gpu, &self.project, &self.scene, &self.settings, group)?;
-            let groups = groups(&self.project.graph);
-            let of = groups.iter().find(|(name, _)| *name == group.name).map(|(_, of)| *of);
-            let key = match of.filter(|_| group.once) {
-                Some(of) => key_once(gpu, &self.project, &self.values, (&group.name, of)),
-                None => key(gpu, &self.scene, &sides),
-            };
-            match known::find(self.file.as_deref(), &key).filter(|ms| ms.len() == sides.len()) {
-                Some(times) => self.decide(gpu, group, &times),
-                None => {
-                    let race = Race::new(gpu, &self.project, &self.scene, sides)?;
-                    self.race = Some(Contest { group: group.clone(), key, race });
-                }
-            }
-        }
-    }
-
-    fn decide(&mut self, gpu: &Gpu, group: &Alternatives, times: &[f64]) {
-        let best = fastest(times);
+        };
+        let best = fastest(&times);
         let index = group.ways.get(best).map_or(0, |way| way.index);
-        let choice = Choice { index, why: why(times, best, &gpu.info.name) };
-        self.settings.choices.insert(group.name.clone(), choice);
+        choices.insert(group.name.clone(), Choice { index, why: why(&times, best, &gpu.info.name) });
     }
+    Ok(choices)
 }
 
-/// Whether every group has its choice.
-fn decided(project: &Project, choices: &Choices) -> bool {
-    groups(&project.graph).iter().all(|(name, _)| choices.contains_key(*name))
+/// One alternative: what to render with it, and the plan.
+struct Side {
+    settings: Settings,
+    plan: Plan,
+    /// The steps that some other alternative does without.
+    own: BTreeSet<usize>,
+}
+
+fn sides(
+    gpu: &Gpu,
+    project: &Project,
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    group: &Alternatives,
+) -> Checked<Vec<Side>> {
+    let mut sides = vec![];
+    for way in &group.ways {
+        let mut choices = settings.choices.clone();
+        choices.insert(group.name.clone(), Choice { index: way.index, why: "measured now".into() });
+        let plain = Settings { choices, skip: false, verify: false, watch: false, inspect: false, ..settings.clone() };
+        let plan = plan_for(project, scene, &plain, gpu)?.plan;
+        sides.push(Side { settings: plain, plan, own: BTreeSet::new() });
+    }
+    let passes: Vec<BTreeSet<String>> =
+        sides.iter().map(|s| s.plan.steps.iter().map(|step| step.pass.clone()).collect()).collect();
+    for side in &mut sides {
+        let everywhere = |pass: &String| passes.iter().all(|p| p.contains(pass));
+        let steps = side.plan.steps.iter().enumerate();
+        side.own = steps.filter(|(_, step)| !everywhere(&step.pass)).map(|(i, _)| i).collect();
+    }
+    Ok(sides)
 }
 
 /// The same for the same adapter.
@@ -217,6 +194,67 @@ fn key(gpu: &Gpu, scene: &Scene, sides: &[Side]) -> String {
     let work: Vec<Vec<u128>> =
         sides.iter().map(|s| s.own.iter().map(|i| work(&s.plan, StepId(*i))).collect()).collect();
     format!("{:032x}", hash(&(adapter(gpu), counts, work)))
+}
+
+/// Milliseconds of the own steps of each side, the least of several runs in turn, so that what else the machine does
+/// falls on all. By the device's clock; where it has none, or is a software driver's that tells the time of one step
+/// with the next, by the host's, of a frame of those steps alone.
+fn race(gpu: &Gpu, project: &Project, scene: &Arc<Scene>, sides: &[Side]) -> Checked<Vec<f64>> {
+    let mut sessions = vec![];
+    for side in sides {
+        sessions.push(Session::new(gpu, project, scene.clone(), side.settings.clone())?);
+    }
+    let by_device = !gpu.is_software() && gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY);
+    // In its first run a driver may still compile.
+    for (session, side) in sessions.iter_mut().zip(sides) {
+        session.repeat(gpu, &upto(&session.plan, &side.own))?;
+    }
+    let (mut times, mut shortest) = (vec![f64::INFINITY; sides.len()], f64::INFINITY);
+    let start = Instant::now();
+    let [least, most] = RUNS;
+    for run in 0..most {
+        if run >= least && start.elapsed() > ENOUGH {
+            break;
+        }
+        for ((session, side), time) in sessions.iter_mut().zip(sides).zip(&mut times) {
+            if *time > HOPELESS * shortest && time.is_finite() {
+                continue;
+            }
+            let led = session.repeat(gpu, &upto(&session.plan, &side.own))?;
+            let taken = match by_device {
+                true => taken(&led, &side.own),
+                false if led.wall_ms > HOPELESS * shortest => led.wall_ms,
+                false => session.repeat(gpu, &alone(&session.plan, &side.own))?.wall_ms,
+            };
+            *time = time.min(taken);
+            shortest = shortest.min(led.wall_ms);
+        }
+    }
+    Ok(times)
+}
+
+/// By step: whether it is one of these.
+fn alone(plan: &Plan, wanted: &BTreeSet<usize>) -> Vec<bool> {
+    (0..plan.steps.len()).map(|i| wanted.contains(&i)).collect()
+}
+
+/// By step: whether it is one of these or leads to one.
+fn upto(plan: &Plan, wanted: &BTreeSet<usize>) -> Vec<bool> {
+    let mut run = vec![false; plan.steps.len()];
+    let mut open: Vec<usize> = wanted.iter().copied().collect();
+    while let Some(i) = open.pop() {
+        if let Some(known) = run.get_mut(i).filter(|known| !**known) {
+            *known = true;
+            open.extend(plan.steps[i].after.iter().map(|s| s.0));
+        }
+    }
+    run
+}
+
+/// Milliseconds on the device of some steps; where it doesn't say, of the frame.
+fn taken(report: &FrameReport, steps: &BTreeSet<usize>) -> f64 {
+    let own = report.steps.iter().filter(|t| steps.contains(&t.step));
+    own.map(|t| t.gpu_ms).sum::<Option<f64>>().unwrap_or(report.wall_ms)
 }
 
 /// The first, unless another is clearly faster.

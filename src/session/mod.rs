@@ -298,17 +298,17 @@ impl Session {
         self.held.forget();
     }
 
-    /// Submits some steps of the last frame once more, or of the first, whatever they hold: for whoever asks how long
-    /// they take.
+    /// Runs some steps of the last frame once more, or of the first, whatever they hold: for whoever asks how long they
+    /// take.
     ///
     /// # Errors
-    /// As [`gpu::begin`].
-    pub(crate) fn repeat(&mut self, gpu: &Gpu, run: &[bool]) -> Checked<Frame> {
+    /// As [`Session::frame`].
+    pub(crate) fn repeat(&mut self, gpu: &Gpu, run: &[bool]) -> Checked<FrameReport> {
         let pose = self.scene.pose_shifted(self.last.time, &self.last.shift);
         let (values, _) = self.last.next((&self.scene, &self.settings), (&pose, self.pointer), self.last.index)?;
         // What other steps would have left isn't there.
         self.forget();
-        gpu::begin(
+        gpu::execute(
             gpu,
             &self.plan,
             &mut self.prepared,

@@ -8,7 +8,6 @@ use crate::looks::{Inspect, Inspected, Score};
 use crate::made::{Made, Other, Wish};
 use crate::tell;
 use glam::{Vec2, Vec3};
-use lightgraph::internals::fastest::Measuring;
 use lightgraph::internals::gpu::{Arrangement, Display, PendingImage};
 use lightgraph::internals::scene::{self, navigate};
 use lightgraph::internals::session::Pointer;
@@ -20,9 +19,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
-
-/// Where times of alternatives are held, in memory: the page keeps them for the next visit.
-const TIMES: &str = "caches/fastest.json";
 
 /// What the engine said last before it stopped.
 static PANIC: Mutex<String> = Mutex::new(String::new());
@@ -76,10 +72,6 @@ pub struct Engine {
     turn: u32,
     /// The last frame that arrived ran no step, and nothing has changed since; of each of the pair.
     rest: [bool; 2],
-    /// What is shown was made from it.
-    wished: Option<Wish>,
-    /// Alternatives of what is shown that are timed; nothing else runs meanwhile.
-    measuring: Option<Measuring>,
     /// The session that is shown can't be rendered.
     failed: bool,
     /// Grows when files change; that of scenes, and of graphs and shaders.
@@ -135,8 +127,6 @@ impl Engine {
             index: [0; 2],
             turn: 0,
             rest: [false; 2],
-            wished: None,
-            measuring: None,
             failed: false,
             revisions: [0; 2],
         })
@@ -153,11 +143,6 @@ impl Engine {
         let held = ["graphs", "shaders", "scenes"].map(|folder| files::held_below(Path::new(folder)));
         let all: Vec<String> = held.into_iter().flatten().map(|p| p.display().to_string()).collect();
         json!(all).to_string()
-    }
-
-    /// The path of what was measured, a text that [`Engine::hold`] takes in another run.
-    pub fn times(&self) -> String {
-        TIMES.into()
     }
 
     /// The text of a file; `None` where there is none.
@@ -351,7 +336,7 @@ impl Engine {
 
     fn make(&mut self, wish: &Wish) -> Checked<Value> {
         let start = Instant::now();
-        (self.next, self.measuring) = (None, None);
+        self.next = None;
         self.scene(&wish.scene)?;
         let Some(Loaded { scene, notices, .. }) = &self.scene else { return Ok(json!({})) };
         let (gpu, revision, shown) = (&self.gpu, self.revisions[1], self.shown.as_ref());
@@ -363,7 +348,6 @@ impl Engine {
         told["notices"] = tell::diagnostics(&notices);
         told["make_ms"] = json!(start.elapsed().as_secs_f64() * 1e3);
         self.next = Some(Pair { first, second });
-        self.wished = Some(wish.clone());
         Ok(told)
     }
 }

@@ -3,7 +3,6 @@
 use crate::tell;
 use lightgraph::internals::gpu::{Timing, upload_shown};
 use lightgraph::internals::image::exr::read_exr;
-use lightgraph::internals::plan::fastest::still;
 use lightgraph::internals::value::Values;
 use lightgraph::{Checked, Diagnostic, Gpu, Image, Memory, Project, Scene, Session, Settings};
 use serde::Deserialize;
@@ -91,8 +90,6 @@ impl Made {
             skip: true,
             timing: if wish.timed { Timing::Steps } else { Timing::Frame },
             inspect: wish.inspect,
-            // What is once decided stays: an edit is to be seen at once.
-            choices: before.map(|made| still(&project.graph, &made.session.settings.choices)).unwrap_or_default(),
             ..Settings::default()
         };
         let session = Session::after(gpu, &project, scene.clone(), settings, before.map(|made| &made.session))?;

@@ -5,7 +5,6 @@ import { Editor } from "./editor.js";
 import { show as showParams } from "./params.js";
 import { isText, packed, unpacked } from "./project.js";
 import { Resources } from "./resource.js";
-import * as times from "./times.js";
 import { options, row } from "./widgets.js";
 
 const byId = (id) => document.getElementById(id);
@@ -79,7 +78,6 @@ async function open() {
   const opened = await engine.open();
   device = opened.device;
   files = opened.files;
-  await times.restore(engine, opened.times);
   fetched.clear();
   for (const [path, bytes] of own) {
     await hold(path, bytes);
@@ -279,10 +277,6 @@ async function listen(data) {
     document.body.dataset.hostMs = host.toSorted((a, b) => a - b)[host.length >> 1].toFixed(3);
   }
   if (told.report) report(told.report);
-  if (told.times) {
-    times.keep(engine, told.times);
-    if (byId("plan-open").open) showPlan();
-  }
   if (told.score) compare.showScore(told.score);
   if (told.inspected) resources.show(told.inspected, data.plane);
 }

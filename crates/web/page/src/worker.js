@@ -27,7 +27,7 @@ function turn() {
     const image = engine.take_image();
     if (image.length) post({ image });
     const plane = told.inspected ? engine.take_plane() : undefined;
-    if (told.swapped || told.faults || told.report || told.score || told.inspected || told.times || told.host_ms !== undefined) post({ told, plane });
+    if (told.swapped || told.faults || told.report || told.score || told.inspected || told.host_ms !== undefined) post({ told, plane });
   } catch (error) {
     if (fatal(error)) return;
   }
@@ -40,7 +40,7 @@ self.onmessage = async ({ data: { id, call, args } }) => {
     if (call === "open") {
       await init({ module_or_path: new URL("engine_bg.wasm", import.meta.url) });
       engine = await Engine.open(args[0]);
-      post({ id, result: { device: JSON.parse(engine.device()), files: JSON.parse(engine.files()), times: engine.times() } });
+      post({ id, result: { device: JSON.parse(engine.device()), files: JSON.parse(engine.files()) } });
       turn();
     } else if (call === "ping") {
       post({ id, result: true });

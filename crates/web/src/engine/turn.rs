@@ -1,16 +1,13 @@
 //! One turn of the engine: what has arrived, and a frame of what is shown.
 
-use super::{Engine, Pair, TIMES};
+use super::{Engine, Pair};
 use crate::made::{Made, Other};
 use crate::tell;
-use lightgraph::internals::fastest::Measuring;
 use lightgraph::internals::gpu::{Arrangement, Look, StepTime};
 use lightgraph::internals::image::png::ToneMap;
-use lightgraph::internals::plan::fastest::Alternatives;
-use lightgraph::{Checked, Diagnostic, Faults, Frame, FrameReport, Session};
+use lightgraph::{Checked, Diagnostic, Faults, Frame, FrameReport};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
-use std::path::Path;
 use std::sync::Arc;
 use web_time::Instant;
 
@@ -90,19 +87,10 @@ impl Engine {
         if let Some(inspected) = self.inspected.arrived(&self.gpu)? {
             told["inspected"] = inspected;
         }
-        if self.choose()? {
-            told["times"] = json!(TIMES);
-        }
-        if self.measuring.is_some() {
-            told["idle"] = json!(false);
-            return Ok(told);
-        }
         self.turn = self.turn.wrapping_add(1);
         let alone = self.shown.as_ref().is_none_or(|s| !matches!(s.second, Some(Other::Graph(_))));
         let rest = self.rest[0] && (alone || self.rest[1]);
         let asleep = rest && !self.turn.is_multiple_of(SELDOM);
-        // It is timed as soon as it has been seen.
-        let asleep = asleep || (self.index[0] > 0 && self.is_undecided());
         let idle = asleep || self.failed || self.frames.iter().any(|frames| frames.len() >= UNDER_WAY);
         if !idle
             && self.shown.is_some()
@@ -116,40 +104,6 @@ impl Engine {
         }
         told["idle"] = json!(idle);
         Ok(told)
-    }
-
-    /// Whether what is shown has alternatives of which nobody knows the fastest.
-    fn is_undecided(&self) -> bool {
-        let Some(Session { plan, settings, .. }) = self.shown.as_ref().map(|s| &s.first.session) else { return false };
-        plan.alternatives.iter().any(|group| !settings.choices.contains_key(&group.name))
-    }
-
-    /// Times the alternatives of what is shown, once it has been seen; then makes it of the fastest. Whether something
-    /// was found out.
-    fn choose(&mut self) -> Checked<bool> {
-        let (Some(Pair { first, .. }), None) = (&self.shown, &self.next) else { return Ok(false) };
-        let Some(measuring) = &mut self.measuring else {
-            let (settings, scene) = (&first.session.settings, &first.session.scene);
-            let seen = self.index[0] > 0 && self.frames.iter().all(VecDeque::is_empty);
-            if seen && !self.failed && self.is_undecided() {
-                let made = Measuring::new(&self.gpu, &first.project, scene, settings, Some(Path::new(TIMES)));
-                self.measuring = Some(made?);
-            }
-            return Ok(false);
-        };
-        let Some(choices) = measuring.advance(&self.gpu)? else { return Ok(false) };
-        self.measuring = None;
-        let run = |group: &Alternatives| group.ways.get(group.chosen).map(|way| way.index);
-        let plan = &first.session.plan;
-        let same = |group: &Alternatives| choices.get(&group.name).is_none_or(|c| run(group) == Some(c.index));
-        let same = plan.alternatives.iter().all(same);
-        if let Some(shown) = &mut self.shown {
-            shown.first.session.settings.choices = choices;
-        }
-        if let (Some(wish), false) = (self.wished.clone(), same) {
-            self.make(&wish)?;
-        }
-        Ok(true)
     }
 
     /// Records a frame of each of the pair, and shows both.
