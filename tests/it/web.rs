@@ -1,7 +1,7 @@
 //! Pages for browsers: what `export web` writes. `make test-web` looks at pages in a browser.
 
 use crate::command::lightgraph;
-use crate::support::Scratch;
+use crate::support::{Scratch, repository};
 use std::fs;
 
 /// The files of a page that an export takes over.
@@ -49,8 +49,8 @@ fn an_exported_page_has_all_that_its_graph_needs() {
     let lit = scratch.path().join("lit").display().to_string();
     let (code, text) = export("graphs/play/image_lit.ron", &page_name, &lit);
     assert!(code == Some(0), "{text}");
-    let [here, there] =
-        ["graphs/play/studio.hdr", &format!("{lit}/graphs/studio.hdr")].map(|path| fs::read(path).unwrap());
+    let here = fs::read(repository("graphs/play/studio.hdr")).unwrap();
+    let there = fs::read(format!("{lit}/graphs/studio.hdr")).unwrap();
     assert_eq!(here, there);
     let told: serde_json::Value = serde_json::from_slice(&fs::read(format!("{lit}/project.json")).unwrap()).unwrap();
     assert!(told["files"].as_array().unwrap().contains(&"graphs/studio.hdr".into()), "{told}");
