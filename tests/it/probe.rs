@@ -218,7 +218,7 @@ fn a_texel_leads_to_the_invocation_that_wrote_it() {
     const PATHS: &str = r#"Graph(
         about: "Ways to a texel",
         resources: {
-            "first": Texture(format: Rgba32Float, size: "screen"),
+            "first": Texture(format: Rgba32Float, size: "screen", history: true),
             "copied": Texture(format: Rgba32Float, size: "screen"),
             "chain": Texture(format: Rgba32Float, size: "screen", mips: 2),
             "blocks": Texture(format: Rgba32Float, size: "screen"),

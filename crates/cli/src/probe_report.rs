@@ -108,7 +108,7 @@ fn sections(probe: &Probe, invocation: &Invocation) -> Vec<Section> {
     let mut returned = of(Role::Return);
     let returns = probe.sites.iter().any(|s| s.role == Role::Return);
     if probe.stage == Stage::Fragment && returns && returned.is_empty() {
-        returned.push(("none:".into(), "the fragment was discarded".into()));
+        returned.push(("none: the fragment was discarded".into(), String::new()));
     }
     all.push(("output".into(), returned));
     let all = all.into_iter().filter(|(_, rows)| !rows.is_empty());

@@ -1,5 +1,5 @@
-//! The graph as it is declared: passes in the order of the text, each with what the plan made of it and whether that ran.
-//! A click opens the file at the pass.
+//! The graph as it is declared: passes in the order of the text, each with what the plan made of it and whether that
+//! ran. A click opens the file at the pass.
 
 use super::{Seen, shown_ms};
 use crate::view::editor;
@@ -47,14 +47,17 @@ fn row(ui: &mut Ui, state: &mut State, pass: &Pass, (times, wanted): (&[PassTime
         ui.label(RichText::new(pass.kind.word()).small().weak());
         let Some(made) = times.iter().find(|p| p.name == *name) else { return };
         let steps = if made.steps == 1 { "1 step".to_string() } else { format!("{} steps", made.steps) };
-        let (words, color) = match (made.ran, made.steps) {
-            (_, 0) => (format!("left out: {}", made.why), LEFT_OUT),
-            (0, _) => (format!("{steps}, skipped: {}", made.why), ui.visuals().weak_text_color()),
+        let (mut words, color) = match (made.ran, made.steps) {
+            (_, 0) => ("left out".to_string(), LEFT_OUT),
+            (0, _) => (format!("{steps}, skipped"), ui.visuals().weak_text_color()),
             (ran, _) => {
                 let time = made.gpu_ms.unwrap_or(made.cpu_ms);
-                (format!("{steps}, {ran} ran in {}: {}", shown_ms(time), made.why), RAN)
+                (format!("{steps}, {ran} ran in {}", shown_ms(time)), RAN)
             }
         };
+        if !made.why.is_empty() {
+            words = format!("{words}: {}", made.why);
+        }
         ui.label(RichText::new(words).small().color(color));
     });
 }

@@ -10,6 +10,9 @@ use lightgraph::internals::diag::render;
 const HOW: &str =
     "Ctrl+click (on a Mac ⌘+click) a pixel of the image, or of a resource, to see what its shader computes.";
 
+/// Characters of a value that are shown at once: a matrix would take all of the room.
+const MOST_SHOWN: usize = 64;
+
 /// Which invocation, and which of its values.
 pub fn choose(ui: &mut Ui, state: &mut State, seen: &Seen) {
     let Some(subject) = &seen.feed.told.subject else { return };
@@ -93,7 +96,13 @@ fn invocation(ui: &mut Ui, sections: &[Section], search: &str) {
                 Grid::new(ui.next_auto_id()).num_columns(2).spacing([8.0, 1.0]).show(ui, |ui| {
                     for (name, value) in found {
                         ui.label(RichText::new(name).monospace());
-                        ui.label(RichText::new(value).monospace().weak());
+                        let short: String = value.chars().take(MOST_SHOWN).collect();
+                        let cut = short.len() < value.len();
+                        let short = if cut { format!("{short} …") } else { short };
+                        let label = ui.label(RichText::new(short).monospace().weak());
+                        if cut {
+                            label.on_hover_text(value);
+                        }
                         ui.end_row();
                     }
                 });

@@ -48,8 +48,8 @@ pub(super) struct LastAnswer {
 }
 
 impl Stage {
-    /// Answers what the wish asks: once, and again when the graph, a shader, a parameter, the size or the scene changes.
-    /// Whether a frame was rendered for it.
+    /// Answers what the wish asks: once, and again when the graph, a shader, a parameter, the size or the scene
+    /// changes. Whether a frame was rendered for it.
     pub(super) fn probe(&mut self, wish: &Wish, rest: bool) -> bool {
         let Some(ask) = &wish.ask else {
             self.answer = None;
