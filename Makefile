@@ -64,9 +64,7 @@ web:
 	@scripts/web.sh
 
 test-web: driver browser
-	cargo build
-	scripts/web.sh
-	node crates/web/page/test/run.mjs target/debug/lightgraph target/web out/web
+	@scripts/test-web.sh
 
 # Without the window, which takes a third of the time to build.
 demo: driver
@@ -152,7 +150,8 @@ display:
 browser:
 	@scripts/install-browser.sh
 
-# The stages before the device, and the language server on them, build without wgpu. Where cargo-deny is installed,
+# The stages before the device, and the language server on them, build without wgpu; the page's engine builds for a
+# browser, and `make test-web` tests it there. Where cargo-deny is installed,
 # dependencies are held to deny.toml too.
 lint:
 	@for tool in fmt clippy; do \
@@ -164,6 +163,11 @@ lint:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo clippy --package lightgraph --package lightgraph-lsp --no-default-features --all-targets -- -D warnings
+	@if [ -d "$$(rustc --print sysroot)/lib/rustlib/wasm32-unknown-unknown" ]; then \
+	    cargo clippy --package lightgraph-web --lib --target wasm32-unknown-unknown -- -D warnings; \
+	else \
+	    echo "make: the page's engine is NOT checked: \`rustup target add wasm32-unknown-unknown\` adds its target" >&2; \
+	fi
 	@if cargo tree --package lightgraph-lsp --edges normal | grep -E ' wgpu(-core|-hal)? v'; then \
 	    echo "make: the stages before the device must not depend on one" >&2; \
 	    exit 1; \

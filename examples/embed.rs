@@ -62,7 +62,7 @@ struct Program {
 
 impl Program {
     fn start() -> Checked<Program> {
-        // No debug labels unless `WGPU_DEBUG=1` asks: Mesa's software driver crashes on them in version 22.
+        // `WGPU_DEBUG=1` hands the names of passes to a graphics debugger.
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
             flags: wgpu::InstanceFlags::empty().with_env(),
             ..wgpu::InstanceDescriptor::new_without_display_handle()

@@ -10,6 +10,9 @@ use std::time::Instant;
 /// Frames of each kind.
 const FRAMES: u32 = 101;
 
+/// What is changed before a frame, by a distance.
+type Change<'c> = &'c dyn Fn(&mut Session, f32);
+
 fn main() -> Checked<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let [graph, scene, node, params @ ..] = words.as_slice() else {
@@ -45,7 +48,7 @@ fn times(graph: &Path, scene: &Path, node: &str, params: &[String]) -> Checked<V
         drop(recorded);
         Ok(times)
     };
-    let kinds: [(&str, &dyn Fn(&mut Session, f32)); 4] = [
+    let kinds: [(&str, Change); 4] = [
         ("nothing changed", &|_, _| {}),
         ("the camera moved", &|session, by| {
             session.shift.view = eye.map(|e| View::perspective(e.position + Vec3::Y * by, e.forward, e.up, 0.9));

@@ -9,7 +9,7 @@
 #ifdef ENVIRONMENT_DIRECT
 #import lightgraph::environment_light::reflected_environment
 #endif
-#import lightgraph::seen::seen_at
+#import lightgraph::seen::{finished, seen_at}
 #import lightgraph::surface::{is_lit, read_record}
 #ifdef UNLIT
 #import lightgraph::surface::unlit_of
@@ -29,10 +29,6 @@
 #import lightgraph::trace::leave
 #endif
 
-#ifdef FINISH
-/// Roughness and metalness.
-var surface_finish: texture_2d<f32>;
-#endif
 #ifdef EMITTERS_DIRECT
 var<uniform> emitter_samples: u32;
 #endif
@@ -53,12 +49,7 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
     let seen = seen_at(id.xy);
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
-        var s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
-#ifdef FINISH
-        let finish = textureLoad(surface_finish, id.xy, 0);
-        s.roughness = finish.x;
-        s.metallic = finish.y;
-#endif
+        let s = finished(read_record(seen.albedo, seen.normal, ray.origin, ray.direction), id.xy);
         light = s.emission;
 #ifdef UNLIT
         light += unlit_of(seen.albedo);

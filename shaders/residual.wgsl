@@ -13,6 +13,9 @@ var path_indirect: texture_2d<f32>;
 var residual: texture_storage_2d<rgba32float, write>;
 var settled: texture_storage_2d<rgba32float, write>;
 
+/// Fewer paths tell too little of how far they scatter.
+const ENOUGH: u32 = 6u;
+
 /// A path may miss what lights a pixel: its light scatters by as much as there is, at least.
 const SCATTER: f32 = 1.0;
 
@@ -23,7 +26,7 @@ fn find_residual(@builtin(global_invocation_id) id: vec3u) {
     }
     var found = vec4f(0.0);
     let seen = seen_at(id.xy);
-    if progress.next > 0u && is_lit(seen.albedo) {
+    if progress.next >= ENOUGH && is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
         let albedo = color_of(read_record(seen.albedo, seen.normal, ray.origin, ray.direction));
         let gathered = textureLoad(mean_indirect, id.xy, 0).rgb;

@@ -8,7 +8,7 @@
 #import lightgraph::photons::{RAYS_A_SOURCE, from_source}
 #import lightgraph::rays::unpack_normal
 #import lightgraph::rounds::round
-#import lightgraph::seen::seen_at
+#import lightgraph::seen::{finished, seen_at}
 #import lightgraph::source_texels::source_at
 #import lightgraph::surface::{Surface, is_lit, read_record}
 #import lightgraph::tiles::{NO_POINT, TILE, point_pixel, points_across}
@@ -33,6 +33,10 @@ var<storage, read> more: array<vec2u>;
 /// Rays before those.
 const COUNT: u32 = #{COUNT}u;
 var indirect: texture_storage_2d<rgba32float, write>;
+#ifdef LOBES
+/// See lobe_rays.wgsl.
+var lobe_light: texture_2d<f32>;
+#endif
 #endif
 
 /// Neighbours count whose normals differ by less than acos of this, and whose planes lie closer than this share of
@@ -62,7 +66,7 @@ struct Neighbour {
     index: u32,
     position: vec3f,
     normal: vec3f,
-    /// Steps of distance from which on it shares what it met.
+    /// Steps of distance from which on it shares what it met; those nearest to the pixel share all.
     step: u32,
     /// Its rays beside those that all have.
     more: vec2u,
@@ -70,6 +74,12 @@ struct Neighbour {
 
 /// Metres of a pixel at its distance.
 var<private> footprint: f32;
+/// The least step of a neighbour.
+var<private> nearest: u32;
+
+fn shares(n: Neighbour, step: u32) -> bool {
+    return step >= n.step || n.step == nearest;
+}
 
 fn step_of(distance: f32) -> u32 {
     return u32(clamp(ceil(log2(max(distance / footprint, 1e-6))), 0.0, f32(STEPS - 1u)));
@@ -125,7 +135,7 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
     if look.y != 0u {
         let source = source_at(look.x);
         let step = step_of(distance(source.position, n.position));
-        if step >= n.step {
+        if shares(n, step) {
             let weight = n.weight * (*weights)[step] * bitcast<f32>(look.y);
             let light = weight * from_source(source, s.position, s.normal, RAYS_A_SOURCE);
             sums.straight += light;
@@ -140,7 +150,7 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
     let here2 = max(dot(to_here, to_here), 1e-12);
     let there2 = max(dot(to_there, to_there), 1e-12);
     let step = step_of(sqrt(there2));
-    if step < n.step {
+    if !shares(n, step) {
         return;
     }
     let normal = unpack_normal(end.w);
@@ -181,7 +191,7 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let ray = pixel_ray(pixel);
-    let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+    let s = finished(read_record(seen.albedo, seen.normal, ray.origin, ray.direction), pixel);
     let beside = pixel_ray(pixel + vec2u(1u, 0u));
     footprint = length(beside.origin + seen.normal.w * beside.direction - s.position);
     let tile = vec2i(pixel / TILE);
@@ -198,8 +208,12 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     // Where no point lies near enough, those that do lie nearest.
+    nearest = 0u;
     for (var i = STEPS - 1u; i > 0u; i--) {
-        sharing[i - 1u] = select(sharing[i - 1u], sharing[i], sharing[i - 1u] == 0.0);
+        if sharing[i - 1u] == 0.0 {
+            sharing[i - 1u] = sharing[i];
+            nearest = max(nearest, i);
+        }
     }
     for (var i = 0u; i < STEPS; i++) {
         sharing[i] = 1.0 / max(sharing[i], 1e-20);
@@ -228,6 +242,10 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     let albedo = dot(matte(s), vec3f(0.333));
     doubts[id.y * across.x + id.x] = albedo * albedo * max(variance, 0.0);
 #else
-    textureStore(indirect, pixel, vec4f(matte(s) * (mean + sums.straight), 1.0));
+    var light = matte(s) * (mean + sums.straight);
+#ifdef LOBES
+    light += textureLoad(lobe_light, pixel, 0).rgb;
+#endif
+    textureStore(indirect, pixel, vec4f(light, 1.0));
 #endif
 }

@@ -2,8 +2,8 @@
 //! than chance, the rest goes to the next scale, twice as wide (after the wavelets of Dammertz et al., "Edge-Avoiding
 //! A-Trous Wavelet Transform for fast Global Illumination Filtering", 2010, each weighed as Wiener has it).
 #import lightgraph::camera::{camera, pixel_ray}
+#import lightgraph::progress::Progress
 #import lightgraph::residual::{color_of, gray_of}
-#import lightgraph::rounds::round
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
 
@@ -13,6 +13,7 @@ struct Params {
     scales: u32,
 }
 var<uniform> params: Params;
+var<storage, read> progress: Progress;
 var finer: texture_2d<f32>;
 var settled: texture_2d<f32>;
 var coarser: texture_storage_2d<rgba32float, write>;
@@ -20,9 +21,10 @@ var settled_more: texture_storage_2d<rgba32float, write>;
 
 const SAME_NORMAL: f32 = 0.8;
 const SAME_PLANE: f32 = 0.2;
-/// Of one bright path among dark ones the scatter is not known: the n-th frame takes this by n more for chance than the
-/// paths' scatter tells, each coarser scale half of it.
+/// Of one bright path among dark ones the scatter is not known: this over what n * UNSURE_PATHS paths have by n + 1 is
+/// taken for chance beside what the paths' scatter tells, each coarser scale half of it.
 const UNSURE: f32 = 8.0;
+const UNSURE_PATHS: f32 = 16.0;
 
 /// Neighbours' errors go together from the second scale on: how much more of the variance is left than if they did not.
 fn together(scale: u32) -> f32 {
@@ -31,7 +33,8 @@ fn together(scale: u32) -> f32 {
 
 /// The share of what was found with an energy that is not chance.
 fn sure_share(energy: f32, chance: f32) -> f32 {
-    let doubt = 1.0 + UNSURE / f32((round() + 1u) << params.scale);
+    let known = f32(progress.next) / UNSURE_PATHS + 1.0;
+    let doubt = 1.0 + UNSURE / (known * f32(1u << params.scale));
     return clamp(1.0 - doubt * chance / max(energy, 1e-30), 0.0, 1.0);
 }
 

@@ -1,11 +1,14 @@
 //! Direct light in the image, with traced shadows: emission, and the first bounce from lights, emitters and the
-//! environment.
+//! environment. With FINISH metals shine as rough as they are at each pixel.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::random::seed
 #import lightgraph::rounds::salt
-#import lightgraph::seen::seen_at
+#import lightgraph::seen::{finished, seen_at}
 #import lightgraph::surface::{is_lit, is_nothing, read_record}
 #import lightgraph::trace::leave
+#ifdef UNLIT
+#import lightgraph::surface::unlit_of
+#endif
 #ifdef LIGHTS
 #import lightgraph::traced_lights::traced_light
 #endif
@@ -30,9 +33,12 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
     let seen = seen_at(id.xy);
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
-        let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+        let s = finished(read_record(seen.albedo, seen.normal, ray.origin, ray.direction), id.xy);
         let start = leave(s.position, s.normal + s.view);
         light = s.emission;
+#ifdef UNLIT
+        light += unlit_of(seen.albedo);
+#endif
 #ifdef LIGHTS
         light += traced_light(s, start);
 #endif

@@ -302,8 +302,32 @@ fn facing_share(coefficients: texture_3d<f32>, c: Cell, corner: u32, point: vec3
     let probe = probe_at(c, corner);
     let offset = position(probe) - point;
     let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
-    let open = 2.0 * textureLoad(coefficients, probe, 0).a / FULLY_OPEN - 1.0;
-    return share_of(c, corner) * max(cosine, behind) * max(open, behind);
+    return share_of(c, corner) * max(cosine, behind) * max(open(coefficients, probe), behind);
+}
+
+/// How open a probe is: 1 for no backs in sight, 0 or less for half of all directions or more.
+fn open(coefficients: texture_3d<f32>, probe: vec3u) -> f32 {
+    return 2.0 * textureLoad(coefficients, probe, 0).a / FULLY_OPEN - 1.0;
+}
+
+/// Whether all probes round a point see more backs of surfaces than fronts: they stand in solids, or outside.
+fn is_blind(coefficients: texture_3d<f32>, point: vec3f) -> bool {
+#ifdef PROBE_VIEW
+    if probe_view::share(point) > 0.0 && !is_closed(coefficients, near_cell(point)) {
+        return false;
+    }
+#endif
+    return is_closed(coefficients, cell(point));
+}
+
+/// Whether the probes at all corners of a cell that have a share stand in solids, or outside.
+fn is_closed(coefficients: texture_3d<f32>, c: Cell) -> bool {
+    for (var corner = 0u; corner < 8u; corner++) {
+        if share_of(c, corner) > 0.0 && open(coefficients, probe_at(c, corner)) > 0.0 {
+            return false;
+        }
+    }
+    return true;
 }
 
 /// Sum over the coefficients of `weights` times their interpolation at a surface point in the world.

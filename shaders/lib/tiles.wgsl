@@ -2,11 +2,15 @@
 #define_import_path lightgraph::tiles
 #import lightgraph::camera::camera
 #import lightgraph::random::seed
+#import lightgraph::rounds::round
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::is_lit
 
 /// Pixels along a tile.
 const TILE: u32 = #{TILE}u;
+
+/// A prime: so many rounds as a tile has pixels show them all.
+const STRIDE: u32 = 7919u;
 
 /// No normal packs to it.
 const NO_POINT: u32 = 0x80008000u;
@@ -15,9 +19,9 @@ fn points_across() -> vec2u {
     return (camera.screen + TILE - 1u) / TILE;
 }
 
-/// The pixel of a tile: any, but in a tile with lit pixels a lit one.
+/// The pixel of a tile, another one in each round: any, but in a tile with lit pixels a lit one.
 fn point_pixel(tile: vec2u) -> vec2u {
-    let first = seed(tile, 77u) % (TILE * TILE);
+    let first = (seed(tile, 77u) + round() * STRIDE) % (TILE * TILE);
     var pixel = vec2u(0u);
     for (var i = 0u; i < TILE * TILE; i++) {
         let k = (first + i) % (TILE * TILE);

@@ -13,6 +13,9 @@
 /// Shares below this, of the eight probes together, count as none.
 const NONE: f32 = 1e-6;
 
+/// What a probe that stands in a solid, or outside, counts: to soft views it sees the far side of the walls near it.
+const CLOSED: f32 = 1e-3;
+
 /// The share of a cell's corner: trilinear, by visibility, and by the cosine between the normal and the direction to
 /// the probe, at least `behind`.
 fn visible_share(c: probes::Cell, corner: u32, point: vec3f, normal: vec3f, behind: f32) -> f32 {
@@ -33,6 +36,16 @@ fn is_lost(point: vec3f, normal: vec3f) -> bool {
     return shares < NONE;
 }
 
+/// Whether none of the 64 probes round a point sees it, so that it gets no light.
+fn is_blind(point: vec3f, normal: vec3f) -> bool {
+    let here = probes::cell(point);
+#if PROBE_VISIBILITY == 1
+    return sight(here, point, normal) == 0u;
+#else
+    return is_lost(point, normal) && wide_share(here, point, normal) < NONE;
+#endif
+}
+
 /// Sum over the coefficients of `weights` times their interpolation at a surface point in the world, from those of
 /// the eight probes round it that see it.
 ///
@@ -50,9 +63,13 @@ fn gather(
     var sum = vec3f(0.0);
     var shares = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
-        let share = visible_share(here, corner, point, normal, behind);
+        let probe = probes::probe_at(here, corner);
+        var share = visible_share(here, corner, point, normal, behind);
+#if PROBE_VISIBILITY == 2
+        share *= max(probes::open(coefficients, probe), CLOSED);
+#endif
         if share > 0.0 {
-            sum += share * probes::weigh(coefficients, weights, probes::probe_at(here, corner));
+            sum += share * probes::weigh(coefficients, weights, probe);
             shares += share;
         }
     }
@@ -150,6 +167,30 @@ fn spline(step: i32, fraction: f32) -> f32 {
     return select(rest * rest * rest / 6.0, 2.0 / 3.0 - 0.5 * far * far * rest, far < 1.0);
 }
 
+/// The share of the probe number `i` of the 4x4x4 round a cell.
+fn share_in_wide(here: probes::Cell, i: u32, point: vec3f, normal: vec3f) -> f32 {
+    let step = vec3i(vec3u(i, i >> 2u, i >> 4u) & vec3u(3u)) - 1;
+    let probe = vec3i(here.base) + step;
+    if any(probe < vec3i(0)) || any(probe >= vec3i(probes::probe_grid.grid)) {
+        return 0.0;
+    }
+    let f = here.fraction;
+    let near = spline(step.x, f.x) * spline(step.y, f.y) * spline(step.z, f.z);
+    if near <= 0.0 {
+        return 0.0;
+    }
+    return near * visibility(vec3u(probe), point, normal);
+}
+
+/// The sum of their shares.
+fn wide_share(here: probes::Cell, point: vec3f, normal: vec3f) -> f32 {
+    var sum = 0.0;
+    for (var i = 0u; i < 64u; i++) {
+        sum += share_in_wide(here, i, point, normal);
+    }
+    return sum;
+}
+
 /// Light times shares, and the sum of the shares, of the 4x4x4 probes round a cell.
 fn gather_wide(
     coefficients: texture_3d<f32>,
@@ -158,18 +199,12 @@ fn gather_wide(
     point: vec3f,
     normal: vec3f,
 ) -> vec4f {
-    let last = vec3i(probes::probe_grid.grid) - 1;
     var sum = vec4f(0.0);
-    for (var i = 0; i < 64; i++) {
-        let step = vec3i(i & 3, (i >> 2u) & 3, i >> 4u) - 1;
-        let probe = vec3i(here.base) + step;
-        if all(probe >= vec3i(0)) && all(probe <= last) {
-            let f = here.fraction;
-            let near = spline(step.x, f.x) * spline(step.y, f.y) * spline(step.z, f.z);
-            if near > 0.0 {
-                let share = near * visibility(vec3u(probe), point, normal);
-                sum += share * vec4f(probes::weigh(coefficients, weights, vec3u(probe)), 1.0);
-            }
+    for (var i = 0u; i < 64u; i++) {
+        let probe = probes::near_probe(here, i);
+        let share = share_in_wide(here, i, point, normal) * max(probes::open(coefficients, probe), CLOSED);
+        if share > 0.0 {
+            sum += share * vec4f(probes::weigh(coefficients, weights, probe), 1.0);
         }
     }
     return sum;

@@ -84,6 +84,16 @@ impl From<OpenError> for Faults {
     }
 }
 
+/// RenderDoc sets this variable in the programs that it starts: they show it the names of passes and resources.
+const RENDERDOC_VARIABLE: &str = "ENABLE_VULKAN_RENDERDOC_CAPTURE";
+
+fn names() -> wgpu::InstanceFlags {
+    match std::env::var_os(RENDERDOC_VARIABLE) {
+        Some(_) => wgpu::InstanceFlags::DEBUG,
+        None => wgpu::InstanceFlags::empty(),
+    }
+}
+
 impl Gpu {
     /// Opens the best adapter: discrete, integrated, virtual, other, then software. [`ADAPTER_VARIABLE`] narrows
     /// the choice. The device has the adapter's own limits.
@@ -107,9 +117,8 @@ impl Gpu {
     pub fn instance() -> wgpu::Instance {
         wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: wgpu::Backends::VULKAN | wgpu::Backends::METAL,
-            // WGPU_DEBUG=1 hands names to a graphics debugger, WGPU_VALIDATION=1 loads the driver's checks. Neither is
-            // on by itself: Mesa 22.3's software driver crashes on the second name in a command buffer.
-            flags: wgpu::InstanceFlags::empty().with_env(),
+            // WGPU_DEBUG=1 hands names to a graphics debugger, WGPU_VALIDATION=1 loads the driver's checks.
+            flags: names().with_env(),
             ..wgpu::InstanceDescriptor::new_without_display_handle()
         })
     }

@@ -83,20 +83,21 @@ impl EncodeContext<'_> {
             self.compute(record, &step.name, size, (shaded, group), run, offsets);
             return Ok(());
         }
-        let encoder = record.encoder();
-        encoder.push_debug_group(&step.name);
-        let done = match (&step.action, ready) {
+        let (encoder, name) = (record.encoder(), &step.name);
+        match (&step.action, ready) {
             (Action::Draw(draw), Ready::Shaded(shaded)) => {
-                self.draw(encoder, (&step.name, draw), shaded, (run, sizes, dirty), offsets)
+                self.draw(encoder, (name, draw), shaded, (run, sizes, dirty), offsets)
             }
-            (Action::Copy { from, to }, _) => self.timed(encoder, run.pair, |e| self.copy(e, *from, *to)),
-            (Action::Clear { target, value }, _) => self.timed(encoder, run.pair, |e| self.clear(e, *target, *value)),
+            (Action::Copy { from, to }, _) => {
+                self.timed(encoder, run.pair, |e| grouped(e, name, |e| self.copy(e, *from, *to)))
+            }
+            (Action::Clear { target, value }, _) => {
+                self.timed(encoder, run.pair, |e| self.clear(e, name, *target, *value))
+            }
             (Action::Compute { .. }, _) | (Action::Draw(_), Ready::Plain) => {
-                Err(Diagnostic::error(format!("`{}` was not prepared", step.name)).into())
+                Err(Diagnostic::error(format!("`{name}` was not prepared")).into())
             }
-        };
-        encoder.pop_debug_group();
-        done
+        }
     }
 
     fn timed(
@@ -292,13 +293,19 @@ impl EncodeContext<'_> {
         Ok(())
     }
 
-    fn clear(&self, encoder: &mut wgpu::CommandEncoder, target: ResourceId, value: [f64; 4]) -> Checked<()> {
+    fn clear(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        name: &str,
+        target: ResourceId,
+        value: [f64; 4],
+    ) -> Checked<()> {
         match self.pool.memory(self.plan, target)? {
-            Memory::Texture(texture) => clear_texture(self.gpu, encoder, texture, value)?,
-            Memory::Buffer(buffer) if value[0] == 0.0 => encoder.clear_buffer(buffer, 0, None),
+            Memory::Texture(texture) => clear_texture(self.gpu, encoder, (name, texture), value)?,
+            Memory::Buffer(buffer) if value[0] == 0.0 => grouped(encoder, name, |e| e.clear_buffer(buffer, 0, None)),
             Memory::Buffer(buffer) => {
                 let from = filled(self.gpu, &floats(value[0], buffer.size()))?;
-                encoder.copy_buffer_to_buffer(&from, 0, buffer, 0, buffer.size());
+                grouped(encoder, name, |e| e.copy_buffer_to_buffer(&from, 0, buffer, 0, buffer.size()));
             }
         }
         Ok(())
@@ -334,21 +341,31 @@ fn row(draw: &Draw, member: &Member) -> u64 {
     draw.members.first().map_or(0, |first| member.index.saturating_sub(first.index)).into()
 }
 
+/// Names commands for a graphics debugger. A render pass has its label instead: wgpu gives each pass a command buffer of
+/// its own, and Mesa 22.3 crashes where a group ends in another command buffer than it began in.
+fn grouped<T>(encoder: &mut wgpu::CommandEncoder, name: &str, work: impl FnOnce(&mut wgpu::CommandEncoder) -> T) -> T {
+    encoder.push_debug_group(name);
+    let done = work(encoder);
+    encoder.pop_debug_group();
+    done
+}
+
 /// Sets every texel of every mip level and layer: by a render pass where the texture can be a target, else by copying.
+/// A graphics debugger shows the commands by `name`.
 ///
 /// # Errors
 /// Neither way is open for its format and usage.
 pub(super) fn clear_texture(
     gpu: &Gpu,
     encoder: &mut wgpu::CommandEncoder,
-    texture: &wgpu::Texture,
+    (name, texture): (&str, &wgpu::Texture),
     value: [f64; 4],
 ) -> Checked<()> {
     for mip in 0..texture.mip_level_count() {
         let size = mip_size(texture, mip);
         if texture.usage().contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
             for layer in 0..size.depth_or_array_layers {
-                clear_by_pass(encoder, texture, (layer, mip), value);
+                clear_by_pass(encoder, (name, texture), (layer, mip), value);
             }
             continue;
         }
@@ -371,7 +388,8 @@ pub(super) fn clear_texture(
                 ..texture.as_image_copy()
             };
             let one = wgpu::Extent3d { depth_or_array_layers: 1, ..size };
-            encoder.copy_buffer_to_texture(wgpu::TexelCopyBufferInfo { buffer: &from, layout }, to, one);
+            let from = wgpu::TexelCopyBufferInfo { buffer: &from, layout };
+            grouped(encoder, name, |e| e.copy_buffer_to_texture(from, to, one));
         }
     }
     Ok(())
@@ -379,7 +397,7 @@ pub(super) fn clear_texture(
 
 fn clear_by_pass(
     encoder: &mut wgpu::CommandEncoder,
-    texture: &wgpu::Texture,
+    (name, texture): (&str, &wgpu::Texture),
     (layer, mip): (u32, u32),
     value: [f64; 4],
 ) {
@@ -401,7 +419,7 @@ fn clear_by_pass(
     };
     let is_depth = format.is_depth_stencil_format();
     drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("clear"),
+        label: Some(name),
         color_attachments: if is_depth { &[] } else { &color },
         depth_stencil_attachment: is_depth.then_some(depth),
         ..Default::default()

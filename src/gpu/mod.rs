@@ -39,6 +39,9 @@ pub use frame::{Frame, FrameReport, LoopReport, StepTime};
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};
 pub use prepare::{Prepared, prepare, prepare_after};
-pub use readback::{PendingImage, read_buffer, read_bytes, read_content, read_image, read_image_later, read_plane};
+pub use readback::{
+    PendingImage, PendingWords, read_buffer, read_bytes, read_content, read_image, read_image_later, read_plane,
+    read_plane_later, read_words_later,
+};
 pub use timing::Timing;
-pub use upload::{upload_bytes, upload_image};
+pub use upload::{upload_bytes, upload_image, upload_shown};

@@ -161,7 +161,7 @@ impl Pool {
                 scoped(gpu, &format!("clear `{}`", resource.name), || match memory {
                     Memory::Texture(texture) => {
                         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                        clear_texture(gpu, &mut encoder, texture, value)?;
+                        clear_texture(gpu, &mut encoder, (&resource.name, texture), value)?;
                         gpu.queue.submit([encoder.finish()]);
                         Ok(())
                     }

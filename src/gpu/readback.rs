@@ -1,6 +1,12 @@
 //! What the device computed, back on the CPU.
 
-use super::{device::Gpu, pending::PendingBytes, pool::Memory, prepare::Prepared, scope::scoped};
+use super::{
+    device::Gpu,
+    pending::{PendingBytes, Spare},
+    pool::Memory,
+    prepare::Prepared,
+    scope::scoped,
+};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::image::{Image, texel};
 use crate::plan::{Plan, ResourceId};
@@ -88,22 +94,89 @@ pub fn read_image_later(
 ) -> Checked<PendingImage> {
     let name = plan.resources.get(id.0).map_or("?", |r| &r.name);
     let texture = prepared.pool.texture(plan, id)?;
+    decoded_later(gpu, (texture, name), 0, 0..texture.depth_or_array_layers(), &prepared.spare, encoder)
+}
+
+/// As [`read_plane`], of what the commands before in an encoder leave; nothing is waited for.
+///
+/// # Errors
+/// As [`read_plane`].
+pub fn read_plane_later(
+    gpu: &Gpu,
+    (texture, name): (&wgpu::Texture, &str),
+    mip: u32,
+    layer: u32,
+    encoder: &mut wgpu::CommandEncoder,
+) -> Checked<PendingImage> {
+    if mip >= texture.mip_level_count()
+        || layer >= texture.size().mip_level_size(mip, texture.dimension()).depth_or_array_layers
+    {
+        return Err(Diagnostic::error(format!("`{name}` has no mip level {mip} with a layer {layer}")).into());
+    }
+    decoded_later(gpu, (texture, name), mip, layer..layer + 1, &Spare::default(), encoder)
+}
+
+fn decoded_later(
+    gpu: &Gpu,
+    (texture, name): (&wgpu::Texture, &str),
+    mip_level: u32,
+    layers: Range<u32>,
+    spare: &Spare,
+    encoder: &mut wgpu::CommandEncoder,
+) -> Checked<PendingImage> {
     let (channels, texel) = readable(texture, name)?;
-    let size = texture.size();
+    let level = texture.size().mip_level_size(mip_level, texture.dimension());
+    let size = wgpu::Extent3d { depth_or_array_layers: layers.len() as u32, ..level };
     let row = u64::from(size.width) * u64::from(texel);
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into());
     let too_large = || Diagnostic::error(format!("a row of `{name}` is too long to be read back"));
     let bytes_per_row = u32::try_from(padded).map_err(|_| too_large())?;
     let bytes = padded * u64::from(size.height) * u64::from(size.depth_or_array_layers);
-    let (pending, buffer) = PendingBytes::allocate(gpu, &prepared.spare, bytes)?;
+    let (pending, buffer) = PendingBytes::allocate(gpu, spare, bytes)?;
     let layout = wgpu::TexelCopyBufferLayout {
         offset: 0,
         bytes_per_row: Some(bytes_per_row),
         rows_per_image: Some(size.height),
     };
     let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-    encoder.copy_texture_to_buffer(texture.as_image_copy(), to, size);
+    let origin = wgpu::Origin3d { z: layers.start, ..wgpu::Origin3d::ZERO };
+    let from = wgpu::TexelCopyTextureInfo { mip_level, origin, ..texture.as_image_copy() };
+    encoder.copy_texture_to_buffer(from, to, size);
     Ok(PendingImage { pending, size, format: texture.format(), channels, texel, row, padded })
+}
+
+/// Words of a buffer on their way from the device.
+#[derive(Debug)]
+pub struct PendingWords(PendingBytes);
+
+impl PendingWords {
+    /// The words, once the device has done the commands that copied them; never waits. They must have been submitted.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn arrived(&mut self, gpu: &Gpu) -> Checked<Option<Vec<u32>>> {
+        Ok(self.0.arrived(gpu)?.map(|parts| bytemuck::pod_collect_to_vec(parts.concat().as_slice())))
+    }
+}
+
+/// The first words of a buffer, `most` of them at most, as the commands before in an encoder leave them; nothing is
+/// waited for. `name` is the buffer's in faults.
+///
+/// # Errors
+/// Its memory can't be copied from.
+pub fn read_words_later(
+    gpu: &Gpu,
+    (buffer, name): (&wgpu::Buffer, &str),
+    most: u64,
+    encoder: &mut wgpu::CommandEncoder,
+) -> Checked<PendingWords> {
+    if !buffer.usage().contains(wgpu::BufferUsages::COPY_SRC) {
+        return Err(no_output(name));
+    }
+    let bytes = buffer.size().min(most * 4) / 4 * 4;
+    let (pending, to) = PendingBytes::allocate(gpu, &Spare::default(), bytes)?;
+    encoder.copy_buffer_to_buffer(buffer, 0, &to, 0, bytes);
+    Ok(PendingWords(pending))
 }
 
 /// Channels and bytes of a texture's texels, where the host can read them.

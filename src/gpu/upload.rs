@@ -57,6 +57,35 @@ pub(super) fn write_levels(gpu: &Gpu, texture: &wgpu::Texture, levels: &[Vec<u8>
     }
 }
 
+/// A texture that holds the first layer of an image in red, green and blue, for [`super::Display`]. `name` is the
+/// image's in faults.
+///
+/// # Errors
+/// The image is too large for the device, or no memory is left.
+pub fn upload_shown(gpu: &Gpu, image: &Image, name: &str) -> Checked<wgpu::Texture> {
+    let most = gpu.limits.max_texture_dimension_2d;
+    if image.width > most || image.height > most {
+        let size = format!("{} × {}", image.width, image.height);
+        return Err(Diagnostic::error(format!("{name}: {size} pixels are too many for this device")).into());
+    }
+    let layer = image.width as usize * image.height as usize;
+    let texels: Vec<[f32; 4]> = image.rgb().take(layer).map(|[r, g, b]| [r, g, b, 1.0]).collect();
+    scoped(gpu, &format!("upload {name}"), || {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("shown"),
+            size: wgpu::Extent3d { width: image.width, height: image.height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        write_levels(gpu, &texture, &[bytemuck::cast_slice(&texels).to_vec()]);
+        texture
+    })
+}
+
 /// A buffer like `desc` that holds these bytes. `name` is the input's in faults.
 ///
 /// # Errors

@@ -29,6 +29,8 @@ pub struct Graph {
     pub source: Arc<Source>,
     /// Files it was made from: itself first, then its bases.
     pub files: Vec<PathBuf>,
+    /// Files of its images.
+    pub images: Vec<PathBuf>,
     pub about: String,
     /// What the graph takes from the graph that uses it. By itself it has each as a resource or a parameter: blank,
     /// unless told otherwise.

@@ -31,7 +31,7 @@ impl Reader {
             return None;
         }
         let around = place.map_or(&node.span, |n| &n.span);
-        let image = match texture::read(&Wanted { files, coding, format, mips, face }) {
+        let image = match texture::read(&Wanted { files: files.clone(), coding, format, mips, face }) {
             Ok(image) => image,
             Err((i, d)) => {
                 self.fault(d.at(spans.get(i).unwrap_or(around), ""));
@@ -39,6 +39,7 @@ impl Reader {
             }
         };
         self.image_bytes += image.bytes();
+        self.images.extend(files);
         if self.image_bytes > MOST_BYTES {
             let d = Diagnostic::error(format!("the images of the graph take more than {} MiB", MOST_BYTES >> 20));
             self.fault(d.at(around, "with this one").help("make them smaller, or give them a smaller `format`"));

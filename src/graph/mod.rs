@@ -54,6 +54,7 @@ pub fn load(path: &Path, read: ReadFile) -> Checked<Graph> {
     let Some((_, mut fields)) = reader.named(&tree, &["Graph"]) else { return Err(Faults(reader.faults)) };
     let mut graph = reader.graph(&mut fields, &tree.span);
     graph.files = files;
+    graph.images = std::mem::take(&mut reader.images);
     for (name, input) in &graph.inputs {
         match input.clone() {
             Input::Resource(resource) => graph.resources.push((name.clone(), resource)),

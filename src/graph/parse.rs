@@ -29,9 +29,9 @@ impl Reader {
         let warnings = self.declared(fields.get("warnings"), Reader::warning);
         self.finish(fields);
         let source = span.source.clone();
-        let files = vec![];
+        let (files, images) = (vec![], vec![]);
         let mut graph =
-            Graph { source, files, about, inputs, params, lets, defines, resources, passes, outputs, warnings };
+            Graph { source, files, images, about, inputs, params, lets, defines, resources, passes, outputs, warnings };
         let mut joined = std::mem::replace(&mut self.joined, outer);
         joined.iter_mut().for_each(|j| j.declare(&mut graph));
         joined.iter().for_each(|j| j.check(&joined, self, &graph));

@@ -5,6 +5,7 @@ use super::expr::Expr;
 use super::join::{Joined, TREE};
 use super::tree::{Field, Kind, Node};
 use crate::diag::{Diagnostic, Span, nearest};
+use std::path::PathBuf;
 
 /// Names by name, and expressions.
 pub(super) type Names = Vec<(Name, Name)>;
@@ -20,7 +21,8 @@ pub struct Reader {
     pub(super) lost: bool,
     /// The sub-graphs of the graph that is read.
     pub(super) joined: Vec<Joined>,
-    /// Bytes of the images so far.
+    /// Files of the images so far, and their bytes unpacked.
+    pub(super) images: Vec<PathBuf>,
     pub(super) image_bytes: u64,
 }
 

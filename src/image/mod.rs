@@ -1,4 +1,4 @@
-//! Linear images on the CPU: EXR and PNG files, error metrics, and files as textures of graphs.
+//! Linear images on the CPU: EXR and PNG files, error metrics, texels as colours, and files as textures of graphs.
 
 pub mod decode;
 pub mod difference;
@@ -10,6 +10,7 @@ mod lut;
 pub mod mask;
 pub mod metrics;
 pub mod mips;
+pub mod paint;
 pub mod png;
 pub mod srgb;
 pub mod texel;

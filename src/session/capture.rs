@@ -109,7 +109,8 @@ fn joined(mut whole: FrameReport, part: FrameReport) -> FrameReport {
     whole
 }
 
-fn leaves(nodes: &[Node], out: &mut Vec<StepId>) {
+/// The steps of these nodes, in their order.
+pub(super) fn leaves(nodes: &[Node], out: &mut Vec<StepId>) {
     for node in nodes {
         match node {
             Node::Step(s) => out.push(*s),

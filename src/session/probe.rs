@@ -2,9 +2,11 @@
 //! buffer that it notes in.
 
 use super::Session;
+use super::capture::leaves;
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::{self, Gpu};
-use crate::plan::{Action, Binding, Desc, Plan, Resource, ResourceId, Slot, StepId};
+use crate::plan::change::Why;
+use crate::plan::{Action, Binding, Desc, Draw, Place, Plan, Resource, ResourceId, Slot, Step, StepId};
 use crate::shader::probe::{Invocation, Probe, instrument};
 use crate::shader::{BindingKind, Entry, Shader, Stage};
 use std::sync::Arc;
@@ -124,6 +126,57 @@ impl Session {
         self.asked().map(|p| (p.step, &p.probe))
     }
 
+    /// The step that wrote a texel of a texture last, and its invocation for the texel. Where a step copied the
+    /// texture, the step that wrote the copied one.
+    ///
+    /// # Errors
+    /// No shader of the plan writes the texture, or not by an invocation for each texel.
+    pub fn writer(&self, texture: ResourceId, (mip, layer): (u32, u32), at: [u32; 2]) -> Checked<(StepId, [u32; 3])> {
+        let plan = &self.plan;
+        let mut steps = vec![];
+        leaves(&plan.order, &mut steps);
+        // A step for other frames wrote nothing in this one.
+        steps.retain(|id| self.why.get(id.0) != Some(&Why::OtherFrames));
+        let name = |id: ResourceId| plan.resources.get(id.0).map_or("?", |r| r.name.as_str());
+        let mut wanted = texture;
+        while let Some(id) = steps.pop() {
+            let step = &plan.steps[id.0];
+            if !step.writes.contains(&wanted) {
+                continue;
+            }
+            match &step.action {
+                Action::Copy { from, .. } => wanted = *from,
+                Action::Clear { .. } => {
+                    let d = Diagnostic::error(format!("`{}` cleared `{}`: no shader did", step.name, name(wanted)));
+                    return Err(d.help("ask a pass that draws or computes").into());
+                }
+                Action::Draw(draw) if draws(draw, wanted, (mip, layer), at) => return Ok((id, [at[0], at[1], 0])),
+                Action::Draw(_) => {}
+                Action::Compute { .. } if !stores(plan, step, wanted, mip) => {}
+                Action::Compute { entry, groups, instances, .. } => {
+                    let size = workgroup_size(step.action.shader().and_then(|i| plan.shaders.get(i)), entry);
+                    let whole = match &plan.resources[wanted.0].desc {
+                        Desc::Texture(t) => t.level(mip),
+                        Desc::Buffer { .. } => [0; 3],
+                    };
+                    let over = |i: usize| groups[i] == whole[i].div_ceil(size[i].max(1));
+                    let deep = groups[2].saturating_mul(size[2]) > layer;
+                    if instances.is_none() && over(0) && over(1) && deep {
+                        return Ok((id, [at[0], at[1], layer]));
+                    }
+                    let step = &step.name;
+                    let d = Diagnostic::error(format!(
+                        "`{step}` wrote `{}`, but not by an invocation for each texel",
+                        name(wanted)
+                    ));
+                    return Err(d.help(format!("ask one of the invocations of `{step}` by its number")).into());
+                }
+            }
+        }
+        let d = Diagnostic::error(format!("no pass of the plan writes `{}`", name(wanted)));
+        Err(d.help("it holds what a file or the program around has put there").into())
+    }
+
     fn asked(&self) -> Checked<&Probed> {
         let none = || Diagnostic::error("this session probes no pass").help("name one in its settings").into();
         self.probe.as_ref().ok_or_else(none)
@@ -176,13 +229,47 @@ fn able(gpu: &Gpu, shader: &Shader, entry: &Entry, step: &str) -> Checked<()> {
     Ok(())
 }
 
+/// Whether a draw goes to a texel of a resource.
+fn draws(draw: &Draw, resource: ResourceId, (mip, layer): (u32, u32), [x, y]: [u32; 2]) -> bool {
+    let color = draw.color.iter().find(|t| t.resource == resource).map(|t| t.mip);
+    let depth = draw.depth.iter().any(|t| t.resource == resource).then_some(0);
+    if color.or(depth).is_some_and(|level| level != mip) {
+        return false;
+    }
+    draw.members.iter().any(|member| match member.place {
+        Place::Whole | Place::LoopLayer(_) => true,
+        Place::Layer(first) => (first..first.saturating_add(draw.views)).contains(&layer),
+        Place::Rect([left, top, width, height]) => {
+            (left..left.saturating_add(width)).contains(&x) && (top..top.saturating_add(height)).contains(&y)
+        }
+    })
+}
+
+/// Whether the shader of a dispatch stores to a level of a resource.
+fn stores(plan: &Plan, step: &Step, resource: ResourceId, mip: u32) -> bool {
+    let shader = step.action.shader().and_then(|i| plan.shaders.get(i));
+    let variables = shader.map_or(&[][..], |s| &s.interface.variables);
+    step.bindings.iter().zip(variables).any(|(binding, variable)| {
+        let level = match binding {
+            Binding::Resource(id) if *id == resource => 0,
+            Binding::Level(id, level) if *id == resource => *level,
+            _ => return false,
+        };
+        matches!(variable.kind, BindingKind::StorageTexture { .. }) && level == mip
+    })
+}
+
+fn workgroup_size(shader: Option<&Arc<Shader>>, entry: &str) -> [u32; 3] {
+    let entries = shader.map_or(&[][..], |s| &s.interface.entries);
+    entries.iter().find(|e| e.name == entry).map_or([1; 3], |e| e.workgroup_size)
+}
+
 /// How many invocations the step has along each axis; of a draw: the pixels of its targets.
 fn extent(plan: &Plan, probed: &Probed) -> [u32; 3] {
     let step = &plan.steps[probed.step.0];
     match &step.action {
         Action::Compute { entry, groups, instances, .. } => {
-            let entry = probed.probe.shader.interface.entries.iter().find(|e| e.name == *entry);
-            let size = entry.map_or([1; 3], |e| e.workgroup_size);
+            let size = workgroup_size(plan.shaders.get(step.action.shader().unwrap_or(0)), entry);
             let mut all = [0, 1, 2].map(|i| groups[i].saturating_mul(size[i]));
             // Instances are laid out along the axes as the device allows.
             if instances.is_some() {

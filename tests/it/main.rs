@@ -15,6 +15,7 @@
 //! - `hostile`: what a stranger's project may try ends in a fault, within time and memory
 //! - `snapshot_checks`: every kind of check, steps of a script, lost devices
 //! - `reloads`: random edits end in what a fresh start gives
+//! - `turned`: a room turned against the grid of probes keeps its light
 //! - `report_page`: the page of results in a browser
 //! - `tutorial`: docs/tutorial.md does what it says
 //! - `test_command`: `lightgraph test` and `lightgraph new`
@@ -112,6 +113,7 @@ mod toggles;
 mod trace;
 mod traced;
 mod trusted;
+mod turned;
 mod tutorial;
 mod twins;
 mod unbiased;

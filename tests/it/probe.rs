@@ -2,8 +2,8 @@
 
 use crate::device;
 use crate::support::{Random, Scratch, command, files, plan_without_device};
-use lightgraph::internals::plan::Action;
 use lightgraph::internals::plan::build::Planned;
+use lightgraph::internals::plan::{Action, ResourceId};
 use lightgraph::internals::session::Probing;
 use lightgraph::internals::shader::probe::{Invocation, Probe, Role, instrument};
 use lightgraph::internals::value::Values;
@@ -210,6 +210,71 @@ fn what_can_not_be_asked_is_told_with_a_remedy() {
     let noop = Gpu::noop(limits).unwrap_or_else(|f| panic!("{f}"));
     let full = session_fault(&noop, &asked.graph);
     assert!(full.contains("0 storage buffers, all that this device gives a stage"), "{full}");
+}
+
+/// Copies, levels, passes for other frames and dispatches over blocks stand between a texel and the shader that wrote it.
+#[test]
+fn a_texel_leads_to_the_invocation_that_wrote_it() {
+    const PATHS: &str = r#"Graph(
+        about: "Ways to a texel",
+        resources: {
+            "first": Texture(format: Rgba32Float, size: "screen", history: true),
+            "copied": Texture(format: Rgba32Float, size: "screen"),
+            "chain": Texture(format: Rgba32Float, size: "screen", mips: 2),
+            "blocks": Texture(format: Rgba32Float, size: "screen"),
+            "cube": Texture(format: Rgba32Float, size: (16, 16), layers: 3),
+        },
+        passes: [
+            Screen(name: "paint", shader: "one.wgsl", color: "first"),
+            Screen(name: "once", when: "first_frame", shader: "one.wgsl", color: "first", load: ["first"]),
+            Copy(name: "keep", from: "first", to: "copied"),
+            Screen(name: "fine", shader: "level.wgsl", bind: {"level": (of: "chain", mip: 0)}),
+            Screen(name: "coarse", shader: "level.wgsl", bind: {"level": (of: "chain", mip: 1)}),
+            Compute(name: "in_blocks", shader: "blocks.wgsl", over: (6, 4, 1)),
+            Compute(name: "layers", shader: "layers.wgsl", over: "cube"),
+        ],
+        outputs: {"copied": "copied", "chain": "chain", "blocks": "blocks", "cube": "cube"},
+    )"#;
+    const ONE: &str = "@fragment fn main() -> @location(0) vec4f { return vec4f(1.0); }";
+    const LEVEL: &str = "struct To { @location(0) level: vec4f }
+@fragment fn main() -> To { return To(vec4f(1.0)); }";
+    const BLOCKS: &str = "var blocks: texture_storage_2d<rgba32float, write>;
+@compute @workgroup_size(1) fn main(@builtin(global_invocation_id) id: vec3u) {
+    for (var i = 0u; i < 64u; i++) {
+        textureStore(blocks, id.xy * 8u + vec2u(i % 8u, i / 8u), vec4f(2.0));
+    }
+}";
+    const LAYERS: &str = "var cube: texture_storage_2d_array<rgba32float, write>;
+@compute @workgroup_size(8, 8) fn main(@builtin(global_invocation_id) id: vec3u) {
+    textureStore(cube, id.xy, id.z, vec4f(vec3f(id), 1.0));
+}";
+    let asked = Asked::new("probe-writer");
+    let at = |file: &str| asked._scratch.path().join(file);
+    for (name, text) in [("one", ONE), ("level", LEVEL), ("blocks", BLOCKS), ("layers", LAYERS)] {
+        fs::write(at(&format!("shaders/{name}.wgsl")), text).unwrap();
+    }
+    fs::write(at("graph.ron"), PATHS).unwrap();
+    let mut session = asked.session(None, &[]).unwrap_or_else(|f| panic!("{f}"));
+    let mut found = |frame: u32, resource: &str, part: (u32, u32), texel: [u32; 2]| {
+        session.frame(&asked.gpu, frame, 0.0).unwrap_or_else(|f| panic!("{f}"));
+        let id = session.plan.resources.iter().position(|r| r.name == resource).expect("it is in the plan");
+        let writer = session.writer(ResourceId(id), part, texel);
+        writer.map(|(step, at)| (session.plan.steps[step.0].name.clone(), at)).map_err(|f| f.to_string())
+    };
+    let is = |step: &str, at: [u32; 3]| Ok((step.to_string(), at));
+    assert_eq!(found(0, "copied", (0, 0), [7, 3]), is("once", [7, 3, 0]));
+    assert_eq!(found(1, "copied", (0, 0), [7, 3]), is("paint", [7, 3, 0]));
+    assert_eq!(found(1, "chain", (0, 0), [7, 3]), is("fine", [7, 3, 0]));
+    assert_eq!(found(1, "chain", (1, 0), [7, 3]), is("coarse", [7, 3, 0]));
+    assert_eq!(found(1, "cube", (0, 2), [7, 3]), is("layers", [7, 3, 2]));
+    let fault = found(1, "blocks", (0, 0), [7, 3]).unwrap_err();
+    assert!(fault.contains("`in_blocks` wrote `blocks`, but not by an invocation for each texel"), "{fault}");
+    fs::write(at("graph.ron"), GRAPH).unwrap();
+    let mut session = asked.session(None, &[]).unwrap_or_else(|f| panic!("{f}"));
+    session.frame(&asked.gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
+    let depth = session.plan.resources.iter().position(|r| r.name == "depth").expect("it is in the plan");
+    let fault = session.writer(ResourceId(depth), (0, 0), [1, 1]).unwrap_err().to_string();
+    assert!(fault.contains("`blank` cleared `depth`"), "{fault}");
 }
 
 fn session_fault(gpu: &Gpu, graph: &Path) -> String {

@@ -165,17 +165,19 @@ fn shaders_that_check_nothing_pay_nothing() {
 fn probes_that_see_too_little_are_told() {
     let _alone = device::gpu();
     let scratch = Scratch::new("checks-blind");
-    let scene = repository("scenes/street").display().to_string();
-    let graph = repository("graphs/gi/fast_grid_visible.ron").display().to_string();
     let out = scratch.path().join("out.exr").display().to_string();
-    let render = ["render", &graph, "--scene", &scene, "--size", "64x64", "--out", &out, "--set"];
-    let told = |grid: &str| {
-        let output = lightgraph(&[&render[..], &[grid]].concat(), true);
+    let told = |graph: &str, grid: &str| {
+        let graph = repository(&format!("graphs/gi/{graph}.ron")).display().to_string();
+        let scene = repository("scenes/street").display().to_string();
+        let render = ["render", &graph, "--scene", &scene, "--size", "64x64", "--out", &out];
+        let output = lightgraph(&[&render[..], &["--set", grid]].concat(), true);
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
-    let (code, said) = told("grid=2,2,2");
-    assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("no probe sees a tenth of the image"), "{said}");
-    let (code, said) = told("grid=4,4,4");
-    assert_eq!(code, Some(0), "{said}");
+    for graph in ["fast_grid_visible", "indirect_shadow"] {
+        let (code, said) = told(graph, "grid=2,2,2");
+        assert_eq!(code, Some(1), "{graph}: {said}");
+        assert!(said.contains("no probe sees a tenth of the image"), "{graph}: {said}");
+        let (code, said) = told(graph, "grid=4,4,4");
+        assert_eq!(code, Some(0), "{graph}: {said}");
+    }
 }

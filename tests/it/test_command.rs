@@ -243,7 +243,12 @@ fn a_new_project_has_settings_for_an_editor() {
     };
     assert_eq!(json("settings.json")["files.associations"]["*.wgsl"], "wgsl");
     assert!(json("extensions.json")["recommendations"].is_array());
-    for (name, word) in [(".helix/languages.toml", "[language-server.lightgraph]"), (".nvim.lua", "vim.lsp.enable")] {
+    let editors = [
+        (".helix/languages.toml", "[language-server.lightgraph]"),
+        (".nvim.lua", "vim.lsp.enable"),
+        (".zed/settings.json", "\"lightgraph\""),
+    ];
+    for (name, word) in editors {
         assert!(fs::read_to_string(folder.join(name)).unwrap().contains(word), "{name}");
     }
     let tasks = json("tasks.json");

@@ -48,9 +48,14 @@ const SCRIPT: &str = r#"[
     Faults("paint.wgsl:5:"), Wait(3), Shot("broken.png"),
     Replace(file: "shaders/paint.wgsl", text: "0.25 + green +", by: "0.5 +"), Mended, Rest, Shot("mended.png"),
     Click("variant other"), Rest, Shot("variant.png"), Click("variant graph"), Rest,
-    Click("tab Compiled graph"), Wait(3), Shot("network.png"), Click("pass paint"), Wait(3),
+    Click("tab Graph"), Wait(3), Shot("network.png"), Click("pass paint"), Wait(3),
+    Click("declared"), Wait(3), Shot("declared.png"), Click("declared paint"), Wait(3), Click("compiled"), Wait(3),
     Click("tab Memory"), Wait(3), Shot("memory.png"), Click("alive ramp"), Rest, Wait(3), Shot("alive.png"),
-    Click("tab Compiled graph"), Wait(3), Click("port ramp"), Rest, Wait(3), Shot("resource.png"),
+    Click("tab Graph"), Wait(3), Click("port ramp"), Rest, Wait(3), Shot("resource.png"),
+    ClickAt(on: "plane", at: (0.1, 0.1), ctrl: true), Answer("`fill`, fill.wgsl, at 0,0,0"), Rest,
+    ClickAt(on: "image", at: (0.25, 0.25), ctrl: true), Answer("(0, 0.5, 0, 1)"), Rest, Wait(3), Shot("probed.png"),
+    Replace(file: "shaders/paint.wgsl", text: "0.5 +", by: "0.75 +"), Answer("(0, 0.75, 0, 1)"),
+    Replace(file: "shaders/paint.wgsl", text: "0.75 +", by: "0.5 +"), Answer("(0, 0.5, 0, 1)"), Rest,
     Drag(on: "image", from: (0.5, 0.5), to: (0.6, 0.45)), Rest, Save("orbited.ron"),
     Size(1, 1), Rest, Shot("tiny.png"), Size(900, 600), Rest, Shot("back.png"),
     LoseDevice, Rest, Wait(3), Shot("reopened.png"),
@@ -179,8 +184,10 @@ fn a_window_is_dragged_broken_mended_switched_shrunk_and_closed() {
     assert_eq!(code, 0, "{text}");
     assert_eq!(std::fs::read_to_string(project.path("opened")).unwrap().trim(), "+10 graph.ron");
     let shot = |name: &str| std::fs::read(project.path(name)).unwrap();
+    assert_ne!(shot("declared.png"), shot("network.png"), "passes in the order of the text");
     assert_ne!(shot("memory.png"), shot("network.png"), "lifetimes in place of the graph");
     assert_ne!(shot("alive.png"), shot("memory.png"), "a click shows the resource");
+    assert_ne!(shot("probed.png"), shot("resource.png"), "what a pixel's shader computes");
 
     // The middle of the image; green is 0.25 of the light, tone mapped.
     let middle = |shot: &str| project.pixel(shot, 0.5, 0.3);

@@ -4,7 +4,8 @@
 //! - [`mod@bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - `view`: the window: graphs seen live, with what can be set, compared and looked into
 //! - `web`: the page for a browser: where it stands, how it is served
-//! - `base64`: bytes as text, for reports; `paths`: the files that a command line names
+//! - `base64`: bytes as text, for reports; `paths`: the files that a command line names; `probe_report`: what a probed
+//!   invocation computes, in sections
 
 #![forbid(unsafe_code)]
 
@@ -12,6 +13,7 @@ mod base64;
 pub mod bench;
 pub mod commands;
 mod paths;
+mod probe_report;
 pub mod snapshot;
 pub mod stress;
 #[cfg(feature = "window")]

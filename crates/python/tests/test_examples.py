@@ -41,11 +41,14 @@ def test_fit(scenes):
 
 
 def test_frame_times(scenes):
-    found = example("frame_times")(str(scenes / "cornell_point.gltf"), 30, (320, 240))
-    (still, _), (moved, rust) = found["nothing changed"], found["the camera moved"]
+    # Of the same frames: what else the machine does falls on both, and as a rule alike.
+    for _ in range(3):
+        found = example("frame_times")(str(scenes / "cornell_point.gltf"), 30, (320, 240))
+        (still, _), (moved, rust) = found["nothing changed"], found["the camera moved"]
+        if moved <= 1.05 * rust:
+            break
     assert still < moved
-    # A debug build takes ten times as long for what lies between; a release build's share is not measured here.
-    assert moved < 1.1 * rust + 1.0, found
+    assert moved <= 1.05 * rust, found
 
 
 def test_scaling(scenes):

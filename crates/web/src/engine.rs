@@ -1,33 +1,24 @@
 //! From what the page wishes to frames on its canvas. Nothing waits: a session that is made is shown once the device
 //! has found no fault with it, and until then the one before goes on.
 
+mod turn;
+
 use crate::link;
+use crate::looks::{Inspect, Inspected, Score};
+use crate::made::{Made, Other, Wish};
 use crate::tell;
 use glam::{Vec2, Vec3};
-use lightgraph::internals::gpu::{Arrangement, Display, Look, PendingImage, StepTime, Timing};
-use lightgraph::internals::image::png::ToneMap;
+use lightgraph::internals::gpu::{Arrangement, Display, PendingImage};
 use lightgraph::internals::scene::{self, navigate};
 use lightgraph::internals::session::Pointer;
 use lightgraph::internals::{builtin, files};
-use lightgraph::{
-    Checked, Diagnostic, Faults, Frame, FrameReport, Gpu, Memory, Project, Scene, Session, Settings, View,
-};
-use serde::Deserialize;
+use lightgraph::{Checked, Diagnostic, Faults, Frame, Gpu, Scene, View};
 use serde_json::{Value, json};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
-
-/// Frames on their way at most: more would show later what happens now.
-const UNDER_WAY: usize = 2;
-
-/// Where a frame ran no step, so many turns pass before the next: only time goes on.
-const SELDOM: u32 = 8;
-
-/// Pixels of an image's side at most.
-const MOST_SIDE: u32 = 4096;
 
 /// What the engine said last before it stopped.
 static PANIC: Mutex<String> = Mutex::new(String::new());
@@ -38,31 +29,10 @@ pub fn last_panic() -> String {
     PANIC.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
-/// What is to be shown.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Wish {
-    graph: PathBuf,
-    scene: PathBuf,
-    /// In pixels.
-    size: [u32; 2],
-    /// Those of other graphs are left out.
-    params: BTreeMap<String, String>,
-    /// `None`: the scene's default.
-    camera: Option<String>,
-    /// `None`: `color`, or the graph's first.
-    output: Option<String>,
-    /// Each step is timed, which takes time.
-    timed: bool,
-}
-
-/// A session and what it was made for.
-struct Made {
-    project: Project,
-    session: Session,
-    output: String,
-    /// Number of the files that it was made from.
-    revision: u64,
+/// What is shown or is to be: a graph's image, and what it is held against.
+struct Pair {
+    first: Made,
+    second: Option<Other>,
 }
 
 struct Loaded {
@@ -80,23 +50,28 @@ pub struct Engine {
     format: wgpu::TextureFormat,
     display: Display,
     scene: Option<Loaded>,
-    shown: Option<Made>,
+    shown: Option<Pair>,
     /// What the device has not answered for yet.
-    next: Option<Made>,
+    next: Option<Pair>,
     /// Takes the place of the scene's camera.
     view: Option<View>,
     exposure: f32,
     pointer: Pointer,
-    frames: VecDeque<Frame>,
+    /// Those of each of the pair that are under way.
+    frames: [VecDeque<Frame>; 2],
+    arrangement: Arrangement,
+    score: Score,
+    inspected: Inspected,
     image: Option<PendingImage>,
     image_wanted: bool,
     /// The first image of the next session is wanted.
     first_wanted: bool,
-    index: u32,
+    /// The number of the next frame of each of the pair.
+    index: [u32; 2],
     /// Counts calls of [`Engine::advance`].
     turn: u32,
-    /// The last frame that arrived ran no step, and nothing has changed since.
-    rest: bool,
+    /// The last frame that arrived ran no step, and nothing has changed since; of each of the pair.
+    rest: [bool; 2],
     /// The session that is shown can't be rendered.
     failed: bool,
     /// Grows when files change; that of scenes, and of graphs and shaders.
@@ -142,13 +117,16 @@ impl Engine {
             view: None,
             exposure: 0.0,
             pointer: Pointer::default(),
-            frames: VecDeque::new(),
+            frames: Default::default(),
+            arrangement: Arrangement::First,
+            score: Score::default(),
+            inspected: Inspected::default(),
             image: None,
             image_wanted: false,
             first_wanted: false,
-            index: 0,
+            index: [0; 2],
             turn: 0,
-            rest: false,
+            rest: [false; 2],
             failed: false,
             revisions: [0; 2],
         })
@@ -202,7 +180,7 @@ impl Engine {
             Ok(told) => told.to_string(),
             Err(faults) => {
                 self.failed = true;
-                self.frames.clear();
+                self.frames = Default::default();
                 json!({ "faults": tell::diagnostics(&faults.0), "lost": self.gpu.check().is_err() }).to_string()
             }
         }
@@ -217,7 +195,7 @@ impl Engine {
             "zoom" => navigate::zoom(seen, pivot, y),
             _ => navigate::orbit(seen, pivot, by * std::f32::consts::PI),
         });
-        self.rest = false;
+        self.rest = [false; 2];
     }
 
     /// Position, forward and up of the view, nine numbers; empty where the scene's own camera sees.
@@ -230,7 +208,7 @@ impl Engine {
     /// Sets what [`Engine::place`] gives.
     pub fn set_place(&mut self, numbers: &[f32]) {
         self.view = None;
-        self.rest = false;
+        self.rest = [false; 2];
         let Some((seen, _)) = self.seen() else { return };
         let (parts, []) = numbers.as_chunks::<3>() else { return };
         let [position, forward, up] = parts else { return };
@@ -247,7 +225,43 @@ impl Engine {
     /// Stops by which the image is brightened on the canvas.
     pub fn set_exposure(&mut self, stops: f32) {
         self.exposure = stops.clamp(-20.0, 20.0);
-        self.rest = false;
+        self.rest = [false; 2];
+    }
+
+    /// How the image and what it is held against are seen: `first`, `split` at a share of the width, `difference` in
+    /// full colour at so much light, `second`.
+    pub fn set_arrangement(&mut self, kind: &str, at: f32) {
+        self.arrangement = match kind {
+            "split" => Arrangement::Split(at),
+            "difference" => Arrangement::Difference(at),
+            "second" => Arrangement::Second,
+            _ => Arrangement::First,
+        };
+        self.rest = [false; 2];
+    }
+
+    /// Looks into a resource, as JSON says; at none where it is empty.
+    ///
+    /// # Errors
+    /// The JSON is none of that.
+    pub fn inspect(&mut self, json: &str) -> Result<(), String> {
+        let wanted: Option<Inspect> = match json {
+            "" => None,
+            json => Some(serde_json::from_str(json).map_err(|e| e.to_string())?),
+        };
+        self.inspected.want(wanted);
+        self.rest = [false; 2];
+        Ok(())
+    }
+
+    /// The plane of the resource that [`Engine::advance`] told of, as red, green, blue and alpha; once.
+    pub fn take_plane(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.inspected.pixels)
+    }
+
+    /// The values of a texel of that plane.
+    pub fn texel(&self, x: u32, y: u32) -> Vec<f32> {
+        self.inspected.texel(x, y)
     }
 
     /// Where the pointer is, in pixels of the image, and its buttons.
@@ -259,7 +273,7 @@ impl Engine {
     pub fn want_image(&mut self, first: bool) {
         self.first_wanted = first;
         self.image_wanted = !first;
-        self.rest = false;
+        self.rest = [false; 2];
     }
 
     /// Width, height and channels of the image asked for, and its numbers; empty until it has come.
@@ -271,7 +285,7 @@ impl Engine {
 
     /// What the graph that is shown compiles to.
     pub fn plan(&self) -> String {
-        self.shown.as_ref().map(|s| s.session.plan.to_string()).unwrap_or_default()
+        self.shown.as_ref().map(|s| s.first.session.plan.to_string()).unwrap_or_default()
     }
 
     /// The letters of a link for the JSON of what is shared.
@@ -298,7 +312,7 @@ impl Engine {
 
     /// The view that is seen, and the point that it turns about.
     fn seen(&self) -> Option<(View, Vec3)> {
-        let session = &self.shown.as_ref()?.session;
+        let session = &self.shown.as_ref()?.first.session;
         let [width, height] = session.settings.size;
         let (scene, pose) = (&session.scene, session.scene.pose(0.0));
         let seen = scene.view(&pose, session.settings.camera.as_deref(), width as f32 / height as f32).ok()?.0;
@@ -325,173 +339,15 @@ impl Engine {
         self.next = None;
         self.scene(&wish.scene)?;
         let Some(Loaded { scene, notices, .. }) = &self.scene else { return Ok(json!({})) };
-        let revision = self.revisions[1];
-        let project = match &self.shown {
-            Some(shown) if shown.revision == revision && shown.project.graph.files.first() == Some(&wish.graph) => {
-                shown.project.clone()
-            }
-            Some(shown) => {
-                let project = Project::open(&wish.graph, &[])?;
-                Project { texts: project.texts.after(&shown.project.texts), ..project }
-            }
-            None => Project::open(&wish.graph, &[])?,
-        };
-        let known = |name: &str| project.graph.params.iter().any(|(n, _)| n.value == name);
-        let set = wish.params.iter().filter(|(name, _)| known(name)).map(|(name, value)| format!("{name}={value}"));
-        let params = project.params(&set.collect::<Vec<_>>())?;
-        let wanted = wish.output.as_deref().filter(|o| project.graph.outputs.iter().any(|(n, _)| n.value == **o));
-        let output = wanted.or(project.main_output()).ok_or_else(|| Diagnostic::error("the graph has no outputs"))?;
-        let output = output.to_string();
-        let most = MOST_SIDE.min(self.gpu.limits.max_texture_dimension_2d);
-        let settings = Settings {
-            params: params.clone(),
-            size: wish.size.map(|side| side.clamp(1, most)),
-            outputs: Some(vec![output.clone()]),
-            camera: wish.camera.clone(),
-            skip: true,
-            timing: if wish.timed { Timing::Steps } else { Timing::Frame },
-            ..Settings::default()
-        };
-        let previous = self.shown.as_ref().map(|s| &s.session);
-        let session = Session::after(&self.gpu, &project, scene.clone(), settings, previous)?;
-        let Memory::Texture(texture) = session.memory(session.output(&output)?)? else {
-            return Err(Diagnostic::error(format!("`{output}` is no image, and can't be shown")).into());
-        };
-        showable(&self.gpu, texture, &output)?;
-        let paths = session.plan.shaders.iter().filter_map(|s| project.texts.files.get(&s.path));
-        let shaders: BTreeSet<&str> = paths.map(|source| source.path.as_str()).collect();
-        let notices: Vec<Diagnostic> = notices.iter().chain(&session.notices).cloned().collect();
-        let told = json!({
-            "notices": tell::diagnostics(&notices),
-            "params": tell::params(&project.graph, &params),
-            "outputs": project.graph.outputs.iter().map(|o| &o.0.value).collect::<Vec<_>>(),
-            "output": output,
-            "about": project.graph.about,
-            "files": project.graph.files,
-            "shaders": shaders,
-            "size": session.settings.size,
-            "make_ms": start.elapsed().as_secs_f64() * 1e3,
-        });
-        self.next = Some(Made { project, session, output, revision });
+        let (gpu, revision, shown) = (&self.gpu, self.revisions[1], self.shown.as_ref());
+        let first = Made::new(gpu, &wish.graph, wish, scene, revision, shown.map(|s| &s.first))?;
+        let before = shown.and_then(|s| s.second.as_ref());
+        let second = Other::new(gpu, wish, scene, revision, (&first, before))?;
+        let notices: Vec<Diagnostic> = notices.iter().chain(&first.session.notices).cloned().collect();
+        let mut told = first.told();
+        told["notices"] = tell::diagnostics(&notices);
+        told["make_ms"] = json!(start.elapsed().as_secs_f64() * 1e3);
+        self.next = Some(Pair { first, second });
         Ok(told)
     }
-
-    /// Shows what was made, once the device has answered for all of it.
-    fn swap(&mut self) -> Checked<bool> {
-        let answered = self.gpu.answered().inspect_err(|_| self.next = None)?;
-        if !answered || self.next.is_none() {
-            return Ok(false);
-        }
-        let [width, height] = self.next.as_ref().map_or([1, 1], |n| n.session.settings.size);
-        self.surface.configure(
-            &self.gpu.device,
-            &wgpu::SurfaceConfiguration {
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-                format: self.format,
-                color_space: Default::default(),
-                width,
-                height,
-                present_mode: wgpu::PresentMode::Fifo,
-                desired_maximum_frame_latency: 2,
-                alpha_mode: wgpu::CompositeAlphaMode::Opaque,
-                view_formats: vec![],
-            },
-        );
-        let subject = |made: &Option<Made>| {
-            made.as_ref().map(|m| (m.project.graph.files.first().cloned(), Arc::as_ptr(&m.session.scene)))
-        };
-        if subject(&self.shown) != subject(&self.next) {
-            self.index = 0;
-        }
-        if std::mem::take(&mut self.first_wanted) {
-            self.image_wanted = true;
-        }
-        self.shown = self.next.take();
-        self.frames.clear();
-        (self.rest, self.failed) = (false, false);
-        Ok(true)
-    }
-
-    fn step(&mut self, time: f32) -> Checked<Value> {
-        let swapped = match self.swap() {
-            Ok(swapped) => swapped,
-            // What was shown goes on; only what was to come is gone.
-            Err(faults) if self.shown.is_some() && self.gpu.check().is_ok() => {
-                return Ok(json!({ "faults": tell::diagnostics(&faults.0) }));
-            }
-            Err(faults) => return Err(faults),
-        };
-        let mut told = json!({ "swapped": swapped, "next": self.next.is_some() });
-        if let Some(report) = self.arrived()? {
-            self.rest = report.steps.is_empty() && !self.image_wanted;
-            told["report"] = self.report(&report);
-        }
-        self.turn = self.turn.wrapping_add(1);
-        let asleep = self.rest && self.turn % SELDOM != 0;
-        let idle = asleep || self.failed || self.frames.len() >= UNDER_WAY;
-        if let (Some(made), false) = (&mut self.shown, idle)
-            && let wgpu::CurrentSurfaceTexture::Success(target) = self.surface.get_current_texture()
-        {
-            let start = Instant::now();
-            made.session.shift.view = self.view;
-            made.session.pointer = self.pointer;
-            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            let recorded = made.session.record(&self.gpu, &mut encoder, self.index, time)?;
-            if let Memory::Texture(texture) = made.session.memory(made.session.output(&made.output)?)? {
-                let view = target.texture.create_view(&Default::default());
-                let look = Look { stops: self.exposure, tone_map: ToneMap::Neutral, arrangement: Arrangement::First };
-                self.display.draw(&self.gpu, &mut encoder, [texture; 2], look, &view);
-                if self.image_wanted && self.image.is_none() {
-                    self.image = Some(made.session.image_later(&self.gpu, &mut encoder, &made.output)?);
-                    self.image_wanted = false;
-                }
-            }
-            self.gpu.queue.submit([encoder.finish()]);
-            self.gpu.queue.present(target);
-            self.frames.push_back(recorded);
-            self.index += 1;
-            told["host_ms"] = json!(start.elapsed().as_secs_f64() * 1e3);
-            told["index"] = json!(self.index);
-        }
-        told["idle"] = json!(idle);
-        Ok(told)
-    }
-
-    /// The latest frame that has arrived.
-    fn arrived(&mut self) -> Checked<Option<FrameReport>> {
-        let mut latest = None;
-        while let Some(first) = self.frames.front_mut() {
-            let Some(report) = first.arrived(&self.gpu)? else { break };
-            latest = Some(report);
-            self.frames.pop_front();
-        }
-        Ok(latest)
-    }
-
-    fn report(&self, report: &FrameReport) -> Value {
-        let Some(made) = &self.shown else { return Value::Null };
-        let name = |step: usize| made.session.plan.steps.get(step).map_or("?", |s| s.name.as_str());
-        let step =
-            |s: &StepTime| json!({ "name": name(s.step), "runs": s.runs, "gpu_ms": s.gpu_ms, "cpu_ms": s.cpu_ms });
-        let mut warnings: Vec<Diagnostic> = report.warnings.clone();
-        warnings.extend(made.session.failed_checks(report));
-        json!({
-            "steps": report.steps.iter().map(step).collect::<Vec<_>>(),
-            "wall_ms": report.wall_ms,
-            "device_ms": report.device_ms,
-            "checks": tell::diagnostics(&Faults(warnings).0),
-        })
-    }
-}
-
-/// # Errors
-/// The texture holds no colours.
-pub fn showable(gpu: &Gpu, texture: &wgpu::Texture, name: &str) -> Checked<()> {
-    let sampled = texture.format().sample_type(None, Some(gpu.features));
-    let color = matches!(sampled, Some(wgpu::TextureSampleType::Float { .. }));
-    if color && texture.dimension() == wgpu::TextureDimension::D2 {
-        return Ok(());
-    }
-    let d = Diagnostic::error(format!("`{name}` holds no image of colours, and can't be shown"));
-    Err(d.help("choose another output").into())
 }

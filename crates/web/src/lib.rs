@@ -2,7 +2,8 @@
 //! canvas.
 //!
 //! - [`link`]: what a shared link holds
-//! - `engine`: from a wish to frames on the canvas; `tell`: what the page is told, as JSON
+//! - `made`: from a wish to sessions; `engine`: from sessions to frames on the canvas; `looks`: how far images are
+//!   apart, what resources hold; `tell`: what the page is told, as JSON
 //!
 //! The page (`page/`) runs the engine in a worker, so that neither a long plan nor a fault of the engine stops the
 //! editor. Outside of a browser only [`link`] is built, for its tests.
@@ -12,5 +13,9 @@
 #[cfg(target_arch = "wasm32")]
 mod engine;
 pub mod link;
+#[cfg(target_arch = "wasm32")]
+mod looks;
+#[cfg(target_arch = "wasm32")]
+mod made;
 #[cfg(target_arch = "wasm32")]
 mod tell;

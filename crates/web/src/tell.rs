@@ -1,8 +1,9 @@
 //! What the page is told, as JSON.
 
 use lightgraph::internals::diag::{Severity, Span, render};
+use lightgraph::internals::plan::{Desc, Resource, TextureKind};
 use lightgraph::internals::value::{Value as Number, Values};
-use lightgraph::{Diagnostic, Graph};
+use lightgraph::{Diagnostic, Graph, Plan};
 use serde_json::{Value, json};
 
 /// Faults, warnings and notes, with their places as JavaScript counts in texts: in UTF-16.
@@ -42,6 +43,23 @@ pub fn params(graph: &Graph, set: &Values) -> Value {
         })
     };
     graph.params.iter().map(one).collect()
+}
+
+/// The resources of a plan, for whoever looks into them.
+pub fn resources(plan: &Plan) -> Value {
+    let one = |resource: &Resource| match &resource.desc {
+        Desc::Texture(t) => {
+            let kind = match t.kind {
+                TextureKind::D2 { .. } => "layer",
+                TextureKind::Cube { .. } => "face",
+                TextureKind::D3 => "slice",
+            };
+            let size = [t.width, t.height];
+            json!({ "name": resource.name, "size": size, "mips": t.mips, "layers": t.layers, "kind": kind })
+        }
+        Desc::Buffer { size, .. } => json!({ "name": resource.name, "bytes": size }),
+    };
+    plan.resources.iter().map(one).collect()
 }
 
 fn number(value: &Number) -> Value {

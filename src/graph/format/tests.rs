@@ -157,7 +157,7 @@ fn ron() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    #![proptest_config(ProptestConfig::with_cases(100_000))]
     #[test]
     fn random_files_say_the_same_in_the_one_layout(text in ron()) {
         holds(&text);

@@ -42,7 +42,8 @@ pub fn full(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values: 
     let versions = keys.versions(plan, held.history(plan), scene, values);
     let maker = |r: &ResourceId, last| versions.maker(keys, *r, last);
     let mut open: Vec<usize> = lasting(plan).iter().filter_map(|r| maker(r, keys.last[r.0])).collect();
-    let mut why = vec![Why::NotNeeded; keys.units.len()];
+    let reason = |off: &bool| if *off { Why::OtherFrames } else { Why::NotNeeded };
+    let mut why: Vec<Why> = versions.off.iter().map(reason).collect();
     while let Some(i) = open.pop() {
         if why[i] != Why::Asked {
             why[i] = Why::Asked;

@@ -6,7 +6,7 @@ use crate::web;
 use lightgraph::internals::image::file::write_atomically;
 use lightgraph::internals::image::png::{ToneMap, write_png};
 use lightgraph::internals::{builtin, files};
-use lightgraph::{Checked, Diagnostic, Faults, Gpu, Project, Session, Settings};
+use lightgraph::{Checked, Diagnostic, Faults, Gpu, Graph, Project, Session, Settings};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -123,8 +123,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 /// Graphs with their images, and shaders, by their path on the page.
 fn project_files(project: &Project) -> Checked<BTreeMap<String, Vec<u8>>> {
     let mut all = BTreeMap::new();
-    let folder = project.graph.files.first().and_then(|f| f.parent());
-    for path in project.graph.files.iter().filter(|f| !builtin::is_builtin(f)) {
+    let Graph { files, images, .. } = &project.graph;
+    let folder = files.first().and_then(|f| f.parent());
+    for path in files.iter().chain(images).filter(|f| !builtin::is_builtin(f)) {
         all.insert(name_in("graphs", path, folder), read(path)?);
     }
     for (path, source) in &project.texts.files {

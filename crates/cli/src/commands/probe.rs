@@ -2,12 +2,9 @@
 
 use super::additions::AdditionArgs;
 use super::{Failure, ShaderFolders, needs_no_scene, notices, print, scene_or_none, size};
+use crate::probe_report::ProbeReport;
 use lightgraph::internals::session::Probing;
-use lightgraph::internals::shader::Stage;
-use lightgraph::internals::shader::probe::{Invocation, Probe, RUNS, Reading, Role, Site};
-use lightgraph::{Diagnostic, Faults, Gpu, Project, Session, Settings};
-
-use std::fmt::Write;
+use lightgraph::{Gpu, Project, Session, Settings};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -67,86 +64,8 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         }
         session.frame(&gpu, frame, frame as f32 / 60.0)?;
     }
-    let (count, invocations) = session.probed(&gpu)?;
-    let (step, probe) = session.probe_sites()?;
-    let name = &session.plan.steps[step.0].name;
-    let [x, y, z] = args.at;
-    if invocations.is_empty() {
-        let d = Diagnostic::error(format!("no invocation of `{name}` ran at {x},{y},{z}"));
-        return Err(Faults::from(
-            d.help("nothing is drawn or dispatched there; `--output NAME=FILE` of `render` shows what is"),
-        )
-        .into());
-    }
-    print(&format!("`{name}`, {}, at {x},{y},{z}\n", probe.shader.path));
-    if count > RUNS {
-        print(&format!("{count} invocations; the last {RUNS}:\n"));
-    }
-    for (i, invocation) in invocations.iter().enumerate() {
-        if invocations.len() > 1 {
-            let number = count as usize - invocations.len() + i + 1;
-            print(&format!("\ninvocation {number} of {count}\n"));
-        }
-        print(&shown(probe, invocation));
-    }
-    if probe.left_out > 0 {
-        let left = probe.left_out;
-        print(&format!("{left} values found no room; choose with `--value NAME`\n"));
-    }
+    print(&ProbeReport::read(&session, &gpu, args.at)?.to_string());
     Ok(0)
-}
-
-/// What an invocation did, section by section.
-fn shown(probe: &Probe, invocation: &Invocation) -> String {
-    let mut out = String::new();
-    let read: Vec<(&Site, &Reading)> = invocation.readings.iter().map(|r| (&probe.sites[r.site], r)).collect();
-    let of = |role: Role| read.iter().copied().filter(move |(site, _)| site.role == role).collect::<Vec<_>>();
-    section(&mut out, "inputs", &of(Role::Argument));
-    section(&mut out, "uniforms", &of(Role::Uniform));
-    section(&mut out, "reads", &of(Role::Read));
-    let mut functions: Vec<&str> = vec![];
-    let values: Vec<(&Site, &Reading)> =
-        read.iter().copied().filter(|(site, _)| matches!(site.role, Role::Let | Role::Var)).collect();
-    for (site, _) in &values {
-        if !functions.contains(&site.function.as_str()) {
-            functions.push(&site.function);
-        }
-    }
-    for function in functions {
-        let own: Vec<(&Site, &Reading)> =
-            values.iter().copied().filter(|(site, _)| site.function == function).collect();
-        section(&mut out, &format!("values of `{function}`"), &own);
-    }
-    section(&mut out, "writes", &of(Role::Write));
-    let returned = of(Role::Return);
-    section(&mut out, "output", &returned);
-    let returns = probe.sites.iter().any(|s| s.role == Role::Return);
-    if probe.stage == Stage::Fragment && returns && returned.is_empty() {
-        out.push_str("output\n  none: the fragment was discarded\n");
-    }
-    out
-}
-
-fn section(out: &mut String, title: &str, readings: &[(&Site, &Reading)]) {
-    if readings.is_empty() {
-        return;
-    }
-    let mut lines: Vec<(String, String)> = vec![];
-    for (site, reading) in readings {
-        let mut shown: Vec<(String, String)> = reading.words.iter().map(|words| site.show(words)).collect();
-        let Some((path, value)) = shown.pop() else { continue };
-        let often = if reading.count > 1 { format!("   the last of {}", reading.count) } else { String::new() };
-        for (before, value) in shown {
-            lines.push((before, value));
-        }
-        lines.push((path, format!("{value}{often}")));
-    }
-    let width = lines.iter().map(|l| l.0.chars().count()).max().unwrap_or(0).min(40);
-    // Writing to a string can't fail.
-    let _ = writeln!(out, "{title}");
-    for (name, value) in lines {
-        let _ = writeln!(out, "  {name:width$}  {value}");
-    }
 }
 
 /// `X,Y` or `X,Y,Z`, whole numbers from 0.

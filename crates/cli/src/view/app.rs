@@ -454,7 +454,8 @@ fn same(a: &Wish, b: &Wish) -> bool {
         }
         choice.tone_map = ToneMap::None;
         choice.compare.layout = super::choice::Layout::default();
-        (choice, w.size, w.time.to_bits(), w.pointer, w.output.clone(), w.inspect.clone(), w.prepare)
+        let looks = (w.output.clone(), w.inspect.clone(), w.ask.clone());
+        (choice, w.size, w.time.to_bits(), w.pointer, looks, w.prepare)
     };
     stage(a) == stage(b)
 }

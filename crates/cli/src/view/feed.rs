@@ -1,11 +1,13 @@
 //! What the engine told, and what the window keeps of it.
 
+use super::stage::Ask;
 use super::variants::Variant;
+use crate::probe_report::ProbeReport;
 use lightgraph::internals::image::metrics::Metrics;
 use lightgraph::internals::plan::ResourceId;
 use lightgraph::internals::plan::change::Why;
 use lightgraph::internals::value::Values;
-use lightgraph::{Diagnostic, FrameReport, Graph, Image, Plan, Scene};
+use lightgraph::{Checked, Diagnostic, FrameReport, Graph, Image, Plan, Scene};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -41,6 +43,7 @@ pub struct Told {
     pub notices: Arc<Vec<Diagnostic>>,
     pub score: Option<Arc<Score>>,
     pub inspected: Option<Arc<Inspected>>,
+    pub probed: Option<Arc<ProbeAnswer>>,
     pub variants: Arc<Vec<Variant>>,
     /// The last image of each graph that is ready to be switched to, and a count of its contents.
     pub ready: Vec<(PathBuf, wgpu::Texture, u64)>,
@@ -98,6 +101,15 @@ pub enum Content {
     /// The first words of a buffer, and how many bytes it has.
     Words(Vec<u32>, u64),
     Fault(String),
+}
+
+/// What an invocation computes that was asked.
+#[derive(Debug)]
+pub struct ProbeAnswer {
+    pub ask: Ask,
+    pub answer: Checked<ProbeReport>,
+    /// Milliseconds until the answer.
+    pub ms: f64,
 }
 
 /// What it took to make a session anew, in milliseconds.

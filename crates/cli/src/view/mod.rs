@@ -5,7 +5,7 @@
 //! - `stage` holds the sessions and makes frames; `engine` runs it on a thread of its own: it is told what is wanted,
 //!   and tells what there is to show; `feed` is what it told so far; `variants` finds the graphs to choose from
 //! - `editor` opens a file at a line
-//! - `picture` colours the texels of a resource; `canvas` brings images of linear light to the screen
+//! - `canvas` brings images of linear light to the screen
 //! - `panels` are the parts of the window, `overlay` what lies on the image; `surface` draws them, `app` is the event
 //!   loop, `script` plays events without a user
 //!
@@ -20,7 +20,6 @@ mod feed;
 mod overlay;
 mod panels;
 mod pick;
-mod picture;
 mod save;
 mod script;
 mod shown;

@@ -9,6 +9,7 @@
 //!     Faults("a.wgsl:3:"),                        // until a fault, or a check in a shader, says so
 //!     Replace(file: "shaders/a.wgsl", text: "oops", by: "1.0"),
 //!     Mended,                                     // until there is none
+//!     ClickAt(on: "image", at: (0.5, 0.5), ctrl: true), Answer("writes"),    // asks what a pixel's invocation computes
 //!     Size(1, 1), Rest, Size(900, 600), Rest,
 //!     Key(key: "Z", ctrl: true),
 //!     Shot("after.png"),                          // what the window shows
@@ -46,7 +47,11 @@ enum Step {
     ClickAt {
         on: String,
         at: (f32, f32),
+        #[serde(default)]
+        ctrl: bool,
     },
+    /// Until what an invocation that was asked computes, or why nothing is known of it, holds these words.
+    Answer(String),
     Drag {
         on: String,
         from: (f32, f32),
@@ -171,7 +176,18 @@ impl Script {
                 self.waited > *frames
             }
             Step::Click(on) => self.pointer(now, on, &[(0.5, 0.5)], PointerButton::Primary, &mut events),
-            Step::ClickAt { on, at } => self.pointer(now, on, &[*at], PointerButton::Primary, &mut events),
+            Step::ClickAt { on, at, ctrl } => {
+                let done = self.pointer(now, on, &[*at], PointerButton::Primary, &mut events);
+                if let (true, [after, click]) = (*ctrl, &mut self.queue[..]) {
+                    click.insert(0, Event::ModifiersChanged(Modifiers::COMMAND | Modifiers::CTRL));
+                    after.insert(0, Event::ModifiersChanged(Modifiers::NONE));
+                }
+                done
+            }
+            Step::Answer(words) => now.told.probed.as_ref().is_some_and(|probed| match &probed.answer {
+                Ok(answer) => answer.to_string().contains(words.as_str()),
+                Err(faults) => render(&faults.0).contains(words.as_str()),
+            }),
             Step::Drag { on, from, to, button } => {
                 let mut way = vec![*from];
                 for i in 1..=MOVES {
@@ -232,7 +248,7 @@ impl Script {
 
     fn finish(&mut self, step: &Step) {
         match step {
-            Step::Rest | Step::Faults(_) | Step::Mended => {
+            Step::Rest | Step::Faults(_) | Step::Mended | Step::Answer(_) => {
                 let ms = self.changed.elapsed().as_secs_f64() * 1e3;
                 self.log.push(format!("step {}: {step:?} after {ms:.0} ms", self.at + 1));
             }
@@ -332,6 +348,6 @@ mod tests {
             .take_while(|l| *l != "//! ```")
             .map(|l| format!("{}\n", l.trim_start_matches("//! ")))
             .collect();
-        assert_eq!(script(&text).steps.len(), 16);
+        assert_eq!(script(&text).steps.len(), 18);
     }
 }

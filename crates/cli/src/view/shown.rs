@@ -1,7 +1,8 @@
 //! Textures on show: copies of what graphs make, and files to hold them against.
 
+use lightgraph::internals::gpu::upload_shown;
 use lightgraph::internals::image::exr::read_exr;
-use lightgraph::{Checked, Diagnostic, Gpu, Image};
+use lightgraph::{Checked, Gpu, Image};
 use std::path::Path;
 
 /// An image from a file, and its texture.
@@ -42,20 +43,6 @@ fn texture(gpu: &Gpu, size: wgpu::Extent3d, format: wgpu::TextureFormat) -> wgpu
 /// An EXR file, and its texture.
 pub(super) fn reference(gpu: &Gpu, path: &Path) -> Checked<Reference> {
     let image = read_exr(path)?;
-    let most = gpu.limits.max_texture_dimension_2d;
-    if image.width > most || image.height > most {
-        let size = format!("{} × {}", image.width, image.height);
-        return Err(Diagnostic::error(format!("{}: {size} pixels are too many for this device", path.display())).into());
-    }
-    let size = wgpu::Extent3d { width: image.width, height: image.height, depth_or_array_layers: 1 };
-    let texture = texture(gpu, size, wgpu::TextureFormat::Rgba32Float);
-    let layer = image.width as usize * image.height as usize;
-    let texels: Vec<[f32; 4]> = image.rgb().take(layer).map(|[r, g, b]| [r, g, b, 1.0]).collect();
-    let layout = wgpu::TexelCopyBufferLayout {
-        offset: 0,
-        bytes_per_row: Some(16 * image.width),
-        rows_per_image: Some(image.height),
-    };
-    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, size);
+    let texture = upload_shown(gpu, &image, &path.display().to_string())?;
     Ok(Reference { image, texture })
 }

@@ -3,6 +3,7 @@
 
 mod kept;
 mod looks;
+mod probe;
 
 use super::choice::{Against, Choice};
 use super::feed::{Remade, Rendered, Subject, Told};
@@ -20,6 +21,8 @@ use lightgraph::internals::session::Pointer;
 use lightgraph::internals::value::Values;
 use lightgraph::{Checked, Diagnostic, Faults, Gpu, Plan, Project, Scene, Session, Settings};
 use looks::Looks;
+use probe::LastAnswer;
+pub use probe::{Ask, ProbedPlace};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,6 +46,8 @@ pub struct Wish {
     pub output: Option<String>,
     /// A resource to look into.
     pub inspect: Option<Inspect>,
+    /// An invocation to ask what it computes.
+    pub ask: Option<Ask>,
     /// Make all variants ready to be switched to.
     pub prepare: bool,
 }
@@ -75,6 +80,7 @@ pub struct Stage {
     shown: Option<PathBuf>,
     images: u64,
     looks: Looks,
+    answer: Option<LastAnswer>,
     remade: Option<Remade>,
     /// Grows when files change.
     revision: u64,
@@ -106,6 +112,7 @@ impl Stage {
             shown: None,
             images: 0,
             looks: Looks::default(),
+            answer: None,
             remade: None,
             revision: 0,
         }
@@ -198,7 +205,10 @@ impl Stage {
         told.automatic = self.expose(wish, rest);
         told.score = self.score(wish, rest);
         told.inspected = self.inspect(wish, rest);
-        told.rest = rest;
+        let asked = self.probe(wish, rest);
+        told.probed = self.answer.as_ref().map(|a| a.probed.clone());
+        // A probe leaves what its frame made.
+        told.rest = rest && !asked;
         self.forget(wish);
         if let Err(f) = self.gpu.check() {
             (faults, told.lost) = (f.0, true);

@@ -3,17 +3,17 @@
 use super::choice::{Against, Choice};
 use super::feed::Subject;
 use super::pick::Thing;
-use super::picture::Look;
-use super::stage::{Inspect, Wish};
+use super::stage::{Ask, Inspect, ProbedPlace, Wish};
 use super::undo::Undo;
 use egui::Rect;
 use glam::{Vec2, Vec3};
+use lightgraph::internals::image::paint::Look;
 use lightgraph::internals::plan::show::Picture;
 use lightgraph::internals::scene::{Pose, navigate};
 use lightgraph::internals::session::Pointer;
 use lightgraph::{Scene, View};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Everything that panels read and change. No device and no window.
@@ -25,6 +25,10 @@ pub struct State {
     pub output: Option<String>,
     pub inspect: Option<Inspect>,
     pub look: Look,
+    /// The invocation that is asked what it computes.
+    pub ask: Option<Ask>,
+    /// Of its values those are shown whose names hold this.
+    pub ask_search: String,
     pub selected: Option<Thing>,
     /// What the pointer drags in the image.
     pub gesture: Option<Gesture>,
@@ -57,9 +61,11 @@ pub struct Panels {
     pub tab: Tab,
 }
 
-/// How the compiled graph is looked at.
+/// How the graph is looked at.
 #[derive(Debug, Default)]
 pub struct Network {
+    /// As the file declares it, not as it was compiled.
+    pub declared: bool,
     /// `None`: all of it.
     pub zoom: Option<Zoom>,
     /// A part of the names that are looked for; empty: none is.
@@ -77,6 +83,7 @@ pub enum Tab {
     Graph,
     Memory,
     Resource,
+    Probe,
 }
 
 /// A part of a picture: its scale, and where its corner lies from that of its panel, in points.
@@ -129,6 +136,8 @@ impl State {
             output: None,
             inspect: None,
             look: Look::default(),
+            ask: None,
+            ask_search: String::new(),
             selected: None,
             gesture: None,
             pointer: Pointer::default(),
@@ -162,9 +171,22 @@ impl State {
             time,
             pointer: self.pointer,
             output: self.output.clone(),
-            inspect: self.inspect.clone().filter(|_| self.panels.bottom && self.panels.tab == Tab::Resource),
+            inspect: self.inspect.clone().filter(|_| self.sees(Tab::Resource)),
+            ask: self.ask.clone().filter(|_| self.sees(Tab::Probe)),
             prepare: self.prepare,
         }
+    }
+
+    /// Whether the lower panel shows this.
+    pub fn sees(&self, tab: Tab) -> bool {
+        self.panels.bottom && self.panels.tab == tab
+    }
+
+    /// Asks an invocation of a graph's pass what it computes, and opens the lower panel for the answer.
+    pub fn ask(&mut self, graph: &Path, of: ProbedPlace) {
+        let serial = self.ask.as_ref().map_or(0, |a| a.serial.wrapping_add(1));
+        self.ask = Some(Ask { serial, graph: graph.into(), of });
+        (self.panels.bottom, self.panels.tab) = (true, Tab::Probe);
     }
 
     /// Opens a resource in the lower panel.

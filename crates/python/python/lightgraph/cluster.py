@@ -27,6 +27,13 @@ __all__ = ["View", "average", "render_many", "sweep"]
 
 Entry = dict[str, Any]
 _JOURNAL = "entries.jsonl"
+# Workers of this machine share its cores with what they render: Dask looks after them less often than it would.
+_SELDOM = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.worker.memory.monitor-interval": "1s",
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.system-monitor.interval": "5s",
+}
 _thread = threading.local()
 
 
@@ -307,9 +314,12 @@ def _there(
         raise ImportError("`pip install distributed` installs what this needs; `client=False` goes without") from error
     with contextlib.ExitStack() as stack:
         if client is None:
-            cluster = distributed.LocalCluster(
-                n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=None
-            )
+            import dask
+
+            with dask.config.set(_SELDOM):
+                cluster = distributed.LocalCluster(
+                    n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=None
+                )
             client = stack.enter_context(distributed.Client(stack.enter_context(cluster)))
         elif isinstance(client, str):
             client = stack.enter_context(distributed.Client(client))

@@ -72,7 +72,8 @@ def outputs(graph: str | os.PathLike[str], shaders: Iterable[str | os.PathLike[s
 
 def builtin_graphs() -> list[str]:
     """The graphs that come with the package, as `Renderer` takes them."""
-    return [f"lightgraph:{name}" for name in _native.builtin_files() if name.startswith("graphs/")]
+    files = _native.builtin_files()
+    return [f"lightgraph:{name}" for name in files if name.startswith("graphs/") and name.endswith(".ron")]
 
 
 def adapter(part: str | None = None) -> tuple[str, str, bool]:

@@ -1,7 +1,11 @@
 // The playground: what is chosen, edited and shared, and what the engine says of it.
-import { Editor } from "./editor.js";
 import { EngineLink } from "./caller.js";
+import * as compare from "./compare.js";
+import { Editor } from "./editor.js";
 import { show as showParams } from "./params.js";
+import { isText, packed, unpacked } from "./project.js";
+import { Resources } from "./resource.js";
+import { options, row } from "./widgets.js";
 
 const byId = (id) => document.getElementById(id);
 /// Bytes of a dropped file at most.
@@ -10,12 +14,18 @@ const MOST_DROPPED = 256 << 20;
 const PAUSE_MS = 120;
 
 const viewer = document.body.classList.contains("viewer");
-const state = { graph: "graphs/gi/direct.ron", scene: "scenes/cornell.glb", params: {}, output: null, size: null, place: [], exposure: 0 };
+const state = {
+  graph: "graphs/gi/direct.ron", scene: "scenes/cornell.glb", params: {}, output: null, size: null, place: [], exposure: 0,
+  /// {graph: PATH}, {image: PATH} or null.
+  against: null,
+};
 /// Texts by path that differ from what the page comes with; and those that were shown last without a fault.
 let edits = new Map();
 let good = new Map();
 let scenes = {};
 const fetched = new Set();
+/// Bytes by path of scenes and references that were opened here.
+const own = new Map();
 let files = [];
 let device = { software: false };
 let faults = [];
@@ -24,6 +34,11 @@ let again = false;
 let timer;
 
 const engine = new EngineLink(byId("stage"), listen);
+const resources = new Resources(engine);
+const arrange = compare.controls(state, {
+  wish: () => (choices(), wish()),
+  arrange: (kind, at) => engine.call("set_arrangement", [kind, at]).catch(() => {}),
+});
 const editor = new Editor(byId("editor"), (path, text) => {
   edits.set(path, text);
   tabs();
@@ -64,6 +79,10 @@ async function open() {
   device = opened.device;
   files = opened.files;
   fetched.clear();
+  for (const [path, bytes] of own) {
+    await hold(path, bytes);
+    fetched.add(path);
+  }
   if (viewer) for (const path of state.files ?? []) await hold(path, await bytesOf(path));
   state.size ??= device.software ? [256, 256] : [640, 480];
 }
@@ -92,8 +111,7 @@ async function follow() {
       edits.set(path, text);
       await hold(path, new TextEncoder().encode(text));
     }
-    byId("exposure").value = state.exposure;
-    byId("exposure-shown").textContent = state.exposure;
+    exposed();
   } catch (error) {
     say(`The link can't be followed: ${error.message}`);
   }
@@ -113,18 +131,15 @@ async function share() {
   }
 }
 
-function options(select, list, chosen, name = (x) => x) {
-  select.replaceChildren(...list.map((value) => Object.assign(document.createElement("option"), { value, textContent: name(value), selected: value === chosen })));
-}
-
 function choices() {
   const graphs = files.filter((f) => f.startsWith("graphs/") && f.endsWith(".ron"));
   options(byId("graph"), graphs, state.graph, (path) => path.replace(/^graphs\/|\.ron$/g, ""));
-  const dropped = files.filter((f) => /^scenes\/.*\.glb$/.test(f) && !(f in scenes));
-  options(byId("scene"), [...Object.keys(scenes), ...dropped], state.scene, (path) => path.replace(/^scenes\/|\.(glb|gltf|ron)$/g, ""));
+  const opened = [...own.keys()].filter((f) => f.startsWith("scenes/") && (f === state.scene || f.endsWith(".glb")) && !(f in scenes));
+  options(byId("scene"), [...Object.keys(scenes), ...opened], state.scene, (path) => path.replace(/^scenes\/|\.(glb|gltf|ron)$/g, ""));
   const sizes = [[128, 128], [256, 256], [320, 240], [480, 360], [640, 480], [800, 600], [1024, 768], [1280, 960]];
   if (!sizes.some((s) => s.join() === state.size.join())) sizes.push(state.size);
   options(byId("size"), sizes.map((s) => s.join("×")), state.size.join("×"));
+  compare.list(state, graphs, [...own.keys()].filter((f) => f.startsWith("references/")));
 }
 
 /// Makes what is chosen; of wishes that come while one is under way, the last.
@@ -138,9 +153,9 @@ async function wish() {
       await hold(path, await bytesOf(path));
       fetched.add(path);
     }
-    const { graph, scene, camera = null, params, output, size } = state;
-    const timed = byId("times-open").open;
-    const told = JSON.parse(await engine.call("wish", [JSON.stringify({ graph, scene, camera, params, output, size, timed })]));
+    const { graph, scene, camera = null, params, output, size, against } = state;
+    const [timed, inspect] = [byId("times-open").open, resources.open];
+    const told = JSON.parse(await engine.call("wish", [JSON.stringify({ graph, scene, camera, params, output, size, timed, inspect, against })]));
     if (told.faults) {
       setFaults(told.faults);
       document.body.dataset.state = "fault";
@@ -168,6 +183,9 @@ async function made(told) {
   });
   state.sources = [...new Set([...told.files, ...told.shaders])];
   state.made_ms = told.make_ms;
+  resources.list(told.resources);
+  arrange();
+  if (!state.against) compare.showScore(null);
   if (!viewer && (!editor.path || !state.sources.includes(editor.path))) await openFile(state.graph);
   tabs();
 }
@@ -241,7 +259,7 @@ async function listen(data) {
   if (told.swapped) {
     good = new Map(edits);
     frames = 0;
-    document.body.dataset.state = "shown";
+    Object.assign(document.body.dataset, { state: "shown", rest: "false" });
     if (state.place?.length) engine.call("set_place", [new Float32Array(state.place)]);
     state.place = [];
     engine.call("set_exposure", [state.exposure]);
@@ -259,6 +277,8 @@ async function listen(data) {
     document.body.dataset.hostMs = host.toSorted((a, b) => a - b)[host.length >> 1].toFixed(3);
   }
   if (told.report) report(told.report);
+  if (told.score) compare.showScore(told.score);
+  if (told.inspected) resources.show(told.inspected, data.plane);
 }
 
 function report(report) {
@@ -271,10 +291,8 @@ function report(report) {
     const rows = report.steps.slice().sort((a, b) => (b.gpu_ms ?? b.cpu_ms) - (a.gpu_ms ?? a.cpu_ms));
     byId("times").replaceChildren(
       ...rows.map((step) => {
-        const row = document.createElement("tr");
         const time = step.gpu_ms === null ? "—" : `${step.gpu_ms.toFixed(3)} ms`;
-        row.append(...[step.name, `${step.runs} ×`, time].map((text) => Object.assign(document.createElement("td"), { textContent: text })));
-        return row;
+        return row([step.name, `${step.runs} ×`, time]);
       }),
     );
   }
@@ -320,15 +338,78 @@ window.lightgraph = {
   wish,
 };
 
-async function drop(file) {
-  if (!/\.glb$/i.test(file.name)) return say("A scene is a .glb.");
+/// Opens a file that was dropped or chosen: a scene, an image to hold the shown one against, or a saved project.
+async function openAny(file) {
+  const kind = /\.(glb|exr|zip)$/i.exec(file.name)?.[1].toLowerCase();
+  if (!kind) return say("Open a scene (.glb), an image to compare with (.exr) or a saved project (.zip).");
   if (file.size > MOST_DROPPED) return say(`The file is larger than ${MOST_DROPPED >> 20} MiB.`);
-  const path = `scenes/${file.name.replace(/\.glb$/i, "").replace(/[^\w-]/g, "_").slice(0, 60)}.glb`;
-  await hold(path, new Uint8Array(await file.arrayBuffer()));
-  fetched.add(path);
-  state.scene = path;
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  if (kind === "zip") return load(bytes);
+  const stem = file.name.slice(0, -4).replace(/[^\w-]/g, "_").slice(0, 60);
+  const path = `${kind === "glb" ? "scenes" : "references"}/${stem}.${kind}`;
+  own.set(path, bytes);
+  await hold(path, bytes);
+  if (kind === "glb") {
+    fetched.add(path);
+    state.scene = path;
+  } else {
+    state.against = { image: path };
+    byId("against-open").open = true;
+  }
   choices();
   await wish();
+}
+
+/// Saves what the image is made of, as a folder that the command renders.
+async function save() {
+  const all = new Map();
+  const paths = [...(state.sources ?? []), ...edits.keys(), ...files.filter((path) => path.startsWith("shaders/"))];
+  for (const path of new Set(paths)) {
+    const text = edits.get(path) ?? (await engine.call("text", [path]));
+    if (text !== undefined) all.set(path, new TextEncoder().encode(text));
+  }
+  for (const path of scenes[state.scene] ?? [state.scene]) all.set(path, own.get(path) ?? (await bytesOf(path)));
+  const reference = state.against?.image;
+  if (reference) all.set(reference, own.get(reference));
+  const { graph, scene, params, output, size, exposure, against } = state;
+  const place = [...(await engine.call("place"))];
+  const zip = packed({ graph, scene, params, output, size, exposure, against, place }, all);
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([zip], { type: "application/zip" }));
+  link.download = `${graph.replace(/^.*\/|\.ron$/g, "")}.zip`;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}
+
+async function load(bytes) {
+  let project;
+  try {
+    project = unpacked(bytes);
+  } catch (error) {
+    return say(`The project can't be opened: ${error.message}`);
+  }
+  await revert();
+  for (const [path, content] of project.files) {
+    if (/^(graphs|shaders)\//.test(path) && isText(path)) {
+      const text = new TextDecoder().decode(content);
+      if (text === (await engine.call("text", [path]))) continue;
+      edits.set(path, text);
+    } else {
+      own.set(path, content);
+      fetched.add(path);
+    }
+    await hold(path, content);
+  }
+  Object.assign(state, project.choice);
+  exposed();
+  choices();
+  await wish();
+  await openFile(state.graph);
+}
+
+function exposed() {
+  byId("exposure").value = state.exposure;
+  byId("exposure-shown").textContent = state.exposure;
 }
 
 function pointers() {
@@ -358,13 +439,13 @@ function pointers() {
   document.body.ondrop = (event) => {
     event.preventDefault();
     stage.classList.remove("over");
-    if (event.dataTransfer.files[0]) drop(event.dataTransfer.files[0]);
+    if (event.dataTransfer.files[0]) openAny(event.dataTransfer.files[0]);
   };
 }
 
 function controls() {
   const choose = (id, set) => (byId(id).onchange = () => (set(byId(id).value), wish()));
-  choose("graph", (v) => ((state.graph = v), (state.output = null)));
+  choose("graph", (v) => ((state.graph = v), (state.output = null), choices()));
   choose("scene", (v) => (state.scene = v));
   choose("output", (v) => (state.output = v));
   choose("size", (v) => (state.size = v.split("×").map(Number)));
@@ -380,8 +461,15 @@ function controls() {
     history.replaceState(null, "", location.pathname);
     await wish();
   };
-  byId("open-scene").onclick = () => byId("scene-file").click();
-  byId("scene-file").onchange = () => byId("scene-file").files[0] && drop(byId("scene-file").files[0]);
+  byId("save").onclick = () => save().catch((error) => say(error.message));
+  for (const id of ["open", "open-reference"]) byId(id).onclick = () => byId("file").click();
+  byId("file").onchange = async () => {
+    const [file] = byId("file").files;
+    if (file) await openAny(file);
+    // The same file again is a change, too.
+    byId("file").value = "";
+  };
+  byId("resource-open").ontoggle = () => (resources.ask(), wish());
   byId("times-open").ontoggle = () => wish();
   byId("plan-open").ontoggle = () => byId("plan-open").open && showPlan();
   window.onhashchange = async () => {

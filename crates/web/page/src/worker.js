@@ -26,7 +26,8 @@ function turn() {
     const told = JSON.parse(engine.advance((performance.now() - start) / 1000));
     const image = engine.take_image();
     if (image.length) post({ image });
-    if (told.swapped || told.faults || told.report || told.host_ms !== undefined) post({ told });
+    const plane = told.inspected ? engine.take_plane() : undefined;
+    if (told.swapped || told.faults || told.report || told.score || told.inspected || told.host_ms !== undefined) post({ told, plane });
   } catch (error) {
     if (fatal(error)) return;
   }

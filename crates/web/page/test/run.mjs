@@ -1,13 +1,14 @@
-// The playground in a real browser: `node test/run.mjs LIGHTGRAPH PAGE OUT`. Images of the desktop are rendered by LIGHTGRAPH,
-// and everything is written to OUT.
+// The playground in a real browser: `node test/run.mjs LIGHTGRAPH PAGE OUT [PATTERN]`. Images of the desktop are rendered
+// by LIGHTGRAPH, and everything is written to OUT. PATTERN chooses tests by name.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
-import { join } from "node:path";
+import { existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { dirname, join, resolve } from "node:path";
+import { unzipSync, zipSync } from "fflate";
 import { launch, serve, shown } from "./browser.mjs";
 import { exr } from "./exr.mjs";
 
-const [lightgraph, site, out] = process.argv.slice(2);
+const [lightgraph, site, out, pattern = ""] = process.argv.slice(2);
 mkdirSync(out, { recursive: true });
 const SIZE = [128, 128];
 /// Root mean square of what the browser's image may differ by, of the mean of the desktop's.
@@ -20,6 +21,7 @@ const said = [];
 let failed = 0;
 
 async function test(name, run) {
+  if (!new RegExp(pattern).test(name)) return;
   const start = performance.now();
   try {
     const note = await run();
@@ -189,21 +191,141 @@ await test("a link of somebody else runs nothing", async () => {
   }
 });
 
+const drop = (page, name, bytes) =>
+  page.evaluate(([name, bytes]) => {
+    const data = new DataTransfer();
+    data.items.add(new File([new Uint8Array(bytes)], name));
+    document.body.dataset.state = "making";
+    document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+  }, [name, [...bytes]]);
+
 await test("a dropped .glb is shown, and a broken one is told", async () => {
-  const drop = (name, bytes) =>
-    page.evaluate(([name, bytes]) => {
-      const data = new DataTransfer();
-      data.items.add(new File([new Uint8Array(bytes)], name));
-      document.body.dataset.state = "making";
-      document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
-    }, [name, [...bytes]]);
   const glb = readFileSync("scenes/two_rooms.glb");
-  await drop("<b>mine</b>.glb", glb);
+  await drop(page, "<b>mine</b>.glb", glb);
   assert.equal(await shown(page, ["shown", "fault"]), "shown", await faults(page));
   assert.match(await page.evaluate(() => window.lightgraph.state.scene), /^scenes\/[\w-]+\.glb$/);
-  await drop("broken.glb", glb.subarray(0, 300));
+  await drop(page, "broken.glb", glb.subarray(0, 300));
   assert.equal(await shown(page, ["shown", "fault"]), "fault");
   await choose(page, { scene: "scenes/cornell.glb" });
+});
+
+await test("A is held against a file and against another graph", async () => {
+  const rmse = async (test) => {
+    await page.waitForFunction(test, { timeout: 60_000 });
+    return Number(await page.evaluate(() => document.body.dataset.rmse));
+  };
+  assert.equal(await choose(page, { graph: "graphs/gi/direct.ron", scene: "scenes/cornell.glb", size: SIZE, params: {}, output: null }), "shown");
+  await rest(page);
+  await drop(page, "mine.exr", exr(await image(page)));
+  assert.equal(await shown(page, ["shown", "fault"]), "shown", await faults(page));
+  const same = await rmse(() => document.body.dataset.rmse !== "");
+  assert.equal(same, 0, "its own image");
+  await page.selectOption("#against", "graph:graphs/gi/fast_grid.ron");
+  const other = await rmse(() => Number(document.body.dataset.rmse) > 1);
+  await page.selectOption("#arrangement", "difference");
+  await page.evaluate(() => window.scrollTo(0, 0));
+  await page.waitForTimeout(500);
+  await page.screenshot({ path: join(out, "compare.png") });
+  // Another size than the file's is told, not shown.
+  await page.selectOption("#against", "image:references/mine.exr");
+  await choose(page, { size: [64, 64] });
+  await page.waitForFunction(() => / but /.test(document.getElementById("score").innerText), { timeout: 60_000 });
+  await page.selectOption("#against", "");
+  await choose(page, { size: SIZE });
+  return `fast_grid is ${other.toFixed(1)} % off`;
+});
+
+await test("resources can be looked into", async () => {
+  assert.equal(await choose(page, { graph: "graphs/gi/direct.ron", scene: "scenes/cornell.glb", size: SIZE, params: {}, output: null }), "shown");
+  await page.click("#resource-open summary");
+  const line = (what) => page.waitForFunction((w) => new RegExp(w).test(document.getElementById("resource-line").textContent), what, { timeout: 60_000 });
+  const kinds = await page.evaluate(() => [...document.querySelectorAll("#resource option")].map((o) => o.value));
+  await page.selectOption("#resource", "surface_normal");
+  await line("128 × 128: .* mean");
+  await page.selectOption("#channel", "Red");
+  await page.check("#false-color");
+  await line("128 × 128: .* mean");
+  await page.locator("#plane").scrollIntoViewIfNeeded();
+  await page.locator("#plane").hover({ position: { x: 60, y: 60 } });
+  await page.waitForFunction(() => /^\(\d+, \d+\)  /.test(document.getElementById("texel").textContent));
+  await page.screenshot({ path: join(out, "resource.png") });
+  for (const name of kinds) {
+    await page.selectOption("#resource", name);
+    await line("mean|bytes|can't be read back");
+  }
+  await page.click("#resource-open summary");
+  return `${kinds.length} of them`;
+});
+
+await test("a saved project opens again, and the command renders it", async () => {
+  assert.equal(await choose(page, { graph: "graphs/gi/direct.ron", scene: "scenes/hall.glb", size: SIZE, params: {}, output: null }), "shown");
+  const path = "graphs/gi/direct.ron";
+  const text = await page.evaluate((p) => window.lightgraph.text(p), path);
+  await page.evaluate(([p, t]) => window.lightgraph.edit(p, t), [path, `// mine\n${text}`]);
+  await shown(page);
+  await rest(page);
+  const here = await image(page);
+  const [download] = await Promise.all([page.waitForEvent("download"), page.click("#save")]);
+  const zip = readFileSync(await download.path());
+  const folder = join(out, "project");
+  rmSync(folder, { recursive: true, force: true });
+  for (const [name, bytes] of Object.entries(unzipSync(zip))) {
+    mkdirSync(dirname(join(folder, name)), { recursive: true });
+    writeFileSync(join(folder, name), bytes);
+  }
+  const [a, b] = ["page.exr", "command.exr"].map((name) => resolve(join(folder, name)));
+  writeFileSync(a, exr(here));
+  const env = DRIVER ? { VK_DRIVER_FILES: DRIVER, VK_ICD_FILENAMES: DRIVER } : {};
+  const what = ["render", path, "--scene", "scenes/hall.glb", "--size", SIZE.join("x"), "--out", b];
+  execFileSync(resolve(lightgraph), what, { cwd: folder, env: { ...process.env, ...env }, stdio: "ignore" });
+  if (DRIVER) assert.ok(difference(a, b) <= MOST_RMSE);
+  const other = await open(server.url);
+  assert.equal(await shown(other, ["shown", "fault", "none"]), "shown");
+  await drop(other, "mine.zip", zip);
+  assert.equal(await shown(other, ["shown", "fault"]), "shown", await faults(other));
+  await rest(other);
+  assert.deepEqual(await image(other), here);
+  assert.equal(await other.evaluate(() => document.querySelectorAll("#tabs .edited").length), 1);
+  for (const broken of [Buffer.from("PK"), zip.subarray(0, 1000), Buffer.from(zipSync({ "../evil.ron": new Uint8Array(9) }))]) {
+    await other.evaluate(() => (document.getElementById("said").textContent = ""));
+    await drop(other, "broken.zip", broken);
+    await other.waitForFunction(() => /can't be opened/.test(document.getElementById("said").textContent));
+  }
+  await other.context().close();
+  return `${(zip.length / 1024).toFixed(0)} KiB`;
+});
+
+await test("an exported page shows the desktop's image", async () => {
+  const folder = join(out, "site");
+  rmSync(folder, { recursive: true, force: true });
+  const env = DRIVER ? { VK_DRIVER_FILES: DRIVER, VK_ICD_FILENAMES: DRIVER } : {};
+  // Its light comes from an image that the graph names.
+  const what = ["export", "web", "graphs/play/image_lit.ron", "--scene", "scenes/cornell.glb", "--size", SIZE.join("x"), "--page", site, "--out", folder];
+  execFileSync(lightgraph, what, { env: { ...process.env, ...env }, stdio: "ignore" });
+  const exported = await serve(lightgraph, folder);
+  const other = await open(exported.url);
+  assert.equal(await shown(other, ["shown", "fault", "none"]), "shown", await faults(other));
+  await other.waitForFunction(() => Number(document.body.dataset.frames) > 0);
+  await other.waitForTimeout(500);
+  await other.screenshot({ path: join(out, "exported.png") });
+  // The canvas as it is seen, against the picture that the desktop rendered for browsers without WebGPU.
+  const rmse = await other.evaluate(async () => {
+    const pixels = (image) => {
+      const canvas = new OffscreenCanvas(image.width, image.height).getContext("2d");
+      canvas.drawImage(image, 0, 0);
+      return canvas.getImageData(0, 0, image.width, image.height).data;
+    };
+    const canvas = pixels(document.querySelector("#stage canvas"));
+    const poster = pixels(await createImageBitmap(await (await fetch("poster.png")).blob()));
+    if (canvas.length !== poster.length) return NaN;
+    const squares = canvas.reduce((sum, v, i) => sum + (v - poster[i]) ** 2, 0);
+    return Math.sqrt(squares / canvas.length) / (poster.reduce((sum, v) => sum + v, 0) / poster.length);
+  });
+  await other.context().close();
+  exported.end();
+  if (DRIVER) assert.ok(rmse <= MOST_RMSE, `rmse ${(100 * rmse).toFixed(3)} %`);
+  assert.ok(rmse < 0.2, `rmse ${(100 * rmse).toFixed(3)} %`);
+  return `rmse ${(100 * rmse).toFixed(4)} %`;
 });
 
 await test("the page opens again without the server", async () => {

@@ -4,12 +4,16 @@
 use super::{Seen, stem};
 use crate::view::choice::{Against, Layout};
 use crate::view::pick::{self, Thing};
-use crate::view::state::{Gesture, State};
-use egui::{Align2, Color32, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2};
+use crate::view::stage::ProbedPlace;
+use crate::view::state::{Gesture, State, Tab};
+use egui::{
+    Align2, Color32, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Shape, Stroke, StrokeKind, Ui, Vec2,
+};
 use glam::Vec3;
 use lightgraph::internals::scene::{Bounds, Geometry, LightKind, Pose, navigate};
 use lightgraph::internals::session::Pointer;
 use lightgraph::{Scene, View};
+use std::path::PathBuf;
 
 const MARK: Color32 = Color32::from_rgb(0xff, 0xd7, 0x66);
 /// What the image leaves to the edges of the panels, in points.
@@ -42,6 +46,15 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) -> Rect {
         Some(pointer) if subject.points => pointer,
         _ => Pointer { buttons: 0, ..state.pointer },
     };
+    if asks(ui, &response)
+        && let Some(at) = response.interact_pointer_pos().filter(|at| rect.contains(*at))
+        && let Some(graph) = shown_at(state, seen, rect, at)
+    {
+        let share = (at - rect.min) / rect.size();
+        let texel = |share: f32, count: u32| ((share * count as f32) as u32).min(count.saturating_sub(1));
+        state.ask(&graph, ProbedPlace::Pixel([texel(share.x, shown.size[0]), texel(share.y, shown.size[1])]));
+    }
+    asked(ui, state, rect, shown.size);
     let scene = &subject.scene;
     let (pose, aspect) = (state.pose(scene, seen.time), w / h.max(1.0));
     if let Some(view) = state.view(scene, &pose, aspect) {
@@ -49,6 +62,40 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) -> Rect {
         marks(ui, state, rect, scene, &pose, view, aspect);
     }
     area
+}
+
+/// Whether a click asks what is computed: Ctrl is held, or Command on a Mac.
+fn asks(ui: &Ui, response: &Response) -> bool {
+    response.clicked() && ui.input(|i| i.modifiers.command)
+}
+
+/// The graph whose image is seen at a place; `None`: an image file is.
+fn shown_at(state: &State, seen: &Seen, rect: Rect, at: Pos2) -> Option<PathBuf> {
+    let told = &seen.feed.told;
+    let other = match state.now().compare.layout {
+        Layout::Split(share) => at.x > rect.left() + share * rect.width(),
+        Layout::Difference(_) => false,
+        Layout::Other => true,
+    };
+    match &state.now().compare.against {
+        Against::Graph(path) if other && told.other.is_some() => Some(path.clone()),
+        Against::Image(_) if other && told.other.is_some() => None,
+        _ => told.subject.as_ref().map(|s| s.path.clone()),
+    }
+}
+
+/// The pixel that was asked for.
+fn asked(ui: &Ui, state: &State, rect: Rect, size: [u32; 2]) {
+    let of = state.ask.as_ref().filter(|_| state.sees(Tab::Probe)).map(|a| &a.of);
+    if let Some(ProbedPlace::Pixel([x, y])) = of {
+        let texel = rect.size() / Vec2::new(size[0].max(1) as f32, size[1].max(1) as f32);
+        let at = rect.min + Vec2::new(*x as f32 + 0.5, *y as f32 + 0.5) * texel;
+        let edge = Rect::from_center_size(at, texel.max(Vec2::splat(7.0)));
+        let painter = ui.painter().with_clip_rect(rect);
+        for (width, color) in [(3.0, Color32::from_black_alpha(150)), (1.0, MARK)] {
+            painter.rect_stroke(edge, 0.0, Stroke::new(width, color), StrokeKind::Outside);
+        }
+    }
 }
 
 /// Where the pointer is over the image, for shaders.
@@ -114,6 +161,7 @@ fn pointer(
         state.gesture = None;
     }
     if response.clicked()
+        && !asks(ui, response)
         && let Some(at) = response.interact_pointer_pos()
     {
         state.selected = pick::thing(scene, pose, view, aspect, place(at)).map(|t| t.0);

@@ -3,10 +3,12 @@
 
 mod bar;
 mod compare;
+mod declared;
 mod image;
 mod memory;
 mod network;
 mod parameters;
+mod probe;
 mod resource;
 mod steps;
 mod subject;
@@ -78,9 +80,10 @@ fn bottom(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     ui.horizontal(|ui| {
         for (tab, label) in [
             (Tab::Steps, "Passes"),
-            (Tab::Graph, "Compiled graph"),
+            (Tab::Graph, "Graph"),
             (Tab::Memory, "Memory"),
             (Tab::Resource, "Resource"),
+            (Tab::Probe, "Probe"),
         ] {
             let button = ui.selectable_value(&mut state.panels.tab, tab, label);
             state.mark(format!("tab {label}"), button.rect);
@@ -91,14 +94,17 @@ fn bottom(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
             Tab::Graph => network::summary(ui, state, seen),
             Tab::Memory => memory::summary(ui, seen),
             Tab::Resource => resource::choose(ui, state, seen),
+            Tab::Probe => probe::choose(ui, state, seen),
         }
     });
     ui.separator();
     match state.panels.tab {
         Tab::Steps => steps::show(ui, state, seen),
+        Tab::Graph if state.network.declared => declared::show(ui, state, seen),
         Tab::Graph => network::show(ui, state, seen),
         Tab::Memory => memory::show(ui, state, seen),
         Tab::Resource => resource::show(ui, state, seen),
+        Tab::Probe => probe::show(ui, state, seen),
     }
 }
 

@@ -36,6 +36,10 @@ const FAINT: Color32 = Color32::from_rgb(0x9a, 0xa5, 0xb1);
 pub fn summary(ui: &mut Ui, state: &mut State, seen: &Seen) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let plan = &subject.plan;
+    for (label, declared) in [("compiled", false), ("declared", true)] {
+        let button = ui.selectable_value(&mut state.network.declared, declared, label);
+        state.mark(label, button.rect);
+    }
     ui.label(format!("{} steps, {} resources", plan.steps.len(), plan.resources.len()));
     let fit = ui.button("fit").on_hover_text("the whole graph; drag to move, scroll to zoom");
     if fit.clicked() {

@@ -2,12 +2,13 @@
 
 use super::Seen;
 use crate::view::feed::{Content, Inspected};
-use crate::view::picture::{self, Channel, Extent, Look};
-use crate::view::stage::Inspect;
+use crate::view::stage::{Inspect, ProbedPlace};
 use crate::view::state::State;
 use egui::{ColorImage, ComboBox, DragValue, RichText, ScrollArea, Sense, TextureHandle, TextureOptions, Ui, Vec2};
+use lightgraph::internals::image::paint::{self, Channel, Extent, Look};
 use lightgraph::internals::plan::{Desc, TextureKind};
 use lightgraph::{Image, Plan};
+use std::path::Path;
 use std::sync::Arc;
 
 const FACES: [&str; 6] = ["+X", "−X", "+Y", "−Y", "+Z", "−Z"];
@@ -91,7 +92,10 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
     match &inspected.content {
         Content::Fault(why) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
         Content::Words(words, bytes) => numbers(ui, words, *bytes),
-        Content::Plane(image) => plane(ui, state, inspected, image),
+        Content::Plane(image) => {
+            let graph = seen.feed.told.subject.as_ref().map(|s| s.path.as_path());
+            plane(ui, state, inspected, (image, graph));
+        }
     }
 }
 
@@ -104,12 +108,12 @@ struct Painted {
     extent: Extent,
 }
 
-fn plane(ui: &mut Ui, state: &mut State, inspected: &Arc<Inspected>, image: &Image) {
+fn plane(ui: &mut Ui, state: &mut State, inspected: &Arc<Inspected>, (image, graph): (&Image, Option<&Path>)) {
     let id = egui::Id::unique("plane");
     let kept: Option<Painted> = ui.data(|d| d.get_temp(id));
     let kept = kept.filter(|k| Arc::ptr_eq(&k.from, inspected) && k.look == state.look);
     let painted = kept.unwrap_or_else(|| {
-        let (pixels, extent) = picture::paint(image, state.look);
+        let (pixels, extent) = paint::paint(image, state.look);
         let size = [image.width as usize, image.height as usize];
         let pixels = ColorImage::from_rgba_unmultiplied(size, &pixels);
         let texture = ui.ctx().load_texture("plane", pixels, TextureOptions::NEAREST);
@@ -138,12 +142,16 @@ fn plane(ui: &mut Ui, state: &mut State, inspected: &Arc<Inspected>, image: &Ima
     let (w, h) = (image.width.max(1) as f32, image.height.max(1) as f32);
     // Small ones are blown up, large ones scroll.
     let scale = (room.x / w).min(room.y / h).max(1.0 / ui.ctx().pixels_per_point());
+    let mut asked = None;
     let area = ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
-        let (rect, response) = ui.allocate_exact_size(Vec2::new(w, h) * scale, Sense::hover());
+        let (rect, response) = ui.allocate_exact_size(Vec2::new(w, h) * scale, Sense::click());
         egui::Image::new((painted.texture.id(), rect.size())).paint_at(ui, rect);
         if let Some(at) = response.hover_pos() {
             let texel = ((at - rect.min) / scale).max(Vec2::ZERO);
             let (x, y) = (texel.x as u32, texel.y as u32);
+            if response.clicked() && ui.input(|i| i.modifiers.command) {
+                asked = Some([x, y]);
+            }
             if let Some(values) = image.pixel(0, x, y) {
                 let values: Vec<String> = values.iter().map(|v| short(*v)).collect();
                 response.on_hover_text(RichText::new(format!("({x}, {y})  {}", values.join("  "))).monospace());
@@ -152,6 +160,10 @@ fn plane(ui: &mut Ui, state: &mut State, inspected: &Arc<Inspected>, image: &Ima
         rect
     });
     state.mark("plane", area.inner_rect.intersect(area.inner));
+    if let (Some(at), Some(graph)) = (asked, graph) {
+        let part = Inspect { resource: inspected.name.clone(), mip: inspected.mip, layer: inspected.layer };
+        state.ask(graph, ProbedPlace::Texel { part, at });
+    }
 }
 
 /// The words of a buffer, as floats and as integers.

@@ -66,6 +66,7 @@ impl Files {
             pointer: Pointer::default(),
             output: None,
             inspect: None,
+            ask: None,
             prepare: false,
         }
     }
@@ -254,6 +255,45 @@ fn resources_can_be_looked_into_whatever_they_are() {
     let seen = look(&mut stage, "list", 0);
     let Content::Words(words, 12) = &seen.content else { panic!("{seen:?}") };
     assert_eq!(words[..], [0, 7, 0]);
+}
+
+#[test]
+fn a_pixel_asks_the_pass_that_wrote_it() {
+    let (files, mut stage) = (Files::new("probe"), stage());
+    let mut wish = files.wish();
+    let graph = wish.choice.graph.clone();
+    let mut serial = 0;
+    let mut ask = |stage: &mut Stage, of: ProbedPlace| {
+        serial += 1;
+        wish.ask = Some(Ask { serial, graph: graph.clone(), of });
+        let told = settle(stage, &wish);
+        let probed = told.probed.clone().expect("an answer");
+        let text = probed.answer.as_ref().map_or_else(|f| render(&f.0), ToString::to_string);
+        (told, text.split_whitespace().collect::<Vec<_>>().join(" "))
+    };
+    let (told, text) = ask(&mut stage, ProbedPlace::Pixel([3, 2]));
+    assert!(text.starts_with("`paint`, paint.wgsl, at 3,2,0 inputs position (3.5, 2.5, 0, 1) "), "{text}");
+    assert!(text.contains("uniforms red 0.25"), "{text}");
+    assert!(text.contains("output result (0.25, 0, 0, 1)"), "{text}");
+    assert_eq!(pixel(&stage.gpu, &told), [0.25, 0.0], "the image stays");
+    // An edit of the shader is answered anew, by itself.
+    let shader = files.0.join("shaders/paint.wgsl");
+    fs::write(&shader, PAINT.replace("vec4f(red", "vec4f(3.0 * red")).unwrap();
+    stage.changed(&BTreeSet::from([shader]));
+    let again = Ask { serial: 1, graph: files.0.join("graph.ron"), of: ProbedPlace::Pixel([3, 2]) };
+    let told = settle(&mut stage, &Wish { ask: Some(again), ..files.wish() });
+    let answer = told.probed.as_ref().unwrap().answer.as_ref().unwrap().to_string();
+    assert!(answer.contains("(0.75, 0, 0, 1)"), "{answer}");
+    assert_eq!(pixel(&stage.gpu, &told), [0.75, 0.0]);
+
+    let part = Inspect { resource: "ramp".into(), mip: 0, layer: 1 };
+    let (_, text) = ask(&mut stage, ProbedPlace::Texel { part, at: [2, 1] });
+    assert!(text.starts_with("`fill`, fill.wgsl, at 2,1,1") && text.contains("(12, 0, 0, 1)"), "{text}");
+    let (told, text) = ask(&mut stage, ProbedPlace::Invocation { step: "pant".into(), at: [0; 3] });
+    assert!(text.contains("no pass `pant`") && text.contains("did you mean `paint`?"), "{text}");
+    assert!(told.faults.is_empty(), "the image has none");
+    let (_, text) = ask(&mut stage, ProbedPlace::Pixel([300, 2]));
+    assert!(text.contains("`paint` has no invocation at 300,2,0"), "{text}");
 }
 
 #[test]

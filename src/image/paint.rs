@@ -1,7 +1,6 @@
 //! The texels of a resource as colours.
 
-use lightgraph::Image;
-use lightgraph::internals::image::srgb;
+use super::{Image, srgb};
 use serde::{Deserialize, Serialize};
 
 /// How numbers become colours.

@@ -1,0 +1,71 @@
+//! Indirect light that lobes of surfaces reflect towards the camera: rays along the lobes, and what lights the surfaces
+//! that they meet. Those count as matte.
+#import lightgraph::camera::pixel_ray
+#import lightgraph::cells::NO_CELL
+#import lightgraph::find_cell::find_near
+#import lightgraph::gloss::{draw_density, draw_lobe, lobes, shines, tints}
+#import lightgraph::hit::look
+#import lightgraph::random::{even_pair, seed}
+#import lightgraph::rounds::salt
+#import lightgraph::seen::{finished, seen_at}
+#import lightgraph::surface::{Surface, is_lit, read_record}
+#import lightgraph::trace::leave
+#ifdef LIGHTS
+#import lightgraph::irradiance::irradiance
+#endif
+
+var<uniform> lobe_rays: u32;
+/// See cell_emission.wgsl and cell_total.wgsl.
+var<storage, read> emitted: array<vec4f>;
+var<storage, read> held: array<vec4f>;
+var lobe_light: texture_storage_2d<rgba32float, write>;
+
+/// Light along a lobe's ray, and in alpha whether it is known.
+fn along(start: vec3f, direction: vec3f) -> vec4f {
+    let met = look(start, direction);
+    if !met.lit {
+        return vec4f(0.0, 0.0, 0.0, 1.0);
+    }
+    let cell = find_near(met.surface.position, met.surface.normal);
+    if cell == NO_CELL {
+        return vec4f(0.0);
+    }
+    var arrived = held[cell].rgb + emitted[cell].rgb;
+#ifdef LIGHTS
+    arrived += irradiance(met.surface.position, met.surface.normal, met.start);
+#endif
+    return vec4f(met.surface.albedo * arrived, 1.0);
+}
+
+fn reflected(s: Surface, shift: u32) -> vec3f {
+    let start = leave(s.position, s.normal + s.view);
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < lobe_rays; i++) {
+        let direction = draw_lobe(s, even_pair(i, shift));
+        let density = draw_density(s, direction);
+        if dot(direction, s.normal) <= 0.0 || density <= 0.0 {
+            sum.a += 1.0;
+            continue;
+        }
+        let light = along(start, direction);
+        sum += vec4f(tints(s) * lobes(s, direction) / density * light.rgb, light.a);
+    }
+    return max(sum.rgb / max(sum.a, 1.0), vec3f(0.0));
+}
+
+@compute @workgroup_size(8, 8)
+fn find_lobe_light(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(lobe_light)) {
+        return;
+    }
+    var light = vec3f(0.0);
+    let seen = seen_at(id.xy);
+    if is_lit(seen.albedo) {
+        let ray = pixel_ray(id.xy);
+        let s = finished(read_record(seen.albedo, seen.normal, ray.origin, ray.direction), id.xy);
+        if shines(s) {
+            light = reflected(s, seed(id.xy, 6u + salt()));
+        }
+    }
+    textureStore(lobe_light, id.xy, vec4f(light, 1.0));
+}
