@@ -1,7 +1,7 @@
 //! Variables of shaders to resources, values and tables of the same name, checked for fit.
 
 use super::uniforms::castable;
-use super::wire::{How, Mode, Use, Wire, Wired, Wirer};
+use super::wire::{How, Mode, ResourceUse, Wire, Wired, Wirer};
 use super::{Binding, Desc, TableUse, TextureKind};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Pass, PassKind, Resource, ResourceKind, Stride};
@@ -151,7 +151,7 @@ impl<'g> Wirer<'g, '_> {
         let several = matches!(&sized.desc, Desc::Texture(t) if t.mips > 1);
         let stored = matches!(v.kind, BindingKind::StorageTexture { .. }) && several;
         let mip = said.or(stored.then_some(0)).filter(|_| several);
-        wired.uses.push(Use { resource: target.clone(), mip, mode, how, span: place });
+        wired.uses.push(ResourceUse { resource: target.clone(), mip, mode, how, span: place });
         Some(match mip {
             Some(level) => Wire::Level(target, level),
             None => Wire::Resource(target),

@@ -3,10 +3,10 @@
 use super::expand::{Expanded, expand};
 use super::frames::frames;
 use super::live::{live, retain, starts_unwritten, unwritten};
-use super::order::{Block, Entry, order};
+use super::order::{OrderBlock, OrderEntry, order};
 use super::request::{Request, values};
 use super::sizes::Sizes;
-use super::wire::{Item, any_use, wire};
+use super::wire::{WiredItem, any_use, wire};
 use super::{
     Action, Desc, Frames, LevelUse, Plan, Step, StepId, clear_usage, dirty, ending, fastest, lint, memory, parts,
 };
@@ -121,8 +121,8 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
 
     let levels = level_uses(request, &values);
     let asked = parts::asked(&declared_request);
-    let outside = (request.limits, request.features, (levels.as_slice(), asked.as_slice()));
-    let expanded = expand(&items, &sizes, &values, &wiring.shaders, outside, &mut faults);
+    let device = (request.limits, request.features, (levels.as_slice(), asked.as_slice()));
+    let expanded = expand(&items, &sizes, &values, &wiring.shaders, device, &mut faults);
     let Expanded { mut resources, mut steps, mut block, mut ids } = expanded;
     let inputs = inputs(graph, &mut resources, &steps);
     let cleared = initial_clears(graph, &items, &wanted, &mut ids, &mut resources, &sizes, &mut steps);
@@ -240,11 +240,11 @@ fn outputs(graph: &Graph, wanted: Option<&[String]>, faults: &mut Vec<Diagnostic
     all.filter(|(n, _)| wanted.contains(n)).collect()
 }
 
-fn note_unneeded(items: &[Item], needed: &BTreeSet<&str>, skipped: &mut Vec<(String, String)>) {
+fn note_unneeded(items: &[WiredItem], needed: &BTreeSet<&str>, skipped: &mut Vec<(String, String)>) {
     for item in items {
         let (pass, body) = match item {
-            Item::Pass(w) => (w.pass, None),
-            Item::Loop { pass, body, .. } => (*pass, Some(body)),
+            WiredItem::Pass(w) => (w.pass, None),
+            WiredItem::Loop { pass, body, .. } => (*pass, Some(body)),
         };
         if !needed.contains(pass.name.value.as_str()) {
             skipped.push((pass.name.value.clone(), "no requested output needs it".into()));
@@ -271,7 +271,7 @@ fn inputs(graph: &Graph, resources: &mut [super::Resource], steps: &[Step]) -> V
 /// Those with history get it once, on allocation.
 fn initial_clears(
     graph: &Graph,
-    items: &[Item],
+    items: &[WiredItem],
     wanted: &[String],
     ids: &mut FxHashMap<String, super::ResourceId>,
     resources: &mut Vec<super::Resource>,
@@ -290,8 +290,8 @@ fn initial_clears(
             resources.push(super::Resource::declared(name.value.clone(), sized.desc, declared));
         }
         let Some(value) = declared.initial else { continue };
-        let kept = || ids.get(&name.value).is_some_and(|id| resources[id.0].history);
-        if declared.history || kept() {
+        let has_history = || ids.get(&name.value).is_some_and(|id| resources[id.0].history);
+        if declared.history || has_history() {
             continue;
         }
         let starts = starts_unwritten(items, &name.value);
@@ -333,10 +333,10 @@ fn initial_clears(
 }
 
 /// The clears first, then the block.
-fn prepend(cleared: Vec<StepId>, block: Block) -> Block {
-    let mut all = Block::default();
+fn prepend(cleared: Vec<StepId>, block: OrderBlock) -> OrderBlock {
+    let mut all = OrderBlock::default();
     for step in cleared {
-        all.push(Entry::Step(step), (0, 0, 0));
+        all.push(OrderEntry::Step(step), (0, 0, 0));
     }
     all.append(block);
     all

@@ -27,9 +27,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Debug, Clone, Default)]
 pub struct Held {
     /// By slot.
-    cells: Vec<Cell>,
+    cells: Vec<HeldSlot>,
     /// By the unit's name.
-    ran: BTreeMap<String, Arc<Ran>>,
+    ran: BTreeMap<String, Arc<LastRun>>,
     /// Frames so far, those of earlier plans among them.
     frames: u32,
     /// By unit: its fingerprint in the last frame of this plan, and what it is without inputs that change in part.
@@ -39,7 +39,7 @@ pub struct Held {
 
 /// A piece of memory.
 #[derive(Debug, Clone)]
-struct Cell {
+struct HeldSlot {
     /// As it was allocated.
     desc: Desc,
     content: Content,
@@ -69,7 +69,7 @@ impl Content {
 
 /// The last run of a unit.
 #[derive(Debug)]
-struct Ran {
+struct LastRun {
     key: Version,
     contents: Contents,
     frame: u32,
@@ -163,7 +163,7 @@ pub struct Selection {
     pub bits: BTreeMap<ResourceId, Bits>,
     /// What the units that run write, in their order: slot, content.
     writes: Vec<(usize, Version)>,
-    ran: Vec<(String, Arc<Ran>)>,
+    ran: Vec<(String, Arc<LastRun>)>,
     /// Of the whole frame, by unit.
     keys: Vec<(Version, Version)>,
 }
@@ -189,27 +189,33 @@ impl Selection {
 }
 
 impl Held {
-    /// The memory of a plan that has run nothing yet: what `kept` takes over of an earlier plan's memory (by slot, its
-    /// slot there), and new memory.
-    pub fn new(plan: &Plan, keys: &Keys, kept: &[Option<usize>], earlier: Option<&Held>) -> Held {
+    /// The memory of a plan that has run nothing yet: what `carried` takes over of an earlier plan's memory (by slot,
+    /// its slot there), and new memory.
+    pub fn new(plan: &Plan, keys: &Keys, carried: &[Option<usize>], earlier: Option<&Held>) -> Held {
         let cell = |slot: usize| {
             let mut tenants = plan.resources.iter().filter(|r| r.slot == slot);
             if let Some(image) = tenants.clone().find_map(|r| r.image.as_ref()) {
                 let content = Content::default();
                 content.set(image.hash.max(1));
-                return Cell { desc: plan.slots[slot].desc.clone(), content, history: None, lent: None, fixed: true };
+                return HeldSlot {
+                    desc: plan.slots[slot].desc.clone(),
+                    content,
+                    history: None,
+                    lent: None,
+                    fixed: true,
+                };
             }
             let tenant = tenants.find(|r| r.history);
             let history = tenant.map(|r| r.name.clone());
-            let old = kept.get(slot).copied().flatten().and_then(|j| earlier?.cells.get(j));
+            let old = carried.get(slot).copied().flatten().and_then(|j| earlier?.cells.get(j));
             if let Some(old) = old {
-                return Cell { history, ..old.clone() };
+                return HeldSlot { history, ..old.clone() };
             }
             let content = Content::default();
             if let Some(value) = tenant.and_then(|r| r.initial) {
                 content.set(initial(&plan.slots[slot].desc, value));
             }
-            Cell { desc: plan.slots[slot].desc.clone(), content, history, lent: None, fixed: false }
+            HeldSlot { desc: plan.slots[slot].desc.clone(), content, history, lent: None, fixed: false }
         };
         let frames = earlier.map_or(0, |e| e.frames);
         let mut ran = earlier.map(|e| e.ran.clone()).unwrap_or_default();
@@ -288,13 +294,13 @@ impl Held {
 /// By slot of a plan the slot of earlier memory to take over: history by name, and whatever holds a content that the
 /// plan wants, if the next frame is given these values. Each piece of memory is taken once.
 pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, scene: &SceneInputs, values: &Values) -> Vec<Option<usize>> {
-    let mut kept = carry_history(plan, keys, earlier);
+    let mut carried = carry_history(plan, keys, earlier);
     let mut free: BTreeMap<Version, Vec<usize>> = BTreeMap::new();
-    for (j, cell) in earlier.cells.iter().enumerate().filter(|(j, _)| !kept.contains(&Some(*j))) {
+    for (j, cell) in earlier.cells.iter().enumerate().filter(|(j, _)| !carried.contains(&Some(*j))) {
         free.entry(cell.content.get()).or_default().push(j);
     }
     free.remove(&UNDEFINED);
-    let soon = Held::new(plan, keys, &kept, Some(earlier));
+    let soon = Held::new(plan, keys, &carried, Some(earlier));
     let versions = keys.versions(plan, soon.history(plan), scene, values);
     // Of those that share memory the last to write is there at the end.
     for (unit, after) in keys.units.iter().zip(&versions.after).rev() {
@@ -304,30 +310,30 @@ pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, scene: &SceneInputs, valu
             let slot = plan.resources[r.0].slot;
             let Some(cells) = free.get_mut(version) else { continue };
             let fits = |j: &usize| fits(&plan.slots[slot].desc, &earlier.cells[*j].desc);
-            if let (None, Some(at)) = (kept[slot], cells.iter().position(fits)) {
-                kept[slot] = Some(cells.swap_remove(at));
+            if let (None, Some(at)) = (carried[slot], cells.iter().position(fits)) {
+                carried[slot] = Some(cells.swap_remove(at));
             }
         }
     }
-    kept
+    carried
 }
 
 /// As [`carry`], history only. What depends on one another comes over together or not at all: an image that begins
 /// anew, say, and the count of frames that it holds.
 pub fn carry_history(plan: &Plan, keys: &Keys, earlier: &Held) -> Vec<Option<usize>> {
-    let mut kept = vec![None; plan.slots.len()];
+    let mut carried = vec![None; plan.slots.len()];
     let found = |id: &ResourceId| {
         let r = &plan.resources[id.0];
-        let same = |c: &Cell| c.history.as_ref() == Some(&r.name) && fits(&plan.slots[r.slot].desc, &c.desc);
+        let same = |c: &HeldSlot| c.history.as_ref() == Some(&r.name) && fits(&plan.slots[r.slot].desc, &c.desc);
         Some((r.slot, earlier.cells.iter().position(same)?))
     };
     for group in bound_together(plan, keys) {
         let all: Option<Vec<(usize, usize)>> = group.iter().map(found).collect();
         for (slot, there) in all.unwrap_or_default() {
-            kept[slot] = Some(there);
+            carried[slot] = Some(there);
         }
     }
-    kept
+    carried
 }
 
 /// All history, in groups: what one of a group holds after a frame depends on what another held before it.

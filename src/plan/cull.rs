@@ -2,7 +2,7 @@
 
 use super::built_in::BuiltIn;
 use super::expand::Expander;
-use super::wire::{How, Mode, Use, Wire, Wired, Wirer};
+use super::wire::{How, Mode, ResourceUse, Wire, Wired, Wirer};
 use super::{Binding, Cull, Desc, Frusta, Indirect, Member, ResourceId};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, Raster};
@@ -99,7 +99,7 @@ impl<'g> Wirer<'g, '_> {
             self.faults.push(d);
             return None;
         }
-        wired.uses.push(Use {
+        wired.uses.push(ResourceUse {
             mip: None,
             resource: name.value.clone(),
             mode: Mode::Read,

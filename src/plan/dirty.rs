@@ -1,7 +1,7 @@
 //! Passes that run for some of their instances: what their dirty bits account for, and who writes them.
 
 use super::keys::Keys;
-use super::wire::{Item, Mode, Use, Wire, Wired, Wirer, any_use};
+use super::wire::{Mode, ResourceUse, Wire, Wired, WiredItem, Wirer, any_use};
 use super::{Binding, Desc, Plan, ResourceId};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
@@ -32,15 +32,15 @@ pub(super) fn lasting(plan: &Plan, graph: &Graph) -> Vec<Diagnostic> {
 impl<'g> Wirer<'g, '_> {
     /// Finds what the dirty bits of passes account for, among what they read. Resources that nothing of this plan
     /// makes are left out: an alternative that does not run would have.
-    pub(super) fn dirty_inputs(&mut self, items: &mut [Item<'g>], made: &BTreeSet<String>) {
+    pub(super) fn dirty_inputs(&mut self, items: &mut [WiredItem<'g>], made: &BTreeSet<String>) {
         for item in items {
             match item {
-                Item::Pass(w) => {
+                WiredItem::Pass(w) => {
                     if let Some(dirty) = &w.pass.only {
                         self.inputs_of(w, dirty, made);
                     }
                 }
-                Item::Loop { body, .. } => self.dirty_inputs(body, made),
+                WiredItem::Loop { body, .. } => self.dirty_inputs(body, made),
             }
         }
     }
@@ -89,10 +89,10 @@ impl<'g> Wirer<'g, '_> {
     }
 
     /// Faults of passes that write dirty bits and something else.
-    pub(super) fn marks(&mut self, items: &[Item<'g>]) {
+    pub(super) fn marks(&mut self, items: &[WiredItem<'g>]) {
         for item in items {
-            let Item::Pass(w) = item else { continue };
-            let is_bits = |u: &&Use| self.bits.contains(u.resource.as_str());
+            let WiredItem::Pass(w) = item else { continue };
+            let is_bits = |u: &&ResourceUse| self.bits.contains(u.resource.as_str());
             let written = || w.uses.iter().filter(|u| u.mode.writes());
             if let (Some(bits), Some(other)) = (written().find(is_bits), written().find(|u| !is_bits(u))) {
                 let what = format!("`{}` writes the dirty bits `{}` and more", w.pass.name.value, bits.resource);
@@ -102,8 +102,8 @@ impl<'g> Wirer<'g, '_> {
         }
         let used: Vec<&str> = self.bits.iter().copied().collect();
         for bits in used {
-            let reads = |u: &Use| u.resource == bits && u.mode == Mode::Read;
-            let writes = |u: &Use| u.resource == bits && u.mode.writes();
+            let reads = |u: &ResourceUse| u.resource == bits && u.mode == Mode::Read;
+            let writes = |u: &ResourceUse| u.resource == bits && u.mode.writes();
             if any_use(items, &mut |u| reads(u)) && !any_use(items, &mut |u| writes(u)) {
                 let mut at = None;
                 any_use(items, &mut |u| {

@@ -4,10 +4,10 @@
 //! reductions.
 
 use super::indirect::Most;
-use super::order::{Block, Entry};
-use super::parts::Asked;
+use super::order::{OrderBlock, OrderEntry};
+use super::parts::PartRequest;
 use super::sizes::{MOST_STEPS, Sizes};
-use super::wire::{How, Item, Mode, Wire, Wired};
+use super::wire::{How, Mode, Wire, Wired, WiredItem};
 use super::{
     Action, Binding, Desc, Ending, Geometry, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until,
 };
@@ -23,21 +23,21 @@ use std::sync::Arc;
 pub struct Expanded {
     pub resources: Vec<Resource>,
     pub steps: Vec<Step>,
-    pub block: Block,
+    pub block: OrderBlock,
     /// The first resource of each name.
     pub ids: FxHashMap<String, ResourceId>,
 }
 
 /// Expands live items.
 pub fn expand(
-    items: &[Item],
+    items: &[WiredItem],
     sizes: &Sizes,
     values: &Values,
     shaders: &[Arc<Shader>],
-    (limits, features, (levels, asked)): (&wgpu_types::Limits, wgpu_types::Features, (&[LevelUse], &[Asked])),
+    (limits, features, (levels, asked)): (&wgpu_types::Limits, wgpu_types::Features, (&[LevelUse], &[PartRequest])),
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
-    let out = Expanded { resources: vec![], steps: vec![], block: Block::default(), ids: FxHashMap::default() };
+    let out = Expanded { resources: vec![], steps: vec![], block: OrderBlock::default(), ids: FxHashMap::default() };
     let mut bits = BTreeSet::new();
     each_pass(items, &mut |w| bits.extend(w.pass.only.iter().map(|dirty| dirty.bits.value.clone())));
     let mut e = Expander { sizes, values, shaders, limits, features, levels, asked, bits, faults, out, counts: vec![] };
@@ -55,7 +55,7 @@ pub(super) struct Expander<'a, 'f> {
     pub(super) features: wgpu_types::Features,
     pub(super) levels: &'a [LevelUse],
     /// What they were asked for by.
-    pub(super) asked: &'a [Asked],
+    pub(super) asked: &'a [PartRequest],
     /// Names of buffers of dirty bits.
     bits: BTreeSet<String>,
     pub(super) faults: &'f mut Vec<Diagnostic>,
@@ -69,23 +69,23 @@ impl Expander<'_, '_> {
         result.map_err(|d| self.faults.push(d)).ok()
     }
 
-    fn block(&mut self, items: &[Item]) -> Block {
-        let mut block = Block::default();
+    fn block(&mut self, items: &[WiredItem]) -> OrderBlock {
+        let mut block = OrderBlock::default();
         let mut group = 0;
         let mut last_each = None;
         for (i, item) in items.iter().enumerate() {
             match item {
-                Item::Pass(w) => {
+                WiredItem::Pass(w) => {
                     // Neighbours over equal sets go member by member, so that a member's memory is free for the next.
                     if w.each.is_none() || w.each != last_each {
                         group = i;
                     }
                     last_each = w.each;
                     for (member, step) in self.pass(w) {
-                        block.push(Entry::Step(step), (group, member, i));
+                        block.push(OrderEntry::Step(step), (group, member, i));
                     }
                 }
-                Item::Loop { pass, count, until, body } => {
+                WiredItem::Loop { pass, count, until, body } => {
                     last_each = None;
                     self.counts.push(*count);
                     let body = self.block(body);
@@ -96,7 +96,10 @@ impl Expander<'_, '_> {
                         let ending = Ending::Host { why: "nothing is known of the steps around it".into() };
                         Some(Until { buffer, comparison: *comparison, value: *value, ending })
                     });
-                    block.push(Entry::Loop { name: pass.name.value.clone(), count: *count, until, body }, (i, 0, i));
+                    block.push(
+                        OrderEntry::Loop { name: pass.name.value.clone(), count: *count, until, body },
+                        (i, 0, i),
+                    );
                 }
             }
         }
@@ -407,11 +410,11 @@ impl Expander<'_, '_> {
 }
 
 /// Every pass, those in loops among them.
-fn each_pass(items: &[Item], tell: &mut impl FnMut(&Wired)) {
+fn each_pass(items: &[WiredItem], tell: &mut impl FnMut(&Wired)) {
     for item in items {
         match item {
-            Item::Pass(w) => tell(w),
-            Item::Loop { body, .. } => each_pass(body, tell),
+            WiredItem::Pass(w) => tell(w),
+            WiredItem::Loop { body, .. } => each_pass(body, tell),
         }
     }
 }

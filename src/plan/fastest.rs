@@ -2,7 +2,7 @@
 //! since no plan knows how fast a device is; without it the first runs.
 
 use super::lint::mentioned;
-use super::wire::{Item, Wirer, Wiring};
+use super::wire::{WiredItem, Wirer, Wiring};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
 use crate::graph::ast::{self, Pass, PassKind, walk};
@@ -72,19 +72,19 @@ struct Touched {
 
 impl Touched {
     /// Adds what these passes touch, apart from those of some names.
-    fn add(&mut self, items: &[Item], without: &BTreeSet<&str>) {
+    fn add(&mut self, items: &[WiredItem], without: &BTreeSet<&str>) {
         for item in items {
             let skip = without.contains(item.pass().name.value.as_str());
             match item {
-                Item::Pass(_) if skip => {}
-                Item::Pass(w) => {
+                WiredItem::Pass(_) if skip => {}
+                WiredItem::Pass(w) => {
                     let of = |test: &dyn Fn(super::wire::Mode) -> bool| {
                         w.uses.iter().filter(|u| test(u.mode)).map(|u| u.resource.clone()).collect::<Vec<_>>()
                     };
                     self.reads.extend(of(&|m| m.reads()));
                     self.writes.extend(of(&|m| m.writes()));
                 }
-                Item::Loop { until, body, .. } => {
+                WiredItem::Loop { until, body, .. } => {
                     self.reads.extend(until.iter().filter(|_| !skip).map(|u| u.0.clone()));
                     self.add(body, without);
                 }
@@ -95,7 +95,7 @@ impl Touched {
 
 impl<'g> Wirer<'g, '_> {
     /// The passes of the alternative that is chosen. The others are wired too: their faults are faults of the graph.
-    pub(super) fn fastest(&mut self, group: &'g Pass, of: &'g [Vec<Pass>], loops: &[String]) -> Vec<Item<'g>> {
+    pub(super) fn fastest(&mut self, group: &'g Pass, of: &'g [Vec<Pass>], loops: &[String]) -> Vec<WiredItem<'g>> {
         let name = &group.name.value;
         let asked = self.request.choices.get(name);
         let first = asked.map_or(0, |c| c.index);
@@ -108,7 +108,7 @@ impl<'g> Wirer<'g, '_> {
             if items.is_empty() {
                 continue;
             }
-            let passes: Vec<&'g Pass> = items.iter().map(Item::pass).collect();
+            let passes: Vec<&'g Pass> = items.iter().map(WiredItem::pass).collect();
             let mut touched = Touched::default();
             touched.add(&items, &BTreeSet::new());
             let way = Way { index, passes: passes.iter().map(|p| p.name.value.clone()).collect() };
@@ -150,19 +150,19 @@ pub fn agree(wiring: &Wiring, graph: &Graph) -> Vec<Diagnostic> {
         walk(std::slice::from_ref(group.pass), &mut |p| {
             own.insert(p.name.value.as_str());
         });
-        let mut outside = Touched::default();
-        outside.add(&wiring.items, &own);
-        outside.reads.extend(graph.outputs.iter().map(|o| o.1.value.clone()));
+        let mut others = Touched::default();
+        others.add(&wiring.items, &own);
+        others.reads.extend(graph.outputs.iter().map(|o| o.1.value.clone()));
         for other in wiring.groups.iter().filter(|o| o.found.name != group.found.name) {
-            outside.reads.extend(other.touched.iter().flat_map(|t| t.reads.iter().cloned()));
+            others.reads.extend(other.touched.iter().flat_map(|t| t.reads.iter().cloned()));
         }
         // Where the graph goes by which one runs, the others may leave what it would read then.
-        let told = asked.contains(group.found.name.as_str());
-        for resource in &outside.reads {
+        let named = asked.contains(group.found.name.as_str());
+        for resource in &others.reads {
             let writes = |want: bool| {
                 let mut ways = group.touched.iter().enumerate();
                 let found = ways
-                    .find(|(i, t)| t.writes.contains(resource) == want && (want || !told || *i == group.found.chosen));
+                    .find(|(i, t)| t.writes.contains(resource) == want && (want || !named || *i == group.found.chosen));
                 found.and_then(|(i, _)| group.found.ways.get(i)?.passes.first())
             };
             if let (Some(one), Some(other)) = (writes(true), writes(false)) {

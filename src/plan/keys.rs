@@ -242,13 +242,13 @@ fn unit(plan: &Plan, node: &Node, without: Option<Kind>) -> Unit {
         given: vec![],
     };
     let (written, needed) = (BTreeSet::new(), BTreeSet::new());
-    let mut gather = Gather { plan, without, around: vec![], order: vec![], written, needed, unit };
+    let mut gather = UnitBuilder { plan, without, around: vec![], order: vec![], written, needed, unit };
     gather.node(node);
     gather.done()
 }
 
 /// Walks a unit.
-struct Gather<'p> {
+struct UnitBuilder<'p> {
     plan: &'p Plan,
     without: Option<Kind>,
     /// Names of the loops around, outermost first.
@@ -260,9 +260,9 @@ struct Gather<'p> {
     unit: Unit,
 }
 
-impl<'p> Gather<'p> {
+impl<'p> UnitBuilder<'p> {
     fn done(self) -> Unit {
-        let Gather { plan, mut unit, order, written, needed, .. } = self;
+        let UnitBuilder { plan, mut unit, order, written, needed, .. } = self;
         let by_role = |set: BTreeSet<ResourceId>| {
             let mut list: Vec<ResourceId> = set.into_iter().collect();
             list.sort_by_key(|r| unit.roles.get(r));

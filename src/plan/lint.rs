@@ -73,11 +73,11 @@ pub fn prune(graph: &mut Graph, library: &Library) {
         if idle.is_empty() {
             return;
         }
-        let kept = |noun: &str, name: &Name| !idle.iter().any(|(n, of)| *n == name.value && *of == noun);
-        graph.params.retain(|(name, _)| kept(PARAMETER, name));
-        graph.lets.retain(|(name, _)| kept(LET, name));
-        graph.resources.retain(|(name, _)| kept(RESOURCE, name));
-        graph.defines.retain(|(name, _)| kept(DEFINITION, name));
+        let in_use = |noun: &str, name: &Name| !idle.iter().any(|(n, of)| *n == name.value && *of == noun);
+        graph.params.retain(|(name, _)| in_use(PARAMETER, name));
+        graph.lets.retain(|(name, _)| in_use(LET, name));
+        graph.resources.retain(|(name, _)| in_use(RESOURCE, name));
+        graph.defines.retain(|(name, _)| in_use(DEFINITION, name));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::Desc;
 use super::sizes::{Sized, Sizes};
-use super::wire::{How, Item, Mode, Use, Wired};
+use super::wire::{How, Mode, ResourceUse, Wired, WiredItem};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Pass, Resource};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Walks backwards: a pass is needed when something it writes is. A resource that a needed pass reads before anything
 /// of this frame wrote it (history) must be written in the frame before, so the walk is repeated until nothing new
 /// is needed.
-pub fn live<'g>(items: &[Item<'g>], outputs: &[String]) -> BTreeSet<&'g str> {
+pub fn live<'g>(items: &[WiredItem<'g>], outputs: &[String]) -> BTreeSet<&'g str> {
     let mut end: FxHashSet<&str> = outputs.iter().map(String::as_str).collect();
     loop {
         let mut needed = end.clone();
@@ -28,10 +28,10 @@ pub fn live<'g>(items: &[Item<'g>], outputs: &[String]) -> BTreeSet<&'g str> {
     }
 }
 
-fn block<'a, 'g>(items: &'a [Item<'g>], needed: &mut FxHashSet<&'a str>, live: &mut BTreeSet<&'g str>) {
+fn block<'a, 'g>(items: &'a [WiredItem<'g>], needed: &mut FxHashSet<&'a str>, live: &mut BTreeSet<&'g str>) {
     for item in items.iter().rev() {
         match item {
-            Item::Pass(w) => {
+            WiredItem::Pass(w) => {
                 if !w.uses.iter().any(|u| u.mode.writes() && needed.contains(u.resource.as_str())) {
                     continue;
                 }
@@ -41,7 +41,7 @@ fn block<'a, 'g>(items: &'a [Item<'g>], needed: &mut FxHashSet<&'a str>, live: &
                 }
                 needed.extend(w.uses.iter().filter(|u| u.mode.reads()).map(|u| u.resource.as_str()));
             }
-            Item::Loop { pass, until, body, .. } => {
+            WiredItem::Loop { pass, until, body, .. } => {
                 let after = needed.clone();
                 let mut inside = BTreeSet::new();
                 loop {
@@ -67,32 +67,34 @@ fn block<'a, 'g>(items: &'a [Item<'g>], needed: &mut FxHashSet<&'a str>, live: &
 }
 
 /// Keeps the live passes only.
-pub fn retain<'g>(items: Vec<Item<'g>>, live: &BTreeSet<&str>) -> Vec<Item<'g>> {
-    let keep = |item: &Item| match item {
-        Item::Pass(w) => live.contains(w.pass.name.value.as_str()),
-        Item::Loop { pass, .. } => live.contains(pass.name.value.as_str()),
+pub fn retain<'g>(items: Vec<WiredItem<'g>>, live: &BTreeSet<&str>) -> Vec<WiredItem<'g>> {
+    let keep = |item: &WiredItem| match item {
+        WiredItem::Pass(w) => live.contains(w.pass.name.value.as_str()),
+        WiredItem::Loop { pass, .. } => live.contains(pass.name.value.as_str()),
     };
     let inner = |item| match item {
-        Item::Loop { pass, count, until, body } => Item::Loop { pass, count, until, body: retain(body, live) },
+        WiredItem::Loop { pass, count, until, body } => {
+            WiredItem::Loop { pass, count, until, body: retain(body, live) }
+        }
         other => other,
     };
     items.into_iter().filter(keep).map(inner).collect()
 }
 
 /// Faults of resources that are read before anything writes them, cycles among them.
-pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<Diagnostic> {
+pub fn unwritten(items: &[WiredItem], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<Diagnostic> {
     let mut passes = vec![];
     flatten(items, &mut passes);
     let readers = readers(&passes);
     let mut faults = vec![];
     let mut written = FxHashSet::default();
-    walk(items, sizes, &mut written, &mut |w: &Wired, u: &Use, level: Option<u32>| {
+    walk(items, sizes, &mut written, &mut |w: &Wired, u: &ResourceUse, level: Option<u32>| {
         let declared = sizes.declared(&u.resource);
         if declared.is_none_or(Resource::is_given) {
             return;
         }
         let at = passes.iter().position(|p| std::ptr::eq(*p, w)).unwrap_or(0);
-        let level_too = |v: &Use| level.is_none() || v.mip.is_none() || v.mip == level;
+        let level_too = |v: &ResourceUse| level.is_none() || v.mip.is_none() || v.mip == level;
         let writes = |p: &&Wired| p.uses.iter().any(|v| v.resource == u.resource && v.mode.writes() && level_too(v));
         let later = passes[at..].iter().copied().find(writes);
         faults.push(match (level, later) {
@@ -110,7 +112,7 @@ pub fn unwritten(items: &[Item], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<
     faults
 }
 
-fn fault(w: &Wired, u: &Use, later: Option<&Wired>, readers: &Readers, off: &[(&Pass, String)]) -> Diagnostic {
+fn fault(w: &Wired, u: &ResourceUse, later: Option<&Wired>, readers: &Readers, off: &[(&Pass, String)]) -> Diagnostic {
     let name = &w.pass.name;
     let read = |d: Diagnostic| d.at(&u.span, "read here").at(&name.span, "in this pass");
     let history = format!("give `{}` an `initial` value, or `history: true` for last frame's", u.resource);
@@ -184,23 +186,23 @@ fn path(from: &Wired, to: &Wired, readers: &Readers) -> Option<String> {
 }
 
 /// All passes, in order, loops opened.
-pub fn flatten<'a, 'g>(items: &'a [Item<'g>], out: &mut Vec<&'a Wired<'g>>) {
+pub fn flatten<'a, 'g>(items: &'a [WiredItem<'g>], out: &mut Vec<&'a Wired<'g>>) {
     for item in items {
         match item {
-            Item::Pass(w) => out.push(w),
-            Item::Loop { body, .. } => flatten(body, out),
+            WiredItem::Pass(w) => out.push(w),
+            WiredItem::Loop { body, .. } => flatten(body, out),
         }
     }
 }
 
 /// Calls `unwritten` for each read of something not yet written, with the level of a texture that has several.
 fn walk<'a, 'g>(
-    items: &'a [Item<'g>],
+    items: &'a [WiredItem<'g>],
     sizes: &Sizes,
     written: &mut FxHashSet<(&'a str, u32)>,
-    unwritten: &mut impl FnMut(&'a Wired<'g>, &'a Use, Option<u32>),
+    unwritten: &mut impl FnMut(&'a Wired<'g>, &'a ResourceUse, Option<u32>),
 ) {
-    let levels = |u: &Use| match (u.mip, sizes.of(&u.resource)) {
+    let levels = |u: &ResourceUse| match (u.mip, sizes.of(&u.resource)) {
         (Some(level), _) => level..level + 1,
         // A shader writes to one level.
         (None, _) if u.mode.writes() && matches!(u.how, How::Storage | How::Target) => 0..1,
@@ -209,7 +211,7 @@ fn walk<'a, 'g>(
     };
     for item in items {
         match item {
-            Item::Pass(w) => {
+            WiredItem::Pass(w) => {
                 for u in w.uses.iter().filter(|u| u.mode.reads()) {
                     let mut missing = levels(u).filter(|level| !written.contains(&(u.resource.as_str(), *level)));
                     if let Some(level) = missing.next() {
@@ -221,19 +223,19 @@ fn walk<'a, 'g>(
                     written.extend(levels(u).map(|level| (u.resource.as_str(), level)));
                 }
             }
-            Item::Loop { body, .. } => walk(body, sizes, written, unwritten),
+            WiredItem::Loop { body, .. } => walk(body, sizes, written, unwritten),
         }
     }
 }
 
 /// Whether the first pass that touches a resource finds what the frame began with: it reads, or overwrites only a part.
-pub fn starts_unwritten(items: &[Item], resource: &str) -> Option<bool> {
+pub fn starts_unwritten(items: &[WiredItem], resource: &str) -> Option<bool> {
     items.iter().find_map(|item| match item {
-        Item::Pass(w) => {
+        WiredItem::Pass(w) => {
             let modes = w.uses.iter().filter(|u| u.resource == resource && u.mode != Mode::Size);
             let whole: Vec<bool> = modes.map(|u| u.mode == Mode::Write && u.mip.is_none()).collect();
             (!whole.is_empty()).then(|| !whole.iter().all(|whole| *whole))
         }
-        Item::Loop { body, .. } => starts_unwritten(body, resource),
+        WiredItem::Loop { body, .. } => starts_unwritten(body, resource),
     })
 }

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// One use of a resource at a place of the order.
 #[derive(Clone, Copy)]
-struct Touch {
+struct SlotUse {
     at: usize,
     /// Earlier content matters.
     keeps: bool,
@@ -22,7 +22,7 @@ struct Touch {
 /// What is asked for when it has not changed stays where it is: nothing comes after it into its memory, and before it
 /// only what changes with it. With `share: false` every resource has memory of its own.
 pub fn allocate(plan: &mut Plan, share: bool) {
-    let mut touches: Vec<Vec<Touch>> = vec![vec![]; plan.resources.len()];
+    let mut touches: Vec<Vec<SlotUse>> = vec![vec![]; plan.resources.len()];
     let mut loops: Vec<(usize, usize)> = vec![];
     let mut at = 0;
     walk(plan, &plan.order, &mut vec![], &mut at, &mut touches, &mut loops);
@@ -34,10 +34,10 @@ pub fn allocate(plan: &mut Plan, share: bool) {
         };
         // Inner loops stand before the loops around them.
         for (start, stop) in &loops {
-            let inside = |t: &&Touch| t.at >= *start && t.at <= *stop;
+            let inside = |t: &&SlotUse| t.at >= *start && t.at <= *stop;
             let Some(first) = touches.iter().find(inside) else { continue };
-            let outside = touches.iter().any(|t| t.at < *start || t.at > *stop);
-            if outside || first.keeps {
+            let used_elsewhere = touches.iter().any(|t| t.at < *start || t.at > *stop);
+            if used_elsewhere || first.keeps {
                 alive = (alive.0.min(*start), alive.1.max(*stop));
             }
         }
@@ -118,7 +118,7 @@ fn walk<'p>(
     nodes: &'p [Node],
     around: &mut Vec<&'p str>,
     at: &mut usize,
-    touches: &mut [Vec<Touch>],
+    touches: &mut [Vec<SlotUse>],
     loops: &mut Vec<(usize, usize)>,
 ) {
     for node in nodes {
@@ -145,7 +145,7 @@ fn walk<'p>(
                     };
                     *uses.entry(id).or_default() |= keeps;
                 }
-                uses.into_iter().for_each(|(id, keeps)| touches[id.0].push(Touch { at: *at, keeps }));
+                uses.into_iter().for_each(|(id, keeps)| touches[id.0].push(SlotUse { at: *at, keeps }));
                 *at += 1;
             }
             Node::Loop(l) => {
@@ -154,7 +154,7 @@ fn walk<'p>(
                 walk(plan, &l.body, around, at, touches, loops);
                 around.pop();
                 if let Some(until) = &l.until {
-                    touches[until.buffer.0].push(Touch { at: *at, keeps: true });
+                    touches[until.buffer.0].push(SlotUse { at: *at, keeps: true });
                 }
                 *at += 1;
                 loops.push((start, *at - 1));

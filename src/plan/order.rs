@@ -5,32 +5,32 @@ use std::collections::BTreeSet;
 
 /// The entries of a graph or of a loop's body, in the order of the file, each with its rank.
 #[derive(Debug, Default)]
-pub struct Block {
-    entries: Vec<(Entry, Rank)>,
+pub struct OrderBlock {
+    entries: Vec<(OrderEntry, Rank)>,
 }
 
 /// Group, member, place in the file: among the entries that may come next the lowest rank does.
 pub type Rank = (usize, u32, usize);
 
 #[derive(Debug)]
-pub enum Entry {
+pub enum OrderEntry {
     Step(StepId),
-    Loop { name: String, count: u32, until: Option<Until>, body: Block },
+    Loop { name: String, count: u32, until: Option<Until>, body: OrderBlock },
 }
 
-impl Block {
-    pub fn push(&mut self, entry: Entry, rank: Rank) {
+impl OrderBlock {
+    pub fn push(&mut self, entry: OrderEntry, rank: Rank) {
         self.entries.push((entry, rank));
     }
 
     /// The entries of another block, after those of this one.
-    pub fn append(&mut self, other: Block) {
+    pub fn append(&mut self, other: OrderBlock) {
         self.entries.extend(other.entries);
     }
 }
 
 /// What an entry touches, and the steps it stands for.
-struct Touch {
+struct EntryAccess {
     /// In rising order, none twice; as are the others.
     reads: Vec<ResourceId>,
     writes: Vec<ResourceId>,
@@ -41,8 +41,8 @@ struct Touch {
 ///
 /// `choose` picks one of so many entries that may come next, in the order of their ranks: 0 for the stable order,
 /// anything else for another legal one.
-pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(usize) -> usize) -> Vec<Node> {
-    let touches: Vec<Touch> = block.entries.iter().map(|(e, _)| touch(e, steps)).collect();
+pub fn order(block: OrderBlock, steps: &mut [Step], choose: &mut dyn FnMut(usize) -> usize) -> Vec<Node> {
+    let touches: Vec<EntryAccess> = block.entries.iter().map(|(e, _)| touch(e, steps)).collect();
     let before = dependencies(&touches);
     for (i, t) in touches.iter().enumerate() {
         let after = sorted(before[i].iter().flat_map(|j| &touches[*j].steps).copied().collect());
@@ -51,7 +51,7 @@ pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(usize) -> 
         }
     }
     let ranks: Vec<Rank> = block.entries.iter().map(|(_, r)| *r).collect();
-    let mut entries: Vec<Option<Entry>> = block.entries.into_iter().map(|(e, _)| Some(e)).collect();
+    let mut entries: Vec<Option<OrderEntry>> = block.entries.into_iter().map(|(e, _)| Some(e)).collect();
     let mut waiting: Vec<usize> = before.iter().map(Vec::len).collect();
     let mut dependents: Vec<Vec<usize>> = vec![vec![]; before.len()];
     for (j, b) in before.iter().enumerate() {
@@ -66,8 +66,8 @@ pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(usize) -> 
         ready.remove(&next);
         if let Some(entry) = entries[next.1].take() {
             nodes.push(match entry {
-                Entry::Step(s) => Node::Step(s),
-                Entry::Loop { name, count, until, body } => {
+                OrderEntry::Step(s) => Node::Step(s),
+                OrderEntry::Loop { name, count, until, body } => {
                     Node::Loop(Loop { name, count, until, body: order(body, steps, choose) })
                 }
             });
@@ -82,23 +82,23 @@ pub fn order(block: Block, steps: &mut [Step], choose: &mut dyn FnMut(usize) -> 
     nodes
 }
 
-fn touch(entry: &Entry, steps: &[Step]) -> Touch {
-    fn gather(entry: &Entry, steps: &[Step], all: &mut Touch) {
+fn touch(entry: &OrderEntry, steps: &[Step]) -> EntryAccess {
+    fn gather(entry: &OrderEntry, steps: &[Step], all: &mut EntryAccess) {
         match entry {
-            Entry::Step(s) => {
+            OrderEntry::Step(s) => {
                 all.reads.extend(&steps[s.0].reads);
                 all.writes.extend(&steps[s.0].writes);
                 all.steps.push(*s);
             }
-            Entry::Loop { until, body, .. } => {
+            OrderEntry::Loop { until, body, .. } => {
                 all.reads.extend(until.iter().map(|u| u.buffer));
                 body.entries.iter().for_each(|(e, _)| gather(e, steps, all));
             }
         }
     }
-    let mut all = Touch { reads: vec![], writes: vec![], steps: vec![] };
+    let mut all = EntryAccess { reads: vec![], writes: vec![], steps: vec![] };
     gather(entry, steps, &mut all);
-    Touch { reads: sorted(all.reads), writes: sorted(all.writes), steps: sorted(all.steps) }
+    EntryAccess { reads: sorted(all.reads), writes: sorted(all.writes), steps: sorted(all.steps) }
 }
 
 /// In rising order, none twice.
@@ -109,7 +109,7 @@ fn sorted<T: Ord>(mut all: Vec<T>) -> Vec<T> {
 }
 
 /// For each entry those it must come after: reads after writes, writes after reads, writes after writes.
-fn dependencies(touches: &[Touch]) -> Vec<Vec<usize>> {
+fn dependencies(touches: &[EntryAccess]) -> Vec<Vec<usize>> {
     let resources = touches.iter().flat_map(|t| t.reads.iter().chain(&t.writes)).map(|r| r.0 + 1).max().unwrap_or(0);
     let mut writer: Vec<Option<usize>> = vec![None; resources];
     let mut readers: Vec<Vec<usize>> = vec![vec![]; resources];

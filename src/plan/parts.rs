@@ -12,17 +12,17 @@ use std::sync::Arc;
 
 /// What a draw asks for, with all put in that is known without the scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Asked {
+pub struct PartRequest {
     tolerance: f32,
     materials: Option<Expr>,
     nodes: Vec<Name>,
 }
 
 /// What all draws that run ask for, each once, by tolerance; nothing where a plan will find faults.
-pub fn asked(request: &Request) -> Vec<Asked> {
+pub fn asked(request: &Request) -> Vec<PartRequest> {
     let Ok(values) = values(request) else { return vec![] };
     let value = |name: &str| values.get(name).map(|v| Val::from(*v));
-    let mut all: Vec<Asked> = vec![];
+    let mut all: Vec<PartRequest> = vec![];
     walk(&request.graph.passes, &mut |pass| {
         let runs = pass.when.as_ref().is_none_or(|when| matches!(frames(when, &value), Ok(Some(_))));
         if let PassKind::Draw(r) = &pass.kind
@@ -41,7 +41,7 @@ pub fn asked(request: &Request) -> Vec<Asked> {
 ///
 /// # Errors
 /// Its tolerance is no number of metres.
-pub(super) fn of(r: &Raster, values: &Values) -> Result<Option<Asked>, Diagnostic> {
+pub(super) fn of(r: &Raster, values: &Values) -> Result<Option<PartRequest>, Diagnostic> {
     let tolerance = tolerance(r, values)?;
     if tolerance.is_none() && r.materials.is_none() && r.nodes.is_empty() {
         return Ok(None);
@@ -50,14 +50,14 @@ pub(super) fn of(r: &Raster, values: &Values) -> Result<Option<Asked>, Diagnosti
     let known = |name: &str| if column(name) { None } else { values.get(name).map(|v| Val::from(*v)) };
     let mut materials = r.materials.clone();
     materials.iter_mut().for_each(|e| e.substitute(&known));
-    Ok(Some(Asked { tolerance: tolerance.unwrap_or(0.0), materials, nodes: r.nodes.clone() }))
+    Ok(Some(PartRequest { tolerance: tolerance.unwrap_or(0.0), materials, nodes: r.nodes.clone() }))
 }
 
 /// The parts of a scene that draws ask for, in that order.
 ///
 /// # Errors
 /// Nodes that the scene lacks, conditions that are none of its materials.
-pub fn parts(asked: &[Asked], scene: &Scene) -> Checked<Vec<Arc<Level>>> {
+pub fn parts(asked: &[PartRequest], scene: &Scene) -> Checked<Vec<Arc<Level>>> {
     let (mut levels, mut faults) = (vec![], vec![]);
     for asked in asked {
         match taken(asked, scene) {
@@ -68,7 +68,7 @@ pub fn parts(asked: &[Asked], scene: &Scene) -> Checked<Vec<Arc<Level>>> {
     Faults::check(faults, levels)
 }
 
-fn taken(asked: &Asked, scene: &Scene) -> Result<Taken, Diagnostic> {
+fn taken(asked: &PartRequest, scene: &Scene) -> Result<Taken, Diagnostic> {
     let materials = match &asked.materials {
         Some(when) => Some(materials(when, scene)?),
         None => None,

@@ -1,6 +1,6 @@
 //! Targets of several samples a texel, and what they resolve to.
 
-use super::wire::{How, Mode, Use, Wired, Wirer, by_name};
+use super::wire::{How, Mode, ResourceUse, Wired, Wirer, by_name};
 use super::{Desc, TextureDesc, TextureKind};
 use crate::diag::Diagnostic;
 use crate::graph::ast::{Name, Raster, Resource};
@@ -103,8 +103,9 @@ impl<'g> Wirer<'g, '_> {
     /// Several samples a texel are for targets, all of a pass with as many.
     pub(super) fn samples_fit(&mut self, wired: &Wired) {
         // A size may be asked for.
-        let many = |u: &&Use| u.mode != Mode::Size && self.samples(&u.resource) > 1;
-        let strays: Vec<Use> = wired.uses.iter().filter(|u| u.how != How::Target).filter(many).cloned().collect();
+        let many = |u: &&ResourceUse| u.mode != Mode::Size && self.samples(&u.resource) > 1;
+        let strays: Vec<ResourceUse> =
+            wired.uses.iter().filter(|u| u.how != How::Target).filter(many).cloned().collect();
         for u in strays {
             let d = Diagnostic::error(format!("`{}` has several samples a texel: passes only draw to it", u.resource));
             let d = d.at(&u.span, "").at(&wired.pass.name.span, "in this pass");

@@ -45,18 +45,18 @@ impl Sized {
 pub struct Sizes<'a> {
     request: &'a Request<'a>,
     values: &'a Values,
-    declared: FxHashMap<&'a str, Declared<'a>>,
+    declared: FxHashMap<&'a str, DeclaredSize<'a>>,
     /// The structs of shaders that buffers are bound to arrays of: buffer, struct, stride.
     structs: RefCell<Vec<(String, String, u32)>>,
 }
 
-struct Declared<'a> {
+struct DeclaredSize<'a> {
     resource: &'a Resource,
     /// What came out when it was asked for.
-    sized: RefCell<State>,
+    sized: RefCell<SizeState>,
 }
 
-enum State {
+enum SizeState {
     Unasked,
     /// Being computed: who asks for it now asks in a circle.
     Open,
@@ -67,7 +67,7 @@ impl<'a> Sizes<'a> {
     /// Nothing is computed yet.
     pub fn new(request: &'a Request<'a>, values: &'a Values) -> Sizes<'a> {
         // Of two with the same name the first counts; the other is a fault of the graph.
-        let unasked = |resource| Declared { resource, sized: RefCell::new(State::Unasked) };
+        let unasked = |resource| DeclaredSize { resource, sized: RefCell::new(SizeState::Unasked) };
         let declared = request.graph.resources.iter().rev().map(|(n, r)| (n.value.as_str(), unasked(r))).collect();
         Sizes { request, values, declared, structs: RefCell::default() }
     }
@@ -115,21 +115,21 @@ impl<'a> Sizes<'a> {
     /// # Errors
     /// Zero, negative, overflowing sizes; limits of the adapter exceeded; sizes that go in a circle.
     pub fn of(&self, name: &str) -> Option<Result<Sized, Diagnostic>> {
-        let Declared { resource, sized } = self.declared.get(name)?;
+        let DeclaredSize { resource, sized } = self.declared.get(name)?;
         if matches!(resource.kind, ResourceKind::Sampler(_)) {
             return None;
         }
         match &*sized.borrow() {
-            State::Known(known) => return Some(known.clone()),
-            State::Open => {
+            SizeState::Known(known) => return Some(known.clone()),
+            SizeState::Open => {
                 let d = Diagnostic::error(format!("the size of `{name}` depends on itself"));
                 return Some(Err(d.at(&resource.span, "")));
             }
-            State::Unasked => {}
+            SizeState::Unasked => {}
         }
-        sized.replace(State::Open);
+        sized.replace(SizeState::Open);
         let found = self.compute(name, resource);
-        sized.replace(State::Known(found.clone()));
+        sized.replace(SizeState::Known(found.clone()));
         Some(found)
     }
 

@@ -1,6 +1,6 @@
 //! What a draw or screen pass takes from the scene and draws to, checked for fit.
 
-use super::wire::{How, Mode, Use, Wired, Wirer, by_name};
+use super::wire::{How, Mode, ResourceUse, Wired, Wirer, by_name};
 use super::{Desc, request};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, Pass, PassKind, Raster};
@@ -80,7 +80,7 @@ impl<'g> Wirer<'g, '_> {
             // What is kept is read because the pass says so, not the shader.
             let span = r.load.iter().find(|n| n.value == resource).map_or(span, |n| n.span.clone());
             wired.color.push((o.location, resource.clone(), mip.unwrap_or(0)));
-            wired.uses.push(Use { resource, mip, mode, how: How::Target, span });
+            wired.uses.push(ResourceUse { resource, mip, mode, how: How::Target, span });
         }
         wired.color.sort();
         self.resolves(wired, r);
@@ -88,7 +88,7 @@ impl<'g> Wirer<'g, '_> {
             let mode = if r.depth_write { self.target_mode(wired, r, &depth.value) } else { Mode::Read };
             let several =
                 matches!(self.sizes.of(&depth.value), Some(Ok(s)) if matches!(&s.desc, Desc::Texture(t) if t.mips > 1));
-            wired.uses.push(Use { mip: several.then_some(0), ..by_name(depth, mode, How::Target) });
+            wired.uses.push(ResourceUse { mip: several.then_some(0), ..by_name(depth, mode, How::Target) });
         } else if shader.interface.entry(Stage::Fragment).is_some_and(|e| e.writes_depth) {
             let d = Diagnostic::error("the shader writes depth, but the pass has no depth target");
             self.faults.push(d.at(&r.shader.span, "").help("add `depth: \"name\"`"));

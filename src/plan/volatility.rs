@@ -58,7 +58,7 @@ pub struct Causes {
 
 /// A step, or a loop as a whole, as far as causes go by it.
 #[derive(Default)]
-struct Unit {
+struct UnitUses {
     own: Moving,
     /// Read before the unit itself wrote them, or written in part only.
     needs: BTreeSet<ResourceId>,
@@ -69,14 +69,14 @@ struct Unit {
 /// By resource.
 pub fn causes(plan: &Plan) -> Vec<Causes> {
     let unit = |node: &Node| {
-        let mut unit = Unit::default();
+        let mut unit = UnitUses::default();
         unit.add(plan, node);
         unit
     };
-    let units: Vec<Unit> = plan.order.iter().map(unit).collect();
+    let units: Vec<UnitUses> = plan.order.iter().map(unit).collect();
     let mut all = vec![Causes::default(); plan.resources.len()];
     plan.inputs.iter().for_each(|r| all[r.0].of = Moving::INPUTS);
-    let of = |unit: &Unit, all: &[Causes]| unit.needs.iter().fold(unit.own, |of, r| of | all[r.0].of);
+    let of = |unit: &UnitUses, all: &[Causes]| unit.needs.iter().fold(unit.own, |of, r| of | all[r.0].of);
     // History brings causes from the end of a frame to the beginning of the next.
     loop {
         let before = all.clone();
@@ -95,7 +95,7 @@ pub fn causes(plan: &Plan) -> Vec<Causes> {
     all
 }
 
-impl Unit {
+impl UnitUses {
     fn add(&mut self, plan: &Plan, node: &Node) {
         match node {
             Node::Loop(l) => l.body.iter().for_each(|node| self.add(plan, node)),

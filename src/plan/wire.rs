@@ -20,17 +20,17 @@ use std::sync::Arc;
 use web_time::Instant;
 
 /// A pass that runs, or a loop over such.
-pub enum Item<'g> {
+pub enum WiredItem<'g> {
     Pass(Box<Wired<'g>>),
-    Loop { pass: &'g Pass, count: u32, until: Option<(String, Comparison, f32)>, body: Vec<Item<'g>> },
+    Loop { pass: &'g Pass, count: u32, until: Option<(String, Comparison, f32)>, body: Vec<WiredItem<'g>> },
 }
 
-impl<'g> Item<'g> {
+impl<'g> WiredItem<'g> {
     /// Of the graph.
     pub fn pass(&self) -> &'g Pass {
         match self {
-            Item::Pass(w) => w.pass,
-            Item::Loop { pass, .. } => pass,
+            WiredItem::Pass(w) => w.pass,
+            WiredItem::Loop { pass, .. } => pass,
         }
     }
 }
@@ -43,7 +43,7 @@ pub struct Wired<'g> {
     pub each: Option<u32>,
     /// Those in which it runs.
     pub frames: Frames,
-    pub uses: Vec<Use>,
+    pub uses: Vec<ResourceUse>,
     /// Colour targets: location, resource, level.
     pub color: Vec<(u32, String, u32)>,
     /// By location: what the target resolves to.
@@ -79,7 +79,7 @@ pub enum Wire {
 
 /// One use of a resource by a pass.
 #[derive(Debug, Clone)]
-pub struct Use {
+pub struct ResourceUse {
     pub resource: String,
     /// One level of a texture; `None`: all of them.
     pub mip: Option<u32>,
@@ -123,7 +123,7 @@ pub enum How {
 
 /// The result: items in the order of the file, and what was left out.
 pub struct Wiring<'g> {
-    pub items: Vec<Item<'g>>,
+    pub items: Vec<WiredItem<'g>>,
     pub shaders: Vec<Arc<Shader>>,
     pub tables: Vec<TableUse>,
     /// Passes left out by their condition or for another alternative, and why.
@@ -211,7 +211,7 @@ impl<'g> Wirer<'g, '_> {
         self.request.graph
     }
 
-    pub(super) fn passes(&mut self, passes: &'g [Pass], loops: &[String]) -> Vec<Item<'g>> {
+    pub(super) fn passes(&mut self, passes: &'g [Pass], loops: &[String]) -> Vec<WiredItem<'g>> {
         let mut items = vec![];
         let around = self.frames;
         for pass in passes {
@@ -258,7 +258,7 @@ impl<'g> Wirer<'g, '_> {
                         };
                         self.faults.push(d.at(span, "").help("write it in the loop, or leave out `until`"));
                     }
-                    items.push(Item::Loop { pass, count: n, until, body });
+                    items.push(WiredItem::Loop { pass, count: n, until, body });
                 }
                 PassKind::Fastest { of, .. } => items.extend(self.fastest(pass, of, loops)),
                 _ => {
@@ -268,7 +268,7 @@ impl<'g> Wirer<'g, '_> {
                         if self.frames != Frames::All {
                             self.keeps(&mut wired);
                         }
-                        items.push(Item::Pass(Box::new(wired)));
+                        items.push(WiredItem::Pass(Box::new(wired)));
                     }
                 }
             }
@@ -484,14 +484,14 @@ impl<'g> Wirer<'g, '_> {
 /// More iterations than this are taken for a slip.
 pub const LONGEST_LOOP: u32 = 65_536;
 
-pub(super) fn by_name(name: &Name, mode: Mode, how: How) -> Use {
-    Use { resource: name.value.clone(), mip: None, mode, how, span: name.span.clone() }
+pub(super) fn by_name(name: &Name, mode: Mode, how: How) -> ResourceUse {
+    ResourceUse { resource: name.value.clone(), mip: None, mode, how, span: name.span.clone() }
 }
 
 /// Whether any use in the items passes a test.
-pub fn any_use(items: &[Item], test: &mut impl FnMut(&Use) -> bool) -> bool {
+pub fn any_use(items: &[WiredItem], test: &mut impl FnMut(&ResourceUse) -> bool) -> bool {
     items.iter().any(|item| match item {
-        Item::Pass(w) => w.uses.iter().any(&mut *test),
-        Item::Loop { body, .. } => any_use(body, test),
+        WiredItem::Pass(w) => w.uses.iter().any(&mut *test),
+        WiredItem::Loop { body, .. } => any_use(body, test),
     })
 }

@@ -1,6 +1,6 @@
 //! Which steps of a frame run, in full or in part, and why.
 
-use super::{Bits, Held, Ran, Selection, Why};
+use super::{Bits, Held, LastRun, Selection, Why};
 use crate::plan::inputs::Contents;
 use crate::plan::keys::{Keys, UNDEFINED, Unit, Version, Versions};
 use crate::plan::scene_inputs::SceneInputs;
@@ -108,7 +108,7 @@ fn selection(
                 all.writes.push((slot, *version));
             }
             let contents = unit.contents(plan, &versions.before[i], scene, values);
-            let ran = Ran { key: versions.keys[i], contents, frame: held.frames };
+            let ran = LastRun { key: versions.keys[i], contents, frame: held.frames };
             all.ran.push((unit.name.clone(), Arc::new(ran)));
         }
     }
@@ -149,8 +149,8 @@ fn partly(plan: &Plan, held: &Held, versions: &Versions, (i, unit): (usize, &Uni
 
 /// What the outputs, and what the next frame begins with, are.
 fn lasting(plan: &Plan) -> BTreeSet<ResourceId> {
-    let kept = plan.resources.iter().enumerate().filter(|(_, r)| r.history).map(|(i, _)| ResourceId(i));
-    plan.outputs.iter().map(|o| o.1).chain(kept).collect()
+    let history = plan.resources.iter().enumerate().filter(|(_, r)| r.history).map(|(i, _)| ResourceId(i));
+    plan.outputs.iter().map(|o| o.1).chain(history).collect()
 }
 
 /// The units that must run so that these resources are in memory at the end.

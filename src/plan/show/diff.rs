@@ -1,7 +1,7 @@
 //! What one plan changes of another, in words.
 
 use super::fold::{Line, groups, lines};
-use super::words::{Row, bytes, color, shaders};
+use super::words::{StepWords, bytes, color, shaders};
 use crate::plan::Plan;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -75,7 +75,7 @@ fn values(plan: &Plan) -> Vec<(String, String)> {
 /// A line for each step, folded; loops by their heads.
 fn passes(plan: &Plan) -> Vec<(String, String)> {
     fn gather(lines: &[Line], inside: &str, out: &mut Vec<(String, String)>) {
-        let row = |r: &Row| {
+        let row = |r: &StepWords| {
             let words = [r.kind, &r.shader, &r.detail, &r.flow()].map(str::to_string);
             let words: Vec<String> = words.into_iter().filter(|w| !w.is_empty()).collect();
             (r.name.clone(), format!("{}{inside}", words.join("  ")))

@@ -1,6 +1,6 @@
 //! A plan in the DOT language of Graphviz.
 
-use super::network::{Item, Network, Pass, network};
+use super::network::{Network, NetworkItem, NetworkPass, network};
 use crate::plan::Plan;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -32,11 +32,11 @@ pub fn to_dot(plan: &Plan) -> String {
     out + "}\n"
 }
 
-fn items(net: &Network, list: &[Item], depth: usize, clusters: &mut usize, out: &mut String) {
+fn items(net: &Network, list: &[NetworkItem], depth: usize, clusters: &mut usize, out: &mut String) {
     let indent = "  ".repeat(depth);
     for item in list {
         match item {
-            Item::Pass(i) => {
+            NetworkItem::Pass(i) => {
                 let pass = &net.passes[*i];
                 let shape = if pass.kind == "output" { ", shape=ellipse, fillcolor=\"#ffffff\"" } else { "" };
                 // Writing to a string can't fail.
@@ -49,7 +49,7 @@ fn items(net: &Network, list: &[Item], depth: usize, clusters: &mut usize, out: 
                 }
                 let _ = writeln!(out, "n{i} [label={}{shape}];{}", quoted(&label(pass)), " }".repeat(subs.len()));
             }
-            Item::Loop { title, body } => {
+            NetworkItem::Loop { title, body } => {
                 let _ = writeln!(out, "{indent}subgraph cluster_{clusters} {{");
                 let _ = writeln!(out, "{indent}  label={}; style=\"rounded,dashed\";", quoted(title));
                 *clusters += 1;
@@ -60,7 +60,7 @@ fn items(net: &Network, list: &[Item], depth: usize, clusters: &mut usize, out: 
     }
 }
 
-fn label(pass: &Pass) -> String {
+fn label(pass: &NetworkPass) -> String {
     let times = if pass.steps.len() > 1 { format!(" × {}", pass.steps.len()) } else { String::new() };
     let shader = if pass.shader.is_empty() { String::new() } else { format!(" {}", pass.shader) };
     format!("{}\n{}{shader}{times}", pass.name, pass.kind)

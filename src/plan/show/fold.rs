@@ -1,18 +1,18 @@
 //! Equal steps and resources drawn together: the members of a set in one line.
 
-use super::words::{Row, description, loop_head, member, ranges, template};
+use super::words::{StepWords, description, loop_head, member, ranges, template};
 use crate::plan::{Node, Plan, StepId};
 use std::collections::BTreeSet;
 
 /// A line of the order, or several.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Line {
-    Step(Row),
+    Step(StepWords),
     /// The same rows for each member from `first` to `last`, which stands as `[i]` in the names.
     Members {
         first: u32,
         last: u32,
-        rows: Vec<Row>,
+        rows: Vec<StepWords>,
     },
     Loop {
         head: String,
@@ -36,7 +36,7 @@ pub(super) fn lines(plan: &Plan, nodes: &[Node]) -> Vec<Line> {
                     &rest[length..]
                 }
                 None => {
-                    lines.push(Line::Step(Row::of(plan, *s)));
+                    lines.push(Line::Step(StepWords::of(plan, *s)));
                     tail
                 }
             },
@@ -55,8 +55,8 @@ fn members(plan: &Plan, nodes: &[Node]) -> Option<(Line, usize)> {
     let steps: Vec<StepId> = nodes.iter().map_while(step).collect();
     let first = number(*steps.first()?)?;
     let period = steps.iter().take_while(|s| number(**s) == Some(first)).count();
-    let rows = |part: &[StepId], m: u32| -> Vec<Row> {
-        part.iter().map(|s| Row::of(plan, *s).renamed(&format!("[{m}]"), "[i]")).collect()
+    let rows = |part: &[StepId], m: u32| -> Vec<StepWords> {
+        part.iter().map(|s| StepWords::of(plan, *s).renamed(&format!("[{m}]"), "[i]")).collect()
     };
     let pattern = rows(&steps[..period], first);
     let mut last = first;
@@ -73,7 +73,7 @@ fn members(plan: &Plan, nodes: &[Node]) -> Option<(Line, usize)> {
 
 /// Resources that differ only by member, as one.
 #[derive(Debug, Clone)]
-pub(super) struct Group {
+pub(super) struct ResourceGroup {
     /// With `[i]` for the member.
     pub name: String,
     pub description: String,
@@ -81,7 +81,7 @@ pub(super) struct Group {
     pub ids: Vec<usize>,
 }
 
-impl Group {
+impl ResourceGroup {
     /// The name as shown: `product[0…8]`, `product[1, 3]`.
     pub fn shown(&self, plan: &Plan) -> String {
         let members: BTreeSet<usize> =
@@ -100,19 +100,19 @@ pub(super) fn span(first: u32, last: u32) -> String {
 }
 
 /// The resources of a plan in the order in which they are first used.
-pub(super) fn groups(plan: &Plan) -> Vec<Group> {
-    let mut groups: Vec<Group> = vec![];
+pub(super) fn groups(plan: &Plan) -> Vec<ResourceGroup> {
+    let mut groups: Vec<ResourceGroup> = vec![];
     for (i, r) in plan.resources.iter().enumerate() {
         let (name, description) = (template(&r.name), description(&r.desc));
         match groups.iter_mut().find(|g| g.name == name && g.description == description) {
             Some(g) => g.ids.push(i),
-            None => groups.push(Group { name, description, ids: vec![i] }),
+            None => groups.push(ResourceGroup { name, description, ids: vec![i] }),
         }
     }
     groups
 }
 
 /// The slots of some resources.
-pub(super) fn slots(plan: &Plan, group: &Group) -> BTreeSet<usize> {
+pub(super) fn slots(plan: &Plan, group: &ResourceGroup) -> BTreeSet<usize> {
     group.ids.iter().map(|i| plan.resources[*i].slot).collect()
 }

@@ -1,6 +1,6 @@
 //! A plan for other programs. The keys are stable: they are those of the structs here, not of the plan.
 
-use super::words::{Row, comparison, description};
+use super::words::{StepWords, comparison, description};
 use crate::plan::fastest::Alternatives;
 use crate::plan::keys::Keys;
 use crate::plan::{Action, Desc, Ending, Node, Plan, Slot};
@@ -185,7 +185,7 @@ pub fn to_json(plan: &Plan) -> Json {
         StepJson {
             name: &s.name,
             pass: &s.pass,
-            kind: Row::of(plan, crate::plan::StepId(i)).kind,
+            kind: StepWords::of(plan, crate::plan::StepId(i)).kind,
             shader,
             workgroups,
             draws,

@@ -4,7 +4,7 @@
 //! by longest path, an order in the rows by the mean place of neighbours, and lanes by which a wire passes the rows
 //! between its ends, so that no wire crosses a box.
 
-use super::network::{Item, Network};
+use super::network::{Network, NetworkItem};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Between neighbours in a row, in px as all lengths here.
@@ -37,7 +37,7 @@ pub struct Rect {
 
 /// A part of a port's way: through the points, down all the way.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wire {
+pub struct WireLine {
     pub port: usize,
     pub points: Vec<[f32; 2]>,
     /// It ends at a pass.
@@ -46,41 +46,41 @@ pub struct Wire {
 
 /// A network with places.
 #[derive(Default)]
-pub(super) struct Layout {
+pub(super) struct NetworkLayout {
     pub width: f32,
     pub height: f32,
     /// By pass.
     pub passes: BTreeMap<usize, Rect>,
     /// Outer loops first.
     pub loops: Vec<(String, Rect)>,
-    pub wires: Vec<Wire>,
+    pub wires: Vec<WireLine>,
     /// Where ports come in from above, and leave below.
     entry: BTreeMap<usize, f32>,
     exit: BTreeMap<usize, f32>,
 }
 
 /// Lays out a network whose passes take `extents`.
-pub(super) fn layout(net: &Network, extents: &[Extent]) -> Layout {
+pub(super) fn layout(net: &Network, extents: &[Extent]) -> NetworkLayout {
     block(net, extents, &net.items, 0.0)
 }
 
 /// A pass or loop of a block, or a wire that passes a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Cell {
-    Part(usize),
+enum RowCell {
+    BlockPart(usize),
     Lane(usize),
 }
 
-struct Part {
+struct BlockPart {
     width: f32,
     height: f32,
     pass: Option<usize>,
     title: String,
-    inner: Layout,
+    inner: NetworkLayout,
 }
 
 /// A port that has to do with a block.
-struct Way {
+struct PortPath {
     /// The part it starts at; `None`: it comes from above.
     source: Option<usize>,
     readers: BTreeSet<usize>,
@@ -91,32 +91,32 @@ struct Block<'n> {
     /// From the upper edge to the first row.
     top: f32,
     extents: &'n [Extent],
-    parts: Vec<Part>,
-    ways: BTreeMap<usize, Way>,
+    parts: Vec<BlockPart>,
+    ways: BTreeMap<usize, PortPath>,
     /// By part.
     depth: Vec<usize>,
-    rows: Vec<Vec<Cell>>,
+    rows: Vec<Vec<RowCell>>,
     /// The left edge of each cell of each row.
-    left: BTreeMap<(usize, Cell), f32>,
+    left: BTreeMap<(usize, RowCell), f32>,
 }
 
 /// The rows of one block, `top` below its upper edge.
-fn block(net: &Network, extents: &[Extent], items: &[Item], top: f32) -> Layout {
+fn block(net: &Network, extents: &[Extent], items: &[NetworkItem], top: f32) -> NetworkLayout {
     let mut parts = vec![];
     let mut home: BTreeMap<usize, usize> = BTreeMap::new();
     for (i, item) in items.iter().enumerate() {
         match item {
-            Item::Pass(p) => {
+            NetworkItem::Pass(p) => {
                 let e = &extents[*p];
                 home.insert(*p, i);
-                let (pass, inner) = (Some(*p), Layout::default());
-                parts.push(Part { width: e.width, height: e.height, pass, title: String::new(), inner });
+                let (pass, inner) = (Some(*p), NetworkLayout::default());
+                parts.push(BlockPart { width: e.width, height: e.height, pass, title: String::new(), inner });
             }
-            Item::Loop { title, body } => {
+            NetworkItem::Loop { title, body } => {
                 let inner = block(net, extents, body, TITLE + TURN);
                 home.extend(inner.passes.keys().map(|p| (*p, i)));
                 let (width, height) = (inner.width + 2.0 * PAD, inner.height + TURN / 2.0);
-                parts.push(Part { width, height, pass: None, title: title.clone(), inner });
+                parts.push(BlockPart { width, height, pass: None, title: title.clone(), inner });
             }
         }
     }
@@ -128,7 +128,7 @@ fn block(net: &Network, extents: &[Extent], items: &[Item], top: f32) -> Layout 
     b.place()
 }
 
-fn ways(net: &Network, home: &BTreeMap<usize, usize>) -> BTreeMap<usize, Way> {
+fn ways(net: &Network, home: &BTreeMap<usize, usize>) -> BTreeMap<usize, PortPath> {
     let mut ways = BTreeMap::new();
     for (i, port) in net.ports.iter().enumerate() {
         let source = home.get(&port.pass).copied();
@@ -136,14 +136,14 @@ fn ways(net: &Network, home: &BTreeMap<usize, usize>) -> BTreeMap<usize, Way> {
         readers.retain(|r| Some(*r) != source);
         let leaves = source.is_some() && port.readers.iter().any(|r| !home.contains_key(r));
         if leaves || !readers.is_empty() {
-            ways.insert(i, Way { source, readers, leaves });
+            ways.insert(i, PortPath { source, readers, leaves });
         }
     }
     ways
 }
 
 /// Rows by longest path; what reads nothing stands just above its first reader.
-fn depths(parts: usize, ways: &BTreeMap<usize, Way>) -> Vec<usize> {
+fn depths(parts: usize, ways: &BTreeMap<usize, PortPath>) -> Vec<usize> {
     let mut links: Vec<(usize, usize)> = vec![];
     for way in ways.values() {
         links.extend(way.source.iter().flat_map(|s| way.readers.iter().map(|r| (*s, *r))));
@@ -168,7 +168,7 @@ fn depths(parts: usize, ways: &BTreeMap<usize, Way>) -> Vec<usize> {
 
 impl Block<'_> {
     /// The rows that a way passes between its ends.
-    fn lanes(&self, way: &Way) -> std::ops::Range<usize> {
+    fn lanes(&self, way: &PortPath) -> std::ops::Range<usize> {
         let start = way.source.map_or(0, |s| self.depth[s] + 1);
         let last = way.readers.iter().map(|r| self.depth[*r]).max().unwrap_or(0);
         start..if way.leaves { self.depth.iter().max().map_or(0, |d| d + 1) } else { last }
@@ -176,26 +176,26 @@ impl Block<'_> {
 
     fn fill_rows(&mut self) {
         let count = self.depth.iter().max().map_or(0, |d| d + 1);
-        let mut rows: Vec<Vec<Cell>> = vec![vec![]; count];
+        let mut rows: Vec<Vec<RowCell>> = vec![vec![]; count];
         for (i, depth) in self.depth.iter().enumerate() {
-            rows[*depth].push(Cell::Part(i));
+            rows[*depth].push(RowCell::BlockPart(i));
         }
         for (port, way) in &self.ways {
-            self.lanes(way).for_each(|r| rows[r].push(Cell::Lane(*port)));
+            self.lanes(way).for_each(|r| rows[r].push(RowCell::Lane(*port)));
         }
         self.rows = rows;
     }
 
-    fn width(&self, cell: Cell) -> f32 {
+    fn width(&self, cell: RowCell) -> f32 {
         match cell {
-            Cell::Part(i) => self.parts[i].width,
-            Cell::Lane(_) => LANE,
+            RowCell::BlockPart(i) => self.parts[i].width,
+            RowCell::Lane(_) => LANE,
         }
     }
 
     /// Where in a cell a port leaves it, from the cell's left.
-    fn out_at(&self, cell: Cell, port: usize) -> f32 {
-        let Cell::Part(i) = cell else { return LANE / 2.0 };
+    fn out_at(&self, cell: RowCell, port: usize) -> f32 {
+        let RowCell::BlockPart(i) = cell else { return LANE / 2.0 };
         let part = &self.parts[i];
         match part.pass {
             Some(p) => self.extents[p].ports.iter().find(|x| x.0 == port).map_or(part.width / 2.0, |x| x.1),
@@ -204,8 +204,8 @@ impl Block<'_> {
     }
 
     /// Where in a cell a port comes in, from the cell's left. Passes take theirs in the order of `left`.
-    fn in_at(&self, row: usize, cell: Cell, port: usize) -> f32 {
-        let Cell::Part(i) = cell else { return LANE / 2.0 };
+    fn in_at(&self, row: usize, cell: RowCell, port: usize) -> f32 {
+        let RowCell::BlockPart(i) = cell else { return LANE / 2.0 };
         let part = &self.parts[i];
         if part.pass.is_none() {
             return part.inner.entry.get(&port).map_or(part.width / 2.0, |x| x + PAD);
@@ -216,20 +216,20 @@ impl Block<'_> {
         part.width * (at + 1) as f32 / (inputs.len() + 1) as f32
     }
 
-    fn inputs(&self, cell: Cell) -> impl Iterator<Item = usize> {
+    fn inputs(&self, cell: RowCell) -> impl Iterator<Item = usize> {
         self.ways.iter().filter_map(move |(port, way)| match cell {
-            Cell::Part(i) => way.readers.contains(&i).then_some(*port),
-            Cell::Lane(p) => (p == *port).then_some(p),
+            RowCell::BlockPart(i) => way.readers.contains(&i).then_some(*port),
+            RowCell::Lane(p) => (p == *port).then_some(p),
         })
     }
 
     /// The cell of the row above that a port comes from.
-    fn carrier(&self, row: usize, port: usize) -> Option<Cell> {
+    fn carrier(&self, row: usize, port: usize) -> Option<RowCell> {
         let way = self.ways.get(&port)?;
         let above = row.checked_sub(1)?;
         match way.source {
-            Some(s) if self.depth[s] == above => Some(Cell::Part(s)),
-            _ => Some(Cell::Lane(port)),
+            Some(s) if self.depth[s] == above => Some(RowCell::BlockPart(s)),
+            _ => Some(RowCell::Lane(port)),
         }
     }
 
@@ -240,23 +240,23 @@ impl Block<'_> {
     }
 
     /// The cells of a row that a port goes on to.
-    fn takers(&self, row: usize, port: usize) -> Vec<Cell> {
+    fn takers(&self, row: usize, port: usize) -> Vec<RowCell> {
         let Some(way) = self.ways.get(&port) else { return vec![] };
-        let lane = self.lanes(way).contains(&row).then_some(Cell::Lane(port));
-        let parts = way.readers.iter().filter(|r| self.depth[**r] == row).map(|r| Cell::Part(*r));
+        let lane = self.lanes(way).contains(&row).then_some(RowCell::Lane(port));
+        let parts = way.readers.iter().filter(|r| self.depth[**r] == row).map(|r| RowCell::BlockPart(*r));
         lane.into_iter().chain(parts).collect()
     }
 
     /// The mean by which a cell would move to stand straight under (or above) its neighbours.
-    fn wish(&self, row: usize, cell: Cell, down: bool) -> f32 {
+    fn wish(&self, row: usize, cell: RowCell, down: bool) -> f32 {
         let left = self.left.get(&(row, cell)).copied().unwrap_or(0.0);
         let mut moves: Vec<f32> = vec![];
         if down {
             moves.extend(self.inputs(cell).filter_map(|p| Some(self.above(row, p)? - left - self.in_at(row, cell, p))));
         } else {
             let ports: Vec<usize> = match cell {
-                Cell::Lane(p) => vec![p],
-                Cell::Part(i) => self.ways.iter().filter(|w| w.1.source == Some(i)).map(|w| *w.0).collect(),
+                RowCell::Lane(p) => vec![p],
+                RowCell::BlockPart(i) => self.ways.iter().filter(|w| w.1.source == Some(i)).map(|w| *w.0).collect(),
             };
             for p in ports {
                 for taker in self.takers(row + 1, p) {
@@ -283,9 +283,9 @@ impl Block<'_> {
             let count = self.rows.len();
             for step in 0..count {
                 let row = if down { step } else { count - 1 - step };
-                let mut wishes: Vec<(f32, Cell)> =
+                let mut wishes: Vec<(f32, RowCell)> =
                     self.rows[row].iter().map(|c| (self.wish(row, *c, down), *c)).collect();
-                let middle = |w: &(f32, Cell)| w.0 + self.width(w.1) / 2.0;
+                let middle = |w: &(f32, RowCell)| w.0 + self.width(w.1) / 2.0;
                 wishes.sort_by(|a, b| middle(a).total_cmp(&middle(b)).then(a.1.cmp(&b.1)));
                 let widths: Vec<f32> = wishes.iter().map(|w| self.width(w.1)).collect();
                 let places = apart(&wishes.iter().map(|w| w.0).collect::<Vec<_>>(), &widths);
@@ -300,10 +300,10 @@ impl Block<'_> {
     }
 
     /// Gives heights to the rows and draws the wires.
-    fn place(self) -> Layout {
-        let mut out = Layout::default();
-        let height = |row: &[Cell]| {
-            let tall = |c: &Cell| if let Cell::Part(i) = c { self.parts[*i].height } else { 0.0 };
+    fn place(self) -> NetworkLayout {
+        let mut out = NetworkLayout::default();
+        let height = |row: &[RowCell]| {
+            let tall = |c: &RowCell| if let RowCell::BlockPart(i) = c { self.parts[*i].height } else { 0.0 };
             row.iter().map(tall).fold(0.0, f32::max)
         };
         let mut y = self.top;
@@ -328,7 +328,7 @@ impl Block<'_> {
                 let from = way.source.filter(|s| self.depth[*s] + 1 == self.rows.len());
                 let start = from.map_or(out.height, |s| tops[self.depth[s]].0 + self.parts[s].height);
                 out.exit.insert(*port, x);
-                out.wires.push(Wire {
+                out.wires.push(WireLine {
                     port: *port,
                     points: vec![[x, start], [x, out.height + TURN / 2.0]],
                     arrow: false,
@@ -338,7 +338,7 @@ impl Block<'_> {
         let depth = self.depth.clone();
         let left = self.left.clone();
         for (i, part) in self.parts.into_iter().enumerate() {
-            let x = left.get(&(depth[i], Cell::Part(i))).copied().unwrap_or(0.0);
+            let x = left.get(&(depth[i], RowCell::BlockPart(i))).copied().unwrap_or(0.0);
             let y = tops[depth[i]].0;
             let rect = Rect { x, y, width: part.width, height: part.height };
             match part.pass {
@@ -353,7 +353,7 @@ impl Block<'_> {
     }
 
     /// The wires from the row above, and through the row where the cell is a lane.
-    fn wires_into(&self, row: usize, cell: Cell, tops: &[(f32, f32)], out: &mut Layout) {
+    fn wires_into(&self, row: usize, cell: RowCell, tops: &[(f32, f32)], out: &mut NetworkLayout) {
         let Some(left) = self.left.get(&(row, cell)) else { return };
         let (head, foot) = tops[row];
         let ports: Vec<usize> = self.inputs(cell).collect();
@@ -363,7 +363,7 @@ impl Block<'_> {
             match self.carrier(row, port) {
                 Some(from) => {
                     let Some(above) = self.above(row, port) else { continue };
-                    if let Cell::Part(i) = from {
+                    if let RowCell::BlockPart(i) = from {
                         points.push([above, tops[row - 1].0 + self.parts[i].height]);
                     }
                     points.push([above, tops[row - 1].1]);
@@ -375,19 +375,19 @@ impl Block<'_> {
                 }
             }
             points.push([x, head]);
-            let lane = matches!(cell, Cell::Lane(_));
+            let lane = matches!(cell, RowCell::Lane(_));
             if lane {
                 points.push([x, foot]);
             }
-            let arrow = matches!(cell, Cell::Part(i) if self.parts[i].pass.is_some());
-            out.wires.push(Wire { port, points, arrow });
+            let arrow = matches!(cell, RowCell::BlockPart(i) if self.parts[i].pass.is_some());
+            out.wires.push(WireLine { port, points, arrow });
         }
     }
 }
 
-impl Layout {
+impl NetworkLayout {
     /// Takes in what is inside a loop, moved to its place.
-    fn take(&mut self, inner: Layout, x: f32, y: f32) {
+    fn take(&mut self, inner: NetworkLayout, x: f32, y: f32) {
         let moved = |r: Rect| Rect { x: r.x + x, y: r.y + y, ..r };
         self.passes.extend(inner.passes.into_iter().map(|(p, r)| (p, moved(r))));
         self.loops.extend(inner.loops.into_iter().map(|(t, r)| (t, moved(r))));

@@ -22,5 +22,5 @@ pub use diff::diff;
 pub use dot::to_dot;
 pub use json::to_json;
 pub use network::{COLLAPSED, sub_graphs};
-pub use picture::{PassBox, Picture, PortBox, Rect, Wire, picture};
+pub use picture::{PassBox, Picture, PortBox, Rect, WireLine, picture};
 pub use svg::to_svg;

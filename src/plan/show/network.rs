@@ -1,6 +1,6 @@
 //! Passes and what flows between them. Small plans are seen step by step, large ones pass by pass.
 
-use super::words::{Row, intermediate, loop_head, member};
+use super::words::{StepWords, intermediate, loop_head, member};
 use crate::plan::{Action, Desc, Node, Plan, ResourceId, Step, StepId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,13 +9,13 @@ const MOST_STEPS: usize = 40;
 
 /// The passes of a plan in their order, and who reads what they write.
 pub(super) struct Network {
-    pub passes: Vec<Pass>,
+    pub passes: Vec<NetworkPass>,
     pub ports: Vec<Port>,
-    pub items: Vec<Item>,
+    pub items: Vec<NetworkItem>,
 }
 
 /// A pass (or a step of one), or an output of the graph.
-pub(super) struct Pass {
+pub(super) struct NetworkPass {
     pub name: String,
     /// "output" for an output.
     pub kind: &'static str,
@@ -42,9 +42,9 @@ pub(super) struct Port {
 }
 
 /// A place in the order.
-pub(super) enum Item {
+pub(super) enum NetworkItem {
     Pass(usize),
-    Loop { title: String, body: Vec<Item> },
+    Loop { title: String, body: Vec<NetworkItem> },
 }
 
 /// Sees a plan as a network, in which each of the `collapsed` sub-graphs is one pass.
@@ -63,7 +63,7 @@ pub(super) fn network(plan: &Plan, collapsed: &BTreeSet<String>) -> Network {
     b.flow(&plan.order, &mut None);
     for (name, id) in &plan.outputs {
         let pass = b.add(name.clone(), "output", String::new());
-        b.out.items.push(Item::Pass(pass));
+        b.out.items.push(NetworkItem::Pass(pass));
         let resource = b.label(*id);
         if let Some(port) = b.writer.get(&resource).copied() {
             b.read(port, pass, false);
@@ -98,15 +98,17 @@ struct Builder<'p> {
 
 impl Builder<'_> {
     fn add(&mut self, name: String, kind: &'static str, shader: String) -> usize {
-        self.out.passes.push(Pass { name, kind, shader, steps: vec![], ports: vec![], carried: vec![] });
+        self.out.passes.push(NetworkPass { name, kind, shader, steps: vec![], ports: vec![], carried: vec![] });
         self.out.passes.len() - 1
     }
 
-    fn items(&mut self, nodes: &[Node]) -> Vec<Item> {
+    fn items(&mut self, nodes: &[Node]) -> Vec<NetworkItem> {
         let mut items = vec![];
         for node in nodes {
             match node {
-                Node::Loop(l) => items.push(Item::Loop { title: loop_head(self.plan, l), body: self.items(&l.body) }),
+                Node::Loop(l) => {
+                    items.push(NetworkItem::Loop { title: loop_head(self.plan, l), body: self.items(&l.body) })
+                }
                 Node::Step(s) => {
                     let step = &self.plan.steps[s.0];
                     let graph = sub_graphs(&step.pass).find(|g| self.collapsed.contains(*g));
@@ -118,12 +120,12 @@ impl Builder<'_> {
                     let pass = match self.by_key.get(&key) {
                         Some(pass) => *pass,
                         None => {
-                            let row = Row::of(self.plan, *s);
+                            let row = StepWords::of(self.plan, *s);
                             let (kind, shader) =
                                 if graph.is_some() { (COLLAPSED, String::new()) } else { (row.kind, row.shader) };
                             let pass = self.add(key.clone(), kind, shader);
                             self.by_key.insert(key, pass);
-                            items.push(Item::Pass(pass));
+                            items.push(NetworkItem::Pass(pass));
                             pass
                         }
                     };

@@ -1,8 +1,8 @@
 //! A plan as a picture, before anybody draws it: boxes with names, frames and wires, each with its place.
 
-use super::layout::{Extent, Layout, layout};
-pub use super::layout::{Rect, Wire};
-use super::network::{Network, Pass, network};
+use super::layout::{Extent, NetworkLayout, layout};
+pub use super::layout::{Rect, WireLine};
+use super::network::{Network, NetworkPass, network};
 use crate::plan::{Plan, ResourceId, StepId};
 use std::collections::BTreeSet;
 
@@ -21,7 +21,7 @@ pub struct Picture {
     pub boxes: Vec<PassBox>,
     /// Title and frame; outer loops first.
     pub loops: Vec<(String, Rect)>,
-    pub wires: Vec<Wire>,
+    pub wires: Vec<WireLine>,
 }
 
 /// A pass, a step of one (in a small plan), or an output.
@@ -55,7 +55,7 @@ pub struct PortBox {
 pub fn picture(plan: &Plan, collapsed: &BTreeSet<String>) -> Picture {
     let net = network(plan, collapsed);
     let extents: Vec<Extent> = net.passes.iter().map(|p| extent(&net, p)).collect();
-    let Layout { width, height, passes, loops, wires, .. } = layout(&net, &extents);
+    let NetworkLayout { width, height, passes, loops, wires, .. } = layout(&net, &extents);
     let boxes = passes.into_iter().filter_map(|(i, rect)| {
         let (pass, extent) = (net.passes.get(i)?, extents.get(i)?);
         let ports = extent.ports.iter().filter_map(|(port, x)| {
@@ -78,7 +78,7 @@ pub fn picture(plan: &Plan, collapsed: &BTreeSet<String>) -> Picture {
 }
 
 /// The room of a pass: its name, its kind and shader, what it reads from before, and its ports in a row.
-pub(super) fn extent(net: &Network, pass: &Pass) -> Extent {
+pub(super) fn extent(net: &Network, pass: &NetworkPass) -> Extent {
     let chars = |text: &str| text.chars().count() as f32;
     let words = (chars(&pass.name) * TITLE).max(chars(&about(pass)) * SMALL).max(chars(&carried(pass)) * SMALL);
     let mut ports = vec![];
@@ -101,7 +101,7 @@ fn port_width(resource: &str) -> f32 {
     resource.chars().count() as f32 * SMALL + 14.0
 }
 
-fn about(pass: &Pass) -> String {
+fn about(pass: &NetworkPass) -> String {
     let times = if pass.steps.len() > 1 { format!(" × {}", pass.steps.len()) } else { String::new() };
     if pass.shader.is_empty() {
         format!("{}{times}", pass.kind)
@@ -110,6 +110,6 @@ fn about(pass: &Pass) -> String {
     }
 }
 
-fn carried(pass: &Pass) -> String {
+fn carried(pass: &NetworkPass) -> String {
     if pass.carried.is_empty() { String::new() } else { format!("↻ {}", pass.carried.join(", ")) }
 }

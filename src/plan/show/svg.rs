@@ -1,6 +1,6 @@
 //! A plan as a picture: one SVG without anything outside it, light or dark as the viewer is.
 
-use super::picture::{Picture, Rect, Wire, picture};
+use super::picture::{Picture, Rect, WireLine, picture};
 use super::words::bytes;
 use crate::plan::Plan;
 use std::collections::BTreeSet;
@@ -106,7 +106,7 @@ fn draw(laid: &Picture, out: &mut String) {
 }
 
 /// A path that leaves and arrives straight down, and an arrow's head where it ends at a pass.
-fn wire(w: &Wire, out: &mut String) {
+fn wire(w: &WireLine, out: &mut String) {
     let color = w.port % COLORS.len();
     let [[x, y], rest @ ..] = &w.points[..] else { return };
     let mut path = format!("M{x:.1} {y:.1}");

@@ -1,6 +1,6 @@
 //! Small graphs and one that ships, shown in every way.
 
-use super::layout::{Layout, layout};
+use super::layout::{NetworkLayout, layout};
 use super::network::network;
 use super::*;
 use crate::plan::Plan;
@@ -170,7 +170,7 @@ fn svg_is_well_formed_whatever_the_names() {
 }
 
 /// The layout of a plan whose passes have some extent.
-fn laid(plan: &Plan) -> Layout {
+fn laid(plan: &Plan) -> NetworkLayout {
     let net = network(plan, &BTreeSet::new());
     let extents: Vec<_> = net.passes.iter().map(|p| picture::extent(&net, p)).collect();
     layout(&net, &extents)

@@ -1,7 +1,7 @@
 //! A plan as text: compact, and the same for equal plans, so that two of them can be compared line by line.
 
-use super::fold::{Group, Line, groups, lines, slots, span};
-use super::words::{Row, bytes, color, ranges, shaders};
+use super::fold::{Line, ResourceGroup, groups, lines, slots, span};
+use super::words::{StepWords, bytes, color, ranges, shaders};
 use crate::plan::{Node, Plan};
 use std::fmt::{self, Display, Formatter};
 
@@ -58,7 +58,7 @@ fn values(plan: &Plan, f: &mut Formatter<'_>) -> fmt::Result {
 }
 
 fn steps(f: &mut Formatter<'_>, depth: usize, lines: &[Line]) -> fmt::Result {
-    let row = |f: &mut Formatter<'_>, depth: usize, r: &Row| {
+    let row = |f: &mut Formatter<'_>, depth: usize, r: &StepWords| {
         let name = 26usize.saturating_sub(2 * (depth - 1));
         line(f, depth, &[(&r.name, name), (r.kind, 8), (&r.shader, 24), (&r.detail, 18), (&r.flow(), 0)])
     };
@@ -100,7 +100,7 @@ fn resources(plan: &Plan, f: &mut Formatter<'_>) -> fmt::Result {
 }
 
 /// From when to when a resource holds something needed, and what it begins with.
-fn life(plan: &Plan, group: &Group, places: &[String]) -> String {
+fn life(plan: &Plan, group: &ResourceGroup, places: &[String]) -> String {
     let all = || group.ids.iter().map(|i| &plan.resources[*i]);
     let Some(first) = all().next() else { return String::new() };
     let initial = first.initial.map(|c| format!(", initially {}", color(&c))).unwrap_or_default();
@@ -146,11 +146,11 @@ fn memory(plan: &Plan, f: &mut Formatter<'_>) -> fmt::Result {
     writeln!(f, "  {} in {s} slots; {} for {r} resources unshared: {saved:.1} % saved", bytes(shared), bytes(apart))?;
     let groups = groups(plan);
     for (i, slot) in plan.slots.iter().enumerate() {
-        let tenants = |g: &Group| Group {
+        let tenants = |g: &ResourceGroup| ResourceGroup {
             ids: g.ids.iter().copied().filter(|r| plan.resources[*r].slot == i).collect(),
             ..g.clone()
         };
-        let tenants: Vec<Group> = groups.iter().map(tenants).filter(|g| !g.ids.is_empty()).collect();
+        let tenants: Vec<ResourceGroup> = groups.iter().map(tenants).filter(|g| !g.ids.is_empty()).collect();
         if tenants.iter().map(|g| g.ids.len()).sum::<usize>() > 1 {
             let (name, size) = (format!("slot {i}"), bytes(slot.bytes));
             let names: Vec<String> = tenants.iter().map(|g| g.shown(plan)).collect();

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 /// A step as a line of words.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Row {
+pub(super) struct StepWords {
     pub name: String,
     pub kind: &'static str,
     /// Empty without one.
@@ -21,9 +21,9 @@ pub(super) struct Row {
     pub writes: Vec<String>,
 }
 
-impl Row {
+impl StepWords {
     /// The row of a step.
-    pub fn of(plan: &Plan, step: StepId) -> Row {
+    pub fn of(plan: &Plan, step: StepId) -> StepWords {
         let s = &plan.steps[step.0];
         let (kind, shader, detail) = match &s.action {
             Action::Draw(d) => {
@@ -56,13 +56,18 @@ impl Row {
             .filter(|words| !words.is_empty())
             .collect::<Vec<_>>()
             .join(", ");
-        Row { name: s.name.clone(), kind, shader, detail, reads: names(&s.reads), writes: names(&s.writes) }
+        StepWords { name: s.name.clone(), kind, shader, detail, reads: names(&s.reads), writes: names(&s.writes) }
     }
 
     /// The row with one text for another in all names.
-    pub fn renamed(&self, from: &str, to: &str) -> Row {
+    pub fn renamed(&self, from: &str, to: &str) -> StepWords {
         let all = |names: &[String]| names.iter().map(|n| n.replace(from, to)).collect();
-        Row { name: self.name.replace(from, to), reads: all(&self.reads), writes: all(&self.writes), ..self.clone() }
+        StepWords {
+            name: self.name.replace(from, to),
+            reads: all(&self.reads),
+            writes: all(&self.writes),
+            ..self.clone()
+        }
     }
 
     /// What flows: `a, b → c`.

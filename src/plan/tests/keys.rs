@@ -71,9 +71,9 @@ fn memory_moves_to_another_place_in_another_plan() {
     let passes = make("c", "x") + &turn("d", "x", "w") + &turn("e", "w", "y");
     let second = sample(&images(&["x", "w", "y"]), &passes, "\"y\": \"y\"").plan();
     let keys = Keys::of(&second, None);
-    let kept = carry(&second, &keys, &held, &SceneInputs::default(), &Values::new());
-    assert!(kept.iter().flatten().count() >= 1, "{kept:?}");
-    let mut after = Held::new(&second, &keys, &kept, Some(&held));
+    let carried = carry(&second, &keys, &held, &SceneInputs::default(), &Values::new());
+    assert!(carried.iter().flatten().count() >= 1, "{carried:?}");
+    let mut after = Held::new(&second, &keys, &carried, Some(&held));
     let ran = run(&second, &mut after, select);
     assert_eq!(ran, ["e"], "what `c` and `d` make is there already");
     // The first plan knows which of its memory the second has written to.
@@ -97,15 +97,15 @@ fn histories_that_depend_on_one_another_come_over_together() {
     let first = plan(8);
     let mut held = Held::new(&first, &Keys::of(&first, None), &[], None);
     run(&first, &mut held, everything);
-    let comes = |plan: &Plan, kept: &[Option<usize>]| {
-        ["count", "sum", "alone"].map(|name| kept[plan.resource(name).slot].is_some())
+    let comes = |plan: &Plan, carried: &[Option<usize>]| {
+        ["count", "sum", "alone"].map(|name| carried[plan.resource(name).slot].is_some())
     };
     for (size, expected) in [(8, [true; 3]), (16, [false, false, true])] {
         let next = plan(size);
         let keys = Keys::of(&next, None);
         assert_eq!(comes(&next, &carry_history(&next, &keys, &held)), expected);
         // Nor is what the first frame made of `count` taken for what the next begins with.
-        let kept = carry(&next, &keys, &held, &SceneInputs::default(), &Values::new());
-        assert_eq!(comes(&next, &kept), expected);
+        let carried = carry(&next, &keys, &held, &SceneInputs::default(), &Values::new());
+        assert_eq!(comes(&next, &carried), expected);
     }
 }

@@ -61,16 +61,16 @@ fn warned(changes: &str, params: &[(&str, Value)], full: bool) -> Checked<Vec<St
 
 #[test]
 fn warnings_hold_for_scenes_and_parameters() {
-    let told = |changes, params: &[_], full| warned(changes, params, full).unwrap_or_else(|f| panic!("{f}"));
-    assert_eq!(told("", &[], true), ["metals look matte", "the sub-graph is deep"]);
-    assert_eq!(told("", &[], false), ["the sub-graph is deep"]);
-    assert_eq!(told("", &[("sub.deep", Value::Bool(false))], true), ["metals look matte"]);
+    let shown = |changes, params: &[_], full| warned(changes, params, full).unwrap_or_else(|f| panic!("{f}"));
+    assert_eq!(shown("", &[], true), ["metals look matte", "the sub-graph is deep"]);
+    assert_eq!(shown("", &[], false), ["the sub-graph is deep"]);
+    assert_eq!(shown("", &[("sub.deep", Value::Bool(false))], true), ["metals look matte"]);
     assert_eq!(
-        told("passes: {\"sub\": (when: \"false\")}, outputs: {\"color\": \"a\"}", &[], true),
+        shown("passes: {\"sub\": (when: \"false\")}, outputs: {\"color\": \"a\"}", &[], true),
         ["metals look matte"]
     );
-    assert_eq!(told("warnings: {\"metals\": None, \"sub.deep\": None}", &[], true), [""; 0]);
-    assert_eq!(told("warnings: {\"metals\": (about: \"m\")}", &[], true), ["m", "the sub-graph is deep"]);
+    assert_eq!(shown("warnings: {\"metals\": None, \"sub.deep\": None}", &[], true), [""; 0]);
+    assert_eq!(shown("warnings: {\"metals\": (about: \"m\")}", &[], true), ["m", "the sub-graph is deep"]);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use lightgraph::Plan;
 use lightgraph::internals::diag::Span;
 use lightgraph::internals::graph::ast::walk;
 use lightgraph::internals::plan::change::Why;
-use lightgraph::internals::plan::show::{COLLAPSED, PassBox, Picture, Wire, picture, sub_graphs};
+use lightgraph::internals::plan::show::{COLLAPSED, PassBox, Picture, WireLine, picture, sub_graphs};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -305,7 +305,7 @@ fn place(subject: &Subject, pass: &PassBox) -> Option<Span> {
 }
 
 /// A line that leaves and arrives straight down, and an arrow's head where it ends at a pass.
-fn wire(brush: &Brush, wire: &Wire) {
+fn wire(brush: &Brush, wire: &WireLine) {
     let color = COLORS[wire.port % COLORS.len()];
     let points: Vec<Pos2> = wire.points.iter().map(|[x, y]| brush.at(*x, *y)).collect();
     for pair in points.windows(2) {
