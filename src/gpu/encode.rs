@@ -341,8 +341,8 @@ fn row(draw: &Draw, member: &Member) -> u64 {
     draw.members.first().map_or(0, |first| member.index.saturating_sub(first.index)).into()
 }
 
-/// Names commands for a graphics debugger. A render pass has its label instead: wgpu gives each pass a command buffer of
-/// its own, and Mesa 22.3 crashes where a group ends in another command buffer than it began in.
+/// Names commands for a graphics debugger. A render pass has its label instead: wgpu gives each pass a command buffer
+/// of its own, and Mesa 22.3 crashes where a group ends in another command buffer than it began in.
 fn grouped<T>(encoder: &mut wgpu::CommandEncoder, name: &str, work: impl FnOnce(&mut wgpu::CommandEncoder) -> T) -> T {
     encoder.push_debug_group(name);
     let done = work(encoder);

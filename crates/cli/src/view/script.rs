@@ -9,7 +9,7 @@
 //!     Faults("a.wgsl:3:"),                        // until a fault, or a check in a shader, says so
 //!     Replace(file: "shaders/a.wgsl", text: "oops", by: "1.0"),
 //!     Mended,                                     // until there is none
-//!     ClickAt(on: "image", at: (0.5, 0.5), ctrl: true), Answer("writes"),    // asks what a pixel's invocation computes
+//!     ClickAt(on: "image", at: (0.5, 0.5), ctrl: true), Answer("writes"),    // what a pixel's invocation computes
 //!     Size(1, 1), Rest, Size(900, 600), Rest,
 //!     Key(key: "Z", ctrl: true),
 //!     Shot("after.png"),                          // what the window shows
