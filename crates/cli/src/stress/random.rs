@@ -48,7 +48,7 @@ pub(super) struct Drawer<'a> {
 /// Why parameters are no good.
 enum Outcome {
     Fine,
-    /// The planner says why it can't be done.
+    /// The planner, or a check of the graph's own shaders, says why it can't be done.
     Refused(String),
     Broken(String),
 }
@@ -210,24 +210,28 @@ impl<'a> Drawer<'a> {
             }
             Ok(_) => {}
         }
+        let line = |d: &Diagnostic| format!("{} ({})", d.message, d.help.join("; "));
         match self.frame(values) {
-            Ok(broken) => match broken.first() {
-                None => Outcome::Fine,
-                Some(d) => Outcome::Broken(format!("{} ({})", d.message, d.help.join("; "))),
+            Ok((numbers, told)) => match (numbers.first(), told.first()) {
+                (Some(d), _) => Outcome::Broken(line(d)),
+                (None, Some(d)) => Outcome::Refused(line(d)),
+                (None, None) => Outcome::Fine,
             },
             Err(faults) => Outcome::Broken(faults.one_line()),
         }
     }
 
-    fn frame(&mut self, values: &Values) -> Checked<Vec<Diagnostic>> {
+    /// Numbers that are none; and all that the graph says is wrong, by checks of its shaders too.
+    fn frame(&mut self, values: &Values) -> Checked<(Vec<Diagnostic>, Vec<Diagnostic>)> {
         let settings = Settings { params: values.clone(), size: self.size, watch: true, ..Settings::default() };
         let previous = self.last.take().filter(|s| s.plan.resources.iter().all(|r| !r.history));
         let project = &self.graph.project;
         let mut session = Session::after(self.gpu, project, self.scene.clone(), settings, previous.as_ref())?;
         let report = session.frame(self.gpu, 0, 0.0)?;
-        let broken = session.failed_checks(&report);
+        let numbers = report.numerics.as_ref().map_or(vec![], |n| n.faults(&session.plan));
+        let told = session.failed_checks(&report);
         self.last = Some(session);
-        Ok(broken)
+        Ok((numbers, told))
     }
 
     /// The least change of the small settings that still fails: parameters go back to them one by one, as far as they
