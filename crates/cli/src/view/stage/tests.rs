@@ -288,7 +288,10 @@ fn a_pixel_asks_the_pass_that_wrote_it() {
 
     let part = Inspect { resource: "ramp".into(), mip: 0, layer: 1 };
     let (_, text) = ask(&mut stage, ProbedPlace::Texel { part, at: [2, 1] });
-    assert!(text.starts_with("`fill`, fill.wgsl, at 2,1,1") && text.contains("(12, 0, 0, 1)"), "{text}");
+    assert!(
+        text.starts_with("`fill`, fill.wgsl, at 2,1,1") && text.contains("writes ramp[2, 1][1] (12, 12, 12, 12)"),
+        "{text}"
+    );
     let (told, text) = ask(&mut stage, ProbedPlace::Invocation { step: "pant".into(), at: [0; 3] });
     assert!(text.contains("no pass `pant`") && text.contains("did you mean `paint`?"), "{text}");
     assert!(told.faults.is_empty(), "the image has none");
