@@ -1,6 +1,6 @@
 //! What a frame costs the host, on a device that computes nothing:
-//! `cargo run --release --example host_time -- GRAPH SCENE NODE [NAME=VALUE]…`. Prints the medians of each kind of frame:
-//! to record it, and to hand it over to the device.
+//! `cargo run --release --example host_time -- GRAPH SCENE NODE [NAME=VALUE]…`. Prints the medians of each kind of
+//! frame: to record it, and to submit it.
 
 use glam::Vec3;
 use lightgraph::{Checked, Diagnostic, Gpu, Project, Scene, Session, Settings, View};

@@ -133,8 +133,8 @@ impl Scene {
     /// Metres from the camera at which what it sees begins and ends.
     fn depths(&self, lens: Lens, place: CameraPose) -> (f32, f32) {
         match lens {
-            // glTF's endless projection has no inverse at its far plane; an end behind everything draws the same. So does
-            // a beginning a little before everything, behind which depths of 32 bits tell more apart.
+            // glTF's endless projection has no inverse at its far plane; a far plane behind everything draws the same.
+            // So does a near plane just before everything, and depths of 32 bits tell more apart behind it.
             Lens::Perspective { near, far, .. } => {
                 let far = far.unwrap_or_else(|| (self.bounds.farthest(place.position) * 1.01).max(near * 2.0));
                 let begins = self.bounds.first_along(place.forward) - place.position.dot(place.forward);

@@ -3,7 +3,7 @@
 use super::motion::within;
 use crate::diag::Span;
 
-/// A parameter at times. Whether a graph has it is known only when both are together.
+/// Keyframes of a parameter. The scene file does not know which graph shows it, so the name may be unknown there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyedParam {
     pub name: String,

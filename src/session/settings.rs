@@ -99,12 +99,15 @@ pub(crate) fn values_for(project: &Project, scene: &Scene, settings: &Settings, 
 }
 
 impl Session {
-    /// Plans anew where keyframes of the scene file give the graph other parameters at `time` than it has; whether they
-    /// do. Before each frame of a sequence; `project` is the session's.
+    /// Plans anew if keyframes of the scene file give the graph other parameters at `time` than it has, and returns
+    /// whether they do. Call it before each frame of a sequence, with the session's project.
     ///
     /// # Errors
     /// As [`Session::new`]; the session stays as it is.
     pub fn retime(&mut self, gpu: &Gpu, project: &Project, time: f32) -> Checked<bool> {
+        if self.scene.params.is_empty() {
+            return Ok(false);
+        }
         let params = project.params_at(&self.settings.params, &self.scene, time)?;
         if params == self.params {
             return Ok(false);

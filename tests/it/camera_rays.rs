@@ -11,7 +11,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 const GRAPH: &str = r#"Graph(
-    resources: {"origins": Texture(format: Rgba32Float, size: "screen"), "directions": Texture(format: Rgba32Float, size: "screen")},
+    resources: {
+        "origins": Texture(format: Rgba32Float, size: "screen"),
+        "directions": Texture(format: Rgba32Float, size: "screen"),
+    },
     passes: [Compute(name: "rays", shader: "rays.wgsl", over: "origins")],
     outputs: {"origins": "origins", "directions": "directions"},
 )"#;

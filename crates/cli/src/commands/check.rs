@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         None => all_sample_facts(),
     };
     let paths = ron_files(&args.graphs)?;
-    // What the first graph's shaders came of the others need not read again.
+    // The other graphs reuse what the first has read and composed.
     let first = paths.first().map(|path| check(path, args, &facts, &Library::default()));
     let library = first.as_ref().and_then(|f| f.as_ref().ok()).map(|f| f.1.clone()).unwrap_or_default();
     let others = parallel::each(1..paths.len(), |i| check(&paths[i], args, &facts, &library));
