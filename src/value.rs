@@ -36,6 +36,22 @@ impl Type {
             Type::Mat4 => "mat4x4f",
         }
     }
+
+    /// Bytes that a value takes in WGSL.
+    pub fn size(self) -> u32 {
+        match self {
+            Type::Bool | Type::Uint | Type::Int | Type::Float => 4,
+            Type::UVec2 | Type::Vec2 => 8,
+            Type::UVec3 | Type::Vec3 => 12,
+            Type::UVec4 | Type::Vec4 => 16,
+            Type::Mat4 => 64,
+        }
+    }
+
+    /// Its place in a struct of WGSL is a multiple of so many bytes.
+    pub fn alignment(self) -> u32 {
+        self.size().next_power_of_two().min(16)
+    }
 }
 
 /// One value. Integers are 32 bits wide, as in WGSL.

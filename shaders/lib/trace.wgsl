@@ -55,15 +55,14 @@ var<storage, read> triangles: array<Triangle>;
 #endif
 
 #ifdef TRACE_TEXELS
-/// The rows of `bvh` and the corners in `triangles`, as trace_texels.wgsl puts them in textures.
+/// Rows of `bvh` in two texels each and the corners in `triangles` in three, for drivers that fetch four numbers of a
+/// texture in the time that one of a table takes.
 var box_texels: texture_storage_2d<rgba32uint, read>;
 var corner_texels: texture_storage_2d<rgba32uint, read>;
 
-/// Triangles of a row of texels, a power of two; there are twice as many boxes.
-const PIECE: u32 = #{TRACE_PIECE}u;
-
 fn box_at(row: u32) -> Box {
-    let place = vec2u(2u * (row % (2u * PIECE)), row / (2u * PIECE));
+    // Both lie in one line.
+    let place = line_place(2u * row);
     let low = textureLoad(box_texels, place);
     let high = textureLoad(box_texels, place + vec2u(1u, 0u));
     return Box(bitcast<vec3f>(low.xyz), low.w, bitcast<vec3f>(high.xyz), high.w);
@@ -71,12 +70,16 @@ fn box_at(row: u32) -> Box {
 
 /// The corners of a triangle, a column each.
 fn corners(index: u32) -> mat3x3f {
-    let place = vec2u(3u * (index % PIECE), index / PIECE);
     return mat3x3f(
-        bitcast<vec3f>(textureLoad(corner_texels, place).xyz),
-        bitcast<vec3f>(textureLoad(corner_texels, place + vec2u(1u, 0u)).xyz),
-        bitcast<vec3f>(textureLoad(corner_texels, place + vec2u(2u, 0u)).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, line_place(3u * index)).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, line_place(3u * index + 1u)).xyz),
+        bitcast<vec3f>(textureLoad(corner_texels, line_place(3u * index + 2u)).xyz),
     );
+}
+
+/// Where a texel of a table lies.
+fn line_place(texel: u32) -> vec2u {
+    return vec2u(texel % 4096u, texel / 4096u);
 }
 #else
 fn box_at(row: u32) -> Box {

@@ -3,7 +3,7 @@
 use super::{device::Gpu, scope::scoped, upload::write_levels};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::tables::{pack, rows, stride};
+use crate::plan::tables::{ACROSS, TEXEL, pack, rows, stride};
 use crate::plan::{Plan, TableUse};
 use crate::scene::{Assets, Geometry, Level, Table, TextureArray};
 use std::sync::Arc;
@@ -14,11 +14,18 @@ pub(super) struct SceneData {
     /// `None` without triangles.
     pub mesh: Option<Mesh>,
     /// By the index in [`Plan::tables`].
-    pub tables: Vec<wgpu::Buffer>,
+    pub tables: Vec<TableMemory>,
     /// What those hold.
     uploaded: Vec<Table>,
     /// A 2D array; one white texel when the scene has no textures.
     pub textures: wgpu::TextureView,
+}
+
+/// A table on the device.
+#[derive(Debug)]
+pub(super) enum TableMemory {
+    Rows(wgpu::Buffer),
+    Texels(wgpu::Texture, wgpu::TextureView),
 }
 
 /// Triangles.
@@ -58,18 +65,18 @@ impl SceneData {
         let mesh = mesh.map_err(&mut keep).ok();
         let views = gpu.caches.textures.get(&assets.hashes.textures, || upload_textures(gpu, assets.textures));
         let views = views.map_err(&mut keep).ok();
-        let (mut buffers, mut uploaded) = (vec![], vec![]);
+        let (mut memories, mut uploaded) = (vec![], vec![]);
         for wanted in &plan.tables {
-            let buffer = find(wanted, tables).and_then(|t| {
-                let buffer = storage(gpu, &wanted.table, &pack(wanted, t)?)?;
+            let memory = find(wanted, tables).and_then(|t| {
+                let memory = TableMemory::of(gpu, wanted, &pack(wanted, t)?)?;
                 uploaded.push(t.clone());
-                Ok(buffer)
+                Ok(memory)
             });
-            buffers.extend(buffer.map_err(&mut keep).ok());
+            memories.extend(memory.map_err(&mut keep).ok());
         }
         match (mesh, views) {
             (Some(mesh), Some(textures)) if faults.is_empty() => {
-                Ok(SceneData { mesh, tables: buffers, uploaded, textures })
+                Ok(SceneData { mesh, tables: memories, uploaded, textures })
             }
             _ => Err(Faults(faults)),
         }
@@ -81,7 +88,7 @@ impl SceneData {
     /// As [`SceneData::upload`].
     pub(super) fn update(&mut self, gpu: &Gpu, plan: &Plan, changed: &[Table]) -> Checked<bool> {
         let mut moved = false;
-        for ((wanted, buffer), held) in plan.tables.iter().zip(&mut self.tables).zip(&mut self.uploaded) {
+        for ((wanted, memory), held) in plan.tables.iter().zip(&mut self.tables).zip(&mut self.uploaded) {
             let Some(table) = changed.iter().find(|t| t.name == wanted.table) else { continue };
             let before = std::mem::replace(held, table.clone());
             if let Some(ranges) = table.differs(&before) {
@@ -90,20 +97,62 @@ impl SceneData {
                     let mut bytes = vec![0; stride * some.len()];
                     let at = (stride * some.start) as u64;
                     rows(wanted, table, some, &mut bytes)?;
-                    gpu.queue.write_buffer(buffer, at, &bytes);
+                    memory.write(gpu, at, &bytes);
                 }
                 continue;
             }
             let bytes = pack(wanted, table)?;
             // The same size exactly: a shader may ask for the length of the array.
-            if bytes.len() as u64 == buffer.size() {
-                gpu.queue.write_buffer(buffer, 0, &bytes);
+            if bytes.len() as u64 == memory.size() {
+                memory.write(gpu, 0, &bytes);
             } else {
-                *buffer = storage(gpu, &wanted.table, &bytes)?;
+                *memory = TableMemory::of(gpu, wanted, &bytes)?;
                 moved = true;
             }
         }
         Ok(moved)
+    }
+}
+
+impl TableMemory {
+    fn of(gpu: &Gpu, wanted: &TableUse, bytes: &[u8]) -> Checked<TableMemory> {
+        if wanted.texels { lines(gpu, &wanted.table, bytes) } else { storage(gpu, &wanted.table, bytes) }
+    }
+
+    /// In bytes.
+    fn size(&self) -> u64 {
+        match self {
+            TableMemory::Rows(buffer) => buffer.size(),
+            TableMemory::Texels(texture, _) => u64::from(texture.width()) * u64::from(texture.height()) * TEXEL as u64,
+        }
+    }
+
+    /// Writes bytes from byte number `at` on; of texels whole ones.
+    fn write(&self, gpu: &Gpu, at: u64, bytes: &[u8]) {
+        let texture = match self {
+            TableMemory::Rows(buffer) => return gpu.queue.write_buffer(buffer, at, bytes),
+            TableMemory::Texels(texture, _) => texture,
+        };
+        let (mut at, mut bytes) = (at / TEXEL as u64, bytes);
+        while !bytes.is_empty() {
+            let (x, y) = ((at % u64::from(ACROSS)) as u32, (at / u64::from(ACROSS)) as u32);
+            let left = (bytes.len() / TEXEL) as u32;
+            let (width, height) =
+                if x == 0 && left >= ACROSS { (ACROSS, left / ACROSS) } else { (left.min(ACROSS - x), 1) };
+            let (now, later) = bytes.split_at(width as usize * height as usize * TEXEL);
+            gpu.queue.write_texture(
+                wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..texture.as_image_copy() },
+                now,
+                wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(width * TEXEL as u32),
+                    rows_per_image: Some(height),
+                },
+                wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            );
+            at += u64::from(width) * u64::from(height);
+            bytes = later;
+        }
     }
 }
 
@@ -146,14 +195,42 @@ fn find<'a>(wanted: &TableUse, tables: &'a [Table]) -> Checked<&'a Table> {
     })
 }
 
-fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Checked<wgpu::Buffer> {
+fn lines(gpu: &Gpu, name: &str, bytes: &[u8]) -> Checked<TableMemory> {
+    let (ours, most) = (bytes.len() / (ACROSS as usize * TEXEL), gpu.limits.max_texture_dimension_2d);
+    let height = u32::try_from(ours).ok().filter(|height| ACROSS.max(*height) <= most).ok_or_else(|| {
+        let ours = format!("table `{name}` takes {ours} lines of {ACROSS} texels");
+        Diagnostic::error(format!("{ours}, and this device allows {most} each way")).help("use a smaller scene")
+    })?;
+    let memory = scoped(gpu, &format!("upload `{name}`"), || {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(name),
+            size: wgpu::Extent3d { width: ACROSS, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&Default::default());
+        let memory = TableMemory::Texels(texture, view);
+        memory.write(gpu, 0, bytes);
+        memory
+    })?;
+    Ok(memory)
+}
+
+fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Checked<TableMemory> {
     let (ours, most) = (bytes.len() as u64, gpu.limits.max_storage_buffer_binding_size);
     if ours > most {
         return Err(Diagnostic::error(format!("table `{name}` takes {ours} bytes, and this device allows {most}"))
             .help("use a smaller scene")
             .into());
     }
-    buffer(gpu, name, &[bytes], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM)
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM;
+    Ok(TableMemory::Rows(buffer(gpu, name, &[bytes], usage)?))
 }
 
 /// A buffer of one piece of bytes after the other.

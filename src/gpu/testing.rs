@@ -109,6 +109,7 @@ impl Sketch {
                         row: element.clone(),
                         stride: *stride,
                         rows,
+                        texels: false,
                     });
                     Binding::Table(self.plan.tables.len() - 1)
                 }

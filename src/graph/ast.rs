@@ -119,6 +119,11 @@ pub enum ResourceKind {
     },
     /// What files hold; no pass writes it.
     Image(Arc<Texture>),
+    /// Columns of a table of the scene, as texels; no pass writes it.
+    Table {
+        of: Name,
+        columns: Vec<Name>,
+    },
     Sampler(SamplerDesc),
 }
 
@@ -445,7 +450,7 @@ impl Resource {
                 sizes.push(count);
                 counts.extend(stride.expr());
             }
-            ResourceKind::Image(_) | ResourceKind::Sampler(_) => {}
+            ResourceKind::Image(_) | ResourceKind::Table { .. } | ResourceKind::Sampler(_) => {}
         }
         (sizes, counts)
     }

@@ -337,7 +337,7 @@ fn fits(given: &ResourceKind, wanted: &ResourceKind) -> bool {
         ResourceKind::Texture3d { .. } => Some(Shape::Solid),
         ResourceKind::Cube { .. } => Some(Shape::Cube),
         ResourceKind::Image(image) => Some(image.shape),
-        ResourceKind::Buffer { .. } | ResourceKind::Sampler(_) => None,
+        ResourceKind::Buffer { .. } | ResourceKind::Table { .. } | ResourceKind::Sampler(_) => None,
     };
     discriminant(given) == discriminant(wanted) || like(given).is_some() && like(given) == like(wanted)
 }

@@ -17,6 +17,7 @@ pub mod parse;
 mod raster;
 pub mod read;
 mod rename;
+mod table;
 pub mod tree;
 mod tune;
 pub mod unroll;

@@ -136,8 +136,13 @@ impl Reader {
 
     /// A resource declaration.
     pub fn resource(&mut self, node: &Node) -> Option<Resource> {
-        let (name, f) = self.named(node, &["Texture", "Texture3d", "Cube", "Atlas", "Buffer", "Image", "Sampler"])?;
-        if name == "Image" { self.image(node, f) } else { self.resource_of(node, name, f, None) }
+        const KINDS: [&str; 8] = ["Texture", "Texture3d", "Cube", "Atlas", "Buffer", "Image", "Table", "Sampler"];
+        let (name, f) = self.named(node, &KINDS)?;
+        match name {
+            "Image" => self.image(node, f),
+            "Table" => self.table(node, f),
+            _ => self.resource_of(node, name, f, None),
+        }
     }
 
     /// What a graph takes from outside: a resource or a value, of which only the kind must be said.

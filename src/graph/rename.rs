@@ -61,7 +61,7 @@ pub fn resource(r: &mut Resource, to: Rename) {
                 bytes.rename(to);
             }
         }
-        ResourceKind::Image(_) | ResourceKind::Sampler(_) => {}
+        ResourceKind::Image(_) | ResourceKind::Table { .. } | ResourceKind::Sampler(_) => {}
     }
 }
 

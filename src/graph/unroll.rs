@@ -174,7 +174,10 @@ impl Unroll<'_> {
                     Size::Axes(axes, _) => axes.iter_mut().for_each(|e| e.substitute(&value)),
                 },
                 ResourceKind::Buffer { count, .. } => count.substitute(&value),
-                ResourceKind::Atlas { .. } | ResourceKind::Image(_) | ResourceKind::Sampler(_) => {}
+                ResourceKind::Atlas { .. }
+                | ResourceKind::Image(_)
+                | ResourceKind::Table { .. }
+                | ResourceKind::Sampler(_) => {}
             }
             (Name { value: item(&name.value, i.into()), span: name.span.clone() }, one)
         };

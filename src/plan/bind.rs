@@ -4,7 +4,7 @@ use super::uniforms::castable;
 use super::wire::{How, Mode, ResourceUse, Wire, Wired, Wirer};
 use super::{Binding, Desc, TableUse, TextureKind};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Pass, PassKind, Resource, ResourceKind, Stride};
+use crate::graph::ast::{Name, Pass, PassKind, Resource, ResourceKind, Stride};
 use crate::scene::{TABLES, TableKind, table};
 use crate::shader::{
     Access, BindingKind, ElementType, Layout, Shader, Stage, TextureDim, TextureSample, Variable, report,
@@ -132,6 +132,9 @@ impl<'g> Wirer<'g, '_> {
                     None
                 }
             };
+        }
+        if let ResourceKind::Table { of, columns } = &declared.kind {
+            return self.table_texels(v, (of, columns), &place, &declared.span);
         }
         let sized = self.sizes.of(&target)?;
         let sized = self.keep(sized)?;
@@ -344,7 +347,13 @@ impl<'g> Wirer<'g, '_> {
             BindingKind::Storage { element, stride, fixed_size, .. } => (element, *stride, *fixed_size),
             BindingKind::UniformArray { element, stride, size, .. } => (element, *stride, Some(*size)),
             _ => {
-                self.mismatch(table, "a table of the scene", v, place, place);
+                let wants = describe(&v.kind);
+                let d = Diagnostic::error(format!(
+                    "`{table}` is a table of the scene, but the shader's `{}` is {wants}",
+                    v.name
+                ));
+                let help = format!("declare a resource `Table(of: \"{table}\", columns: […])` and bind that");
+                self.faults.push(d.at(place, wants).help(help));
                 return None;
             }
         };
@@ -385,12 +394,47 @@ impl<'g> Wirer<'g, '_> {
             row: element.clone(),
             stride,
             rows: fixed.map(|bytes| bytes / stride.max(1)),
+            texels: false,
         };
+        Some(self.table_use(used))
+    }
+
+    /// Columns of a table as texels.
+    fn table_texels(
+        &mut self,
+        v: &Variable,
+        (of, columns): (&Name, &[Name]),
+        place: &Span,
+        declared: &Span,
+    ) -> Option<Wire> {
+        use wgpu_types::{StorageTextureAccess, TextureFormat};
+        match v.kind {
+            BindingKind::StorageTexture { access, .. } if access != StorageTextureAccess::ReadOnly => {
+                let d = Diagnostic::error(format!("the scene's table `{}` can't be written", of.value)).at(place, "");
+                let help = "declare it `texture_2d<u32>` or `texture_storage_2d<rgba32uint, read>`";
+                self.faults.push(d.at(declared, "declared here").help(help));
+                return None;
+            }
+            BindingKind::StorageTexture { dim: TextureDim::D2, format: TextureFormat::Rgba32Uint, .. }
+            | BindingKind::Texture { dim: TextureDim::D2, sample: TextureSample::Uint, multisampled: false } => {}
+            _ => {
+                self.mismatch(&v.name, "a table in texels of four u32", v, place, declared);
+                return None;
+            }
+        }
+        let kinds = table(&of.value)?.columns;
+        let columns = columns.iter().filter_map(|name| kinds.iter().find(|c| c.0 == name.value));
+        let row = Layout::of_members(columns.copied());
+        let stride = row.size.next_multiple_of(16);
+        Some(self.table_use(TableUse { table: of.value.clone(), row, stride, rows: None, texels: true }))
+    }
+
+    fn table_use(&mut self, used: TableUse) -> Wire {
         let index = self.out.tables.iter().position(|t| *t == used).unwrap_or_else(|| {
             self.out.tables.push(used);
             self.out.tables.len() - 1
         });
-        Some(Wire::Fixed(Binding::Table(index)))
+        Wire::Fixed(Binding::Table(index))
     }
 }
 

@@ -152,6 +152,8 @@ pub struct TableUse {
     pub stride: u32,
     /// Rows of a shader's array of fixed length: rows of zeros make the table as long. `None`: as many as there are.
     pub rows: Option<u32>,
+    /// They lie in a texture of [`tables::ACROSS`] texels across, four words a texel, and not in a buffer.
+    pub texels: bool,
 }
 
 /// One thing the device does.

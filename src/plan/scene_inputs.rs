@@ -41,7 +41,7 @@ impl SceneInputs {
                 continue;
             }
             let columns: Vec<_> = wanted.row.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
-            let layout = (found.name, &columns, wanted.stride, wanted.rows);
+            let layout = (found.name, &columns, wanted.stride, wanted.rows, wanted.texels);
             *hashed = match (places, table(found.name)) {
                 // Where nodes were is none of the places where they are.
                 (Some(places), Some(t)) if t.large && columns.iter().all(|c| c.0 != PREVIOUS_TRANSFORM) => {

@@ -110,13 +110,13 @@ impl<'a> Sizes<'a> {
         })
     }
 
-    /// The description of a texture or buffer; `None` for samplers and unknown names.
+    /// The description of a texture or buffer; `None` for tables, samplers and unknown names.
     ///
     /// # Errors
     /// Zero, negative, overflowing sizes; limits of the adapter exceeded; sizes that go in a circle.
     pub fn of(&self, name: &str) -> Option<Result<Sized, Diagnostic>> {
         let DeclaredSize { resource, sized } = self.declared.get(name)?;
-        if matches!(resource.kind, ResourceKind::Sampler(_)) {
+        if matches!(resource.kind, ResourceKind::Table { .. } | ResourceKind::Sampler(_)) {
             return None;
         }
         match &*sized.borrow() {
@@ -259,7 +259,9 @@ impl<'a> Sizes<'a> {
                 let mips = image.levels.len() as u32;
                 texture(kind, image.format, image.width, image.height, image.layers, mips, None)
             }
-            ResourceKind::Sampler(_) => return Err(Diagnostic::error("a sampler has no size").at(&r.span, "")),
+            ResourceKind::Table { .. } | ResourceKind::Sampler(_) => {
+                return Err(Diagnostic::error(format!("`{name}` has no size of its own")).at(&r.span, ""));
+            }
         };
         limits(name, &desc, &r.span, self.request.limits).map_err(|d| self.with_facts(d, r))?;
         Ok(Sized { desc, elements, stride, members })

@@ -6,6 +6,15 @@ use crate::scene::{Column, Table, VertexAttribute};
 use crate::value::Type;
 use std::ops::Range;
 
+/// Texels of a line of a table in a texture.
+pub const ACROSS: u32 = 4096;
+
+/// Bytes of a texel: four words.
+pub const TEXEL: usize = 16;
+
+/// Bytes of a line.
+const LINE: usize = ACROSS as usize * TEXEL;
+
 /// The rows in the byte layout that a shader asks for; one zeroed row for an empty table, and as many as an array of
 /// fixed length has.
 ///
@@ -15,6 +24,13 @@ pub fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
     let stride = stride(wanted);
     let too_large = || Diagnostic::error(format!("table `{}` with {} rows is too large", wanted.table, table.rows));
     let length = wanted.rows.map_or(table.rows, |rows| rows as usize);
+    if wanted.texels {
+        // Whole lines of texels: what is left of the last is zero.
+        let lines = (stride * length.max(1)).div_ceil(LINE);
+        let mut out = vec![0u8; lines.checked_mul(LINE).ok_or_else(too_large)?];
+        rows(wanted, table, 0..table.rows, &mut out)?;
+        return Ok(out);
+    }
     if table.rows > length {
         let d = Diagnostic::error(format!(
             "table `{}` has {} rows, and the shader's array holds {length}",

@@ -24,6 +24,18 @@ pub struct Member {
 }
 
 impl Layout {
+    /// One after the other, each where WGSL puts a struct's members of these types.
+    pub fn of_members<'n>(all: impl Iterator<Item = (&'n str, Type)>) -> Layout {
+        let mut members: Vec<Member> = vec![];
+        let mut size: u32 = 0;
+        for (name, ty) in all {
+            let offset = size.next_multiple_of(ty.alignment());
+            size = offset + ty.size();
+            members.push(Member { name: name.into(), offset, ty, read: true });
+        }
+        Layout { size, members }
+    }
+
     /// Writes the values into `out`, which is `size` long and zeroed. `value` is asked for each member by name.
     /// Returns the names that `value` did not know or that do not fit the member's type.
     pub fn pack(&self, out: &mut [u8], value: impl Fn(&str) -> Option<Value>) -> Vec<&Member> {

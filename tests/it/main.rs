@@ -108,6 +108,7 @@ mod snapshots;
 mod steady;
 mod stress;
 mod support;
+mod tables;
 mod test_command;
 mod toggles;
 mod trace;

@@ -46,8 +46,9 @@ impl<'g> Check<'g> {
                 let d = Diagnostic::error(format!("unknown resource `{}`", name.value)).at(&name.span, "");
                 self.faults.push(d.nearest(&name.value, self.resources.keys().copied()));
             }
-            Some(ResourceKind::Sampler(_)) if noun != "a binding" => {
-                let d = Diagnostic::error(format!("`{}` is a sampler, it can't be {noun}", name.value));
+            Some(kind @ (ResourceKind::Sampler(_) | ResourceKind::Table { .. })) if noun != "a binding" => {
+                let is = if matches!(kind, ResourceKind::Sampler(_)) { "a sampler" } else { "a table of the scene" };
+                let d = Diagnostic::error(format!("`{}` is {is}, it can't be {noun}", name.value));
                 self.faults.push(d.at(&name.span, ""));
             }
             Some(_) => {}
@@ -75,7 +76,7 @@ impl<'g> Check<'g> {
 
     pub(super) fn buffer_name(&mut self, name: &Name, noun: &str) {
         match self.kind_of(name) {
-            None | Some(ResourceKind::Sampler(_)) => self.resource_name(name, noun),
+            None | Some(ResourceKind::Sampler(_) | ResourceKind::Table { .. }) => self.resource_name(name, noun),
             Some(ResourceKind::Buffer { .. }) => {}
             Some(_) => {
                 let d = Diagnostic::error(format!("`{}` is a texture, it can't be {noun}", name.value));
