@@ -28,7 +28,7 @@ seed graph graphs/gi/*.ron tests/bad/*.ron
 seed plan graphs/gi/*.ron
 seed variant graphs/gi/*.ron
 seed scene scenes/*.ron
-seed test tests/graphs/gi/*.ron
+seed test tests/graphs/*.ron
 seed wgsl shaders/*.wgsl shaders/lib/*.wgsl
 seed gltf scenes/*.gltf scenes/*.glb
 seed image fuzz/seeds/*.exr
