@@ -5,7 +5,7 @@ use crate::diag::{Checked, Diagnostic, Faults};
 use crate::gpu::{self, FrameInputs, Gpu, Memory, Prepared};
 use crate::plan::change::{Held, carry_history, everything};
 use crate::plan::keys::{Keys, UNDEFINED};
-use crate::plan::scene_inputs::SceneInputs;
+use crate::plan::tables::SceneInputs;
 use crate::plan::{Desc, Plan, ResourceId};
 use crate::scene::{Assets, Table};
 

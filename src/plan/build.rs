@@ -1,14 +1,14 @@
 //! A request to a plan: the table of contents of this module.
 
 use super::expand::{Expanded, expand};
-use super::frames::frames;
 use super::live::{live, retain, starts_unwritten, unwritten};
-use super::order::{OrderBlock, OrderEntry, order};
+use super::order::{OrderBlock, OrderEntry};
+use super::partial::frames;
 use super::request::{Request, values};
 use super::sizes::Sizes;
 use super::wire::{WiredItem, any_use, wire};
 use super::{
-    Action, Desc, Frames, LevelUse, Plan, Step, StepId, clear_usage, dirty, ending, fastest, lint, memory, parts,
+    Action, Desc, Frames, LevelUse, Plan, Step, StepId, clear_usage, draw, fastest, lint, memory, order, partial,
 };
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::graph::Graph;
@@ -120,7 +120,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let items = retain(wiring.items, &needed);
 
     let levels = level_uses(request, &values);
-    let asked = parts::asked(&declared_request);
+    let asked = draw::asked_parts(&declared_request);
     let device = (request.limits, request.features, (levels.as_slice(), asked.as_slice()));
     let expanded = expand(&items, &sizes, &values, &wiring.shaders, device, &mut faults);
     let Expanded { mut resources, mut steps, mut block, mut ids } = expanded;
@@ -136,7 +136,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     }
     Faults::check(faults, ())?;
     let mut seed = options.order_seed;
-    let order = order(block, &mut steps, &mut |ready| if seed == 0 { 0 } else { next(&mut seed) % ready });
+    let order = order::order(block, &mut steps, &mut |ready| if seed == 0 { 0 } else { next(&mut seed) % ready });
     let mut plan = Plan {
         graph: graph.source.path.clone(),
         params: graph.params.iter().map(|(n, _)| n.value.clone()).collect(),
@@ -161,8 +161,8 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     until_usage(&mut plan);
     history_usage(&mut plan);
     memory::allocate(&mut plan, options.share);
-    ending::decide(&mut plan, request.features);
-    Faults::check(dirty::lasting(&plan, graph), ())?;
+    order::decide_ends(&mut plan, request.features);
+    Faults::check(partial::lasting(&plan, graph), ())?;
     let notices = unused.into_iter().chain(lint::notices(&plan)).collect();
     Ok(Planned { plan, notices, warnings, compose_ms: wiring.compose_ms })
 }

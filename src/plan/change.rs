@@ -16,7 +16,7 @@ pub use select::{everything, full, select};
 
 use super::inputs::Contents;
 use super::keys::{Keys, UNDEFINED, Version, initial};
-use super::scene_inputs::SceneInputs;
+use super::tables::SceneInputs;
 use super::{Desc, Plan, ResourceId, StepId, TextureDesc};
 use crate::content::hash;
 use crate::value::Values;

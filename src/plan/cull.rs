@@ -1,7 +1,7 @@
 //! Draws over many views: a step before them finds what each member sees, so that they draw no more.
 
-use super::built_in::BuiltIn;
 use super::expand::Expander;
+use super::shaders::BuiltIn;
 use super::wire::{How, Mode, ResourceUse, Wire, Wired, Wirer};
 use super::{Binding, Cull, Desc, Frusta, Indirect, Member, ResourceId};
 use crate::diag::{Diagnostic, Span};

@@ -3,9 +3,9 @@
 //! `draw` places what draw and screen passes draw, `dispatch` counts workgroups, `reduce` makes the stages of
 //! reductions.
 
-use super::indirect::Most;
+use super::dispatch::Most;
+use super::draw::PartRequest;
 use super::order::{OrderBlock, OrderEntry};
-use super::parts::PartRequest;
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Mode, Wire, Wired, WiredItem};
 use super::{
@@ -351,7 +351,7 @@ impl Expander<'_, '_> {
                 return None;
             }
             // What is culled follows from where things are.
-            let places = dirty.of.iter().any(|name| super::dirty::CULLED_BY.contains(&name.value.as_str()));
+            let places = dirty.of.iter().any(|name| super::partial::CULLED_BY.contains(&name.value.as_str()));
             resources.extend(draw.indirect.filter(|_| places).map(|indirect| indirect.buffer));
         }
         Some(Some(Only { instances, bits, resources, tables: w.dirty_tables.clone() }))

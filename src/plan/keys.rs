@@ -5,7 +5,7 @@
 //! the graph, so equal work has equal versions in any two plans.
 
 use super::inputs::{self, Access, Contents, Input, Kind, Named, add};
-use super::scene_inputs::SceneInputs;
+use super::tables::SceneInputs;
 use super::{Comparison, Desc, Frames, Loop, Node, Plan, ResourceId, StepId, Until};
 use crate::content::hash;
 use crate::value::{Value, Values};

@@ -1,7 +1,7 @@
 //! Declared resources to concrete descriptions: extents, counts, limits.
 
 use super::request::{Request, count_with};
-use super::samples::sampled;
+use super::targets::sampled;
 use super::{Desc, TextureDesc, TextureKind, Tiles};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, Resource, ResourceKind, Size, Stride};

@@ -4,9 +4,9 @@
 //! [`super::fastest`] picks among alternatives.
 
 use super::cull::Culling;
+use super::dispatch::Counts;
 use super::fastest::{self, Group};
-use super::frames::frames;
-use super::indirect::Counts;
+use super::partial::frames;
 use super::request::{self, Request};
 use super::sizes::Sizes;
 use super::{Binding, Comparison, Desc, Frames, TableUse};

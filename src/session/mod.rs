@@ -19,7 +19,7 @@ use crate::image::Image;
 use crate::plan::build::Planned;
 use crate::plan::change::{self, Held, Selection, Why};
 use crate::plan::keys::{Keys, UNDEFINED, Version};
-use crate::plan::scene_inputs::SceneInputs;
+use crate::plan::tables::SceneInputs;
 use crate::plan::{Action, Binding, Plan, Resource, ResourceId, StepId, cull};
 use crate::project::Project;
 use crate::scene::{Level, Pose, Scene, Shift, Table, Tables};

@@ -5,9 +5,9 @@ use crate::diag::Checked;
 use crate::gpu::{Gpu, Timing};
 use crate::graph::Graph;
 use crate::plan::build::{Options, Planned, plan_with};
+use crate::plan::draw::{asked_parts, parts};
 use crate::plan::fastest::Choices;
 use crate::plan::inputs::Kind;
-use crate::plan::parts::{asked, parts};
 use crate::plan::request::{self, Request};
 use crate::project::Project;
 use crate::scene::{Level, Scene};
@@ -63,7 +63,7 @@ pub(super) fn plan_of(
 ) -> Checked<(Planned, Vec<Arc<Level>>)> {
     let facts = scene.facts();
     let request = request_for((graph, texts), &facts, settings, gpu);
-    let levels = parts(&asked(&request), scene)?;
+    let levels = parts(&asked_parts(&request), scene)?;
     let readable = settings.verify || settings.inspect || settings.watch;
     let options = Options { readable, share: !settings.inspect, ..Options::default() };
     Ok((plan_with(&Request { levels: &levels, ..request }, options)?, levels))

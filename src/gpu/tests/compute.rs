@@ -2,7 +2,7 @@ use crate::gpu::testing::{Sketch, gpu, run, run_scene, try_run};
 use crate::gpu::{FrameInputs, Timing, execute, prepare, prepare_after, read_buffer};
 use crate::plan::change::{Held, carry};
 use crate::plan::keys::Keys;
-use crate::plan::scene_inputs::SceneInputs;
+use crate::plan::tables::SceneInputs;
 use crate::plan::{Action, TextureKind};
 use crate::scene::{Assets, Column, Geometry, Table};
 use crate::value::{Value, Values};

@@ -3,7 +3,7 @@
 use super::{Bits, Held, LastRun, Selection, Why};
 use crate::plan::inputs::Contents;
 use crate::plan::keys::{Keys, UNDEFINED, Unit, Version, Versions};
-use crate::plan::scene_inputs::SceneInputs;
+use crate::plan::tables::SceneInputs;
 use crate::plan::{Plan, ResourceId};
 use crate::value::Values;
 use std::collections::{BTreeMap, BTreeSet};

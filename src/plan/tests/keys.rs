@@ -3,7 +3,7 @@
 use super::super::build::Options;
 use super::super::change::{Held, Selection, carry, carry_history, everything, select};
 use super::super::keys::{Keys, UNDEFINED, Version};
-use super::super::scene_inputs::SceneInputs;
+use super::super::tables::SceneInputs;
 use super::*;
 
 /// The version of an output, in memory that begins empty.

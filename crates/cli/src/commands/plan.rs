@@ -5,7 +5,7 @@ use super::fastest::{FastestArgs, Which};
 use super::{Failure, ShaderFolders, notices, print, print_data, size};
 use lightgraph::internals::fastest::Policy;
 use lightgraph::internals::plan::build::{Planned, plan};
-use lightgraph::internals::plan::parts::{asked, parts};
+use lightgraph::internals::plan::draw::{asked_parts, parts};
 use lightgraph::internals::plan::request::{Request, sample_device, sample_facts};
 use lightgraph::internals::plan::show;
 use lightgraph::{Diagnostic, Project, Scene};
@@ -103,7 +103,7 @@ fn planned(args: &Args, graph: &Path, scene: Option<&Scene>) -> Result<Planned, 
         features,
     };
     let levels = match scene {
-        Some(scene) => parts(&asked(&request), scene)?,
+        Some(scene) => parts(&asked_parts(&request), scene)?,
         None => vec![],
     };
     Ok(plan(&Request { levels: &levels, ..request })?)
