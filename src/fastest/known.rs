@@ -11,7 +11,7 @@ const MOST: usize = 256;
 
 /// What was measured of one group.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Entry {
+pub struct KnownChoice {
     /// Stands for the adapter and for what each alternative does.
     pub key: String,
     /// For people who read the file.
@@ -33,7 +33,7 @@ pub fn find(file: Option<&Path>, key: &str) -> Option<Vec<f64>> {
 }
 
 /// Adds an entry, in place of one of the same key.
-pub fn keep(file: Option<&Path>, entry: Entry) {
+pub fn keep(file: Option<&Path>, entry: KnownChoice) {
     let Some(file) = file else { return };
     let mut all = read(file);
     all.retain(|e| e.key != entry.key);
@@ -47,6 +47,6 @@ pub fn keep(file: Option<&Path>, entry: Entry) {
 }
 
 /// What can be read of it.
-fn read(file: &Path) -> Vec<Entry> {
+fn read(file: &Path) -> Vec<KnownChoice> {
     caches::read(file, files::TEXT).and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
 }

@@ -104,7 +104,7 @@ pub fn measured(
             None => {
                 let times = race(gpu, project, scene, &sides)?;
                 let adapter = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
-                known::keep(file, known::Entry { key, adapter, group: group.name.clone(), ms: times.clone() });
+                known::keep(file, known::KnownChoice { key, adapter, group: group.name.clone(), ms: times.clone() });
                 times
             }
         };

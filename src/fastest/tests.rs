@@ -1,7 +1,7 @@
 //! Which times make a choice, and the file they are kept in.
 
 use super::*;
-use known::Entry;
+use known::KnownChoice;
 use std::path::PathBuf;
 
 /// A file in a folder of its own, removed in the end.
@@ -24,8 +24,8 @@ impl Drop for Home {
     }
 }
 
-fn entry(key: &str, ms: &[f64]) -> Entry {
-    Entry { key: key.into(), adapter: "some adapter".into(), group: "way".into(), ms: ms.to_vec() }
+fn entry(key: &str, ms: &[f64]) -> KnownChoice {
+    KnownChoice { key: key.into(), adapter: "some adapter".into(), group: "way".into(), ms: ms.to_vec() }
 }
 
 #[test]

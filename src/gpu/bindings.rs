@@ -11,7 +11,7 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::{Binding, Desc, Plan, ResourceId, SamplerDesc, Step};
-use crate::shader::{BindingKind, Entry, Shader, Stage, TextureDim, TextureSample};
+use crate::shader::{BindingKind, EntryPoint, Shader, Stage, TextureDim, TextureSample};
 use std::collections::HashMap;
 
 /// Layout entries for the variables that these entry points use, by rising binding number.
@@ -23,7 +23,7 @@ pub(super) fn layout_entries(
     plan: &Plan,
     step: &Step,
     shader: &Shader,
-    entries: &[&Entry],
+    entries: &[&EntryPoint],
 ) -> Checked<Vec<wgpu::BindGroupLayoutEntry>> {
     let mut out = vec![];
     let mut faults = vec![];

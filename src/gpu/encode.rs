@@ -6,7 +6,7 @@ use super::{
     dirty::{Arguments, Instances, workgroups},
     pipelines::{Built, view_mask},
     pool::{Memory, Pool, floats, target_view},
-    prepare::{Pass, Ready, Shaded, Target},
+    prepare::{PreparedPass, PreparedTarget, Ready, Shaded},
     recorder::Recorder,
     scene_data::SceneData,
     timing::TimestampPair,
@@ -70,14 +70,14 @@ impl EncodeContext<'_> {
         }
         if let (Action::Compute { groups, instances, indirect, .. }, Ready::Shaded(shaded)) = (&step.action, ready) {
             let size = match (sizes, dirty, indirect) {
-                (Some(sizes), ..) => Size::Indirect(sizes),
+                (Some(sizes), ..) => DispatchSize::Indirect(sizes),
                 (None, Some(Arguments::Dispatch { groups, .. }), _) => {
-                    Size::Indirect(IndirectSizes { buffer: groups, at: 0 })
+                    DispatchSize::Indirect(IndirectSizes { buffer: groups, at: 0 })
                 }
                 (None, _, Some(counts)) => {
-                    Size::Indirect(IndirectSizes { buffer: self.pool.buffer(self.plan, *counts)?, at: 0 })
+                    DispatchSize::Indirect(IndirectSizes { buffer: self.pool.buffer(self.plan, *counts)?, at: 0 })
                 }
-                (None, _, None) => Size::Direct(workgroups(self.gpu, *groups, *instances)),
+                (None, _, None) => DispatchSize::Direct(workgroups(self.gpu, *groups, *instances)),
             };
             let group = shaded.partial.as_ref().filter(|_| run.partial).unwrap_or(&shaded.group);
             self.compute(record, &step.name, size, (shaded, group), run, offsets);
@@ -121,7 +121,7 @@ impl EncodeContext<'_> {
         &self,
         record: &mut Recorder<'_>,
         name: &str,
-        size: Size<'_>,
+        size: DispatchSize<'_>,
         (shaded, group): (&Shaded, &wgpu::BindGroup),
         run: &Run<'_>,
         offsets: &[u32],
@@ -131,8 +131,8 @@ impl EncodeContext<'_> {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, group, offsets);
             match size {
-                Size::Indirect(sizes) => pass.dispatch_workgroups_indirect(sizes.buffer, sizes.at),
-                Size::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+                DispatchSize::Indirect(sizes) => pass.dispatch_workgroups_indirect(sizes.buffer, sizes.at),
+                DispatchSize::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
             }
         };
         let inside = self.gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
@@ -323,7 +323,7 @@ struct IndirectSizes<'a> {
 }
 
 /// How many workgroups a dispatch has.
-enum Size<'a> {
+enum DispatchSize<'a> {
     Direct([u32; 3]),
     Indirect(IndirectSizes<'a>),
 }
@@ -430,14 +430,14 @@ fn begin<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     name: &str,
     draw: &Draw,
-    pass: &'e Pass,
+    pass: &'e PreparedPass,
     turn: usize,
     clears: bool,
     timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
 ) -> Option<wgpu::RenderPass<'e>> {
     let targets = pass.targets.get(turn)?;
-    let attach = |(location, target): (usize, &'e Option<Target>)| {
-        let Target { view, slice: depth_slice, resolve } = target.as_ref()?;
+    let attach = |(location, target): (usize, &'e Option<PreparedTarget>)| {
+        let PreparedTarget { view, slice: depth_slice, resolve } = target.as_ref()?;
         let target = draw.color.iter().find(|t| t.location as usize == location)?;
         let load = match target.clear.filter(|_| clears) {
             Some(value) => wgpu::LoadOp::Clear(color(value)),

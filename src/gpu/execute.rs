@@ -11,7 +11,7 @@ use super::{
     readback::map,
     recorder::Recorder,
     reports::Reports,
-    scope::Scope,
+    scope::ErrorScope,
     timing::{Timer, Timing},
 };
 use crate::diag::{Checked, Diagnostic, Faults};
@@ -88,7 +88,7 @@ fn walk(
     record: Recorder<'_>,
 ) -> Checked<Frame> {
     let start = Instant::now();
-    let scope = Scope::begin(gpu);
+    let scope = ErrorScope::begin(gpu);
     let uploaded = match frame.tables {
         Some(tables) => prepared.update_tables(gpu, plan, tables),
         None => Ok(()),
@@ -416,7 +416,7 @@ impl Walk<'_> {
         self.submit()?;
         let buffer = self.context.pool.buffer(self.context.plan, until.buffer)?;
         let probe = self.probe.ok_or_else(|| Diagnostic::error("a loop tests a number, and none was prepared"))?;
-        let scope = Scope::begin(gpu);
+        let scope = ErrorScope::begin(gpu);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(buffer, 0, probe, 0, 4);
         gpu.queue.submit([encoder.finish()]);
@@ -456,7 +456,7 @@ impl Walk<'_> {
         let ends = self.pending.iter().skip(1).map(|p| p.1).chain([self.pending_iterations.len()]);
         self.pending.iter().zip(ends).find_map(|((id, begin), end)| {
             let name = self.context.plan.steps.get(id.0).map_or("?", |s| &s.name);
-            let scope = Scope::begin(gpu);
+            let scope = ErrorScope::begin(gpu);
             let mut record = Recorder::new(gpu);
             let iterations = self.pending_iterations.get(*begin..end).unwrap_or_default();
             let run = Run { iterations, pair: None, device_loop: None, partial: false };

@@ -38,12 +38,12 @@ pub(super) struct Watch {
     pitch: u64,
     rows: wgpu::Buffer,
     staging: wgpu::Buffer,
-    pending: Vec<Check>,
+    pending: Vec<NumericCheck>,
     found: Numerics,
 }
 
 #[derive(Debug)]
-struct Check {
+struct NumericCheck {
     step: StepId,
     iterations: Vec<u32>,
     resource: ResourceId,
@@ -178,7 +178,7 @@ impl Watch {
             pass.dispatch_workgroups(groups, 1, 1);
             drop(pass);
             let iterations = iterations.to_vec();
-            self.pending.push(Check { step, iterations, resource: *id, groups, stride: numbers.stride });
+            self.pending.push(NumericCheck { step, iterations, resource: *id, groups, stride: numbers.stride });
         }
         Ok(())
     }
@@ -237,13 +237,13 @@ impl Watch {
         let data = map(gpu, &self.staging, bytes)?;
         let pitch = GROUPS as usize * ROW as usize;
         for (check, rows) in pending.into_iter().zip(data.chunks_exact(pitch)) {
-            let rows = rows.chunks_exact(ROW as usize).take(check.groups as usize).map(Row::read);
-            self.note(plan, check, rows.fold(Row::NOTHING, Row::joined));
+            let rows = rows.chunks_exact(ROW as usize).take(check.groups as usize).map(CountRow::read);
+            self.note(plan, check, rows.fold(CountRow::NOTHING, CountRow::joined));
         }
         Ok(())
     }
 
-    fn note(&mut self, plan: &Plan, check: Check, row: Row) {
+    fn note(&mut self, plan: &Plan, check: NumericCheck, row: CountRow) {
         let (least, largest) = (f64::from(row.least), f64::from(row.largest));
         let resource = check.resource;
         match self.found.readings.iter_mut().find(|r| r.resource == resource) {
@@ -293,7 +293,7 @@ fn place(plan: &Plan, id: ResourceId, stride: u32, i: u32) -> [u32; 3] {
 
 /// Which of a resource's words are floats.
 #[derive(Debug, Clone, Copy)]
-struct Numbers {
+struct NumberLayout {
     channels: u32,
     stride: u32,
     floats: u32,
@@ -301,7 +301,7 @@ struct Numbers {
 
 /// How to read what a step wrote, and how many texels or words it has; `None` for integers, and for buffers that
 /// nothing says to hold floats.
-fn numbers(plan: &Plan, step: StepId, id: ResourceId, resource: &Resource) -> Option<(ReadMode, u64, Numbers)> {
+fn numbers(plan: &Plan, step: StepId, id: ResourceId, resource: &Resource) -> Option<(ReadMode, u64, NumberLayout)> {
     match &resource.desc {
         Desc::Texture(t) => {
             let channels = (1 << texel::channels(t.format)?) - 1;
@@ -312,7 +312,7 @@ fn numbers(plan: &Plan, step: StepId, id: ResourceId, resource: &Resource) -> Op
                 wgpu::TextureSampleType::Sint | wgpu::TextureSampleType::Uint => return None,
             };
             let texels = u64::from(t.width) * u64::from(t.height) * u64::from(t.layers);
-            Some((source, texels, Numbers { channels, stride: 0, floats: 0 }))
+            Some((source, texels, NumberLayout { channels, stride: 0, floats: 0 }))
         }
         Desc::Buffer { size, .. } => {
             let step = plan.steps.get(step.0)?;
@@ -324,7 +324,7 @@ fn numbers(plan: &Plan, step: StepId, id: ResourceId, resource: &Resource) -> Op
             let bound = |b: &Binding| matches!(b, Binding::Resource(r) if *r == id);
             let variables = shader.interface.variables.iter().zip(&step.bindings).filter(|(_, b)| bound(b));
             let (stride, floats) = variables.filter_map(|(v, _)| floats(&v.kind)).next()?;
-            Some((ReadMode::Words, size / 4, Numbers { channels: 1, stride, floats }))
+            Some((ReadMode::Words, size / 4, NumberLayout { channels: 1, stride, floats }))
         }
     }
 }
@@ -351,7 +351,7 @@ fn floats(kind: &BindingKind) -> Option<(u32, u32)> {
 
 /// The sum of what workgroups found.
 #[derive(Debug, Clone, Copy)]
-struct Row {
+struct CountRow {
     not_numbers: u64,
     infinite: u64,
     below: u64,
@@ -364,8 +364,8 @@ struct Row {
     negative: f64,
 }
 
-impl Row {
-    const NOTHING: Row = Row {
+impl CountRow {
+    const NOTHING: CountRow = CountRow {
         not_numbers: 0,
         infinite: 0,
         below: 0,
@@ -379,13 +379,13 @@ impl Row {
     };
 
     /// From the shader's `Row`.
-    fn read(bytes: &[u8]) -> Row {
+    fn read(bytes: &[u8]) -> CountRow {
         let word = |i: usize| {
             let mut raw = [0; 4];
             raw.iter_mut().zip(bytes.iter().skip(i * 4)).for_each(|(to, from)| *to = *from);
             u32::from_le_bytes(raw)
         };
-        Row {
+        CountRow {
             not_numbers: word(0).into(),
             infinite: word(1).into(),
             below: word(2).into(),
@@ -399,8 +399,8 @@ impl Row {
         }
     }
 
-    fn joined(self, b: Row) -> Row {
-        Row {
+    fn joined(self, b: CountRow) -> CountRow {
+        CountRow {
             not_numbers: self.not_numbers + b.not_numbers,
             infinite: self.infinite + b.infinite,
             below: self.below + b.below,

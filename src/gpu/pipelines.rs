@@ -5,7 +5,7 @@ use crate::diag::{Checked, Diagnostic, Faults};
 use crate::parallel;
 use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, Geometry, Plan, Step};
 use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
-use crate::shader::{Entry, Shader, Stage};
+use crate::shader::{EntryPoint, Shader, Stage};
 use std::num::NonZeroU32;
 use std::sync::Arc;
 
@@ -111,11 +111,11 @@ pub(super) fn build(gpu: &Gpu, plan: &Plan, runs: impl Fn(usize) -> bool) -> Che
 #[derive(Debug, Clone, PartialEq)]
 struct PipelineKey {
     entries: Vec<wgpu::BindGroupLayoutEntry>,
-    kind: Kind,
+    kind: PipelineKind,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Kind {
+enum PipelineKind {
     Compute { entry: String },
     Render(Box<Render>),
 }
@@ -152,14 +152,14 @@ impl<'a> PipelineJob<'a> {
             Action::Copy { .. } | Action::Clear { .. } => return Ok(None),
             Action::Compute { shader, entry, groups, instances, indirect: _ } => {
                 check_groups(gpu, step, workgroups(gpu, *groups, *instances))?;
-                (*shader, Kind::Compute { entry: entry.clone() })
+                (*shader, PipelineKind::Compute { entry: entry.clone() })
             }
-            Action::Draw(draw) => (draw.shader, Kind::Render(Box::new(render(plan, step, draw)?))),
+            Action::Draw(draw) => (draw.shader, PipelineKind::Render(Box::new(render(plan, step, draw)?))),
         };
         let shader = shader(plan, step, index)?;
         let entries = match &kind {
-            Kind::Compute { entry: name } => vec![entry(shader, step, name, Stage::Compute)?],
-            Kind::Render(r) => {
+            PipelineKind::Compute { entry: name } => vec![entry(shader, step, name, Stage::Compute)?],
+            PipelineKind::Render(r) => {
                 let mut entries = vec![];
                 if let Some(name) = &r.vertex {
                     entries.push(entry(shader, step, name, Stage::Vertex)?);
@@ -190,7 +190,7 @@ impl<'a> PipelineJob<'a> {
                 immediate_size: 0,
             });
             let built = match &self.key.kind {
-                Kind::Compute { entry } => {
+                PipelineKind::Compute { entry } => {
                     Built::Compute(gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                         label,
                         layout: Some(&pipeline_layout),
@@ -200,7 +200,7 @@ impl<'a> PipelineJob<'a> {
                         cache: None,
                     }))
                 }
-                Kind::Render(r) => {
+                PipelineKind::Render(r) => {
                     let make = |cull| r.pipeline(gpu, label, &pipeline_layout, (module, screen), cull);
                     let cull = match r.geometry {
                         Geometry::Screen => Cull::None,
@@ -320,7 +320,7 @@ fn depth_state(depth: &DepthTarget) -> wgpu::DepthStencilState {
     }
 }
 
-fn attributes(shader: &Shader, step: &Step, entry: &Entry) -> Checked<Vec<wgpu::VertexAttribute>> {
+fn attributes(shader: &Shader, step: &Step, entry: &EntryPoint) -> Checked<Vec<wgpu::VertexAttribute>> {
     let mut faults = vec![];
     let mut out = vec![];
     for input in &entry.inputs {
@@ -359,7 +359,7 @@ fn shader<'a>(plan: &'a Plan, step: &Step, index: usize) -> Checked<&'a Arc<Shad
     found.ok_or_else(|| Diagnostic::error(format!("`{}` has no shader", step.name)).into())
 }
 
-fn entry<'a>(shader: &'a Shader, step: &Step, name: &str, stage: Stage) -> Checked<&'a Entry> {
+fn entry<'a>(shader: &'a Shader, step: &Step, name: &str, stage: Stage) -> Checked<&'a EntryPoint> {
     let mut of_stage = shader.interface.entries.iter().filter(|e| e.stage == stage);
     of_stage.clone().find(|e| e.name == name).ok_or_else(|| {
         Diagnostic::error(format!("`{}`: {} has no entry point `{name}` of that stage", step.name, shader.path))

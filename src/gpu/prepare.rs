@@ -13,7 +13,7 @@ use super::{
     readback::staging,
     reports::Reports,
     scene_data::SceneData,
-    scope::Scope,
+    scope::ErrorScope,
     timing::Timer,
     uniforms::{Uniforms, enclosing_loops},
 };
@@ -58,14 +58,14 @@ pub(super) struct Shaded {
     /// Indices of the uniform uses that want an offset, in the order of their bindings.
     pub uniforms: Vec<usize>,
     /// The render passes of a draw; none for a compute step.
-    pub passes: Vec<Pass>,
+    pub passes: Vec<PreparedPass>,
     /// Clears the targets of a draw by drawing, where it may have to keep what is around or not happen at all.
     pub clear: Option<wgpu::RenderPipeline>,
 }
 
 /// One render pass of a draw: the members that go to the same layer.
 #[derive(Debug)]
-pub(super) struct Pass {
+pub(super) struct PreparedPass {
     pub members: Vec<Member>,
     /// False when an earlier pass of the same step has drawn to this layer.
     pub clears: bool,
@@ -77,13 +77,13 @@ pub(super) struct Pass {
 #[derive(Debug)]
 pub(super) struct Targets {
     /// By location.
-    pub color: Vec<Option<Target>>,
+    pub color: Vec<Option<PreparedTarget>>,
     pub depth: Option<wgpu::TextureView>,
 }
 
 /// A colour target of a render pass.
 #[derive(Debug)]
-pub(super) struct Target {
+pub(super) struct PreparedTarget {
     pub view: wgpu::TextureView,
     /// Of a 3D texture.
     pub slice: Option<u32>,
@@ -224,7 +224,7 @@ fn shaded(
     let uniforms = things.uniforms.of_step(index, |v| pipelines.entries.iter().any(|e| e.binding as usize == v));
     let (passes, clear) = match plan.steps.get(index).map(|s| (&s.action, s)) {
         Some((Action::Draw(draw), step)) => {
-            let scope = Scope::begin(gpu);
+            let scope = ErrorScope::begin(gpu);
             let passes = passes(plan, &step.name, draw, innermost, things.pool);
             scope.end(&format!("make the targets of `{}`", step.name))?;
             let some = step.only.is_some() && able(step);
@@ -253,7 +253,7 @@ fn bound(
     let (Some(step), Some(shader)) = (step, shader) else {
         return Err(Diagnostic::error(format!("step {index} has no shader")).into());
     };
-    let scope = Scope::begin(gpu);
+    let scope = ErrorScope::begin(gpu);
     let layout = (&pipelines.layout, pipelines.entries.as_slice());
     let group = bind_group(gpu, plan, (index, step), shader, layout, things, shared);
     scope.end(&format!("bind the resources of `{}`", step.name))?;
@@ -261,7 +261,7 @@ fn bound(
 }
 
 /// Splits the members of a draw into passes. A draw without members has one that only clears.
-fn passes(plan: &Plan, name: &str, draw: &Draw, innermost: Option<u32>, pool: &Pool) -> Checked<Vec<Pass>> {
+fn passes(plan: &Plan, name: &str, draw: &Draw, innermost: Option<u32>, pool: &Pool) -> Checked<Vec<PreparedPass>> {
     let mut groups: Vec<(Place, Vec<Member>)> = vec![];
     for member in &draw.members {
         // What matters here is the layer; rectangles share the pass over the whole.
@@ -277,7 +277,7 @@ fn passes(plan: &Plan, name: &str, draw: &Draw, innermost: Option<u32>, pool: &P
     if groups.is_empty() {
         groups.push((Place::Whole, vec![]));
     }
-    let mut out: Vec<Pass> = vec![];
+    let mut out: Vec<PreparedPass> = vec![];
     for (i, (place, members)) in groups.iter().enumerate() {
         let layers = match place {
             Place::Whole | Place::Rect(_) => 0..1,
@@ -291,7 +291,7 @@ fn passes(plan: &Plan, name: &str, draw: &Draw, innermost: Option<u32>, pool: &P
         };
         let targets = layers.map(|layer| targets(plan, name, draw, layer, pool)).collect::<Checked<Vec<_>>>()?;
         let clears = !groups[..i].iter().any(|(before, _)| before == place);
-        out.push(Pass { members: members.clone(), clears, targets });
+        out.push(PreparedPass { members: members.clone(), clears, targets });
     }
     Ok(out)
 }
@@ -311,10 +311,10 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
         let slice = (texture.dimension() == wgpu::TextureDimension::D3).then_some(layer);
         Ok((target_view(texture, layer..layer.saturating_add(draw.views), mip), slice))
     };
-    let target = |t: &ColorTarget| -> Checked<Target> {
+    let target = |t: &ColorTarget| -> Checked<PreparedTarget> {
         let (view, slice) = attach(t.resource, layer, t.mip)?;
         let resolve = t.resolve.map(|id| attach(id, 0, 0)).transpose()?.map(|(view, _)| view);
-        Ok(Target { view, slice, resolve })
+        Ok(PreparedTarget { view, slice, resolve })
     };
     let color = by_location(&draw.color).into_iter().map(|t| t.map(target).transpose());
     let depth = draw.depth.as_ref().map(|d| {

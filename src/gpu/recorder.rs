@@ -4,14 +4,14 @@
 //! Each pass of wgpu becomes command buffers of its own, so steps that only dispatch go to one pass as long as nothing
 //! else comes between them. wgpu keeps the order of what they write and read all the same.
 
-use super::{device::Gpu, scope::Scope};
+use super::{device::Gpu, scope::ErrorScope};
 
 /// Commands that are encoded and not yet submitted.
 pub(super) struct Recorder<'a> {
     gpu: &'a Gpu,
     // Before the encoder, which nothing may end while a pass is open.
     pass: Option<wgpu::ComputePass<'static>>,
-    open: Option<(wgpu::CommandEncoder, Scope<'a>)>,
+    open: Option<(wgpu::CommandEncoder, ErrorScope<'a>)>,
     /// The caller's, which takes all commands in place of encoders of its own.
     lent: Option<&'a mut wgpu::CommandEncoder>,
     /// Something has been encoded.
@@ -50,7 +50,7 @@ impl<'a> Recorder<'a> {
             return lent;
         }
         let (encoder, _) = self.open.get_or_insert_with(|| {
-            let scope = Scope::begin(gpu);
+            let scope = ErrorScope::begin(gpu);
             (gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }), scope)
         });
         encoder
@@ -78,7 +78,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// What is to be submitted, and the scope to end after that; `None` when that is nothing.
-    pub(super) fn finish(&mut self) -> Option<(wgpu::CommandBuffer, Scope<'a>)> {
+    pub(super) fn finish(&mut self) -> Option<(wgpu::CommandBuffer, ErrorScope<'a>)> {
         self.pass = None;
         self.stamped = false;
         self.open.take().map(|(encoder, scope)| (encoder.finish(), scope))

@@ -117,8 +117,8 @@ impl Gpu {
     }
 }
 
-/// Catches the errors of everything this thread asks of the device until [`Scope::end`].
-pub(super) struct Scope<'a> {
+/// Catches the errors of everything this thread asks of the device until [`ErrorScope::end`].
+pub(super) struct ErrorScope<'a> {
     gpu: &'a Gpu,
     // In the reverse order of their opening: that is the order of dropping, and scopes close from the inside.
     internal: wgpu::ErrorScopeGuard,
@@ -126,12 +126,12 @@ pub(super) struct Scope<'a> {
     memory: wgpu::ErrorScopeGuard,
 }
 
-impl<'a> Scope<'a> {
-    pub(super) fn begin(gpu: &'a Gpu) -> Scope<'a> {
+impl<'a> ErrorScope<'a> {
+    pub(super) fn begin(gpu: &'a Gpu) -> ErrorScope<'a> {
         let memory = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let internal = gpu.device.push_error_scope(wgpu::ErrorFilter::Internal);
-        Scope { gpu, internal, validation, memory }
+        ErrorScope { gpu, internal, validation, memory }
     }
 
     /// The first error of each kind; `what` says what was tried, as in "can't {what}".
@@ -157,7 +157,7 @@ impl<'a> Scope<'a> {
 /// # Errors
 /// The device finds fault with it.
 pub(super) fn scoped<T>(gpu: &Gpu, what: &str, work: impl FnOnce() -> T) -> Checked<T> {
-    let scope = Scope::begin(gpu);
+    let scope = ErrorScope::begin(gpu);
     let value = work();
     scope.end(what)?;
     Ok(value)

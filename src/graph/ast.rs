@@ -166,7 +166,7 @@ pub struct Pass {
     /// Values of its shader's uniforms by name, before all others of that name.
     pub set: Vec<(Name, Expr)>,
     /// What its shader's names mean; `None`: themselves.
-    pub scope: Option<Arc<Scope>>,
+    pub scope: Option<Arc<NameScope>>,
     /// The indices of the repetitions that it comes from, by their names.
     pub indices: Vec<(String, u32)>,
     pub kind: PassKind,
@@ -174,7 +174,7 @@ pub struct Pass {
 
 /// What the names of a sub-graph are in the graph that it is part of.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Scope {
+pub struct NameScope {
     /// Of names that nobody has.
     pub prefix: String,
     pub names: BTreeMap<String, String>,
@@ -182,7 +182,7 @@ pub struct Scope {
     pub around: BTreeMap<String, String>,
 }
 
-impl Scope {
+impl NameScope {
     /// The name in the whole graph. What scenes and frames provide has the same name everywhere.
     pub fn resolve(&self, name: &str) -> String {
         match self.names.get(name).or_else(|| self.around.get(name)) {

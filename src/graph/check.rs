@@ -40,11 +40,11 @@ pub fn is_provided(name: &str) -> bool {
 
 /// The faults of names in a graph.
 pub fn check(graph: &Graph) -> Vec<Diagnostic> {
-    let mut c = Check::new(graph);
+    let mut c = Checker::new(graph);
     c.unique();
     c.lets();
     for (_, e) in &graph.defines {
-        c.names(e, Scope::Values);
+        c.names(e, ExprScope::Values);
     }
     for (name, r) in &graph.resources {
         c.resource(&name.value, r);
@@ -56,7 +56,7 @@ pub fn check(graph: &Graph) -> Vec<Diagnostic> {
     for (_, warning) in &graph.warnings {
         // That of a sub-graph has the condition of its use.
         c.indices.push(FIRST_FRAME);
-        c.names(&warning.when, Scope::Values);
+        c.names(&warning.when, ExprScope::Values);
         c.indices.pop();
     }
     if graph.outputs.is_empty() {
@@ -70,7 +70,7 @@ pub fn check(graph: &Graph) -> Vec<Diagnostic> {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Scope<'a> {
+enum ExprScope<'a> {
     /// Parameters, lets, facts, which alternative of a group runs, `screen`.
     Values,
     /// Also the names of resources: their extents.
@@ -79,7 +79,7 @@ enum Scope<'a> {
     Loops(&'a [String]),
 }
 
-struct Check<'g> {
+struct Checker<'g> {
     graph: &'g Graph,
     values: BTreeSet<&'g str>,
     resources: BTreeMap<&'g str, &'g ResourceKind>,
@@ -90,15 +90,15 @@ struct Check<'g> {
     faults: Vec<Diagnostic>,
 }
 
-impl<'g> Check<'g> {
-    fn new(graph: &'g Graph) -> Check<'g> {
+impl<'g> Checker<'g> {
+    fn new(graph: &'g Graph) -> Checker<'g> {
         let mut values: BTreeSet<&str> = FACTS.iter().map(|f| f.0).chain(["screen"]).collect();
         values.extend(graph.params.iter().map(|(n, _)| n.value.as_str()));
         values.extend(graph.lets.iter().map(|(n, _)| n.value.as_str()));
         values.extend(told_groups(&graph.passes).iter().map(|n| n.value.as_str()));
         let resources = graph.resources.iter().map(|(n, r)| (n.value.as_str(), &r.kind)).collect();
         let sets = graph.resources.iter().filter(|(_, r)| r.members.is_some()).map(|(n, _)| n.value.as_str()).collect();
-        Check { graph, values, resources, sets, indices: vec![], faults: vec![] }
+        Checker { graph, values, resources, sets, indices: vec![], faults: vec![] }
     }
 
     /// Names share one space, so that a shader's variable can mean one thing only.
@@ -147,7 +147,7 @@ impl<'g> Check<'g> {
         let by_name: BTreeMap<&str, &Expr> = graph.lets.iter().map(|(n, e)| (n.value.as_str(), e)).collect();
         let mut cycles: Vec<BTreeSet<&str>> = vec![];
         for (name, e) in &graph.lets {
-            self.names(e, Scope::Values);
+            self.names(e, ExprScope::Values);
             let mut reached: BTreeSet<&str> = BTreeSet::new();
             let mut open: Vec<&Expr> = vec![e];
             while let Some(e) = open.pop() {
@@ -168,15 +168,15 @@ impl<'g> Check<'g> {
         }
     }
 
-    fn names(&mut self, e: &Expr, scope: Scope) {
+    fn names(&mut self, e: &Expr, scope: ExprScope) {
         let mut unknown = vec![];
         e.names(&mut |name, span| {
             let known = self.values.contains(name)
                 || self.indices.contains(&name)
                 || match scope {
-                    Scope::Values => false,
-                    Scope::Sizes => self.resources.contains_key(name),
-                    Scope::Loops(loops) => loops.last().is_some_and(|l| l == name),
+                    ExprScope::Values => false,
+                    ExprScope::Sizes => self.resources.contains_key(name),
+                    ExprScope::Loops(loops) => loops.last().is_some_and(|l| l == name),
                 };
             if !known {
                 unknown.push((name.to_string(), span.clone()));
@@ -185,11 +185,11 @@ impl<'g> Check<'g> {
         for (name, span) in unknown {
             let d = Diagnostic::error(format!("unknown name `{name}`")).at(&span, "");
             let mut near: Vec<&str> = self.values.iter().chain(&self.indices).copied().collect();
-            if scope == Scope::Sizes {
+            if scope == ExprScope::Sizes {
                 near.extend(self.resources.keys());
             }
-            let hint = self.resources.contains_key(name.as_str()) && scope != Scope::Sizes;
-            let outer = matches!(scope, Scope::Loops(loops) if loops.contains(&name));
+            let hint = self.resources.contains_key(name.as_str()) && scope != ExprScope::Sizes;
+            let outer = matches!(scope, ExprScope::Loops(loops) if loops.contains(&name));
             let d = if outer { d.help("only the innermost loop's index can be used here") } else { d };
             let vector = name.split_once('.').is_some_and(|(head, _)| self.values.contains(head));
             let d = if vector { d.help("components are `x`, `y`, `z` and `w`") } else { d };
@@ -211,7 +211,7 @@ impl<'g> Check<'g> {
         // The size of a member may go by its number.
         self.indices.extend(r.members.as_ref().map(|_| "member"));
         for e in sizes {
-            self.names(e, Scope::Sizes);
+            self.names(e, ExprScope::Sizes);
             let mut itself = false;
             e.names(&mut |n, _| itself |= n == name);
             if itself {
@@ -220,17 +220,17 @@ impl<'g> Check<'g> {
         }
         self.indices.clear();
         for e in counts {
-            self.names(e, Scope::Values);
+            self.names(e, ExprScope::Values);
         }
     }
 
     fn passes(&mut self, passes: &'g [Pass], loops: &mut Vec<String>) {
         for p in passes {
             self.indices.push(FIRST_FRAME);
-            p.when.iter().for_each(|e| self.names(e, Scope::Values));
+            p.when.iter().for_each(|e| self.names(e, ExprScope::Values));
             self.indices.pop();
             for e in p.each.iter().chain(p.defines.iter().chain(&p.mips).chain(&p.set).map(|d| &d.1)) {
-                self.names(e, Scope::Values);
+                self.names(e, ExprScope::Values);
             }
             for (_, to) in &p.bind {
                 let known = PROVIDED.contains(to.value.as_str())
@@ -258,12 +258,12 @@ impl<'g> Check<'g> {
             PassKind::Draw(r) | PassKind::Screen(r) => self.raster(r, loops),
             PassKind::Compute { over, indirect, .. } => {
                 self.indices.push(WORKGROUP);
-                over.iter().flat_map(Size::exprs).for_each(|e| self.names(e, Scope::Sizes));
+                over.iter().flat_map(Size::exprs).for_each(|e| self.names(e, ExprScope::Sizes));
                 self.indices.pop();
                 indirect.iter().for_each(|n| self.buffer_name(n, "a list of counts"));
             }
             PassKind::Reduce { from, to, factor, until, .. } => {
-                factor.iter().chain([until]).for_each(|e| self.names(e, Scope::Values));
+                factor.iter().chain([until]).for_each(|e| self.names(e, ExprScope::Values));
                 self.texture_name(from, "reduced");
                 self.texture_name(to, "reduced");
             }
@@ -285,7 +285,7 @@ impl<'g> Check<'g> {
             PassKind::Clear { target, .. } => self.resource_name(target, "cleared"),
             PassKind::Mips { of } => self.levels_of(of),
             PassKind::Loop { count, until, passes } => {
-                self.names(count, Scope::Values);
+                self.names(count, ExprScope::Values);
                 if let Some(until) = until {
                     self.until(until);
                 }
@@ -297,7 +297,7 @@ impl<'g> Check<'g> {
                 loops.pop();
             }
             PassKind::For { count, passes } => {
-                self.names(count, Scope::Values);
+                self.names(count, ExprScope::Values);
                 if passes.is_empty() {
                     self.faults.push(Diagnostic::error("a repetition without passes").at(&p.name.span, ""));
                 }
@@ -342,13 +342,13 @@ impl<'g> Check<'g> {
             return self.until_shape(until);
         };
         if *op == Binary::And {
-            self.names(left, Scope::Values);
+            self.names(left, ExprScope::Values);
             return self.until(right);
         }
         let comparison = matches!(op, Binary::Less | Binary::LessEqual | Binary::Greater | Binary::GreaterEqual);
         match &left.kind {
             ExprKind::Name(n) if comparison => match self.resources.get(n.as_str()) {
-                Some(ResourceKind::Buffer { .. }) => self.names(right, Scope::Values),
+                Some(ResourceKind::Buffer { .. }) => self.names(right, ExprScope::Values),
                 _ => {
                     let buffers = self.resources.iter().filter(|r| matches!(r.1, ResourceKind::Buffer { .. }));
                     let near: Vec<&str> = buffers.map(|r| *r.0).collect();
@@ -401,19 +401,19 @@ impl<'g> Check<'g> {
             }
         }
         if let Some(layer) = &r.layer {
-            self.names(layer, Scope::Loops(loops));
+            self.names(layer, ExprScope::Loops(loops));
         }
         if let Some(tolerance) = &r.tolerance {
-            self.names(tolerance, Scope::Values);
+            self.names(tolerance, ExprScope::Values);
         }
         if let Some(materials) = &r.materials {
             let before = self.indices.len();
             material_columns().for_each(|column| self.indices.push(column));
-            self.names(materials, Scope::Values);
+            self.names(materials, ExprScope::Values);
             self.indices.truncate(before);
         }
         for expr in r.vertices.iter().flat_map(|v| v.exprs()) {
-            self.names(expr, Scope::Values);
+            self.names(expr, ExprScope::Values);
         }
         for name in r.vertices.iter().flat_map(|v| &v.indirect) {
             self.buffer_name(name, "a list of counts");
@@ -422,7 +422,7 @@ impl<'g> Check<'g> {
             self.frusta(frusta);
         }
         if let Some(views) = &r.views {
-            self.names(views, Scope::Values);
+            self.names(views, ExprScope::Values);
             if let Some(layer) = &r.layer {
                 let d = Diagnostic::error("a pass with `views` draws each member to as many layers in turn");
                 self.faults.push(d.at(&layer.span, "`layer` says another place").at(&views.span, ""));

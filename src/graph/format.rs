@@ -5,7 +5,7 @@
 //! ends on a line of its own, and lines of at most [`WIDTH`] columns: longer ones are broken at items and between words
 //! of texts and comments, and what `about` says is filled. A layout of a layout is itself.
 
-use super::tree::{Kind, Node, comment, parse};
+use super::tree::{SyntaxKind, SyntaxNode, comment, parse};
 use crate::diag::{Checked, Source, Span};
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ const WHOLE: [&str; 10] = ["name", "shader", "graph", "base", "file", "scene", "
 pub fn format(source: &Arc<Source>) -> Checked<String> {
     let root = parse(source)?;
     let text: &str = &source.text;
-    let mut out = Layout { text, out: String::new(), column: 0 };
+    let mut out = Printer { text, out: String::new(), column: 0 };
     let head = head(text);
     out.push(head.trim_end());
     if !head.is_empty() {
@@ -125,7 +125,7 @@ enum Words {
 /// A value in a bracket, with its name or key.
 struct Item<'n> {
     key: Option<&'n Span>,
-    value: &'n Node,
+    value: &'n SyntaxNode,
 }
 
 impl Item<'_> {
@@ -134,13 +134,13 @@ impl Item<'_> {
     }
 }
 
-struct Layout<'t> {
+struct Printer<'t> {
     text: &'t str,
     out: String,
     column: usize,
 }
 
-impl<'t> Layout<'t> {
+impl<'t> Printer<'t> {
     fn push(&mut self, text: &str) {
         self.out.push_str(text);
         self.column += text.chars().count();
@@ -209,24 +209,24 @@ impl<'t> Layout<'t> {
     }
 
     /// A value that begins where the line stands. `reserve`: the columns that must be left behind it.
-    fn node(&mut self, node: &Node, indent: usize, reserve: usize, kind: Words) {
+    fn node(&mut self, node: &SyntaxNode, indent: usize, reserve: usize, kind: Words) {
         match &node.kind {
-            Kind::Word => self.push(node.span.text()),
-            Kind::Text => self.words(node.span.text(), indent, reserve, kind),
-            Kind::List(items) => self.bracket(node, "[", values(items), indent, reserve),
-            Kind::Map(pairs) => {
+            SyntaxKind::Word => self.push(node.span.text()),
+            SyntaxKind::Text => self.words(node.span.text(), indent, reserve, kind),
+            SyntaxKind::List(items) => self.bracket(node, "[", values(items), indent, reserve),
+            SyntaxKind::Map(pairs) => {
                 let items = pairs.iter().map(|(key, value)| Item { key: Some(&key.span), value }).collect();
                 self.bracket(node, "{", items, indent, reserve);
             }
-            Kind::Tuple(name, items) => self.named(node, name.as_ref(), values(items), indent, reserve),
-            Kind::Struct(name, fields) => {
+            SyntaxKind::Tuple(name, items) => self.named(node, name.as_ref(), values(items), indent, reserve),
+            SyntaxKind::Struct(name, fields) => {
                 let items = fields.iter().map(|f| Item { key: Some(&f.name), value: &f.value }).collect();
                 self.named(node, name.as_ref(), items, indent, reserve);
             }
         }
     }
 
-    fn named(&mut self, node: &Node, name: Option<&Span>, items: Vec<Item>, indent: usize, reserve: usize) {
+    fn named(&mut self, node: &SyntaxNode, name: Option<&Span>, items: Vec<Item>, indent: usize, reserve: usize) {
         if let Some(name) = name {
             self.push(name.text());
         }
@@ -266,7 +266,7 @@ impl<'t> Layout<'t> {
         }
     }
 
-    fn bracket(&mut self, node: &Node, open: &str, items: Vec<Item>, indent: usize, reserve: usize) {
+    fn bracket(&mut self, node: &SyntaxNode, open: &str, items: Vec<Item>, indent: usize, reserve: usize) {
         let close = match open {
             "(" => ")",
             "[" => "]",
@@ -306,9 +306,9 @@ impl<'t> Layout<'t> {
     }
 
     /// Where what is in a bracket begins.
-    fn inside(&self, node: &Node, open: &str) -> usize {
+    fn inside(&self, node: &SyntaxNode, open: &str) -> usize {
         let start = match &node.kind {
-            Kind::Tuple(Some(name), _) | Kind::Struct(Some(name), _) => name.end,
+            SyntaxKind::Tuple(Some(name), _) | SyntaxKind::Struct(Some(name), _) => name.end,
             _ => node.span.start,
         };
         start + self.text[start..node.span.end].find(open).map_or(0, |i| i + 1)
@@ -399,25 +399,25 @@ impl<'t> Layout<'t> {
     }
 }
 
-fn values(nodes: &[Node]) -> Vec<Item<'_>> {
+fn values(nodes: &[SyntaxNode]) -> Vec<Item<'_>> {
     nodes.iter().map(|value| Item { key: None, value }).collect()
 }
 
 /// The columns of a value on one line.
-fn flat(node: &Node) -> usize {
+fn flat(node: &SyntaxNode) -> usize {
     let list = |widths: &mut dyn Iterator<Item = usize>| {
         let (sum, count) = widths.fold((0, 0usize), |(sum, n), w| (sum + w, n + 1));
         sum + 2 * count.saturating_sub(1) + 2
     };
     let key = |s: &Span| s.text().chars().count() + 2;
     match &node.kind {
-        Kind::Word | Kind::Text => node.span.text().chars().count(),
-        Kind::List(items) => list(&mut items.iter().map(flat)),
-        Kind::Map(pairs) => list(&mut pairs.iter().map(|(k, v)| key(&k.span) + flat(v))),
-        Kind::Tuple(name, items) => {
+        SyntaxKind::Word | SyntaxKind::Text => node.span.text().chars().count(),
+        SyntaxKind::List(items) => list(&mut items.iter().map(flat)),
+        SyntaxKind::Map(pairs) => list(&mut pairs.iter().map(|(k, v)| key(&k.span) + flat(v))),
+        SyntaxKind::Tuple(name, items) => {
             name.as_ref().map_or(0, |n| n.text().chars().count()) + list(&mut items.iter().map(flat))
         }
-        Kind::Struct(name, fields) => {
+        SyntaxKind::Struct(name, fields) => {
             let name = name.as_ref().map_or(0, |n| n.text().chars().count());
             name + list(&mut fields.iter().map(|f| key(&f.name) + flat(&f.value)))
         }
@@ -425,10 +425,10 @@ fn flat(node: &Node) -> usize {
 }
 
 /// The columns up to the bracket behind which a value is broken in the text; `None` for one on a single line.
-fn opening(node: &Node) -> Option<usize> {
+fn opening(node: &SyntaxNode) -> Option<usize> {
     let text = node.span.text();
     let first = text.split('\n').next().unwrap_or(text);
-    let brackets = !matches!(node.kind, Kind::Word | Kind::Text);
+    let brackets = !matches!(node.kind, SyntaxKind::Word | SyntaxKind::Text);
     (brackets && first.len() < text.len() && first.trim_end().ends_with(['(', '[', '{']))
         .then(|| first.trim_end().chars().count())
 }

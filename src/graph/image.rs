@@ -2,7 +2,7 @@
 
 use super::ast::{Resource, ResourceKind};
 use super::read::{Fields, Reader};
-use super::tree::{Kind, Node};
+use super::tree::{SyntaxKind, SyntaxNode};
 use crate::builtin;
 use crate::diag::{Diagnostic, Span};
 use crate::files;
@@ -13,11 +13,11 @@ use std::path::{Path, PathBuf};
 const MOST_BYTES: u64 = 1 << 30;
 
 impl Reader {
-    pub(super) fn image(&mut self, node: &Node, mut f: Fields) -> Option<Resource> {
+    pub(super) fn image(&mut self, node: &SyntaxNode, mut f: Fields) -> Option<Resource> {
         let before = self.faults.len();
         let place = self.need(&mut f, "file");
         let files = place.map(|n| match &n.kind {
-            Kind::List(names) => names.iter().filter_map(|n| self.image_file(n)).collect(),
+            SyntaxKind::List(names) => names.iter().filter_map(|n| self.image_file(n)).collect(),
             _ => self.image_file(n).into_iter().collect::<Vec<_>>(),
         });
         let codings = [("Linear", Some(Coding::Linear)), ("Srgb", Some(Coding::Srgb))];
@@ -57,7 +57,7 @@ impl Reader {
     }
 
     /// A file in the folder of the text that names it, or below, or one that the program carries.
-    fn image_file(&mut self, node: &Node) -> Option<(PathBuf, Span)> {
+    fn image_file(&mut self, node: &SyntaxNode) -> Option<(PathBuf, Span)> {
         let name = self.text(node)?;
         let folder = Path::new(&name.span.source.path).parent().unwrap_or(Path::new(""));
         let path = builtin::join(folder, &name.value);
@@ -72,7 +72,7 @@ impl Reader {
     }
 
     /// A whole number.
-    fn whole(&mut self, node: &Node) -> Option<u32> {
+    fn whole(&mut self, node: &SyntaxNode) -> Option<u32> {
         let number = node.word().and_then(|w| w.parse().ok());
         if number.is_none() {
             self.fault(Diagnostic::error("expected a whole number").at(&node.span, ""));

@@ -2,13 +2,13 @@
 //! outputs become resources of the graph around.
 
 use super::ast::{
-    Graph, Input, Name, Param, Pass, Resource, ResourceKind, Scope, Warning, rescope, set_of, walk, walk_mut,
+    Graph, Input, Name, NameScope, Param, Pass, Resource, ResourceKind, Warning, rescope, set_of, walk, walk_mut,
 };
 use super::check::is_provided;
 use super::expr::{Binary, Expr, ExprKind};
 use super::read::Reader;
 use super::rename;
-use super::tree::Node;
+use super::tree::SyntaxNode;
 use crate::diag::Diagnostic;
 use crate::image::texture::Shape;
 use std::collections::BTreeMap;
@@ -33,7 +33,7 @@ pub struct Joined {
 
 impl Reader {
     /// The passes of a sub-graph; its declarations wait for [`Joined::declare`].
-    pub(super) fn sub_graph(&mut self, node: &Node) -> Vec<Pass> {
+    pub(super) fn sub_graph(&mut self, node: &SyntaxNode) -> Vec<Pass> {
         let Some((_, mut f)) = self.named(node, &["Use"]) else { return vec![] };
         let name = self.need(&mut f, "name").and_then(|n| self.own_name(n));
         let file = self.need(&mut f, "graph").and_then(|n| self.text(n));
@@ -82,7 +82,7 @@ impl Used {
         });
         names.extend(given.iter().map(|(input, name, _)| (input.clone(), name.value.clone())));
         names.extend(taken.iter().map(|(resource, name)| (resource.clone(), name.value.clone())));
-        let scope = Scope { prefix: prefix.clone(), names, around: BTreeMap::new() };
+        let scope = NameScope { prefix: prefix.clone(), names, around: BTreeMap::new() };
         let to = |name: &str| scope.resolve(name);
 
         sub.lets.iter_mut().for_each(|(_, e)| e.rename(&to));
@@ -94,7 +94,7 @@ impl Used {
         let names_of = |names: &BTreeMap<String, String>| {
             names.iter().map(|(own, name)| (own.clone(), rename::renamed(name, &to))).collect()
         };
-        rescope(&mut sub.passes, |inner| Scope {
+        rescope(&mut sub.passes, |inner| NameScope {
             prefix: format!("{prefix}{}", inner.prefix),
             names: names_of(&inner.names),
             around: names_of(&inner.around),

@@ -32,7 +32,7 @@ use ast::{Input, Name};
 use read::Reader;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
-use tree::{Field, Kind, Node};
+use tree::{Field, SyntaxKind, SyntaxNode};
 
 /// How graph files are read: from disk, or from anywhere else.
 pub type ReadFile<'a> = &'a dyn Fn(&Path) -> Checked<Arc<Source>>;
@@ -94,7 +94,7 @@ struct Loading<'r> {
 
 impl Loading<'_> {
     /// The tree of a graph; of a variant that of its base, with what the variant says over it. Its span is the file's.
-    fn tree(&mut self, path: &Path) -> Checked<Node> {
+    fn tree(&mut self, path: &Path) -> Checked<SyntaxNode> {
         let source = builtin::read(path).unwrap_or_else(|| (self.read)(path))?;
         let node = tree::parse(&source)?;
         if !self.files.iter().any(|f| f == path) {
@@ -130,7 +130,7 @@ impl Loading<'_> {
     }
 
     /// The tree of a file that another names.
-    fn other(&mut self, name: &Name, what: &str, whose: &str, circle: &dyn Fn(&str) -> String) -> Checked<Node> {
+    fn other(&mut self, name: &Name, what: &str, whose: &str, circle: &dyn Fn(&str) -> String) -> Checked<SyntaxNode> {
         let folder = Path::new(&name.span.source.path).parent().unwrap_or(Path::new(""));
         let path = builtin::join(folder, &name.value);
         if !builtin::is_builtin(&path)
@@ -158,9 +158,9 @@ impl Loading<'_> {
     }
 
     /// Gives each pass that uses a graph the tree of it.
-    fn sub_graphs(&mut self, tree: &mut Node) -> Checked<()> {
+    fn sub_graphs(&mut self, tree: &mut SyntaxNode) -> Checked<()> {
         for pass in variant::uses(tree) {
-            let Kind::Struct(_, fields) = &mut pass.kind else { continue };
+            let SyntaxKind::Struct(_, fields) = &mut pass.kind else { continue };
             let file = fields.iter().find(|f| f.name.text() == "graph").and_then(|f| f.value.quoted());
             // A file that isn't said, or not as a string, is a fault of the pass.
             let Some(span) = file.filter(|_| !fields.iter().any(|f| f.name.text() == join::TREE)) else { continue };

@@ -5,7 +5,7 @@ use super::expr::Expr;
 use super::join::look_around;
 use super::param::parse_vector;
 use super::read::{Fields, Reader};
-use super::tree::{Kind, Node};
+use super::tree::{SyntaxKind, SyntaxNode};
 use crate::diag::{Diagnostic, Span, nearest};
 use crate::plan::SamplerDesc;
 use crate::value::{Type, Value};
@@ -41,11 +41,11 @@ impl Reader {
     }
 
     /// The passes of a list; those of a sub-graph in place of the pass that uses it.
-    pub(super) fn passes(&mut self, node: Option<&Node>) -> Vec<Pass> {
+    pub(super) fn passes(&mut self, node: Option<&SyntaxNode>) -> Vec<Pass> {
         let mut passes = vec![];
         for node in self.list(node) {
             match &node.kind {
-                Kind::Struct(Some(word), _) if word.text() == "Use" => passes.extend(self.sub_graph(node)),
+                SyntaxKind::Struct(Some(word), _) if word.text() == "Use" => passes.extend(self.sub_graph(node)),
                 _ => passes.extend(self.pass(node)),
             }
         }
@@ -53,13 +53,13 @@ impl Reader {
     }
 
     /// `Float(default: …, min: …, max: …, about: "…")` and the like.
-    pub fn param(&mut self, node: &Node) -> Option<Param> {
+    pub fn param(&mut self, node: &SyntaxNode) -> Option<Param> {
         let (name, fields) = self.named(node, &VALUES.map(|k| k.0))?;
         self.param_of(node, name, fields, false)
     }
 
     /// `blank`: without a default it is 0, or false.
-    fn param_of(&mut self, node: &Node, name: &str, mut fields: Fields, blank: bool) -> Option<Param> {
+    fn param_of(&mut self, node: &SyntaxNode, name: &str, mut fields: Fields, blank: bool) -> Option<Param> {
         let zero = VALUES.iter().find(|k| k.0 == name)?.1;
         let ty = zero.ty();
         let place = if blank { fields.get("default") } else { self.need(&mut fields, "default") };
@@ -80,7 +80,7 @@ impl Reader {
     }
 
     /// `Warning(when: "…", about: "…")`.
-    fn warning(&mut self, node: &Node) -> Option<Warning> {
+    fn warning(&mut self, node: &SyntaxNode) -> Option<Warning> {
         let (_, mut fields) = self.named(node, &["Warning"])?;
         let when = self.need(&mut fields, "when").and_then(|n| self.expr(n));
         let about = self.need(&mut fields, "about").and_then(|n| self.prose(n));
@@ -89,15 +89,15 @@ impl Reader {
     }
 
     /// A literal of a type.
-    pub fn value(&mut self, node: &Node, ty: Type) -> Option<Value> {
+    pub fn value(&mut self, node: &SyntaxNode, ty: Type) -> Option<Value> {
         let value = match (&node.kind, ty) {
-            (Kind::Word, Type::Bool) => node.span.text().parse().ok().map(Value::Bool),
-            (Kind::Word, Type::Uint) => node.span.text().parse().ok().map(Value::Uint),
-            (Kind::Word, Type::Int) => node.span.text().parse().ok().map(Value::Int),
-            (Kind::Word, Type::Float) => {
+            (SyntaxKind::Word, Type::Bool) => node.span.text().parse().ok().map(Value::Bool),
+            (SyntaxKind::Word, Type::Uint) => node.span.text().parse().ok().map(Value::Uint),
+            (SyntaxKind::Word, Type::Int) => node.span.text().parse().ok().map(Value::Int),
+            (SyntaxKind::Word, Type::Float) => {
                 node.span.text().parse::<f32>().ok().filter(|x| x.is_finite()).map(Value::Float)
             }
-            (Kind::Tuple(None, items), _) => {
+            (SyntaxKind::Tuple(None, items), _) => {
                 let words: Vec<&str> = items.iter().map(|n| n.span.text()).collect();
                 parse_vector(&words, ty)
             }
@@ -109,7 +109,7 @@ impl Reader {
         value
     }
 
-    pub(super) fn format(&mut self, node: &Node) -> Option<wgpu_types::TextureFormat> {
+    pub(super) fn format(&mut self, node: &SyntaxNode) -> Option<wgpu_types::TextureFormat> {
         let word = node.word().unwrap_or("");
         let found = FORMAT_NAMES.iter().position(|name| name == word).map(|i| FORMATS[i]);
         if found.is_none() {
@@ -124,9 +124,9 @@ impl Reader {
         found
     }
 
-    fn size(&mut self, node: &Node) -> Option<Size> {
+    fn size(&mut self, node: &SyntaxNode) -> Option<Size> {
         match &node.kind {
-            Kind::Tuple(None, items) if (1..=3).contains(&items.len()) => {
+            SyntaxKind::Tuple(None, items) if (1..=3).contains(&items.len()) => {
                 let axes = items.iter().map(|n| self.expr(n)).collect::<Option<_>>()?;
                 Some(Size::Axes(axes, node.span.clone()))
             }
@@ -135,7 +135,7 @@ impl Reader {
     }
 
     /// A resource declaration.
-    pub fn resource(&mut self, node: &Node) -> Option<Resource> {
+    pub fn resource(&mut self, node: &SyntaxNode) -> Option<Resource> {
         const KINDS: [&str; 8] = ["Texture", "Texture3d", "Cube", "Atlas", "Buffer", "Image", "Table", "Sampler"];
         let (name, f) = self.named(node, &KINDS)?;
         match name {
@@ -146,7 +146,7 @@ impl Reader {
     }
 
     /// What a graph takes from outside: a resource or a value, of which only the kind must be said.
-    fn input(&mut self, node: &Node) -> Option<Input> {
+    fn input(&mut self, node: &SyntaxNode) -> Option<Input> {
         const RESOURCES: [&str; 5] = ["Texture", "Texture3d", "Cube", "Atlas", "Buffer"];
         let (name, f) = self.named(node, &[&RESOURCES[..], &VALUES.map(|k| k.0)].concat())?;
         if !RESOURCES.contains(&name) {
@@ -160,7 +160,7 @@ impl Reader {
     }
 
     /// `usual`: a size or number in place of one that isn't said.
-    fn resource_of(&mut self, node: &Node, name: &str, mut f: Fields, usual: Option<&Expr>) -> Option<Resource> {
+    fn resource_of(&mut self, node: &SyntaxNode, name: &str, mut f: Fields, usual: Option<&Expr>) -> Option<Resource> {
         let before = self.faults.len();
         let kind = if name == "Sampler" {
             let filter = [("Nearest", wgpu_types::FilterMode::Nearest), ("Linear", wgpu_types::FilterMode::Linear)];
@@ -254,7 +254,7 @@ impl Reader {
 
     pub(super) fn compare(
         &mut self,
-        node: Option<&Node>,
+        node: Option<&SyntaxNode>,
         default: wgpu_types::CompareFunction,
     ) -> wgpu_types::CompareFunction {
         use wgpu_types::CompareFunction as C;
@@ -272,7 +272,7 @@ impl Reader {
     }
 
     /// A pass, with those in it.
-    pub fn pass(&mut self, node: &Node) -> Option<Pass> {
+    pub fn pass(&mut self, node: &SyntaxNode) -> Option<Pass> {
         let before = self.faults.len();
         const KINDS: [&str; 12] =
             ["Draw", "Screen", "Compute", "Reduce", "Scan", "Copy", "Clear", "Mips", "Loop", "For", "Fastest", "Use"];
@@ -312,15 +312,17 @@ impl Reader {
     }
 
     /// One name, or a list with that of each stage.
-    fn entries(&mut self, node: Option<&Node>) -> Vec<Name> {
+    fn entries(&mut self, node: Option<&SyntaxNode>) -> Vec<Name> {
         match node {
-            Some(Node { kind: Kind::List(names), .. }) => names.iter().filter_map(|n| self.text(n)).collect(),
+            Some(SyntaxNode { kind: SyntaxKind::List(names), .. }) => {
+                names.iter().filter_map(|n| self.text(n)).collect()
+            }
             node => node.and_then(|n| self.text(n)).into_iter().collect(),
         }
     }
 
     /// `Dirty(bits: "b", of: ["r"])`.
-    fn dirty(&mut self, node: &Node) -> Option<Dirty> {
+    fn dirty(&mut self, node: &SyntaxNode) -> Option<Dirty> {
         let (_, mut f) = self.named(node, &["Dirty"])?;
         let bits = self.need(&mut f, "bits").and_then(|n| self.name(n));
         let of = self.need(&mut f, "of");

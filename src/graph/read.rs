@@ -3,7 +3,7 @@
 use super::ast::{Name, Spanned, set_of};
 use super::expr::Expr;
 use super::join::{Joined, TREE};
-use super::tree::{Field, Kind, Node};
+use super::tree::{Field, SyntaxKind, SyntaxNode};
 use crate::diag::{Diagnostic, Span, nearest};
 use std::path::PathBuf;
 
@@ -38,12 +38,12 @@ pub struct Fields<'t> {
 impl<'t> Fields<'t> {
     /// An optional field; `None` stands for one that is not there. A second field of the same name is a fault when the
     /// struct is finished.
-    pub fn get(&mut self, name: &'static str) -> Option<&'t Node> {
+    pub fn get(&mut self, name: &'static str) -> Option<&'t SyntaxNode> {
         self.choice(name).filter(|n| n.word() != Some("None"))
     }
 
     /// As [`Fields::get`], where `None` is one of the words that the field takes.
-    pub fn choice(&mut self, name: &'static str) -> Option<&'t Node> {
+    pub fn choice(&mut self, name: &'static str) -> Option<&'t SyntaxNode> {
         self.asked.push(name);
         self.field(name).map(|f| &f.value)
     }
@@ -72,10 +72,10 @@ impl Reader {
     }
 
     /// A struct `Name(…)`, whose name must be among `names`; `None` and a fault otherwise.
-    pub fn named<'t>(&mut self, node: &'t Node, names: &[&'static str]) -> Option<(&'static str, Fields<'t>)> {
+    pub fn named<'t>(&mut self, node: &'t SyntaxNode, names: &[&'static str]) -> Option<(&'static str, Fields<'t>)> {
         let (name, fields) = match &node.kind {
-            Kind::Struct(Some(name), fields) => (name.text(), fields.as_slice()),
-            Kind::Word => (node.span.text(), [].as_slice()),
+            SyntaxKind::Struct(Some(name), fields) => (name.text(), fields.as_slice()),
+            SyntaxKind::Word => (node.span.text(), [].as_slice()),
             _ => {
                 self.fault(
                     Diagnostic::error(format!("expected {}", one_of(names)))
@@ -112,7 +112,7 @@ impl Reader {
     }
 
     /// A field that must be there.
-    pub fn need<'t>(&mut self, fields: &mut Fields<'t>, name: &'static str) -> Option<&'t Node> {
+    pub fn need<'t>(&mut self, fields: &mut Fields<'t>, name: &'static str) -> Option<&'t SyntaxNode> {
         let node = fields.get(name);
         if node.is_none() {
             self.fault(Diagnostic::error(format!("`{}` needs a field `{name}`", fields.what)).at(fields.span, ""));
@@ -121,7 +121,7 @@ impl Reader {
     }
 
     /// A quoted string.
-    pub fn text(&mut self, node: &Node) -> Option<Name> {
+    pub fn text(&mut self, node: &SyntaxNode) -> Option<Name> {
         let text = node.quoted().map(|span| Spanned { value: span.text().to_string(), span });
         if text.is_none() {
             self.fault(Diagnostic::error("expected a string in quotes").at(&node.span, ""));
@@ -130,13 +130,13 @@ impl Reader {
     }
 
     /// Text in quotes, which may go on over several lines: what is white there is a space.
-    pub fn prose(&mut self, node: &Node) -> Option<String> {
+    pub fn prose(&mut self, node: &SyntaxNode) -> Option<String> {
         self.text(node).map(|text| text.value.split_whitespace().collect::<Vec<_>>().join(" "))
     }
 
     /// A name as WGSL and expressions can write it; one of a sub-graph has the sub-graph's before it, and a dot; one of
     /// a set has its number behind it: `chain[level + 1]`.
-    pub fn name(&mut self, node: &Node) -> Option<Name> {
+    pub fn name(&mut self, node: &SyntaxNode) -> Option<Name> {
         let name = self.text(node)?;
         let plain = |name: &str| {
             name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
@@ -161,7 +161,7 @@ impl Reader {
     }
 
     /// A name that the graph gives something itself.
-    pub(super) fn own_name(&mut self, node: &Node) -> Option<Name> {
+    pub(super) fn own_name(&mut self, node: &SyntaxNode) -> Option<Name> {
         let name = self.name(node)?;
         if name.value.contains(['.', '[']) {
             self.fault(unfit(&name));
@@ -171,7 +171,7 @@ impl Reader {
     }
 
     /// An expression: a string, a bare number or a boolean.
-    pub fn expr(&mut self, node: &Node) -> Option<Expr> {
+    pub fn expr(&mut self, node: &SyntaxNode) -> Option<Expr> {
         let place = node.quoted().or_else(|| node.word().map(|_| node.span.clone()));
         let Some(place) = place else {
             self.fault(Diagnostic::error("expected an expression: a string or a number").at(&node.span, ""));
@@ -187,7 +187,7 @@ impl Reader {
     }
 
     /// `true` or `false`.
-    pub fn bool(&mut self, node: Option<&Node>, default: bool) -> bool {
+    pub fn bool(&mut self, node: Option<&SyntaxNode>, default: bool) -> bool {
         let Some(node) = node else { return default };
         match node.word() {
             Some(w @ ("true" | "false")) => w == "true",
@@ -199,7 +199,7 @@ impl Reader {
     }
 
     /// A finite number.
-    pub fn number(&mut self, node: &Node) -> Option<f64> {
+    pub fn number(&mut self, node: &SyntaxNode) -> Option<f64> {
         let number = node.word().and_then(|w| w.parse::<f64>().ok()).filter(|x| x.is_finite());
         if number.is_none() {
             self.fault(Diagnostic::error("expected a finite number").at(&node.span, ""));
@@ -208,15 +208,15 @@ impl Reader {
     }
 
     /// The numbers of a tuple; a bare number stands for a tuple of one.
-    pub fn numbers(&mut self, node: &Node) -> Option<Vec<f64>> {
+    pub fn numbers(&mut self, node: &SyntaxNode) -> Option<Vec<f64>> {
         match &node.kind {
-            Kind::Tuple(None, items) => items.iter().map(|n| self.number(n)).collect(),
+            SyntaxKind::Tuple(None, items) => items.iter().map(|n| self.number(n)).collect(),
             _ => self.number(node).map(|x| vec![x]),
         }
     }
 
     /// Four numbers; one number stands for all four.
-    pub(super) fn color(&mut self, node: &Node) -> Option<[f64; 4]> {
+    pub(super) fn color(&mut self, node: &SyntaxNode) -> Option<[f64; 4]> {
         let v = self.numbers(node)?;
         match v[..] {
             [x] => Some([x; 4]),
@@ -229,7 +229,7 @@ impl Reader {
     }
 
     /// One of some bare words; `default` without one.
-    pub fn word<T: Copy>(&mut self, node: Option<&Node>, choices: &[(&'static str, T)], default: T) -> T {
+    pub fn word<T: Copy>(&mut self, node: Option<&SyntaxNode>, choices: &[(&'static str, T)], default: T) -> T {
         let Some(node) = node else { return default };
         let word = node.word().unwrap_or("");
         if let Some((_, v)) = choices.iter().find(|(n, _)| *n == word) {
@@ -242,10 +242,10 @@ impl Reader {
     }
 
     /// The entries of `{…}`.
-    pub fn map<'t>(&mut self, node: Option<&'t Node>) -> &'t [(Node, Node)] {
+    pub fn map<'t>(&mut self, node: Option<&'t SyntaxNode>) -> &'t [(SyntaxNode, SyntaxNode)] {
         match node.map(|n| (&n.kind, n)) {
             None => &[],
-            Some((Kind::Map(pairs), _)) => pairs,
+            Some((SyntaxKind::Map(pairs), _)) => pairs,
             Some((_, n)) => {
                 self.fault(Diagnostic::error("expected a map `{\"name\": value}`").at(&n.span, ""));
                 self.lost = true;
@@ -255,10 +255,10 @@ impl Reader {
     }
 
     /// The items of `[…]`.
-    pub fn list<'t>(&mut self, node: Option<&'t Node>) -> &'t [Node] {
+    pub fn list<'t>(&mut self, node: Option<&'t SyntaxNode>) -> &'t [SyntaxNode] {
         match node.map(|n| (&n.kind, n)) {
             None => &[],
-            Some((Kind::List(items), _)) => items,
+            Some((SyntaxKind::List(items), _)) => items,
             Some((_, n)) => {
                 self.fault(Diagnostic::error("expected a list `[…]`").at(&n.span, ""));
                 &[]
@@ -267,19 +267,19 @@ impl Reader {
     }
 
     /// A map from names to expressions.
-    pub(super) fn exprs(&mut self, node: Option<&Node>) -> Vec<(Name, Expr)> {
+    pub(super) fn exprs(&mut self, node: Option<&SyntaxNode>) -> Vec<(Name, Expr)> {
         self.pairs(node, Reader::expr)
     }
 
     /// A map from names to names.
-    pub fn names(&mut self, node: Option<&Node>) -> Vec<(Name, Name)> {
+    pub fn names(&mut self, node: Option<&SyntaxNode>) -> Vec<(Name, Name)> {
         self.pairs(node, Reader::name)
     }
 
     /// A map from variables to names, or to names and a level of each: `(of: "chain", mip: "level")`.
-    pub(super) fn bindings(&mut self, node: Option<&Node>) -> (Names, Exprs) {
+    pub(super) fn bindings(&mut self, node: Option<&SyntaxNode>) -> (Names, Exprs) {
         let said = self.pairs(node, |reader, node| {
-            let Kind::Struct(None, fields) = &node.kind else { return Some((reader.name(node)?, None)) };
+            let SyntaxKind::Struct(None, fields) = &node.kind else { return Some((reader.name(node)?, None)) };
             let mut f = Fields { what: "a binding", span: &node.span, fields, asked: vec![] };
             let of = reader.need(&mut f, "of").and_then(|n| reader.name(n));
             let mip = reader.need(&mut f, "mip").and_then(|n| reader.expr(n));
@@ -293,8 +293,8 @@ impl Reader {
     /// As [`Reader::pairs`], for names that the graph gives.
     pub(super) fn declared<T>(
         &mut self,
-        node: Option<&Node>,
-        read: impl Fn(&mut Reader, &Node) -> Option<T>,
+        node: Option<&SyntaxNode>,
+        read: impl Fn(&mut Reader, &SyntaxNode) -> Option<T>,
     ) -> Vec<(Name, T)> {
         let pairs = self.pairs(node, read);
         let (good, bad): (Vec<_>, Vec<_>) = pairs.into_iter().partition(|(name, _)| !name.value.contains(['.', '[']));
@@ -305,8 +305,8 @@ impl Reader {
     /// A map from names to what `read` makes of the values; notes the names for which it makes nothing.
     pub(super) fn pairs<T>(
         &mut self,
-        node: Option<&Node>,
-        read: impl Fn(&mut Reader, &Node) -> Option<T>,
+        node: Option<&SyntaxNode>,
+        read: impl Fn(&mut Reader, &SyntaxNode) -> Option<T>,
     ) -> Vec<(Name, T)> {
         let mut pairs = vec![];
         for (key, value) in self.map(node) {

@@ -2,13 +2,13 @@
 
 use super::ast::{Name, Resource, ResourceKind};
 use super::read::{Fields, Reader};
-use super::tree::Node;
+use super::tree::SyntaxNode;
 use crate::diag::Diagnostic;
 use crate::scene;
 
 impl Reader {
     /// `Table(of: "bvh", columns: ["lower", "first"])`.
-    pub(super) fn table(&mut self, node: &Node, mut f: Fields) -> Option<Resource> {
+    pub(super) fn table(&mut self, node: &SyntaxNode, mut f: Fields) -> Option<Resource> {
         let of = self.need(&mut f, "of").and_then(|n| self.name(n));
         let list = self.need(&mut f, "columns");
         let columns: Vec<Name> = self.list(list).iter().filter_map(|n| self.name(n)).collect();

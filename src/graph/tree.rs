@@ -9,24 +9,24 @@ use std::sync::Arc;
 
 /// A value and where it stands.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Node {
+pub struct SyntaxNode {
     pub span: Span,
-    pub kind: Kind,
+    pub kind: SyntaxKind,
 }
 
 /// The shapes a value can have.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kind {
+pub enum SyntaxKind {
     /// A quoted string without escapes; the span includes the quotes.
     Text,
     /// A number, `true`, `false` or a bare name, as written.
     Word,
     /// `[a, b]`
-    List(Vec<Node>),
+    List(Vec<SyntaxNode>),
     /// `{k: v}`
-    Map(Vec<(Node, Node)>),
+    Map(Vec<(SyntaxNode, SyntaxNode)>),
     /// `(a, b)` or `Name(a, b)`
-    Tuple(Option<Span>, Vec<Node>),
+    Tuple(Option<Span>, Vec<SyntaxNode>),
     /// `(a: 1)` or `Name(a: 1)`
     Struct(Option<Span>, Vec<Field>),
 }
@@ -35,19 +35,19 @@ pub enum Kind {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     pub name: Span,
-    pub value: Node,
+    pub value: SyntaxNode,
 }
 
-impl Node {
+impl SyntaxNode {
     /// The bare word, if it is one.
     pub fn word(&self) -> Option<&str> {
-        matches!(self.kind, Kind::Word).then(|| self.span.text())
+        matches!(self.kind, SyntaxKind::Word).then(|| self.span.text())
     }
 
     /// The place of a string's content, without its quotes, if it is one.
     pub fn quoted(&self) -> Option<Span> {
         let Span { source, start, end } = &self.span;
-        matches!(self.kind, Kind::Text).then(|| Span::new(source, start + 1..end - 1))
+        matches!(self.kind, SyntaxKind::Text).then(|| Span::new(source, start + 1..end - 1))
     }
 }
 
@@ -58,7 +58,7 @@ const DEEPEST: usize = 60;
 ///
 /// # Errors
 /// The first fault of syntax (the rest of the file can't be trusted after it), or strings with escapes.
-pub fn parse(source: &Arc<Source>) -> Checked<Node> {
+pub fn parse(source: &Arc<Source>) -> Checked<SyntaxNode> {
     let tree = Tree { source, text: &source.text, at: 0, depth: 0 };
     tree.file().map_err(|fault| {
         let said: Result<&RawValue, _> = ron::from_str(&source.text);
@@ -94,7 +94,7 @@ struct Tree<'s> {
 
 impl<'s> Tree<'s> {
     /// The one value of a file, with what may stand around it.
-    fn file(mut self) -> Result<Node, Diagnostic> {
+    fn file(mut self) -> Result<SyntaxNode, Diagnostic> {
         if self.next() == Some(b'#') {
             // Extensions that the file asks for: `ron` knows them, and none is of use here.
             let said: Result<&RawValue, _> = ron::from_str(self.text);
@@ -148,13 +148,13 @@ impl<'s> Tree<'s> {
         Diagnostic::error(message).at(&self.span(start), "")
     }
 
-    fn node(&mut self) -> Result<Node, Diagnostic> {
+    fn node(&mut self) -> Result<SyntaxNode, Diagnostic> {
         let next = self.next();
         let start = self.at;
         let kind = match next {
-            Some(b'"') => self.string().map(|()| Kind::Text)?,
-            Some(b'[') => Kind::List(self.items(b']', Tree::node)?),
-            Some(b'{') => Kind::Map(self.items(b'}', |t| {
+            Some(b'"') => self.string().map(|()| SyntaxKind::Text)?,
+            Some(b'[') => SyntaxKind::List(self.items(b']', Tree::node)?),
+            Some(b'{') => SyntaxKind::Map(self.items(b'}', |t| {
                 let key = t.node()?;
                 if !t.accept(b':') {
                     return Err(t.fault(t.at, "RON syntax: expected `:`"));
@@ -169,11 +169,11 @@ impl<'s> Tree<'s> {
                     self.group(Some(word))?
                 } else {
                     self.at = end;
-                    Kind::Word
+                    SyntaxKind::Word
                 }
             }
         };
-        Ok(Node { span: self.span(start), kind })
+        Ok(SyntaxNode { span: self.span(start), kind })
     }
 
     /// What stands between a bracket and the `end` that closes it, apart by commas.
@@ -199,7 +199,7 @@ impl<'s> Tree<'s> {
     }
 
     /// `(…)`: a struct when its items are `name: value`, otherwise a tuple.
-    fn group(&mut self, name: Option<Span>) -> Result<Kind, Diagnostic> {
+    fn group(&mut self, name: Option<Span>) -> Result<SyntaxKind, Diagnostic> {
         let start = self.at;
         let (mut fields, mut values) = (vec![], vec![]);
         self.items(b')', |t| {
@@ -213,8 +213,8 @@ impl<'s> Tree<'s> {
             Ok(())
         })?;
         match (fields.is_empty(), values.is_empty()) {
-            (_, true) => Ok(Kind::Struct(name, fields)),
-            (true, false) => Ok(Kind::Tuple(name, values)),
+            (_, true) => Ok(SyntaxKind::Struct(name, fields)),
+            (true, false) => Ok(SyntaxKind::Tuple(name, values)),
             (false, false) => Err(self.fault(start, "RON syntax: either all of these values have names, or none has")),
         }
     }
@@ -295,13 +295,13 @@ mod tests {
         let text = "// head\nGraph(\n  // note\n  about: \"x\", // tail\n  size: (1, 2),\n  m: {\"a\": Uint(default: 4), /* c */ \"b\": true},\n  l: [A(x: 1), B],\n)";
         let source = Source::new("t.ron", text);
         let node = parse(&source).unwrap();
-        let Kind::Struct(Some(name), fields) = node.kind else { panic!("{node:?}") };
+        let SyntaxKind::Struct(Some(name), fields) = node.kind else { panic!("{node:?}") };
         assert_eq!(name.text(), "Graph");
         let spans: Vec<&str> = fields.iter().map(|f| f.value.span.text()).collect();
         assert_eq!(spans, ["\"x\"", "(1, 2)", "{\"a\": Uint(default: 4), /* c */ \"b\": true}", "[A(x: 1), B]"]);
-        let Kind::Map(pairs) = &fields[2].value.kind else { panic!() };
+        let SyntaxKind::Map(pairs) = &fields[2].value.kind else { panic!() };
         assert_eq!(pairs[1].1.span.text(), "true");
-        assert!(matches!(&fields[1].value.kind, Kind::Tuple(None, items) if items.len() == 2));
+        assert!(matches!(&fields[1].value.kind, SyntaxKind::Tuple(None, items) if items.len() == 2));
     }
 
     #[test]
@@ -311,13 +311,13 @@ mod tests {
         assert!(faults.to_string().contains("t.ron:3:3"), "{faults}");
     }
 
-    fn words<'t>(node: &'t Node, out: &mut Vec<&'t str>) {
+    fn words<'t>(node: &'t SyntaxNode, out: &mut Vec<&'t str>) {
         out.extend(node.word());
         match &node.kind {
-            Kind::Text | Kind::Word => {}
-            Kind::List(items) | Kind::Tuple(_, items) => items.iter().for_each(|n| words(n, out)),
-            Kind::Map(pairs) => pairs.iter().flat_map(|(k, v)| [k, v]).for_each(|n| words(n, out)),
-            Kind::Struct(_, fields) => fields.iter().for_each(|f| words(&f.value, out)),
+            SyntaxKind::Text | SyntaxKind::Word => {}
+            SyntaxKind::List(items) | SyntaxKind::Tuple(_, items) => items.iter().for_each(|n| words(n, out)),
+            SyntaxKind::Map(pairs) => pairs.iter().flat_map(|(k, v)| [k, v]).for_each(|n| words(n, out)),
+            SyntaxKind::Struct(_, fields) => fields.iter().for_each(|f| words(&f.value, out)),
         }
     }
 

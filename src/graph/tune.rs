@@ -3,13 +3,13 @@
 use super::ast::{Name, Pass, PassKind};
 use super::expr::{Expr, item};
 use super::read::Reader;
-use super::tree::Node;
+use super::tree::SyntaxNode;
 use crate::diag::Diagnostic;
 
 impl Reader {
     /// A pass for each of these lists of definitions, which go before those of the pass. The first of them, as all of
     /// them together, has the pass's name.
-    pub(super) fn tuned(&mut self, pass: Pass, tune: &Node) -> Pass {
+    pub(super) fn tuned(&mut self, pass: Pass, tune: &SyntaxNode) -> Pass {
         let ways: Vec<Vec<(Name, Expr)>> = self.list(Some(tune)).iter().map(|n| self.exprs(Some(n))).collect();
         if ways.len() < 2 {
             let d = Diagnostic::error("`tune` has nothing to choose from").at(&tune.span, "");

@@ -1,6 +1,6 @@
 //! Repetitions to the passes that they stand for, and sets to their members, where a graph names these one by one.
 
-use super::ast::{Graph, Name, Pass, PassKind, Raster, Resource, ResourceKind, Scope, Size, set_of, walk};
+use super::ast::{Graph, Name, NameScope, Pass, PassKind, Raster, Resource, ResourceKind, Size, set_of, walk};
 use super::expr::{Expr, ExprKind, Val, item};
 use super::rename;
 use crate::diag::{Checked, Diagnostic, Faults, Span};
@@ -16,13 +16,13 @@ const MOST: usize = 4096;
 const MOST_MEMBERS: usize = 4 * MOST;
 
 /// A value by name.
-pub type Value<'v> = &'v dyn Fn(&str) -> Option<Val>;
+pub type Lookup<'v> = &'v dyn Fn(&str) -> Option<Val>;
 
 /// The graph without repetitions, and without the sets of which members are named. As it is, where it has neither.
 ///
 /// # Errors
 /// Counts that can't be computed or are too large, numbers of members that a set does not have.
-pub fn unroll<'g>(graph: &'g Graph, value: Value) -> Checked<Cow<'g, Graph>> {
+pub fn unroll<'g>(graph: &'g Graph, value: Lookup) -> Checked<Cow<'g, Graph>> {
     let mut repeats = false;
     let mut apart: BTreeSet<String> = BTreeSet::new();
     walk(&graph.passes, &mut |p| {
@@ -110,7 +110,7 @@ fn items(e: &Expr, f: &mut dyn FnMut(&str)) {
 }
 
 struct Unroll<'v> {
-    value: Value<'v>,
+    value: Lookup<'v>,
     /// By set that was taken apart: how many members it has.
     members: BTreeMap<String, u32>,
     /// What the resources are, members of sets each.
@@ -120,10 +120,10 @@ struct Unroll<'v> {
 }
 
 /// The indices of the repetitions around, by name.
-type Indices<'i> = &'i [(String, u32)];
+type LoopIndices<'i> = &'i [(String, u32)];
 
 impl Unroll<'_> {
-    fn lookup(&self, indices: Indices, name: &str) -> Option<Val> {
+    fn lookup(&self, indices: LoopIndices, name: &str) -> Option<Val> {
         let index = indices.iter().rev().find(|(n, _)| n == name);
         index.map(|(_, i)| Val::Int((*i).into())).or_else(|| (self.value)(name))
     }
@@ -137,7 +137,7 @@ impl Unroll<'_> {
         }
     }
 
-    fn count(&mut self, e: &Expr, indices: Indices, what: &str) -> u32 {
+    fn count(&mut self, e: &Expr, indices: LoopIndices, what: &str) -> u32 {
         let fault = match e.eval(&|n| self.lookup(indices, n)) {
             Ok(Val::Int(n)) if (0..=MOST as i64).contains(&n) => return n as u32,
             Ok(Val::Bool(b)) => return b.into(),
@@ -185,7 +185,7 @@ impl Unroll<'_> {
     }
 
     /// A member that a name has a number for.
-    fn reference(&mut self, name: &mut Name, indices: Indices) {
+    fn reference(&mut self, name: &mut Name, indices: LoopIndices) {
         let set = set_of(&name.value).to_string();
         let Some(members) = self.members.get(&set).copied() else { return };
         if set == name.value {
@@ -205,7 +205,7 @@ impl Unroll<'_> {
         }
     }
 
-    fn passes(&mut self, passes: Vec<Pass>, indices: Indices) -> Vec<Pass> {
+    fn passes(&mut self, passes: Vec<Pass>, indices: LoopIndices) -> Vec<Pass> {
         let mut out = vec![];
         for pass in passes {
             if let PassKind::Mips { of } = &pass.kind {
@@ -248,7 +248,7 @@ impl Unroll<'_> {
     }
 
     /// The passes that draw each level of a texture, layer by layer, from the one above.
-    fn levels(&mut self, pass: &Pass, mut of: Name, indices: Indices) -> Vec<Pass> {
+    fn levels(&mut self, pass: &Pass, mut of: Name, indices: LoopIndices) -> Vec<Pass> {
         self.reference(&mut of, indices);
         let (mips, layers, faces) = match self.textures.get(&of.value).cloned() {
             Some(ResourceKind::Texture { mips: Some(mips), layers, .. }) => (mips, layers, None),
@@ -279,7 +279,7 @@ impl Unroll<'_> {
         out
     }
 
-    fn pass(&mut self, mut pass: Pass, indices: Indices) -> Pass {
+    fn pass(&mut self, mut pass: Pass, indices: LoopIndices) -> Pass {
         let bodies: Vec<Vec<Pass>> = pass.kind.bodies_mut().iter_mut().map(std::mem::take).collect();
         let number = |name: &str| {
             let index = indices.iter().rev().find(|(n, _)| n == name);
@@ -290,7 +290,7 @@ impl Unroll<'_> {
             self.reference(name, indices);
         }
         if pass.scope.as_ref().is_some_and(|s| s.names.values().any(|n| n.contains('['))) {
-            let mut scope = Scope::clone(pass.scope.as_ref().map_or(&Arc::default(), |s| s));
+            let mut scope = NameScope::clone(pass.scope.as_ref().map_or(&Arc::default(), |s| s));
             for whole in scope.names.values_mut().filter(|n| n.contains('[')) {
                 let mut name = Name { value: whole.clone(), span: pass.name.span.clone() };
                 self.reference(&mut name, indices);

@@ -3,7 +3,7 @@
 
 use super::join::TREE;
 use super::read::{Fields, Reader};
-use super::tree::{Field, Kind, Node};
+use super::tree::{Field, SyntaxKind, SyntaxNode};
 use crate::diag::{Diagnostic, Source, Span};
 use std::collections::BTreeMap;
 
@@ -25,7 +25,7 @@ const ONE_SPACE: usize = 4;
 ///
 /// An entry replaces the base's of its name; one without a kind, `(default: 3)`, changes the fields that it names;
 /// `None` removes. New passes go `before` and `after` others, or to the end (`append`).
-pub fn overlay(reader: &mut Reader, base: &mut Node, over: &mut Fields) {
+pub fn overlay(reader: &mut Reader, base: &mut SyntaxNode, over: &mut Fields) {
     if let Some(about) = over.field("about") {
         section(base, about).value = about.value.clone();
     }
@@ -71,21 +71,25 @@ pub const FIELDS: [&str; 13] = [
     "warnings",
 ];
 
-fn is_none(node: &Node) -> bool {
+fn is_none(node: &SyntaxNode) -> bool {
     node.word() == Some("None")
 }
 
 /// A key without its quotes, or without the dot before it.
-fn text(key: &Node) -> &str {
+fn text(key: &SyntaxNode) -> &str {
     key.span.text().trim_matches(['"', '.'])
 }
 
 /// The graph that a key such as `"bloom.threshold"` means, and the key there. `None`, and a fault, where there is no
 /// such graph.
-fn inside<'b>(reader: &mut Reader, graph: &'b mut Node, key: &Node) -> Option<(&'b mut Node, Node)> {
+fn inside<'b>(
+    reader: &mut Reader,
+    graph: &'b mut SyntaxNode,
+    key: &SyntaxNode,
+) -> Option<(&'b mut SyntaxNode, SyntaxNode)> {
     let Some(dot) = text(key).find('.') else { return Some((graph, key.clone())) };
     let (sub, start) = (&text(key)[..dot], key.span.start + 1 + dot);
-    let key = Node { span: Span::new(&key.span.source, start..key.span.end), kind: Kind::Text };
+    let key = SyntaxNode { span: Span::new(&key.span.source, start..key.span.end), kind: SyntaxKind::Text };
     let known = sub_graphs(graph);
     if !known.iter().any(|name| name == sub) {
         let d = Diagnostic::error(format!("the base has no sub-graph `{sub}`")).at(&key.span, "");
@@ -97,8 +101,8 @@ fn inside<'b>(reader: &mut Reader, graph: &'b mut Node, key: &Node) -> Option<(&
 }
 
 /// The names of the sub-graphs that a graph uses itself.
-fn sub_graphs(graph: &mut Node) -> Vec<String> {
-    fn add(passes: &mut [Node], all: &mut Vec<String>) {
+fn sub_graphs(graph: &mut SyntaxNode) -> Vec<String> {
+    fn add(passes: &mut [SyntaxNode], all: &mut Vec<String>) {
         for pass in passes {
             if tree(pass).is_some() {
                 all.extend(name(pass).map(String::from));
@@ -114,15 +118,15 @@ fn sub_graphs(graph: &mut Node) -> Vec<String> {
 }
 
 /// The graph of a pass that uses one.
-fn tree(pass: &mut Node) -> Option<&mut Node> {
+fn tree(pass: &mut SyntaxNode) -> Option<&mut SyntaxNode> {
     match &mut pass.kind {
-        Kind::Struct(_, fields) => fields.iter_mut().find(|f| f.name.text() == TREE).map(|f| &mut f.value),
+        SyntaxKind::Struct(_, fields) => fields.iter_mut().find(|f| f.name.text() == TREE).map(|f| &mut f.value),
         _ => None,
     }
 }
 
 /// The entries of a map, each name once.
-fn unique<'t>(reader: &mut Reader, map: &'t Node) -> Vec<(&'t Node, &'t Node)> {
+fn unique<'t>(reader: &mut Reader, map: &'t SyntaxNode) -> Vec<(&'t SyntaxNode, &'t SyntaxNode)> {
     let mut seen: BTreeMap<&str, &Span> = BTreeMap::new();
     let mut entries = vec![];
     for (key, value) in reader.map(Some(map)) {
@@ -137,61 +141,74 @@ fn unique<'t>(reader: &mut Reader, map: &'t Node) -> Vec<(&'t Node, &'t Node)> {
 }
 
 /// A field of the base; an empty one where the base has none.
-fn section<'b>(base: &'b mut Node, like: &Field) -> &'b mut Field {
+fn section<'b>(base: &'b mut SyntaxNode, like: &Field) -> &'b mut Field {
     let fields = fields_of(base);
     let at = fields.iter().position(|f| f.name.text() == like.name.text()).unwrap_or_else(|| {
-        let value = Node { span: like.value.span.clone(), kind: Kind::Map(vec![]) };
+        let value = SyntaxNode { span: like.value.span.clone(), kind: SyntaxKind::Map(vec![]) };
         fields.push(Field { name: like.name.clone(), value });
         fields.len() - 1
     });
     &mut fields[at]
 }
 
-fn existing<'b>(base: &'b mut Node, name: &str) -> Option<&'b mut Vec<(Node, Node)>> {
+fn existing<'b>(base: &'b mut SyntaxNode, name: &str) -> Option<&'b mut Vec<(SyntaxNode, SyntaxNode)>> {
     let field = fields_of(base).iter_mut().find(|f| f.name.text() == name)?;
     match &mut field.value.kind {
-        Kind::Map(pairs) => Some(pairs),
+        SyntaxKind::Map(pairs) => Some(pairs),
         _ => None,
     }
 }
 
 /// The fields of a struct; a bare word is a struct without any.
-fn fields_of(node: &mut Node) -> &mut Vec<Field> {
-    if !matches!(node.kind, Kind::Struct(..)) {
-        node.kind = Kind::Struct(Some(node.span.clone()), vec![]);
+fn fields_of(node: &mut SyntaxNode) -> &mut Vec<Field> {
+    if !matches!(node.kind, SyntaxKind::Struct(..)) {
+        node.kind = SyntaxKind::Struct(Some(node.span.clone()), vec![]);
     }
     match &mut node.kind {
-        Kind::Struct(_, fields) => fields,
+        SyntaxKind::Struct(_, fields) => fields,
         _ => unreachable!("it was made one"),
     }
 }
 
-fn unknown<'n>(reader: &mut Reader, key: &Node, noun: &str, names: impl IntoIterator<Item = &'n str>, help: &str) {
+fn unknown<'n>(
+    reader: &mut Reader,
+    key: &SyntaxNode,
+    noun: &str,
+    names: impl IntoIterator<Item = &'n str>,
+    help: &str,
+) {
     let d = Diagnostic::error(format!("the base has no {noun} `{}`", text(key))).at(&key.span, "");
     reader.fault(d.nearest(text(key), names).help(help));
 }
 
 /// One entry over those of the base.
-fn entry(reader: &mut Reader, base: &mut Node, section_like: &Field, key: &Node, value: &Node, noun: &str) {
+fn entry(
+    reader: &mut Reader,
+    base: &mut SyntaxNode,
+    section_like: &Field,
+    key: &SyntaxNode,
+    value: &SyntaxNode,
+    noun: &str,
+) {
     let one_space = |name: &str| SECTIONS[..ONE_SPACE].iter().any(|s| s.0 == name);
     let name = section_like.name.text();
-    if one_space(name) && !is_none(value) && !matches!(value.kind, Kind::Struct(None, _)) {
+    if one_space(name) && !is_none(value) && !matches!(value.kind, SyntaxKind::Struct(None, _)) {
         for (other, _) in SECTIONS[..ONE_SPACE].iter().filter(|other| other.0 != name) {
             if let Some(pairs) = existing(base, other) {
                 pairs.retain(|(k, _)| text(k) != text(key));
             }
         }
     }
-    let Kind::Map(pairs) = &mut section(base, section_like).value.kind else { return };
+    let SyntaxKind::Map(pairs) = &mut section(base, section_like).value.kind else { return };
     let at = pairs.iter().position(|(k, _)| text(k) == text(key));
     match (at, &value.kind) {
         (Some(at), _) if is_none(value) => drop(pairs.remove(at)),
-        (Some(at), Kind::Struct(None, fields)) => {
+        (Some(at), SyntaxKind::Struct(None, fields)) => {
             pairs[at].0 = key.clone();
             change(reader, &mut pairs[at].1, fields);
         }
         (Some(at), _) => pairs[at] = (key.clone(), value.clone()),
-        (None, Kind::Struct(None, _)) => {
+        (None, SyntaxKind::Struct(None, _)) => {
             let names: Vec<&str> = pairs.iter().map(|(k, _)| text(k)).collect();
             unknown(reader, key, noun, names, "one without a kind, `(…)`, changes what the base has");
         }
@@ -204,7 +221,7 @@ fn entry(reader: &mut Reader, base: &mut Node, section_like: &Field, key: &Node,
 }
 
 /// Changes the fields of a declaration: maps entry by entry, all else as a whole.
-fn change(reader: &mut Reader, node: &mut Node, changed: &[Field]) {
+fn change(reader: &mut Reader, node: &mut SyntaxNode, changed: &[Field]) {
     for (i, field) in changed.iter().enumerate() {
         let name = field.name.text();
         if changed[..i].iter().any(|f| f.name.text() == name) {
@@ -220,7 +237,7 @@ fn change(reader: &mut Reader, node: &mut Node, changed: &[Field]) {
             continue;
         };
         match (&mut there.value.kind, &field.value.kind) {
-            (Kind::Map(pairs), Kind::Map(_)) => {
+            (SyntaxKind::Map(pairs), SyntaxKind::Map(_)) => {
                 for (key, value) in unique(reader, &field.value) {
                     match pairs.iter().position(|(k, _)| text(k) == text(key)) {
                         Some(at) if is_none(value) => drop(pairs.remove(at)),
@@ -234,15 +251,15 @@ fn change(reader: &mut Reader, node: &mut Node, changed: &[Field]) {
     }
 }
 
-fn passes_of(base: &mut Node) -> Option<&mut Vec<Node>> {
+fn passes_of(base: &mut SyntaxNode) -> Option<&mut Vec<SyntaxNode>> {
     match &mut fields_of(base).iter_mut().find(|f| f.name.text() == "passes")?.value.kind {
-        Kind::List(passes) => Some(passes),
+        SyntaxKind::List(passes) => Some(passes),
         _ => None,
     }
 }
 
 /// Changes, replaces or removes the pass of a name; the name of what stands in its place.
-fn edit(reader: &mut Reader, passes: &mut Vec<Node>, key: &Node, value: &Node) -> Option<String> {
+fn edit(reader: &mut Reader, passes: &mut Vec<SyntaxNode>, key: &SyntaxNode, value: &SyntaxNode) -> Option<String> {
     let Some((list, at)) = find(passes, text(key)) else {
         let names = names(passes);
         let help = "a new pass goes to `before`, `after` or `append`";
@@ -251,13 +268,14 @@ fn edit(reader: &mut Reader, passes: &mut Vec<Node>, key: &Node, value: &Node) -
     };
     match &value.kind {
         _ if is_none(value) => drop(list.remove(at)),
-        Kind::Struct(None, fields) => change(reader, &mut list[at], fields),
-        Kind::Struct(Some(_), _) => {
+        SyntaxKind::Struct(None, fields) => change(reader, &mut list[at], fields),
+        SyntaxKind::Struct(Some(_), _) => {
             let mut pass = value.clone();
             let fields = fields_of(&mut pass);
             if !fields.iter().any(|f| f.name.text() == "name") {
                 let start = text(key).rfind('.').map_or(key.span.start, |dot| key.span.start + 1 + dot);
-                let value = Node { span: Span::new(&key.span.source, start..key.span.end), kind: Kind::Text };
+                let value =
+                    SyntaxNode { span: Span::new(&key.span.source, start..key.span.end), kind: SyntaxKind::Text };
                 fields.insert(0, Field { name: Span::whole(&Source::new("", "name")), value });
             }
             list[at] = pass;
@@ -274,8 +292,8 @@ fn edit(reader: &mut Reader, passes: &mut Vec<Node>, key: &Node, value: &Node) -
 /// Puts new passes before and after those that their keys name: new ones too, and those that were replaced.
 fn place(
     reader: &mut Reader,
-    passes: &mut Vec<Node>,
-    mut open: Vec<(&Node, &[Node], usize)>,
+    passes: &mut Vec<SyntaxNode>,
+    mut open: Vec<(&SyntaxNode, &[SyntaxNode], usize)>,
     instead: &BTreeMap<&str, String>,
 ) {
     loop {
@@ -298,23 +316,23 @@ fn place(
 }
 
 /// The name that a pass gives itself.
-fn name(pass: &Node) -> Option<&str> {
+fn name(pass: &SyntaxNode) -> Option<&str> {
     match &pass.kind {
-        Kind::Struct(_, fields) => fields.iter().find(|f| f.name.text() == "name").map(|f| text(&f.value)),
+        SyntaxKind::Struct(_, fields) => fields.iter().find(|f| f.name.text() == "name").map(|f| text(&f.value)),
         _ => None,
     }
 }
 
 /// The lists of passes that a pass holds.
-fn bodies(pass: &mut Node) -> Vec<&mut Vec<Node>> {
-    let Kind::Struct(_, fields) = &mut pass.kind else { return vec![] };
+fn bodies(pass: &mut SyntaxNode) -> Vec<&mut Vec<SyntaxNode>> {
+    let SyntaxKind::Struct(_, fields) = &mut pass.kind else { return vec![] };
     let mut lists = vec![];
     for field in fields {
         match (field.name.text(), &mut field.value.kind) {
-            ("passes", Kind::List(passes)) => lists.push(passes),
-            ("of", Kind::List(alternatives)) => {
+            ("passes", SyntaxKind::List(passes)) => lists.push(passes),
+            ("of", SyntaxKind::List(alternatives)) => {
                 lists.extend(alternatives.iter_mut().filter_map(|a| match &mut a.kind {
-                    Kind::List(passes) => Some(passes),
+                    SyntaxKind::List(passes) => Some(passes),
                     _ => None,
                 }));
             }
@@ -325,10 +343,10 @@ fn bodies(pass: &mut Node) -> Vec<&mut Vec<Node>> {
 }
 
 /// The passes of a graph that use another.
-pub fn uses(graph: &mut Node) -> Vec<&mut Node> {
-    fn add<'p>(passes: &'p mut [Node], all: &mut Vec<&'p mut Node>) {
+pub fn uses(graph: &mut SyntaxNode) -> Vec<&mut SyntaxNode> {
+    fn add<'p>(passes: &'p mut [SyntaxNode], all: &mut Vec<&'p mut SyntaxNode>) {
         for pass in passes {
-            if matches!(&pass.kind, Kind::Struct(Some(word), _) if word.text() == "Use") {
+            if matches!(&pass.kind, SyntaxKind::Struct(Some(word), _) if word.text() == "Use") {
                 all.push(pass);
             } else {
                 bodies(pass).into_iter().for_each(|body| add(body, all));
@@ -343,7 +361,7 @@ pub fn uses(graph: &mut Node) -> Vec<&mut Node> {
 }
 
 /// The list that holds the pass, and its place in it; `sub.pass` is one of a sub-graph's.
-fn find<'p>(passes: &'p mut Vec<Node>, wanted: &str) -> Option<(&'p mut Vec<Node>, usize)> {
+fn find<'p>(passes: &'p mut Vec<SyntaxNode>, wanted: &str) -> Option<(&'p mut Vec<SyntaxNode>, usize)> {
     if let Some(at) = passes.iter().position(|p| name(p) == Some(wanted)) {
         return Some((passes, at));
     }
@@ -354,7 +372,7 @@ fn find<'p>(passes: &'p mut Vec<Node>, wanted: &str) -> Option<(&'p mut Vec<Node
     passes.iter_mut().flat_map(bodies).find_map(|body| find(body, wanted))
 }
 
-fn names(passes: &mut [Node]) -> Vec<String> {
+fn names(passes: &mut [SyntaxNode]) -> Vec<String> {
     let mut all = vec![];
     for pass in passes {
         let own = name(pass).map(String::from);

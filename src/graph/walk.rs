@@ -1,6 +1,6 @@
 //! Ways through the passes of a graph, those in others among them.
 
-use super::ast::{Name, Pass, PassKind, Scope};
+use super::ast::{Name, NameScope, Pass, PassKind};
 use std::sync::Arc;
 
 /// Calls `f` with every pass, those that hold others before them.
@@ -56,8 +56,8 @@ pub fn inherit_groups(passes: &mut [Pass], around: Option<&Name>) {
 }
 
 /// Changes what the names of sub-graphs mean. Passes that share a scope go on sharing one.
-pub fn rescope(passes: &mut [Pass], mut change: impl FnMut(&Scope) -> Scope) {
-    let mut changed: Vec<(Arc<Scope>, Arc<Scope>)> = vec![];
+pub fn rescope(passes: &mut [Pass], mut change: impl FnMut(&NameScope) -> NameScope) {
+    let mut changed: Vec<(Arc<NameScope>, Arc<NameScope>)> = vec![];
     walk_mut(passes, &mut |p| {
         let Some(scope) = &mut p.scope else { return };
         *scope = match changed.iter().rev().find(|(before, _)| Arc::ptr_eq(before, scope)) {

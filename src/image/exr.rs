@@ -94,7 +94,7 @@ pub fn from_bytes_up_to(path: &Path, bytes: &[u8], pixels: u64) -> Checked<Image
     first(path, load(path, bytes, values)?)
 }
 
-fn first(path: &Path, decoded: Decoded) -> Checked<Image> {
+fn first(path: &Path, decoded: RawImage) -> Checked<Image> {
     let mut layers = decoded.layer_data;
     match layers.is_empty() {
         true => Err(unreadable(path, "it has no layer")),
@@ -205,9 +205,9 @@ fn sort_attributes(bytes: &mut [u8], several: bool) -> Option<()> {
 }
 
 /// A file as the decoder gives it.
-type Decoded = ExrImage<SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>>;
+type RawImage = ExrImage<SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>>;
 
-fn load(path: &Path, bytes: &[u8], most: usize) -> Checked<Decoded> {
+fn load(path: &Path, bytes: &[u8], most: usize) -> Checked<RawImage> {
     // The decoder may panic on damaged files; it holds no state that outlives the call.
     match caught(|| decode(bytes, most)) {
         Some(Ok(image)) => Ok(image),
@@ -216,7 +216,7 @@ fn load(path: &Path, bytes: &[u8], most: usize) -> Checked<Decoded> {
     }
 }
 
-fn decode(bytes: &[u8], most: usize) -> Result<Decoded, ExrError> {
+fn decode(bytes: &[u8], most: usize) -> Result<RawImage, ExrError> {
     let headers = MetaData::read_from_buffered(bytes, false)?.headers;
     // Memory is taken by what the header says: a damaged one must not end the program.
     let values = headers.iter().try_fold(0usize, |sum, h| {

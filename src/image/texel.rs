@@ -6,7 +6,7 @@ use wgpu_types::TextureFormat as F;
 
 /// How the bytes of a texel are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Channel {
+enum ChannelType {
     Unorm8,
     Snorm8,
     /// Stored with the sRGB curve; alpha without.
@@ -26,7 +26,7 @@ enum Channel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Texel {
     Plain {
-        channel: Channel,
+        channel: ChannelType,
         count: usize,
         /// Blue comes first.
         bgra: bool,
@@ -83,7 +83,7 @@ pub fn decode(format: F, bytes: &[u8], out: &mut Vec<f32>) {
 /// As [`decode`], for texels in a row of `texel_bytes` each.
 pub fn decode_row(format: F, texel_bytes: usize, bytes: &[u8], out: &mut Vec<f32>) {
     match texel(format) {
-        Some(Texel::Plain { channel: Channel::Float32, bgra: false, .. }) => {
+        Some(Texel::Plain { channel: ChannelType::Float32, bgra: false, .. }) => {
             out.extend(bytes.as_chunks().0.iter().map(|raw| f32::from_le_bytes(*raw)));
         }
         _ => bytes.chunks_exact(texel_bytes).for_each(|texel| decode(format, texel, out)),
@@ -122,14 +122,16 @@ pub fn encode(format: F, value: [f64; 4]) -> Option<Vec<u8>> {
 /// Nothing where the format can't be written.
 pub fn encode_rows(format: F, values: &[f32]) -> Vec<u8> {
     match (texel(format), channels(format)) {
-        (Some(Texel::Plain { channel: Channel::Float32, bgra: false, .. }), _) => bytemuck::cast_slice(values).to_vec(),
-        (Some(Texel::Plain { channel: Channel::Float16, bgra: false, .. }), _) => {
+        (Some(Texel::Plain { channel: ChannelType::Float32, bgra: false, .. }), _) => {
+            bytemuck::cast_slice(values).to_vec()
+        }
+        (Some(Texel::Plain { channel: ChannelType::Float16, bgra: false, .. }), _) => {
             values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect()
         }
-        (Some(Texel::Plain { channel: Channel::Unorm8, bgra: false, .. }), _) => {
+        (Some(Texel::Plain { channel: ChannelType::Unorm8, bgra: false, .. }), _) => {
             values.iter().map(|v| byte(f64::from(*v))).collect()
         }
-        (Some(Texel::Plain { channel: Channel::Srgb8, bgra: false, .. }), _) => {
+        (Some(Texel::Plain { channel: ChannelType::Srgb8, bgra: false, .. }), _) => {
             let code = |(i, v): (usize, &f32)| if i % 4 == 3 { byte(f64::from(*v)) } else { srgb::nearest(*v) };
             values.iter().enumerate().map(code).collect()
         }
@@ -150,7 +152,7 @@ fn byte(v: f64) -> u8 {
 }
 
 fn texel(format: F) -> Option<Texel> {
-    use Channel::*;
+    use ChannelType::*;
     let plain = |channel, count| Some(Texel::Plain { channel, count, bgra: false });
     match format {
         F::R8Unorm => plain(Unorm8, 1),
@@ -200,32 +202,40 @@ fn texel(format: F) -> Option<Texel> {
     }
 }
 
-impl Channel {
+impl ChannelType {
     /// In bytes.
     fn width(self) -> usize {
         match self {
-            Channel::Unorm8 | Channel::Snorm8 | Channel::Srgb8 | Channel::Uint8 | Channel::Sint8 => 1,
-            Channel::Unorm16 | Channel::Snorm16 | Channel::Uint16 | Channel::Sint16 | Channel::Float16 => 2,
-            Channel::Uint32 | Channel::Sint32 | Channel::Float32 => 4,
+            ChannelType::Unorm8
+            | ChannelType::Snorm8
+            | ChannelType::Srgb8
+            | ChannelType::Uint8
+            | ChannelType::Sint8 => 1,
+            ChannelType::Unorm16
+            | ChannelType::Snorm16
+            | ChannelType::Uint16
+            | ChannelType::Sint16
+            | ChannelType::Float16 => 2,
+            ChannelType::Uint32 | ChannelType::Sint32 | ChannelType::Float32 => 4,
         }
     }
 
     fn decode(self, raw: [u8; 4], alpha: bool) -> f32 {
         let half = [raw[0], raw[1]];
         match self {
-            Channel::Srgb8 if !alpha => srgb::decode(f32::from(raw[0]) / 255.0),
-            Channel::Unorm8 | Channel::Srgb8 => f32::from(raw[0]) / 255.0,
-            Channel::Snorm8 => (f32::from(raw[0] as i8) / 127.0).max(-1.0),
-            Channel::Uint8 => f32::from(raw[0]),
-            Channel::Sint8 => f32::from(raw[0] as i8),
-            Channel::Unorm16 => f32::from(u16::from_le_bytes(half)) / 65535.0,
-            Channel::Snorm16 => (f32::from(i16::from_le_bytes(half)) / 32767.0).max(-1.0),
-            Channel::Uint16 => f32::from(u16::from_le_bytes(half)),
-            Channel::Sint16 => f32::from(i16::from_le_bytes(half)),
-            Channel::Float16 => f16::from_le_bytes(half).to_f32(),
-            Channel::Uint32 => u32::from_le_bytes(raw) as f32,
-            Channel::Sint32 => i32::from_le_bytes(raw) as f32,
-            Channel::Float32 => f32::from_le_bytes(raw),
+            ChannelType::Srgb8 if !alpha => srgb::decode(f32::from(raw[0]) / 255.0),
+            ChannelType::Unorm8 | ChannelType::Srgb8 => f32::from(raw[0]) / 255.0,
+            ChannelType::Snorm8 => (f32::from(raw[0] as i8) / 127.0).max(-1.0),
+            ChannelType::Uint8 => f32::from(raw[0]),
+            ChannelType::Sint8 => f32::from(raw[0] as i8),
+            ChannelType::Unorm16 => f32::from(u16::from_le_bytes(half)) / 65535.0,
+            ChannelType::Snorm16 => (f32::from(i16::from_le_bytes(half)) / 32767.0).max(-1.0),
+            ChannelType::Uint16 => f32::from(u16::from_le_bytes(half)),
+            ChannelType::Sint16 => f32::from(i16::from_le_bytes(half)),
+            ChannelType::Float16 => f16::from_le_bytes(half).to_f32(),
+            ChannelType::Uint32 => u32::from_le_bytes(raw) as f32,
+            ChannelType::Sint32 => i32::from_le_bytes(raw) as f32,
+            ChannelType::Float32 => f32::from_le_bytes(raw),
         }
     }
 
@@ -233,20 +243,20 @@ impl Channel {
         let unit = v.clamp(0.0, 1.0);
         let signed = v.clamp(-1.0, 1.0);
         match self {
-            Channel::Srgb8 if !alpha => vec![srgb::nearest(unit as f32)],
-            Channel::Unorm8 | Channel::Srgb8 => vec![byte(unit)],
-            Channel::Snorm8 => vec![(signed * 127.0).round() as i8 as u8],
+            ChannelType::Srgb8 if !alpha => vec![srgb::nearest(unit as f32)],
+            ChannelType::Unorm8 | ChannelType::Srgb8 => vec![byte(unit)],
+            ChannelType::Snorm8 => vec![(signed * 127.0).round() as i8 as u8],
             // `as` clamps to the range of the integer.
-            Channel::Uint8 => vec![v as u8],
-            Channel::Sint8 => vec![v as i8 as u8],
-            Channel::Unorm16 => ((unit * 65535.0).round() as u16).to_le_bytes().to_vec(),
-            Channel::Snorm16 => ((signed * 32767.0).round() as i16).to_le_bytes().to_vec(),
-            Channel::Uint16 => (v as u16).to_le_bytes().to_vec(),
-            Channel::Sint16 => (v as i16).to_le_bytes().to_vec(),
-            Channel::Float16 => f16::from_f64(v).to_le_bytes().to_vec(),
-            Channel::Uint32 => (v as u32).to_le_bytes().to_vec(),
-            Channel::Sint32 => (v as i32).to_le_bytes().to_vec(),
-            Channel::Float32 => (v as f32).to_le_bytes().to_vec(),
+            ChannelType::Uint8 => vec![v as u8],
+            ChannelType::Sint8 => vec![v as i8 as u8],
+            ChannelType::Unorm16 => ((unit * 65535.0).round() as u16).to_le_bytes().to_vec(),
+            ChannelType::Snorm16 => ((signed * 32767.0).round() as i16).to_le_bytes().to_vec(),
+            ChannelType::Uint16 => (v as u16).to_le_bytes().to_vec(),
+            ChannelType::Sint16 => (v as i16).to_le_bytes().to_vec(),
+            ChannelType::Float16 => f16::from_f64(v).to_le_bytes().to_vec(),
+            ChannelType::Uint32 => (v as u32).to_le_bytes().to_vec(),
+            ChannelType::Sint32 => (v as i32).to_le_bytes().to_vec(),
+            ChannelType::Float32 => (v as f32).to_le_bytes().to_vec(),
         }
     }
 }

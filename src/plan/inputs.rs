@@ -24,7 +24,7 @@ use std::ops::{BitOr, BitOrAssign};
 
 /// The kinds of inputs, for messages and for tests that leave one out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
+pub enum InputKind {
     /// The code that runs.
     Shader,
     /// Bytes of uniforms: parameters, facts, values of the frame, a member's index.
@@ -49,24 +49,24 @@ pub enum Kind {
 }
 
 /// Every kind that is in fingerprints.
-pub const KINDS: [Kind; 11] = [
-    Kind::Shader,
-    Kind::Value,
-    Kind::Table,
-    Kind::Geometry,
-    Kind::Textures,
-    Kind::Resource,
-    Kind::Size,
-    Kind::Target,
-    Kind::Extent,
-    Kind::Loop,
-    Kind::Sampler,
+pub const KINDS: [InputKind; 11] = [
+    InputKind::Shader,
+    InputKind::Value,
+    InputKind::Table,
+    InputKind::Geometry,
+    InputKind::Textures,
+    InputKind::Resource,
+    InputKind::Size,
+    InputKind::Target,
+    InputKind::Extent,
+    InputKind::Loop,
+    InputKind::Sampler,
 ];
 
 /// One input, by the name to show.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Named {
-    pub kind: Kind,
+    pub kind: InputKind,
     pub name: String,
 }
 
@@ -74,16 +74,16 @@ impl std::fmt::Display for Named {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let name = &self.name;
         match self.kind {
-            Kind::Shader => write!(f, "shader {name}"),
-            Kind::Value | Kind::Resource => f.write_str(name),
-            Kind::Table => write!(f, "table {name}"),
-            Kind::Geometry => f.write_str("the scene's triangles"),
-            Kind::Textures => f.write_str("the scene's textures"),
-            Kind::Size => write!(f, "size of {name}"),
-            Kind::Target => f.write_str("how it draws"),
-            Kind::Extent => f.write_str("how much it does"),
-            Kind::Loop => write!(f, "loop {name}"),
-            Kind::Sampler => write!(f, "sampler {name}"),
+            InputKind::Shader => write!(f, "shader {name}"),
+            InputKind::Value | InputKind::Resource => f.write_str(name),
+            InputKind::Table => write!(f, "table {name}"),
+            InputKind::Geometry => f.write_str("the scene's triangles"),
+            InputKind::Textures => f.write_str("the scene's textures"),
+            InputKind::Size => write!(f, "size of {name}"),
+            InputKind::Target => f.write_str("how it draws"),
+            InputKind::Extent => f.write_str("how much it does"),
+            InputKind::Loop => write!(f, "loop {name}"),
+            InputKind::Sampler => write!(f, "sampler {name}"),
         }
     }
 }
@@ -98,10 +98,10 @@ pub(super) fn add(all: &mut Contents, input: Named, content: u128) {
 
 /// One input of a step.
 #[derive(Debug)]
-pub enum Input<'p> {
+pub enum StepInput<'p> {
     /// Known with the plan, by a hash.
     Fixed {
-        kind: Kind,
+        kind: InputKind,
         name: &'p str,
         content: u128,
     },
@@ -113,7 +113,7 @@ pub enum Input<'p> {
     /// A resource, by how the step uses it.
     Resource {
         id: ResourceId,
-        access: Access,
+        access: ResourceAccess,
     },
     /// Index into [`Plan::tables`].
     Table(usize),
@@ -128,7 +128,7 @@ pub enum Input<'p> {
 
 /// How a step uses a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Access {
+pub enum ResourceAccess {
     /// The step binds it, for its size at least.
     Bound,
     Read,
@@ -141,11 +141,11 @@ pub enum Access {
 /// The inputs of a step within loops of these names, outermost first.
 ///
 /// Every struct is taken apart with all its fields named, so that a new field of a plan can't be forgotten here.
-pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>> {
+pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<StepInput<'p>> {
     let mut list = List { plan, all: vec![] };
     let Step { name: _, pass: _, group: _, frames, action, bindings, reads, writes, only, after: _ } = step;
     if *frames != Frames::All {
-        list.all.push(Input::Value { name: FIRST_FRAME, known: None });
+        list.all.push(StepInput::Value { name: FIRST_FRAME, known: None });
     }
     let mut variables = [].as_slice();
     let mut frusta = None;
@@ -156,38 +156,38 @@ pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>>
         }
         Action::Compute { shader, entry, groups, instances, indirect } => {
             list.shader(*shader, entry);
-            list.fix(Kind::Extent, "", &(groups, instances));
-            indirect.iter().for_each(|buffer| list.uses(*buffer, Access::Bound));
+            list.fix(InputKind::Extent, "", &(groups, instances));
+            indirect.iter().for_each(|buffer| list.uses(*buffer, ResourceAccess::Bound));
             variables = &plan.shaders[*shader].interface.variables;
         }
         Action::Copy { from, to } => {
-            list.uses(*from, Access::Bound);
-            list.uses(*to, Access::Bound);
+            list.uses(*from, ResourceAccess::Bound);
+            list.uses(*to, ResourceAccess::Bound);
         }
         Action::Clear { target, value } => {
-            list.uses(*target, Access::Bound);
-            list.fix(Kind::Extent, "", &value.map(f64::to_bits));
+            list.uses(*target, ResourceAccess::Bound);
+            list.fix(InputKind::Extent, "", &value.map(f64::to_bits));
         }
     }
     for (at, binding) in bindings.iter().enumerate() {
         match binding {
-            Binding::Resource(id) => list.uses(*id, Access::Bound),
+            Binding::Resource(id) => list.uses(*id, ResourceAccess::Bound),
             Binding::Level(id, mip) => {
-                list.uses(*id, Access::Bound);
-                list.fix(Kind::Extent, "", &("level", mip));
+                list.uses(*id, ResourceAccess::Bound);
+                list.fix(InputKind::Extent, "", &("level", mip));
             }
             Binding::Uniform { layout, extra } => list.uniform(layout, extra, around),
             // Where things moved decides which instances run, never what they make.
             Binding::Table(i) if only.is_some() && plan.tables[*i].table == crate::scene::MOVED => {}
-            Binding::Table(i) => list.all.push(Input::Table(*i)),
+            Binding::Table(i) => list.all.push(StepInput::Table(*i)),
             // The instances that run make no difference to what all of them leave.
             Binding::Instances => {}
-            Binding::SceneTextures => list.all.push(Input::Textures),
+            Binding::SceneTextures => list.all.push(StepInput::Textures),
             // A plan knows of no checks but those of its own runs.
-            Binding::Report => list.all.push(Input::Began),
+            Binding::Report => list.all.push(StepInput::Began),
             Binding::Sampler(desc) => {
                 let name = variables.get(at).map_or("", |v| v.name.as_str());
-                list.fix(Kind::Sampler, name, desc);
+                list.fix(InputKind::Sampler, name, desc);
             }
         }
     }
@@ -195,8 +195,8 @@ pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>>
     let hint = |id: &&ResourceId| only.as_ref().is_none_or(|only: &Only| only.bits != **id);
     for id in reads.iter().chain(&frusta).filter(hint) {
         match bits(id) {
-            true => list.all.push(Input::Bits(*id)),
-            false => list.uses(*id, Access::Read),
+            true => list.all.push(StepInput::Bits(*id)),
+            false => list.uses(*id, ResourceAccess::Read),
         }
     }
     // What other frames hold is in it, where it does not run.
@@ -204,7 +204,8 @@ pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>>
     for id in writes {
         // The instances of a pass cover all that it writes, where nothing else writes there.
         let alone = || plan.steps.iter().filter(|s| s.writes.contains(id)).count() == 1;
-        let access = if whole || bits(id) || only.is_some() && alone() { Access::Whole } else { Access::Part };
+        let access =
+            if whole || bits(id) || only.is_some() && alone() { ResourceAccess::Whole } else { ResourceAccess::Part };
         list.uses(*id, access);
     }
     list.all
@@ -212,21 +213,21 @@ pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<Input<'p>>
 
 struct List<'p> {
     plan: &'p Plan,
-    all: Vec<Input<'p>>,
+    all: Vec<StepInput<'p>>,
 }
 
 impl<'p> List<'p> {
-    fn fix(&mut self, kind: Kind, name: &'p str, content: &impl Hash) {
-        self.all.push(Input::Fixed { kind, name, content: hash(content) });
+    fn fix(&mut self, kind: InputKind, name: &'p str, content: &impl Hash) {
+        self.all.push(StepInput::Fixed { kind, name, content: hash(content) });
     }
 
-    fn uses(&mut self, id: ResourceId, access: Access) {
-        self.all.push(Input::Resource { id, access });
+    fn uses(&mut self, id: ResourceId, access: ResourceAccess) {
+        self.all.push(StepInput::Resource { id, access });
     }
 
     fn shader(&mut self, index: usize, entries: &impl Hash) {
         let shader = &self.plan.shaders[index];
-        self.fix(Kind::Shader, &shader.path, &(shader.content, entries));
+        self.fix(InputKind::Shader, &shader.path, &(shader.content, entries));
     }
 
     /// Returns the buffer that holds the frusta of the instances, if any does.
@@ -236,37 +237,37 @@ impl<'p> List<'p> {
         self.shader(*shader, &(vertex, fragment));
         match geometry {
             Geometry::Scene { cull } => {
-                self.fix(Kind::Target, "", cull);
-                self.all.push(Input::Geometry);
+                self.fix(InputKind::Target, "", cull);
+                self.all.push(StepInput::Geometry);
             }
-            Geometry::Screen => self.fix(Kind::Target, "", &"screen"),
+            Geometry::Screen => self.fix(InputKind::Target, "", &"screen"),
             Geometry::Vertices { count, instances, topology, cull, indirect } => {
-                self.fix(Kind::Target, "", &(topology, cull));
-                self.fix(Kind::Extent, "", &(count, instances));
-                indirect.iter().for_each(|buffer| self.uses(*buffer, Access::Bound));
+                self.fix(InputKind::Target, "", &(topology, cull));
+                self.fix(InputKind::Extent, "", &(count, instances));
+                indirect.iter().for_each(|buffer| self.uses(*buffer, ResourceAccess::Bound));
             }
         }
         for ColorTarget { resource, mip, location, format, clear, blend, resolve } in color {
-            self.uses(*resource, Access::Bound);
-            resolve.iter().for_each(|id| self.uses(*id, Access::Bound));
+            self.uses(*resource, ResourceAccess::Bound);
+            resolve.iter().for_each(|id| self.uses(*id, ResourceAccess::Bound));
             let clear = clear.map(|c| c.map(f64::to_bits));
-            self.fix(Kind::Target, "", &(mip, location, format, clear, blend));
+            self.fix(InputKind::Target, "", &(mip, location, format, clear, blend));
         }
         if let Some(DepthTarget { resource, format, clear, compare, write }) = depth {
-            self.uses(*resource, Access::Bound);
-            self.fix(Kind::Target, "", &(format, clear.map(f32::to_bits), compare, write));
+            self.uses(*resource, ResourceAccess::Bound);
+            self.fix(InputKind::Target, "", &(format, clear.map(f32::to_bits), compare, write));
         }
-        self.fix(Kind::Extent, "", &(members, views));
+        self.fix(InputKind::Extent, "", &(members, views));
         // The rest of a level follows from the scene's triangles.
         if let Some(level) = level.and_then(|i| self.plan.levels.get(i)) {
-            self.fix(Kind::Extent, "", &level.key);
+            self.fix(InputKind::Extent, "", &level.key);
         }
         let Indirect { buffer, first, second, frusta, occluders, clusters } = (*indirect)?;
-        self.uses(buffer, Access::Bound);
-        self.fix(Kind::Extent, "", &(first, second, occluders, clusters));
+        self.uses(buffer, ResourceAccess::Bound);
+        self.fix(InputKind::Extent, "", &(first, second, occluders, clusters));
         match frusta {
             Frusta::Table(i) => {
-                self.all.push(Input::Table(i));
+                self.all.push(StepInput::Table(i));
                 None
             }
             Frusta::Buffer(id) => Some(id),
@@ -278,11 +279,11 @@ impl<'p> List<'p> {
         for member in layout.members.iter().filter(|m| m.read) {
             let name = member.name.as_str();
             if let Some(value) = extra.get(name) {
-                self.fix(Kind::Value, name, &(value.ty(), value.bytes()));
+                self.fix(InputKind::Value, name, &(value.ty(), value.bytes()));
             } else if let Some(depth) = around.iter().rposition(|l| *l == name) {
-                self.fix(Kind::Loop, name, &("index", depth));
+                self.fix(InputKind::Loop, name, &("index", depth));
             } else {
-                self.all.push(Input::Value { name, known: self.plan.values.get(name).copied() });
+                self.all.push(StepInput::Value { name, known: self.plan.values.get(name).copied() });
             }
         }
     }
@@ -384,19 +385,23 @@ impl UnitUses {
         }
     }
 
-    fn input(&mut self, plan: &Plan, input: &Input) {
+    fn input(&mut self, plan: &Plan, input: &StepInput) {
         match input {
-            Input::Value { name, .. } => self.own |= value(name),
-            Input::Table(i) => self.own |= table(plan, *i),
-            Input::Resource { id, access } => {
-                if matches!(access, Access::Read | Access::Part) && !self.writes.contains(id) {
+            StepInput::Value { name, .. } => self.own |= value(name),
+            StepInput::Table(i) => self.own |= table(plan, *i),
+            StepInput::Resource { id, access } => {
+                if matches!(access, ResourceAccess::Read | ResourceAccess::Part) && !self.writes.contains(id) {
                     self.needs.insert(*id);
                 }
-                if matches!(access, Access::Part | Access::Whole) && !plan.resources[id.0].bits {
+                if matches!(access, ResourceAccess::Part | ResourceAccess::Whole) && !plan.resources[id.0].bits {
                     self.writes.insert(*id);
                 }
             }
-            Input::Fixed { .. } | Input::Geometry | Input::Textures | Input::Began | Input::Bits(_) => {}
+            StepInput::Fixed { .. }
+            | StepInput::Geometry
+            | StepInput::Textures
+            | StepInput::Began
+            | StepInput::Bits(_) => {}
         }
     }
 }

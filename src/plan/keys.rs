@@ -4,7 +4,7 @@
 //! fingerprint hashes all [`inputs`] of the unit. None of them names anything by its place in a plan or by a name of
 //! the graph, so equal work has equal versions in any two plans.
 
-use super::inputs::{self, Access, Contents, Input, Kind, Named, add};
+use super::inputs::{self, Contents, InputKind, Named, ResourceAccess, StepInput, add};
 use super::tables::SceneInputs;
 use super::{Comparison, Desc, Frames, Loop, Node, Plan, ResourceId, StepId, Until};
 use crate::content::hash;
@@ -66,7 +66,7 @@ pub struct Keys {
     pub from_bits: Vec<bool>,
     /// The unit that writes dirty bits, by their buffer.
     pub markers: BTreeMap<ResourceId, usize>,
-    without: Option<Kind>,
+    without: Option<InputKind>,
 }
 
 /// The versions that resources should have, if every unit ran.
@@ -89,7 +89,7 @@ pub struct Versions {
 impl Keys {
     /// The fingerprints of a plan's units as far as they are known without a frame. `without` leaves a kind of input
     /// out of all of them: contents will be wrong, and a test can see that the proof notices.
-    pub fn of(plan: &Plan, without: Option<Kind>) -> Keys {
+    pub fn of(plan: &Plan, without: Option<InputKind>) -> Keys {
         let mut units: Vec<Unit> = plan.order.iter().map(|node| unit(plan, node, without)).collect();
         let mut last = vec![None; plan.resources.len()];
         let mut markers = BTreeMap::new();
@@ -130,9 +130,9 @@ impl Keys {
                 all.after.push(unit.writes.iter().map(|r| now[r.0]).collect());
                 continue;
             }
-            let counts = |kind: Kind| Some(kind) != self.without;
+            let counts = |kind: InputKind| Some(kind) != self.without;
             let given = || unit.given.iter().filter(|(i, _)| counts(i.kind));
-            let needs = || unit.needs.iter().zip(&before).filter(|_| counts(Kind::Resource));
+            let needs = || unit.needs.iter().zip(&before).filter(|_| counts(InputKind::Resource));
             let hashes: Vec<u128> = given().map(|(i, g)| g.hash(&i.name, scene, values)).collect();
             let versions: Vec<Version> = needs().map(|(_, v)| *v).collect();
             let key = hash(&(unit.start, &hashes, versions)).max(1);
@@ -180,7 +180,9 @@ impl Unit {
     /// What it runs again for, besides results of others: the code, values, tables and the like, by name.
     pub fn depends(&self) -> Vec<String> {
         let all: BTreeSet<&Named> = self.fixed.keys().chain(self.given.iter().map(|(i, _)| i)).collect();
-        let telling = |i: &&Named| !matches!(i.kind, Kind::Resource | Kind::Size | Kind::Target | Kind::Extent);
+        let telling = |i: &&Named| {
+            !matches!(i.kind, InputKind::Resource | InputKind::Size | InputKind::Target | InputKind::Extent)
+        };
         all.into_iter().filter(telling).map(Named::to_string).collect()
     }
 
@@ -191,7 +193,7 @@ impl Unit {
             add(&mut all, named.clone(), given.hash(&named.name, scene, values));
         }
         for (r, version) in self.needs.iter().zip(before) {
-            add(&mut all, Named { kind: Kind::Resource, name: plan.resources[r.0].name.clone() }, *version);
+            add(&mut all, Named { kind: InputKind::Resource, name: plan.resources[r.0].name.clone() }, *version);
         }
         all
     }
@@ -217,13 +219,14 @@ pub fn initial(desc: &Desc, value: [f64; 4]) -> Version {
 
 /// What a step does, as far as its time depends on it and a plan knows: code, sizes, how much it does, how it draws.
 pub fn work(plan: &Plan, id: StepId) -> u128 {
-    let takes_time = |kind: Kind| matches!(kind, Kind::Shader | Kind::Size | Kind::Extent | Kind::Target);
+    let takes_time =
+        |kind: InputKind| matches!(kind, InputKind::Shader | InputKind::Size | InputKind::Extent | InputKind::Target);
     let unit = unit(plan, &Node::Step(id), None);
     let fixed = unit.fixed.iter().filter(|(i, _)| takes_time(i.kind));
     hash(&fixed.map(|(i, content)| (i.kind, *content)).collect::<Vec<_>>())
 }
 
-fn unit(plan: &Plan, node: &Node, without: Option<Kind>) -> Unit {
+fn unit(plan: &Plan, node: &Node, without: Option<InputKind>) -> Unit {
     let name = match node {
         Node::Step(s) => plan.steps[s.0].name.clone(),
         Node::Loop(l) => l.name.clone(),
@@ -250,7 +253,7 @@ fn unit(plan: &Plan, node: &Node, without: Option<Kind>) -> Unit {
 /// Walks a unit.
 struct UnitBuilder<'p> {
     plan: &'p Plan,
-    without: Option<Kind>,
+    without: Option<InputKind>,
     /// Names of the loops around, outermost first.
     around: Vec<&'p str>,
     /// What `start` is made of.
@@ -274,14 +277,14 @@ impl<'p> UnitBuilder<'p> {
         unit
     }
 
-    fn fix(&mut self, kind: Kind, name: &str, content: u128) {
+    fn fix(&mut self, kind: InputKind, name: &str, content: u128) {
         if self.without != Some(kind) {
             self.order.push(content);
             add(&mut self.unit.fixed, Named { kind, name: name.into() }, content);
         }
     }
 
-    fn give(&mut self, kind: Kind, name: &str, given: Given) {
+    fn give(&mut self, kind: InputKind, name: &str, given: Given) {
         self.unit.given.push((Named { kind, name: name.into() }, given));
     }
 
@@ -300,7 +303,7 @@ impl<'p> UnitBuilder<'p> {
                 inputs.into_iter().for_each(|input| self.input(input));
             }
             Node::Loop(Loop { name, count, until, body }) => {
-                self.fix(Kind::Loop, name, hash(count));
+                self.fix(InputKind::Loop, name, hash(count));
                 // Who ends it makes no difference to the result.
                 if let Some(Until { buffer, comparison, value, ending: _ }) = until {
                     let comparison = match comparison {
@@ -310,47 +313,47 @@ impl<'p> UnitBuilder<'p> {
                         Comparison::GreaterEqual => 3,
                     };
                     let role = self.role(*buffer);
-                    self.fix(Kind::Loop, name, hash(&(role, comparison, value.to_bits())));
+                    self.fix(InputKind::Loop, name, hash(&(role, comparison, value.to_bits())));
                 }
                 self.around.push(name);
                 body.iter().for_each(|n| self.node(n));
                 self.around.pop();
-                self.fix(Kind::Loop, name, hash(&"end"));
+                self.fix(InputKind::Loop, name, hash(&"end"));
             }
         }
     }
 
-    fn input(&mut self, input: Input<'p>) {
+    fn input(&mut self, input: StepInput<'p>) {
         match input {
-            Input::Fixed { kind, name, content } => self.fix(kind, name, content),
-            Input::Value { name, known } => self.give(Kind::Value, name, Given::Value(known)),
-            Input::Table(i) => {
+            StepInput::Fixed { kind, name, content } => self.fix(kind, name, content),
+            StepInput::Value { name, known } => self.give(InputKind::Value, name, Given::Value(known)),
+            StepInput::Table(i) => {
                 let name = self.plan.tables.get(i).map_or("", |t| t.table.as_str());
-                self.give(Kind::Table, name, Given::Table(i));
+                self.give(InputKind::Table, name, Given::Table(i));
             }
-            Input::Geometry => self.give(Kind::Geometry, "", Given::Geometry),
-            Input::Textures => self.give(Kind::Textures, "", Given::Textures),
-            Input::Began => self.give(Kind::Value, "the plan, as the shader checks itself", Given::Began),
-            Input::Bits(id) => {
-                self.give(Kind::Value, &self.plan.resources[id.0].name, Given::Frame);
+            StepInput::Geometry => self.give(InputKind::Geometry, "", Given::Geometry),
+            StepInput::Textures => self.give(InputKind::Textures, "", Given::Textures),
+            StepInput::Began => self.give(InputKind::Value, "the plan, as the shader checks itself", Given::Began),
+            StepInput::Bits(id) => {
+                self.give(InputKind::Value, &self.plan.resources[id.0].name, Given::Frame);
                 self.unit.bits.push(id);
             }
-            Input::Resource { id, access } => self.resource(id, access),
+            StepInput::Resource { id, access } => self.resource(id, access),
         }
     }
 
-    fn resource(&mut self, id: ResourceId, access: Access) {
+    fn resource(&mut self, id: ResourceId, access: ResourceAccess) {
         let role = self.role(id);
         match access {
-            Access::Bound => {
+            ResourceAccess::Bound => {
                 let resource = &self.plan.resources[id.0];
-                self.fix(Kind::Extent, "", hash(&role));
-                self.fix(Kind::Size, &resource.name, hash(&resource.desc.shape()));
+                self.fix(InputKind::Extent, "", hash(&role));
+                self.fix(InputKind::Size, &resource.name, hash(&resource.desc.shape()));
             }
-            Access::Read | Access::Part if !self.written.contains(&id) => drop(self.needed.insert(id)),
-            Access::Read | Access::Part | Access::Whole => {}
+            ResourceAccess::Read | ResourceAccess::Part if !self.written.contains(&id) => drop(self.needed.insert(id)),
+            ResourceAccess::Read | ResourceAccess::Part | ResourceAccess::Whole => {}
         }
-        if matches!(access, Access::Part | Access::Whole) {
+        if matches!(access, ResourceAccess::Part | ResourceAccess::Whole) {
             self.written.insert(id);
         }
     }

@@ -1,6 +1,6 @@
 //! What a plan's memory holds: textures and buffers by what they are, and the slots that they share.
 
-use super::inputs::{self, Access, Causes, Input, Moving, causes};
+use super::inputs::{self, Causes, Moving, ResourceAccess, StepInput, causes};
 use super::{Action, Binding, Node, Place, Plan, ResourceId, Step};
 use crate::graph::ast;
 use crate::image::texture::Texture;
@@ -131,19 +131,19 @@ fn walk<'p>(
                 let mut uses: BTreeMap<ResourceId, bool> = BTreeMap::new();
                 for input in inputs::of(plan, step, around) {
                     let (id, keeps) = match input {
-                        Input::Resource { id, access } => match access {
+                        StepInput::Resource { id, access } => match access {
                             // It must exist while the step runs.
-                            Access::Bound => (id, false),
-                            Access::Read => (id, true),
-                            Access::Part | Access::Whole => (id, gathers),
+                            ResourceAccess::Bound => (id, false),
+                            ResourceAccess::Read => (id, true),
+                            ResourceAccess::Part | ResourceAccess::Whole => (id, gathers),
                         },
-                        Input::Bits(id) => (id, true),
-                        Input::Fixed { .. }
-                        | Input::Value { .. }
-                        | Input::Table(_)
-                        | Input::Geometry
-                        | Input::Textures
-                        | Input::Began => continue,
+                        StepInput::Bits(id) => (id, true),
+                        StepInput::Fixed { .. }
+                        | StepInput::Value { .. }
+                        | StepInput::Table(_)
+                        | StepInput::Geometry
+                        | StepInput::Textures
+                        | StepInput::Began => continue,
                     };
                     *uses.entry(id).or_default() |= keeps;
                 }

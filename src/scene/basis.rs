@@ -2,7 +2,7 @@
 //!
 //! Source: Khronos, KTX File Format Specification 2.0, section 3, "KTX 2.0 Binary Layout".
 
-use super::textures::{MAX_FILE_EDGE, Picture};
+use super::textures::{MAX_FILE_EDGE, TextureImage};
 use crate::caught::caught;
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
@@ -21,7 +21,7 @@ pub(super) fn stated_size(bytes: &[u8]) -> Option<[u32; 2]> {
     Some([word(bytes, 20)?, word(bytes, 24)?])
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+pub(super) fn decode(bytes: &[u8]) -> Result<TextureImage, String> {
     let [width, height] = checked(bytes)?;
     let texels = caught(|| {
         let transcoder = Transcoder::new(bytes).ok()?;
@@ -29,7 +29,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
         Some(texels.as_chunks::<4>().0.to_vec())
     });
     let texels = texels.flatten().filter(|t| t.len() == width as usize * height as usize);
-    Ok(Picture { width, height, texels: texels.ok_or("its blocks are no readable ETC1S or UASTC")? })
+    Ok(TextureImage { width, height, texels: texels.ok_or("its blocks are no readable ETC1S or UASTC")? })
 }
 
 /// The size of a file whose header asks for no more memory than its image.

@@ -67,7 +67,7 @@ impl Item {
 
 /// A row of a [`Tree`].
 #[derive(Clone, Copy, Default)]
-struct Row {
+struct BvhRow {
     first: u32,
     count: u32,
 }
@@ -209,8 +209,8 @@ impl Tree {
             // All but the root of a part go to the end; what they call row i is then row `base + i`.
             let base = tree.rows() as u32 - 1;
             let mut below = below.into_iter().map(|row| match row.count {
-                0 => Row { first: row.first + base, ..row },
-                _ => Row { first: row.first + part.start as u32, ..row },
+                0 => BvhRow { first: row.first + base, ..row },
+                _ => BvhRow { first: row.first + part.start as u32, ..row },
             });
             if let Some(root) = below.next() {
                 tree.first.set(part.row, root.first);
@@ -225,7 +225,7 @@ impl Tree {
         self.count.len()
     }
 
-    fn push(&mut self, row: Row) {
+    fn push(&mut self, row: BvhRow) {
         self.first.push(row.first);
         self.count.push(row.count);
     }
@@ -238,10 +238,10 @@ fn grow<T: Sync>(
     look: &(impl Fn(&T) -> Item + Sync),
     whole: Task,
     enough: usize,
-    rows: &mut Vec<Row>,
+    rows: &mut Vec<BvhRow>,
     mut skip: impl FnMut(&Task) -> bool,
 ) {
-    rows.push(Row::default());
+    rows.push(BvhRow::default());
     let mut tasks = vec![whole];
     while let Some(task) = tasks.pop() {
         if skip(&task) {
@@ -249,12 +249,12 @@ fn grow<T: Sync>(
         }
         let range = &mut all[task.start..task.end];
         let Some(left) = split(range, look, task.depth, enough) else {
-            rows[task.row] = Row { first: task.start as u32, count: range.len() as u32 };
+            rows[task.row] = BvhRow { first: task.start as u32, count: range.len() as u32 };
             continue;
         };
         let first = rows.len();
-        rows[task.row] = Row { first: first as u32, count: 0 };
-        rows.extend([Row::default(); 2]);
+        rows[task.row] = BvhRow { first: first as u32, count: 0 };
+        rows.extend([BvhRow::default(); 2]);
         let (middle, depth) = (task.start + left, task.depth + 1);
         tasks.push(Task { row: first + 1, start: middle, end: task.end, depth });
         tasks.push(Task { row: first, start: task.start, end: middle, depth });
@@ -262,8 +262,13 @@ fn grow<T: Sync>(
 }
 
 /// The hierarchies over parts in the order of their triangles, each with its root in row 0 and its triangles from 0 on.
-fn subtrees(order: &mut [u32], item: &(impl Fn(&u32) -> Item + Sync), parts: &[Task], enough: usize) -> Vec<Vec<Row>> {
-    let mut done: Vec<Vec<Row>> = parts.iter().map(|_| vec![]).collect();
+fn subtrees(
+    order: &mut [u32],
+    item: &(impl Fn(&u32) -> Item + Sync),
+    parts: &[Task],
+    enough: usize,
+) -> Vec<Vec<BvhRow>> {
+    let mut done: Vec<Vec<BvhRow>> = parts.iter().map(|_| vec![]).collect();
     let mut open = vec![];
     let (mut rest, mut at) = (order, 0);
     for (part, out) in parts.iter().zip(&mut done) {

@@ -41,12 +41,12 @@ pub(super) struct Morph {
     /// Where nothing moves them.
     pub rest: Vec<f32>,
     pub weights: Option<Weights>,
-    pub targets: Vec<Target>,
+    pub targets: Vec<MorphTarget>,
 }
 
 /// What a morph target moves: vertices, counted from the first, with their displacements and those of their normals.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Target {
+pub(super) struct MorphTarget {
     pub moved: Vec<(u32, Vec3, Vec3)>,
 }
 

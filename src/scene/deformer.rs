@@ -2,7 +2,7 @@
 
 use super::{
     animation::Weights,
-    deform::{Deformed, Morph, Skin, Target},
+    deform::{Deformed, Morph, MorphTarget, Skin},
     document::{Document, Vectors, place},
     geometry::{MAX_COORDINATE, Vertex, face_normal},
     import::Placed,
@@ -255,7 +255,7 @@ fn target(
     flat: bool,
     vertices: &[Vertex],
     sources: &[u32],
-) -> Target {
+) -> MorphTarget {
     let get = |from: &Option<Vectors<'_, 3>>, i: usize| from.map_or(Vec3::ZERO, |v| v.get(sources[i] as usize).into());
     // The corners of a triangle follow on each other where its normal is its own.
     let corner = |i: usize| Vec3::from(vertices[i].position) + get(positions, i);
@@ -266,7 +266,7 @@ fn target(
     let whole = vertices.len().is_multiple_of(3);
     let normal = |i: usize| if flat && whole { turned(i) } else { get(normals, i) };
     let all = (0..vertices.len()).map(|i| (i as u32, get(positions, i), normal(i)));
-    Target { moved: all.filter(|(_, p, n)| *p != Vec3::ZERO || *n != Vec3::ZERO).collect() }
+    MorphTarget { moved: all.filter(|(_, p, n)| *p != Vec3::ZERO || *n != Vec3::ZERO).collect() }
 }
 
 /// The joints of a skin; `rows` has those of `placed` by the document's nodes.

@@ -67,7 +67,7 @@ struct Elements<'d> {
 
 /// Vertex indices in a buffer, decoded where they are read.
 #[derive(Clone, Copy)]
-pub(super) struct Indices<'d>(Elements<'d>);
+pub(super) struct ElementIndices<'d>(Elements<'d>);
 
 /// Vectors in a buffer, made `f32` where they are read.
 #[derive(Clone, Copy)]
@@ -172,10 +172,10 @@ impl<'a> Document<'a> {
     }
 
     /// An accessor of vertex indices.
-    pub fn indices(&self, accessor: usize) -> Result<Indices<'_>, String> {
+    pub fn indices(&self, accessor: usize) -> Result<ElementIndices<'_>, String> {
         let elements = self.elements(accessor, Type::Scalar)?;
         match elements.component {
-            ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => Ok(Indices(elements)),
+            ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => Ok(ElementIndices(elements)),
             other => Err(format!("accessor {accessor} holds {other:?}, not unsigned integers")),
         }
     }
@@ -338,12 +338,12 @@ impl<'d> Elements<'d> {
     }
 }
 
-impl Indices<'_> {
+impl ElementIndices<'_> {
     pub fn len(self) -> usize {
         self.0.count
     }
 
-    /// The index of a place below [`Indices::len`].
+    /// The index of a place below [`ElementIndices::len`].
     pub fn get(self, place: usize) -> u32 {
         let e = self.0.get(place);
         match self.0.component {

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// What it says of a primitive.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Compressed {
+struct DracoMesh {
     buffer_view: usize,
     /// Numbers of Draco's attributes, by what glTF calls them.
     attributes: BTreeMap<String, u32>,
@@ -32,7 +32,7 @@ pub(super) fn accessors(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             let others = primitive.extensions.as_ref().map(|e| &e.others);
             let Some(stated) = others.and_then(|o| o.get("KHR_draco_mesh_compression")) else { continue };
-            let read = Compressed::deserialize(stated).map_err(|e| e.to_string());
+            let read = DracoMesh::deserialize(stated).map_err(|e| e.to_string());
             if let Err(why) = read.and_then(|stated| decode(document, primitive, &stated, &mut left, &mut all)) {
                 let at = format!("{} primitive {i}", place("meshes", m, mesh.name.as_deref()));
                 faults.push(document.error(at, format!("KHR_draco_mesh_compression: {why}")));
@@ -45,7 +45,7 @@ pub(super) fn accessors(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -
 fn decode(
     document: &Document<'_>,
     primitive: &Primitive,
-    stated: &Compressed,
+    stated: &DracoMesh,
     left: &mut usize,
     all: &mut BTreeMap<usize, Vec<u8>>,
 ) -> Result<(), String> {

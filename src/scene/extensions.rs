@@ -3,7 +3,7 @@
 use super::{
     document::Document,
     import::usable,
-    materials::{Slot, Use},
+    materials::{TextureSlot, Use},
     model::Material,
 };
 use crate::diag::Diagnostic;
@@ -32,7 +32,7 @@ pub(super) fn extend(
     };
     if stated.specular_glossiness.is_some() {
         // It takes the place of metalness and roughness.
-        uses.retain(|u| !matches!(u.slot, Slot::BaseColor | Slot::Finish));
+        uses.retain(|u| !matches!(u.slot, TextureSlot::BaseColor | TextureSlot::Finish));
     }
     let mut add = |slot, info: Option<RawInfo>| {
         uses.extend(info.map(|info| Use {
@@ -57,8 +57,8 @@ pub(super) fn extend(
             let (base, metallic) = metal_of(diffuse.truncate(), specular);
             (m.base_color, m.metallic) = (base.extend(diffuse.w), metallic);
         }
-        add(Slot::BaseColor, s.diffuse_texture);
-        add(Slot::FaceTint, s.specular_glossiness_texture);
+        add(TextureSlot::BaseColor, s.diffuse_texture);
+        add(TextureSlot::FaceTint, s.specular_glossiness_texture);
     }
     m.unlit = stated.unlit.is_some();
     if let Some(Ior { ior }) = stated.ior {
@@ -75,8 +75,8 @@ pub(super) fn extend(
                 format!("specularFactor {} must lie within 0 to 1, specularColorFactor not below 0", m.face.strength);
             faults.push(document.error(at, why));
         }
-        add(Slot::FaceStrength, s.specular_texture);
-        add(Slot::FaceTint, s.specular_color_texture);
+        add(TextureSlot::FaceStrength, s.specular_texture);
+        add(TextureSlot::FaceTint, s.specular_color_texture);
     }
     if let Some(t) = stated.transmission {
         m.transmission = t.transmission_factor;
@@ -84,7 +84,7 @@ pub(super) fn extend(
             faults.push(document.error(at, format!("transmissionFactor {} must lie within 0 to 1", m.transmission)));
         }
         if m.transmission > 0.0 {
-            add(Slot::Transmission, t.transmission_texture);
+            add(TextureSlot::Transmission, t.transmission_texture);
         }
     }
     if let Some(c) = stated.clearcoat {
@@ -95,8 +95,8 @@ pub(super) fn extend(
             faults.push(document.error(at, format!("{why} must lie within 0 to 1")));
         }
         if m.coat.strength > 0.0 {
-            add(Slot::CoatStrength, c.clearcoat_texture);
-            add(Slot::CoatRoughness, c.clearcoat_roughness_texture);
+            add(TextureSlot::CoatStrength, c.clearcoat_texture);
+            add(TextureSlot::CoatRoughness, c.clearcoat_roughness_texture);
             if c.clearcoat_normal_texture.is_some() {
                 faults.push(document.warning(at, "the normal map of its clearcoat is ignored; the coat is smooth"));
             }

@@ -8,7 +8,7 @@ use super::{
     clusters::Cluster,
     deform::Owners,
     deformer::{Deformable, Deformer},
-    document::{Document, Indices, Vectors, place},
+    document::{Document, ElementIndices, Vectors, place},
     tangents,
 };
 use crate::diag::Diagnostic;
@@ -149,7 +149,7 @@ enum Tangents<'d> {
 #[derive(Clone, Copy)]
 struct Triangles<'d> {
     mode: Mode,
-    indices: Option<Indices<'d>>,
+    indices: Option<ElementIndices<'d>>,
     /// How many indices, or vertices without them.
     count: usize,
 }
@@ -276,7 +276,7 @@ pub(super) fn primitive<'d>(
         }
     };
     // Without indices as many vertices as an index can name.
-    let listed = indices.map_or(count.min(u32::MAX as usize), Indices::len);
+    let listed = indices.map_or(count.min(u32::MAX as usize), ElementIndices::len);
     let triangles = Triangles { mode, indices, count: listed };
     if let Some(wrong) = triangles.indices().find(|i| *i as usize >= count)
         && faults.len() == before

@@ -6,7 +6,7 @@ use super::{
     import::usable,
     mips::Coding,
     model::{Alpha, Face, Material},
-    textures::{self, Between, Picture, Texture, TextureArray, Wanted, Wrap},
+    textures::{self, Between, Texture, TextureArray, TextureImage, Wanted, Wrap},
 };
 use crate::diag::Diagnostic;
 use glam::{Vec2, Vec3, Vec4};
@@ -30,7 +30,7 @@ pub(super) struct Materials {
 
 /// What a material uses a texture for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Slot {
+pub(super) enum TextureSlot {
     BaseColor,
     Normal,
     Finish,
@@ -42,46 +42,46 @@ pub(super) enum Slot {
     CoatRoughness,
 }
 
-impl Slot {
+impl TextureSlot {
     fn name(self) -> &'static str {
         match self {
-            Slot::BaseColor => "base-colour texture",
-            Slot::Normal => "normal map",
-            Slot::Finish => "metallic-roughness texture",
-            Slot::Emission => "emissive texture",
-            Slot::Transmission => "transmission texture",
-            Slot::FaceStrength => "specular texture",
-            Slot::FaceTint => "specular colour texture",
-            Slot::CoatStrength => "clearcoat texture",
-            Slot::CoatRoughness => "clearcoat roughness texture",
+            TextureSlot::BaseColor => "base-colour texture",
+            TextureSlot::Normal => "normal map",
+            TextureSlot::Finish => "metallic-roughness texture",
+            TextureSlot::Emission => "emissive texture",
+            TextureSlot::Transmission => "transmission texture",
+            TextureSlot::FaceStrength => "specular texture",
+            TextureSlot::FaceTint => "specular colour texture",
+            TextureSlot::CoatStrength => "clearcoat texture",
+            TextureSlot::CoatRoughness => "clearcoat roughness texture",
         }
     }
 
     fn coding(self) -> Coding {
         match self {
-            Slot::BaseColor | Slot::Emission | Slot::FaceTint => Coding::Color,
+            TextureSlot::BaseColor | TextureSlot::Emission | TextureSlot::FaceTint => Coding::Color,
             _ => Coding::Data,
         }
     }
 
     fn of(self, m: &mut Material) -> &mut Option<u32> {
         match self {
-            Slot::BaseColor => &mut m.base_color_texture,
-            Slot::Normal => &mut m.normal_texture,
-            Slot::Finish => &mut m.finish_texture,
-            Slot::Emission => &mut m.emission_texture,
-            Slot::Transmission => &mut m.transmission_texture,
-            Slot::FaceStrength => &mut m.face.strength_texture,
-            Slot::FaceTint => &mut m.face.tint_texture,
-            Slot::CoatStrength => &mut m.coat.strength_texture,
-            Slot::CoatRoughness => &mut m.coat.roughness_texture,
+            TextureSlot::BaseColor => &mut m.base_color_texture,
+            TextureSlot::Normal => &mut m.normal_texture,
+            TextureSlot::Finish => &mut m.finish_texture,
+            TextureSlot::Emission => &mut m.emission_texture,
+            TextureSlot::Transmission => &mut m.transmission_texture,
+            TextureSlot::FaceStrength => &mut m.face.strength_texture,
+            TextureSlot::FaceTint => &mut m.face.tint_texture,
+            TextureSlot::CoatStrength => &mut m.coat.strength_texture,
+            TextureSlot::CoatRoughness => &mut m.coat.roughness_texture,
         }
     }
 }
 
 /// A material's use of a texture, as the file states it.
 pub(super) struct Use {
-    pub slot: Slot,
+    pub slot: TextureSlot,
     pub texture: usize,
     pub set: u32,
     pub transform: Transform,
@@ -147,11 +147,11 @@ fn material(
             transform: transform(info.extensions.as_ref().map(|e| &e.others)),
         }));
     };
-    add(Slot::BaseColor, &pbr.base_color_texture);
-    add(Slot::Finish, &pbr.metallic_roughness_texture);
-    add(Slot::Emission, &raw.emissive_texture);
+    add(TextureSlot::BaseColor, &pbr.base_color_texture);
+    add(TextureSlot::Finish, &pbr.metallic_roughness_texture);
+    add(TextureSlot::Emission, &raw.emissive_texture);
     uses.extend(raw.normal_texture.iter().map(|info| Use {
-        slot: Slot::Normal,
+        slot: TextureSlot::Normal,
         texture: info.index.value(),
         set: info.tex_coord,
         transform: transform(info.extensions.as_ref().map(|e| &e.others)),
@@ -172,11 +172,11 @@ fn material(
     extend(document, raw, index, at, &mut material, &mut uses, faults);
     if material.unlit {
         // What is left is its colour.
-        uses.retain(|u| u.slot == Slot::BaseColor);
+        uses.retain(|u| u.slot == TextureSlot::BaseColor);
         material.emission = Vec3::ZERO;
         (material.metallic, material.roughness) = (0.0, 1.0);
     }
-    uses.retain(|u| !(u.slot == Slot::Emission && material.emission == Vec3::ZERO));
+    uses.retain(|u| !(u.slot == TextureSlot::Emission && material.emission == Vec3::ZERO));
     (material, uses)
 }
 
@@ -208,7 +208,7 @@ fn textured(
 ) {
     // By row of `maps`: which of the wanted images.
     let (mut wanted, mut of): (Vec<Wanted>, Vec<usize>) = (vec![], vec![]);
-    let mut slots: Vec<(usize, Slot, u32)> = vec![];
+    let mut slots: Vec<(usize, TextureSlot, u32)> = vec![];
     for (i, uses) in used.iter().enumerate() {
         let at = place("materials", i, document.root.materials[i].name.as_deref());
         let mut sets: Vec<u32> = vec![];
@@ -259,11 +259,11 @@ fn textured(
                 Coding::Data => "it is left out",
             };
             faults.push(document.warning(at, format!("{why}; {instead}")));
-            super::mips::levels(Picture::checker(), Coding::Color, u32::MAX)
+            super::mips::levels(TextureImage::checker(), Coding::Color, u32::MAX)
         });
         images.push(levels);
     }
-    let clear: Vec<bool> = images.iter().map(super::mips::Levels::has_alpha).collect();
+    let clear: Vec<bool> = images.iter().map(super::mips::MipChain::has_alpha).collect();
     if let Some((pages, places)) = textures::pages(&images) {
         for (map, want) in found.maps.iter_mut().zip(&of) {
             (map.corner, map.layer) = (places[*want].corner, places[*want].layer);
@@ -273,8 +273,8 @@ fn textured(
     }
     for (material, slot, row) in slots {
         let m = &mut found.all[material];
-        if missing[of[row as usize]] && slot != Slot::BaseColor {
-            if slot == Slot::Emission {
+        if missing[of[row as usize]] && slot != TextureSlot::BaseColor {
+            if slot == TextureSlot::Emission {
                 m.emission = Vec3::ZERO;
             }
             continue;

@@ -1,6 +1,6 @@
 //! An image's mips: means of light for colours, of numbers for data.
 
-use super::textures::Picture;
+use super::textures::TextureImage;
 use crate::image::mips::spans;
 use crate::image::srgb;
 use std::sync::OnceLock;
@@ -16,9 +16,9 @@ pub enum Coding {
 
 /// An image and its mips, down to one texel.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Levels(Vec<Picture>);
+pub(super) struct MipChain(Vec<TextureImage>);
 
-impl Levels {
+impl MipChain {
     pub fn size(&self) -> [u32; 2] {
         [self.0[0].width, self.0[0].height]
     }
@@ -53,7 +53,7 @@ impl Levels {
 }
 
 /// A picture with its mips; one wider than `most` texels is halved until it is not.
-pub(super) fn levels(picture: Picture, coding: Coding, most: u32) -> Levels {
+pub(super) fn levels(picture: TextureImage, coding: Coding, most: u32) -> MipChain {
     let mut picture = picture;
     while picture.width.max(picture.height) > most.max(1) {
         picture = halved(&picture, coding);
@@ -63,11 +63,11 @@ pub(super) fn levels(picture: Picture, coding: Coding, most: u32) -> Levels {
         let next = halved(last, coding);
         all.push(next);
     }
-    Levels(all)
+    MipChain(all)
 }
 
 /// Half as large, rounded down: each texel the mean over the part of the picture that it covers.
-fn halved(picture: &Picture, coding: Coding) -> Picture {
+fn halved(picture: &TextureImage, coding: Coding) -> TextureImage {
     let (width, height) = ((picture.width / 2).max(1), (picture.height / 2).max(1));
     let (across, down) = (spans(picture.width, width), spans(picture.height, height));
     let stride = picture.width as usize;
@@ -89,7 +89,7 @@ fn halved(picture: &Picture, coding: Coding) -> Picture {
             texels.push([coded(sum[0]), coded(sum[1]), coded(sum[2]), (sum[3] + 0.5) as u8]);
         }
     }
-    Picture { width, height, texels }
+    TextureImage { width, height, texels }
 }
 
 /// What 8 bits stand for, and back.
@@ -129,8 +129,8 @@ impl Codes {
 mod tests {
     use super::*;
 
-    fn picture(width: u32, height: u32, texels: &[[u8; 4]]) -> Picture {
-        Picture { width, height, texels: texels.to_vec() }
+    fn picture(width: u32, height: u32, texels: &[[u8; 4]]) -> TextureImage {
+        TextureImage { width, height, texels: texels.to_vec() }
     }
 
     #[test]

@@ -54,7 +54,7 @@ struct Seen {
     reach: f32,
 }
 
-struct World<'a> {
+struct Surroundings<'a> {
     scene: &'a Scene,
     nodes: Vec<Mat4>,
     /// A box round each [`GROUP`] of clusters, and round each of these.
@@ -78,7 +78,7 @@ const FRONTS: f32 = 0.1;
 
 /// The side from which a scene shows the most fronts, where +Z shows next to none.
 pub(super) fn other_side(scene: &Scene) -> Option<Vec3> {
-    let world = World::new(scene);
+    let world = Surroundings::new(scene);
     let geometry = &scene.geometry;
     let mut fronts = [0.0; SIDES.len()];
     let mut all = 0.0;
@@ -102,7 +102,7 @@ pub(super) fn other_side(scene: &Scene) -> Option<Vec3> {
 
 /// Where to stand; `None` for what is seen from outside.
 pub(super) fn stand(scene: &Scene) -> Option<Stand> {
-    let world = World::new(scene);
+    let world = Surroundings::new(scene);
     let size = world.all.max - world.all.min;
     if size.min_element() <= 0.0 {
         return None;
@@ -137,10 +137,10 @@ pub(super) fn stand(scene: &Scene) -> Option<Stand> {
     })
 }
 
-impl<'a> World<'a> {
-    fn new(scene: &'a Scene) -> World<'a> {
+impl<'a> Surroundings<'a> {
+    fn new(scene: &'a Scene) -> Surroundings<'a> {
         let nodes = scene.pose(0.0).nodes;
-        let mut world = World { scene, nodes, groups: vec![], all: Bounds::EMPTY };
+        let mut world = Surroundings { scene, nodes, groups: vec![], all: Bounds::EMPTY };
         let round = |c: &Cluster| Bounds::of(triangles(c).flat_map(|t| world.corners(t)));
         let boxed = |some: &[Cluster]| {
             let boxes: Vec<(Bounds, Cluster)> = some.iter().map(|c| (round(c), *c)).collect();

@@ -12,12 +12,12 @@ pub(super) struct Corner {
     pub uv: [f32; 2],
 }
 
-struct Corners<'a> {
+struct FaceCorners<'a> {
     corners: &'a [[Corner; 3]],
     made: Vec<[[f32; 4]; 3]>,
 }
 
-impl Geometry for Corners<'_> {
+impl Geometry for FaceCorners<'_> {
     fn num_faces(&self) -> usize {
         self.corners.len()
     }
@@ -49,7 +49,7 @@ impl Geometry for Corners<'_> {
 
 /// Tangents of the corners of triangles, with the side of the third axis in w.
 pub(super) fn made(corners: &[[Corner; 3]]) -> Vec<[[f32; 4]; 3]> {
-    let mut all = Corners { corners, made: vec![[[1.0, 0.0, 0.0, 1.0]; 3]; corners.len()] };
+    let mut all = FaceCorners { corners, made: vec![[[1.0, 0.0, 0.0, 1.0]; 3]; corners.len()] };
     // It fails where there is nothing to do; what it left out keeps an axis, and `beside` stands it on the normal.
     let _ = generate_tangents(&mut all);
     all.made

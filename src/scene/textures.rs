@@ -6,7 +6,7 @@
 use super::{
     basis,
     document::Document,
-    mips::{self, Coding, Levels},
+    mips::{self, Coding, MipChain},
 };
 use crate::parallel;
 use glam::{Vec2, Vec4};
@@ -83,18 +83,18 @@ impl Texture {
 
 /// An image as its file has it, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Picture {
+pub(super) struct TextureImage {
     pub width: u32,
     pub height: u32,
     pub texels: Vec<[u8; 4]>,
 }
 
-impl Picture {
+impl TextureImage {
     /// What stands for a base colour that can't be had.
-    pub fn checker() -> Picture {
+    pub fn checker() -> TextureImage {
         const EDGE: u32 = 8;
         let texel = |i: u32| if (i % EDGE + i / EDGE).is_multiple_of(2) { [255, 0, 255, 255] } else { [0, 0, 0, 255] };
-        Picture { width: EDGE, height: EDGE, texels: (0..EDGE * EDGE).map(texel).collect() }
+        TextureImage { width: EDGE, height: EDGE, texels: (0..EDGE * EDGE).map(texel).collect() }
     }
 }
 
@@ -117,7 +117,7 @@ pub(super) struct Wanted {
 }
 
 /// An image with its mips; why it could not be had.
-pub(super) type Read = Result<Levels, String>;
+pub(super) type Read = Result<MipChain, String>;
 
 /// Reads and decodes images, on all cores. Those of one index are decoded once for each coding. Says what was shrunk.
 pub(super) fn read(
@@ -190,7 +190,7 @@ fn stated_size(bytes: &[u8]) -> Option<[u32; 2]> {
     reader(bytes).ok()?.into_dimensions().ok().map(|(width, height)| [width, height])
 }
 
-fn decode(bytes: &[u8]) -> Result<Picture, String> {
+fn decode(bytes: &[u8]) -> Result<TextureImage, String> {
     if basis::is_basis(bytes) {
         return basis::decode(bytes).map_err(|why| format!("KTX2: {why}"));
     }
@@ -201,7 +201,7 @@ fn decode(bytes: &[u8]) -> Result<Picture, String> {
         return Err("it has no texels".into());
     }
     let texels = decoded.into_raw().as_chunks::<4>().0.to_vec();
-    Ok(Picture { width, height, texels })
+    Ok(TextureImage { width, height, texels })
 }
 
 /// Where an image stands.
@@ -212,8 +212,8 @@ pub(super) struct PagePlace {
 }
 
 /// Images with their mips on pages, and where each stands. `None` without images.
-pub(super) fn pages(images: &[Levels]) -> Option<(TextureArray, Vec<PagePlace>)> {
-    let blocks: Vec<[u32; 2]> = images.iter().map(Levels::block).collect();
+pub(super) fn pages(images: &[MipChain]) -> Option<(TextureArray, Vec<PagePlace>)> {
+    let blocks: Vec<[u32; 2]> = images.iter().map(MipChain::block).collect();
     let widest = blocks.iter().flatten().copied().max()?;
     let area: u64 = blocks.iter().map(|[w, h]| u64::from(*w) * u64::from(*h)).sum();
     // A power of two with some room for what shelves leave empty.
@@ -259,9 +259,9 @@ fn shelves(blocks: &[[u32; 2]], edge: u32) -> (Vec<PagePlace>, u32, u32) {
 mod tests {
     use super::*;
 
-    fn plain(width: u32, height: u32, texel: [u8; 4]) -> Levels {
+    fn plain(width: u32, height: u32, texel: [u8; 4]) -> MipChain {
         let texels = vec![texel; (width * height) as usize];
-        mips::levels(Picture { width, height, texels }, Coding::Color, MAX_EDGE)
+        mips::levels(TextureImage { width, height, texels }, Coding::Color, MAX_EDGE)
     }
 
     #[test]

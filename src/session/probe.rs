@@ -8,7 +8,7 @@ use crate::gpu::{self, Gpu};
 use crate::plan::change::Why;
 use crate::plan::{Action, Binding, Desc, Draw, Place, Plan, Resource, ResourceId, Slot, Step, StepId};
 use crate::shader::probe::{Invocation, Probe, instrument};
-use crate::shader::{BindingKind, Entry, Shader, Stage};
+use crate::shader::{BindingKind, EntryPoint, Shader, Stage};
 use std::sync::Arc;
 
 /// What to ask.
@@ -208,7 +208,7 @@ pub(super) fn find(plan: &Plan, name: &str) -> Checked<usize> {
 
 /// # Errors
 /// The device has no room for one more buffer in this stage, or none that it can write to.
-fn able(gpu: &Gpu, shader: &Shader, entry: &Entry, step: &str) -> Checked<()> {
+fn able(gpu: &Gpu, shader: &Shader, entry: &EntryPoint, step: &str) -> Checked<()> {
     let writes =
         gpu.adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE);
     if entry.stage == Stage::Fragment && !writes {

@@ -7,7 +7,7 @@ use crate::graph::Graph;
 use crate::plan::build::{Options, Planned, plan_with};
 use crate::plan::draw::{asked_parts, parts};
 use crate::plan::fastest::Choices;
-use crate::plan::inputs::Kind;
+use crate::plan::inputs::InputKind;
 use crate::plan::request::{self, Request};
 use crate::project::Project;
 use crate::scene::{Level, Scene};
@@ -42,7 +42,7 @@ pub struct Settings {
     /// A pass whose invocations can be asked what they compute; see [`super::Session::probe`].
     pub probe: Option<Probing>,
     /// For tests of the proof: a kind of ingredient that is left out of every key, so that contents become wrong.
-    pub without: Option<Kind>,
+    pub without: Option<InputKind>,
 }
 
 /// Plans a project for a scene with an adapter's limits.

@@ -1,7 +1,7 @@
 //! Bindings by name: which variables the entry points use, and the number of each.
 
 use super::{
-    link::Unit,
+    link::LinkUnit,
     oil::{capabilities, tidy},
     write::{declared_at, plain},
 };
@@ -24,7 +24,7 @@ pub(super) struct Bound {
 ///
 /// # Errors
 /// Two variables in use that have the same name in different files.
-pub(super) fn bind(mut module: Module, units: &[Unit]) -> Checked<Bound> {
+pub(super) fn bind(mut module: Module, units: &[LinkUnit]) -> Checked<Bound> {
     compact(&mut module, KeepUnused::No);
     let info = validate(&module, units)?;
     let entries = 0..module.entry_points.len();
@@ -64,12 +64,12 @@ pub(super) fn bind(mut module: Module, units: &[Unit]) -> Checked<Bound> {
 }
 
 /// Where a variable is declared.
-pub(super) fn declaration(module: &Module, handle: Handle<GlobalVariable>, units: &[Unit]) -> Option<Span> {
+pub(super) fn declaration(module: &Module, handle: Handle<GlobalVariable>, units: &[LinkUnit]) -> Option<Span> {
     declared_at(units, module.global_variables[handle].name.as_deref()?)
 }
 
 /// naga_oil has validated the module, with places; this yields the facts about it.
-fn validate(module: &Module, units: &[Unit]) -> Checked<ModuleInfo> {
+fn validate(module: &Module, units: &[LinkUnit]) -> Checked<ModuleInfo> {
     Validator::new(ValidationFlags::all(), capabilities()).validate(module).map_err(|e| {
         let fault = Diagnostic::error(tidy(&e.as_inner().to_string()));
         match units.last() {

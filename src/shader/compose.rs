@@ -6,7 +6,7 @@ use super::{
     kept::joined,
     library::Library,
     limits::{check, on_deep_stack},
-    link::{Unit, gather},
+    link::{LinkUnit, gather},
     oil::join,
     reflect::reflect,
     write::{RESERVED_MARKS, write},
@@ -77,12 +77,12 @@ pub fn compose(library: &Library, path: &str, defs: &Defs, wanted: &[String]) ->
 fn joined_and_reflected(
     library: &Library,
     (path, defs, wanted): (&str, &Defs, &[String]),
-    units: &[Unit],
+    units: &[LinkUnit],
 ) -> Checked<Shader> {
     let mut bindings = 0;
     let mut sources: Vec<String> = units.iter().map(|u| u.path.clone()).collect();
     sources.sort();
-    let file = |unit: &Unit| sources.binary_search(&unit.path).unwrap_or(0);
+    let file = |unit: &LinkUnit| sources.binary_search(&unit.path).unwrap_or(0);
     let written: Vec<_> = units.iter().map(|unit| write(unit, defs, file(unit), &mut bindings)).collect();
     let mut module = joined(&written, || library.memo.with_oil(|oil| join(oil, units, &written)))?;
     let points = &mut module.entry_points;
@@ -96,7 +96,7 @@ fn joined_and_reflected(
     Ok(Shader { path, defs, wanted, module: bound.module, interface, sources, content })
 }
 
-fn content(bound: &Bound, units: &[Unit], defs: &Defs) -> u128 {
+fn content(bound: &Bound, units: &[LinkUnit], defs: &Defs) -> u128 {
     let flags = naga::back::wgsl::WriterFlags::empty();
     match naga::back::wgsl::write_string(&bound.module, &bound.info, flags) {
         Ok(text) => hash(&text),

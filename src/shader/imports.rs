@@ -1,6 +1,6 @@
 //! The `#import` line: what it names, and under which local name.
 
-use super::lex::{self, Kind, Token};
+use super::lex::{self, Token, TokenKind};
 use crate::diag::{Diagnostic, Source, Span};
 use std::{ops::Range, sync::Arc};
 
@@ -35,7 +35,7 @@ pub(super) fn parse_imports(
     }
 }
 
-type Fault = (Range<usize>, &'static str);
+type ImportFault = (Range<usize>, &'static str);
 
 struct Parser<'a> {
     text: &'a str,
@@ -61,7 +61,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Items up to the closing brace, or up to the end at depth 0. Each is put behind `prefix`.
-    fn list(&mut self, prefix: &str, depth: usize) -> Result<(), Fault> {
+    fn list(&mut self, prefix: &str, depth: usize) -> Result<(), ImportFault> {
         if depth > MAX_DEPTH {
             return Err((self.here(), "an import nests too deep"));
         }
@@ -93,8 +93,8 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn item(&mut self, prefix: &str, depth: usize) -> Result<(), Fault> {
-        let Some(word) = self.peek().filter(|w| w.kind == Kind::Name) else {
+    fn item(&mut self, prefix: &str, depth: usize) -> Result<(), ImportFault> {
+        let Some(word) = self.peek().filter(|w| w.kind == TokenKind::Name) else {
             return Err((self.here(), "expected a name in an import"));
         };
         self.at += 1;
@@ -108,7 +108,7 @@ impl<'a> Parser<'a> {
         let mut local = path.rsplit("::").next().unwrap_or("").to_owned();
         if self.peek().is_some_and(|w| w.text(self.text) == "as") {
             self.at += 1;
-            let Some(name) = self.peek().filter(|w| w.kind == Kind::Name) else {
+            let Some(name) = self.peek().filter(|w| w.kind == TokenKind::Name) else {
                 return Err((self.here(), "expected a name after `as`"));
             };
             name.text(self.text).clone_into(&mut local);

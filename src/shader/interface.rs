@@ -10,12 +10,12 @@ pub struct Interface {
     /// A variable's index here is its `@binding` in `@group(0)`.
     pub variables: Vec<Variable>,
     /// Entry points in the order of the text.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<EntryPoint>,
 }
 
 impl Interface {
     /// The entry of a stage; `None` when there is none.
-    pub fn entry(&self, stage: Stage) -> Option<&Entry> {
+    pub fn entry(&self, stage: Stage) -> Option<&EntryPoint> {
         self.entries.iter().find(|e| e.stage == stage)
     }
 }
@@ -101,7 +101,7 @@ pub enum Stage {
 
 /// One entry point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
+pub struct EntryPoint {
     /// The name to hand to the pipeline.
     pub name: String,
     pub stage: Stage,

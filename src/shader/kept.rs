@@ -119,7 +119,7 @@ mod tests {
     use super::super::{
         compose::Defs,
         library::Library,
-        link::{Unit, gather},
+        link::{LinkUnit, gather},
         oil::join,
         write::write,
     };
@@ -132,7 +132,7 @@ mod tests {
         "#import light::half\nvar<uniform> scale1: vec2f;\nvar<storage, read_write> out_: array<vec2f>;
 @compute @workgroup_size(8) fn main(@builtin(global_invocation_id) id: vec3u) { out_[id.x] = half(scale1); }";
 
-    fn texts(library: &Library) -> (Vec<Unit>, Vec<Written>) {
+    fn texts(library: &Library) -> (Vec<LinkUnit>, Vec<Written>) {
         let units = gather(library, "a.wgsl", &Defs::new()).unwrap();
         let mut bindings = 0;
         let written = units.iter().enumerate().map(|(i, u)| write(u, &Defs::new(), i, &mut bindings)).collect();

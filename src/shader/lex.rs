@@ -6,13 +6,13 @@ use std::{ops::Range, sync::Arc};
 /// A word of a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Token {
-    pub kind: Kind,
+    pub kind: TokenKind,
     /// Bytes of the text.
     pub range: Range<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum TokenKind {
     /// An identifier or a path of them: `a`, `a::b`, `"a/b.wgsl"::c`; also `a::` before a brace.
     Name,
     Number,
@@ -35,7 +35,7 @@ impl Token {
 
     /// True for this one character.
     pub fn is(&self, mark: char) -> bool {
-        self.kind == Kind::Mark(mark)
+        self.kind == TokenKind::Mark(mark)
     }
 }
 
@@ -98,14 +98,14 @@ pub(super) fn tokens(text: &str, range: Range<usize>) -> Vec<Token> {
             at += c.len_utf8();
             continue;
         } else if starts_name(c) || (c == '"' && quoted(rest).is_some()) {
-            (Kind::Name, name_length(rest))
+            (TokenKind::Name, name_length(rest))
         } else if c.is_ascii_digit() {
             let length = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '.' && c != '_');
-            (Kind::Number, length.unwrap_or(rest.len()))
+            (TokenKind::Number, length.unwrap_or(rest.len()))
         } else if let Some(length) = definition_length(rest) {
-            (Kind::Definition, length)
+            (TokenKind::Definition, length)
         } else {
-            (Kind::Mark(c), c.len_utf8())
+            (TokenKind::Mark(c), c.len_utf8())
         };
         out.push(Token { kind, range: range.start + at..range.start + at + length });
         at += length;

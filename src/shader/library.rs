@@ -50,7 +50,7 @@ impl Library {
             match dir.canonicalize() {
                 Ok(root) => {
                     let seen = BTreeSet::from([root.clone()]);
-                    let mut walk = Walk { root: &root, seen, read, texts: &mut library, faults: &mut faults };
+                    let mut walk = ImportWalk { root: &root, seen, read, texts: &mut library, faults: &mut faults };
                     walk.folder(dir, "");
                 }
                 Err(_) if !held.is_empty() => {}
@@ -118,7 +118,7 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {
     Diagnostic::error(format!("can't read {}: {error}", path.display()))
 }
 
-struct Walk<'a> {
+struct ImportWalk<'a> {
     /// With all links resolved.
     root: &'a Path,
     /// Folders with all links resolved: a link to a folder above must not lead round for ever.
@@ -128,7 +128,7 @@ struct Walk<'a> {
     faults: &'a mut Vec<Diagnostic>,
 }
 
-impl Walk<'_> {
+impl ImportWalk<'_> {
     /// Reads `folder`, whose path relative to the root is `prefix` (empty, or ending in `/`).
     fn folder(&mut self, folder: &Path, prefix: &str) {
         let entries = match fs::read_dir(folder).and_then(|entries| entries.collect::<Result<Vec<_>, _>>()) {

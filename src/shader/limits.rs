@@ -5,8 +5,8 @@
 //! program by its depth, or take all memory.
 
 use super::{
-    lex::{Kind, Token},
-    link::{Target, Unit},
+    lex::{Token, TokenKind},
+    link::{LinkTarget, LinkUnit},
 };
 use crate::diag::{Diagnostic, Span};
 use std::collections::{BTreeMap, HashMap};
@@ -52,7 +52,7 @@ pub(super) fn on_deep_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<
 }
 
 /// The limits that these units break, with their places: of each kind the first in a file.
-pub(super) fn check(units: &[Unit]) -> Vec<Diagnostic> {
+pub(super) fn check(units: &[LinkUnit]) -> Vec<Diagnostic> {
     let mut faults: Vec<Diagnostic> = units.iter().filter_map(|u| length(u).or_else(|| depth(u))).collect();
     if faults.is_empty() {
         faults.extend(Items::new(units).chain_and_parts().err());
@@ -60,14 +60,14 @@ pub(super) fn check(units: &[Unit]) -> Vec<Diagnostic> {
     faults
 }
 
-fn length(unit: &Unit) -> Option<Diagnostic> {
+fn length(unit: &LinkUnit) -> Option<Diagnostic> {
     let place = Span::new(&unit.source, 0..0);
     (unit.source.text.len() > MAX_BYTES)
         .then(|| Diagnostic::error("a shader file holds at most a mebibyte").at(&place, "").help("split it"))
 }
 
 /// A bracket or template list that is open.
-struct Level {
+struct Nesting {
     end: char,
     /// Operators since the last comma, semicolon or brace.
     operators: usize,
@@ -75,30 +75,30 @@ struct Level {
     chain: usize,
 }
 
-impl Level {
-    fn new(end: char) -> Level {
-        Level { end, operators: 0, chain: 0 }
+impl Nesting {
+    fn new(end: char) -> Nesting {
+        Nesting { end, operators: 0, chain: 0 }
     }
 }
 
-fn depth(unit: &Unit) -> Option<Diagnostic> {
+fn depth(unit: &LinkUnit) -> Option<Diagnostic> {
     let (text, words) = (&unit.scan.text, &unit.words);
-    let mut levels = vec![Level::new('\0')];
+    let mut levels = vec![Nesting::new('\0')];
     let mut total = 0;
     for (at, word) in words.iter().enumerate() {
         let top = levels.last_mut()?;
         match word.kind {
-            Kind::Mark('<') if is_template(words, text, at) => levels.push(Level::new('>')),
-            Kind::Mark('>') if top.end == '>' => close(&mut levels, &mut total, '>'),
-            Kind::Mark(open @ ('(' | '[' | '{')) => {
+            TokenKind::Mark('<') if is_template(words, text, at) => levels.push(Nesting::new('>')),
+            TokenKind::Mark('>') if top.end == '>' => close(&mut levels, &mut total, '>'),
+            TokenKind::Mark(open @ ('(' | '[' | '{')) => {
                 let end = match open {
                     '(' => ')',
                     '[' => ']',
                     _ => '}',
                 };
-                levels.push(Level::new(end));
+                levels.push(Nesting::new(end));
             }
-            Kind::Mark(end @ (')' | ']' | '}')) => {
+            TokenKind::Mark(end @ (')' | ']' | '}')) => {
                 close(&mut levels, &mut total, end);
                 let top = levels.last_mut()?;
                 if end != '}' {
@@ -115,8 +115,8 @@ fn depth(unit: &Unit) -> Option<Diagnostic> {
                     total -= std::mem::take(&mut top.chain);
                 }
             }
-            Kind::Mark(',' | ';') => total -= std::mem::take(&mut top.operators),
-            Kind::Mark(mark) if "+-*/%&|^<>=!~.".contains(mark) => {
+            TokenKind::Mark(',' | ';') => total -= std::mem::take(&mut top.operators),
+            TokenKind::Mark(mark) if "+-*/%&|^<>=!~.".contains(mark) => {
                 top.operators += 1;
                 total += 1;
             }
@@ -132,14 +132,14 @@ fn depth(unit: &Unit) -> Option<Diagnostic> {
 }
 
 /// Closes the innermost bracket of this kind, and template lists in it that were none.
-fn close(levels: &mut Vec<Level>, total: &mut usize, end: char) {
+fn close(levels: &mut Vec<Nesting>, total: &mut usize, end: char) {
     let Some(at) = levels.iter().rposition(|l| l.end == end).filter(|at| *at > 0) else { return };
     *total -= levels.drain(at..).map(|l| l.operators + l.chain).sum::<usize>();
 }
 
 /// Whether a `<` opens a template list: only names that WGSL itself declares have one.
 fn is_template(words: &[Token], text: &str, at: usize) -> bool {
-    let Some(before) = at.checked_sub(1).and_then(|i| words.get(i)).filter(|w| w.kind == Kind::Name) else {
+    let Some(before) = at.checked_sub(1).and_then(|i| words.get(i)).filter(|w| w.kind == TokenKind::Name) else {
         return false;
     };
     let name = before.text(text);
@@ -154,7 +154,7 @@ fn is_vector(name: &str) -> bool {
 
 /// The declarations of all units.
 struct Items<'a> {
-    units: &'a [Unit],
+    units: &'a [LinkUnit],
     all: Vec<Item<'a>>,
     /// By unit and word: the item that it names.
     meant: Vec<Vec<Option<usize>>>,
@@ -175,18 +175,18 @@ struct Known {
 }
 
 /// By word of a unit: the item that it names. `named` are the items by name, of each unit.
-fn meanings(u: &Unit, unit: usize, named: &[HashMap<&str, usize>]) -> Vec<Option<usize>> {
+fn meanings(u: &LinkUnit, unit: usize, named: &[HashMap<&str, usize>]) -> Vec<Option<usize>> {
     let (mut paths, mut member) = (u.paths.iter().peekable(), false);
     let meaning = |(i, word): (usize, &Token)| {
         let path = paths.next_if(|(at, _)| **at == i).map(|(_, target)| target);
         let after_dot = std::mem::replace(&mut member, word.is('.'));
-        if word.kind != Kind::Name || after_dot {
+        if word.kind != TokenKind::Name || after_dot {
             return None;
         }
         let text = word.text(&u.scan.text);
         match path.or_else(|| u.imports.get(text)) {
-            Some(Target::Item(unit, name)) => named.get(*unit)?.get(name.as_str()).copied(),
-            Some(Target::Module(_)) => None,
+            Some(LinkTarget::Item(unit, name)) => named.get(*unit)?.get(name.as_str()).copied(),
+            Some(LinkTarget::Module(_)) => None,
             None => named.get(unit)?.get(text).copied(),
         }
     };
@@ -194,7 +194,7 @@ fn meanings(u: &Unit, unit: usize, named: &[HashMap<&str, usize>]) -> Vec<Option
 }
 
 impl<'a> Items<'a> {
-    fn new(units: &'a [Unit]) -> Items<'a> {
+    fn new(units: &'a [LinkUnit]) -> Items<'a> {
         let (mut items, mut named) = (Items { units, all: vec![], meant: vec![] }, vec![]);
         for (unit, u) in units.iter().enumerate() {
             let place = |d: &super::outline::Declared| u.words.partition_point(|w| w.range.start < d.range.start);
@@ -259,7 +259,7 @@ impl<'a> Items<'a> {
         let u = &self.units[*unit];
         let mut locals: BTreeMap<&str, u64> = BTreeMap::new();
         let mut most = 1;
-        let ends = |w: &Token| matches!(w.kind, Kind::Mark(';' | '{' | '}'));
+        let ends = |w: &Token| matches!(w.kind, TokenKind::Mark(';' | '{' | '}'));
         let mut start = words.start;
         for end in words.clone().filter(|at| ends(&u.words[*at])).chain([words.end]) {
             let statement = start..end;
@@ -299,18 +299,18 @@ impl<'a> Items<'a> {
             let Some(word) = u.words.get(at) else { break };
             let Some(top) = open.last_mut() else { break };
             match word.kind {
-                Kind::Mark('<') if template > 0 || is_template(&u.words, &u.scan.text, at) => template += 1,
-                Kind::Mark('>') if template > 0 => template -= 1,
+                TokenKind::Mark('<') if template > 0 || is_template(&u.words, &u.scan.text, at) => template += 1,
+                TokenKind::Mark('>') if template > 0 => template -= 1,
                 _ if template > 0 => {}
-                Kind::Name => {
+                TokenKind::Name => {
                     let item = self.named_by(unit, at);
                     let parts = locals.get(text(at)).copied().or_else(|| Some(known[item?]?.parts)).unwrap_or(1);
                     top.last = top.last.max(parts);
                     callee = Some((at, item));
                     continue;
                 }
-                Kind::Number | Kind::Definition => top.last = top.last.max(1),
-                Kind::Mark(mark @ ('(' | '[')) => {
+                TokenKind::Number | TokenKind::Definition => top.last = top.last.max(1),
+                TokenKind::Mark(mark @ ('(' | '[')) => {
                     let made = callee.is_some_and(|(at, item)| {
                         let keyword = item.and_then(|i| self.all.get(i)).map_or("", |i| i.keyword);
                         text(at) == "array" || matches!(keyword, "struct" | "alias")
@@ -319,11 +319,11 @@ impl<'a> Items<'a> {
                     let kept = mark == '(' && (made || callee.is_none());
                     open.push(Sum { whole: kept, before: 0, last: 0 });
                 }
-                Kind::Mark(',') => {
+                TokenKind::Mark(',') => {
                     top.before = top.before.saturating_add(top.last);
                     top.last = 0;
                 }
-                Kind::Mark(')' | ']') if open.len() > 1 => {
+                TokenKind::Mark(')' | ']') if open.len() > 1 => {
                     let inner = open.pop().map_or(1, |s| if s.whole { s.before.saturating_add(s.last) } else { 1 });
                     if let Some(top) = open.last_mut() {
                         top.last = top.last.max(inner);

@@ -3,7 +3,7 @@
 use super::{
     compose::Defs,
     imports::Import,
-    lex::{self, Kind, Token},
+    lex::{self, Token, TokenKind},
     library::Library,
     limits::{MAX_FILES, MAX_IMPORTS},
     memo::Modules,
@@ -16,7 +16,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 /// A file that goes into a shader.
 #[derive(Debug, Clone)]
-pub(super) struct Unit {
+pub(super) struct LinkUnit {
     /// Its path in the library.
     pub path: String,
     pub source: Arc<Source>,
@@ -24,14 +24,14 @@ pub(super) struct Unit {
     pub words: Vec<Token>,
     pub outline: Outline,
     /// What its imports mean, by local name; units by their index.
-    pub imports: BTreeMap<String, Target>,
+    pub imports: BTreeMap<String, LinkTarget>,
     /// What each path (`a::b`) among its words means, by the word's index.
-    pub paths: BTreeMap<usize, Target>,
+    pub paths: BTreeMap<usize, LinkTarget>,
 }
 
 /// What an imported name stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Target {
+pub(super) enum LinkTarget {
     Module(usize),
     Item(usize, String),
 }
@@ -40,7 +40,7 @@ pub(super) enum Target {
 ///
 /// # Errors
 /// Every fault in directives and imports of all these files.
-pub(super) fn gather(library: &Library, path: &str, defs: &Defs) -> Checked<Vec<Unit>> {
+pub(super) fn gather(library: &Library, path: &str, defs: &Defs) -> Checked<Vec<LinkUnit>> {
     let modules = library.memo.index(library).modules.clone();
     let mut gather = Gather {
         texts: library,
@@ -69,7 +69,7 @@ struct Gather<'a> {
     texts: &'a Library,
     modules: Arc<Modules>,
     defs: &'a Defs,
-    units: Vec<Unit>,
+    units: Vec<LinkUnit>,
     /// Units by library path; `None` for a file that is still being read.
     known: BTreeMap<String, Option<usize>>,
     stack: Vec<String>,
@@ -85,7 +85,7 @@ impl Gather<'_> {
         let scan = scan(source, Some(self.defs), &mut self.faults);
         let words = lex::tokens(&scan.text, 0..scan.text.len());
         let outline = outline(source, &scan.text, &words, &mut self.faults);
-        for word in words.iter().filter(|w| w.kind == Kind::Definition) {
+        for word in words.iter().filter(|w| w.kind == TokenKind::Definition) {
             let name = word.definition(&scan.text);
             if name != HERE && !self.defs.contains_key(name) {
                 let place = Span::new(source, word.range.clone());
@@ -115,7 +115,15 @@ impl Gather<'_> {
         self.stack.pop();
         let index = self.units.len();
         self.known.insert(path.to_owned(), Some(index));
-        self.units.push(Unit { path: path.to_owned(), source: source.clone(), scan, words, outline, imports, paths });
+        self.units.push(LinkUnit {
+            path: path.to_owned(),
+            source: source.clone(),
+            scan,
+            words,
+            outline,
+            imports,
+            paths,
+        });
         index
     }
 
@@ -170,10 +178,10 @@ impl Gather<'_> {
         }
     }
 
-    fn resolve(&mut self, import: &Import, source: &Arc<Source>) -> Option<Target> {
+    fn resolve(&mut self, import: &Import, source: &Arc<Source>) -> Option<LinkTarget> {
         let place = Span::new(source, import.range.clone());
         if self.modules.contains_key(&import.path) {
-            return self.unit(&import.path, &place).map(Target::Module);
+            return self.unit(&import.path, &place).map(LinkTarget::Module);
         }
         match import.path.rsplit_once("::") {
             Some((module, item)) => self.item(module, item, &place),
@@ -184,12 +192,12 @@ impl Gather<'_> {
         }
     }
 
-    fn item(&mut self, module: &str, item: &str, place: &Span) -> Option<Target> {
+    fn item(&mut self, module: &str, item: &str, place: &Span) -> Option<LinkTarget> {
         let unit = self.unit(module, place)?;
         self.item_of(unit, module, item, place)
     }
 
-    fn item_of(&mut self, unit: usize, module: &str, item: &str, place: &Span) -> Option<Target> {
+    fn item_of(&mut self, unit: usize, module: &str, item: &str, place: &Span) -> Option<LinkTarget> {
         let declared = &self.units.get(unit)?.outline.declared;
         match declared.get(item) {
             Some(found) if found.keyword == "alias" => {
@@ -197,7 +205,7 @@ impl Gather<'_> {
                 self.faults.push(Diagnostic::error(message).at(place, "").help("import the type that it stands for"));
                 None
             }
-            Some(_) => Some(Target::Item(unit, item.to_owned())),
+            Some(_) => Some(LinkTarget::Item(unit, item.to_owned())),
             None => {
                 let mut fault = Diagnostic::error(format!("`{module}` has no `{item}`")).at(place, "");
                 let names: Vec<&str> = declared.keys().map(String::as_str).collect();
@@ -218,10 +226,10 @@ impl Gather<'_> {
         source: &Arc<Source>,
         text: &str,
         words: &[Token],
-        imports: &BTreeMap<String, Target>,
-    ) -> BTreeMap<usize, Target> {
+        imports: &BTreeMap<String, LinkTarget>,
+    ) -> BTreeMap<usize, LinkTarget> {
         let mut out = BTreeMap::new();
-        for (at, word) in words.iter().enumerate().filter(|(_, w)| w.kind == Kind::Name) {
+        for (at, word) in words.iter().enumerate().filter(|(_, w)| w.kind == TokenKind::Name) {
             let Some((module, item)) = word.text(text).rsplit_once("::") else {
                 if word.text(text).starts_with('"') {
                     let place = Span::new(source, word.range.clone());
@@ -231,7 +239,7 @@ impl Gather<'_> {
             };
             let place = Span::new(source, word.range.clone());
             let target = match imports.get(module) {
-                Some(Target::Module(unit)) => self.item_of(*unit, module, item, &place),
+                Some(LinkTarget::Module(unit)) => self.item_of(*unit, module, item, &place),
                 _ => self.item(module, item, &place),
             };
             if let Some(target) = target {

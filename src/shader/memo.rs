@@ -3,7 +3,7 @@
 
 use super::{
     compose::{Defs, Shader},
-    lex::{self, Kind},
+    lex::{self, TokenKind},
     library::Library,
     link::find_module,
     oil::Oil,
@@ -202,7 +202,7 @@ impl Outlook {
     fn of(source: &Arc<Source>) -> Outlook {
         let scan = scan(source, None, &mut vec![]);
         let words = lex::tokens(&scan.text, 0..scan.text.len());
-        let inline = words.iter().filter(|w| w.kind == Kind::Name).map(|w| w.text(&scan.text).to_owned());
+        let inline = words.iter().filter(|w| w.kind == TokenKind::Name).map(|w| w.text(&scan.text).to_owned());
         let words = inline.chain(scan.imports.into_iter().map(|i| i.path)).collect();
         let module = scan.module.map(|(name, _)| name);
         Outlook { module, mentioned: scan.mentioned, words, places: places(&source.text) }

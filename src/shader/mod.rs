@@ -37,12 +37,12 @@ mod tests;
 pub use compose::{Def, Defs, Shader, compose};
 pub use imports::Import;
 pub use interface::{
-    Access, BindingKind, ElementType, Entry, Interface, Output, OutputKind, Stage, TextureDim, TextureSample, Variable,
-    VertexInput,
+    Access, BindingKind, ElementType, EntryPoint, Interface, Output, OutputKind, Stage, TextureDim, TextureSample,
+    Variable, VertexInput,
 };
 pub use kept::{keep_joined_in, kept_module};
 pub use layout::{Layout, Member, plain_bytes};
-pub use lex::{Kind, Token};
+pub use lex::{Token, TokenKind};
 pub use library::Library;
 pub use memo::{Index, Memo};
 pub use outline::{Declared, Outline};

@@ -5,7 +5,7 @@
 //! that has seen another version of a file attributes errors to the wrong one.
 
 use super::{
-    link::Unit,
+    link::LinkUnit,
     write::{Written, declared_at, module_name, plain},
 };
 use crate::caught::caught;
@@ -47,7 +47,7 @@ impl Oil {
 ///
 /// # Errors
 /// The first parse error of a file, or the first validation error.
-pub(super) fn join(oil: &mut Oil, units: &[Unit], written: &[Written]) -> Checked<naga::Module> {
+pub(super) fn join(oil: &mut Oil, units: &[LinkUnit], written: &[Written]) -> Checked<naga::Module> {
     let joiner = Joiner { units, written };
     // naga_oil unwraps here and there; a user's text must not end the program when it finds such a place.
     match caught(|| joiner.join(oil.fresh())) {
@@ -66,7 +66,7 @@ const SPAN_SHIFT: usize = 21;
 const NAGA_TYPE: &str = "naga::";
 
 struct Joiner<'a> {
-    units: &'a [Unit],
+    units: &'a [LinkUnit],
     written: &'a [Written],
 }
 

@@ -1,6 +1,6 @@
 //! What a file declares at module scope, read from its words: names, resource variables, struct members.
 
-use super::lex::{Kind, Token};
+use super::lex::{Token, TokenKind};
 use crate::diag::{Diagnostic, Source, Span};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -38,19 +38,19 @@ pub(super) fn outline(source: &Arc<Source>, text: &str, words: &[Token], faults:
     let mut in_struct = false;
     while let Some(token) = words.get(at) {
         match token.kind {
-            Kind::Mark('{') => braces += 1,
-            Kind::Mark('}') => braces = braces.saturating_sub(1),
-            Kind::Mark('(') => parens += 1,
-            Kind::Mark(')') => parens = parens.saturating_sub(1),
-            Kind::Mark('@') if braces == 0 && parens == 0 && ["group", "binding"].contains(&word(at + 1)) => {
+            TokenKind::Mark('{') => braces += 1,
+            TokenKind::Mark('}') => braces = braces.saturating_sub(1),
+            TokenKind::Mark('(') => parens += 1,
+            TokenKind::Mark(')') => parens = parens.saturating_sub(1),
+            TokenKind::Mark('@') if braces == 0 && parens == 0 && ["group", "binding"].contains(&word(at + 1)) => {
                 let end = (at + 2..words.len()).find(|i| mark(*i, ')')).unwrap_or(at + 1);
                 out.attributes.extend(at..=end);
                 at = end;
             }
-            Kind::Name if in_struct && braces == 1 && parens == 0 && mark(at + 1, ':') => {
+            TokenKind::Name if in_struct && braces == 1 && parens == 0 && mark(at + 1, ':') => {
                 out.members.insert(at);
             }
-            Kind::Name if braces == 0 && parens == 0 && !mark(at.wrapping_sub(1), '@') => {
+            TokenKind::Name if braces == 0 && parens == 0 && !mark(at.wrapping_sub(1), '@') => {
                 let keyword = word(at);
                 in_struct = keyword == "struct" || (in_struct && !is_keyword(keyword));
                 if let Some((message, help)) = refused(keyword) {
@@ -61,19 +61,19 @@ pub(super) fn outline(source: &Arc<Source>, text: &str, words: &[Token], faults:
                         out.resources.insert(at);
                     }
                     let name = at + 1 + template;
-                    if let Some(named) = words.get(name).filter(|w| w.kind == Kind::Name) {
+                    if let Some(named) = words.get(name).filter(|w| w.kind == TokenKind::Name) {
                         let declared = Declared { keyword: keyword.to_owned(), range: named.range.clone() };
                         out.declared.entry(named.text(text).to_owned()).or_insert(declared);
                         at = name;
                     }
                 }
             }
-            Kind::Mark('"') => {
+            TokenKind::Mark('"') => {
                 let place = Span::new(source, token.range.clone());
                 faults
                     .push(Diagnostic::error("a quote that is never closed").at(&place, "").help("WGSL has no strings"));
             }
-            Kind::Mark('#') => {
+            TokenKind::Mark('#') => {
                 let place = Span::new(source, token.range.clone());
                 let help = "write `#{NAME}` for the value of a definition; a directive begins its line";
                 faults.push(Diagnostic::error("a stray `#`").at(&place, "").help(help));

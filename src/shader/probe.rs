@@ -11,7 +11,7 @@ mod notes;
 mod value;
 
 pub use instrument::instrument;
-pub use value::{Number, Shape};
+pub use value::{Number, ValueShape};
 
 use super::{Shader, Stage};
 
@@ -47,8 +47,8 @@ pub struct Site {
     pub function: String,
     /// The value's name, or a path to it, where `[]` stands for an index that is noted too.
     pub name: String,
-    pub indices: Vec<Shape>,
-    pub shape: Shape,
+    pub indices: Vec<ValueShape>,
+    pub shape: ValueShape,
     /// Its first word in a region.
     at: u32,
 }
@@ -92,7 +92,7 @@ pub struct Reading {
 impl Site {
     /// Words of one value with its indices.
     fn words(&self) -> u32 {
-        self.indices.iter().map(Shape::words).sum::<u32>() + self.shape.words()
+        self.indices.iter().map(ValueShape::words).sum::<u32>() + self.shape.words()
     }
 
     /// Words of the site in a region.

@@ -4,7 +4,7 @@ use super::{
     bind::{Bound, declaration},
     interface::*,
     layout,
-    link::Unit,
+    link::LinkUnit,
     write::plain,
 };
 use crate::diag::{Checked, Diagnostic, Faults};
@@ -19,7 +19,7 @@ use std::{collections::BTreeSet, sync::Arc};
 ///
 /// # Errors
 /// Variables, attributes and outputs of a type that nothing can be bound to; all of them.
-pub(super) fn reflect(bound: &Bound, units: &[Unit]) -> Checked<Interface> {
+pub(super) fn reflect(bound: &Bound, units: &[LinkUnit]) -> Checked<Interface> {
     let mut faults = vec![];
     let mut variables = vec![];
     for (name, handle) in &bound.variables {
@@ -40,7 +40,7 @@ pub(super) fn reflect(bound: &Bound, units: &[Unit]) -> Checked<Interface> {
             naga::ShaderStage::Compute => Stage::Compute,
             _ => continue,
         };
-        let mut entry = Entry {
+        let mut entry = EntryPoint {
             name: point.name.clone(),
             stage,
             workgroup_size: if stage == Stage::Compute { point.workgroup_size } else { [1; 3] },
@@ -220,7 +220,7 @@ fn storage_access(access: StorageAccess) -> Result<wgpu_types::StorageTextureAcc
 /// Collects what an entry point takes or returns.
 struct Values<'a> {
     module: &'a Module,
-    entry: &'a mut Entry,
+    entry: &'a mut EntryPoint,
     problems: Vec<String>,
 }
 

@@ -6,7 +6,7 @@
 use super::{
     compose::{Def, Defs},
     imports::{Import, parse_imports},
-    lex::{self, Kind},
+    lex::{self, TokenKind},
     report::HERE,
 };
 use crate::diag::{Diagnostic, Source, Span};
@@ -136,7 +136,7 @@ fn unclosed(text: &str) -> bool {
 }
 
 fn note_definitions(text: &str, words: &[lex::Token], mentioned: &mut BTreeSet<String>) {
-    let names = words.iter().filter(|w| w.kind == Kind::Definition).map(|w| w.definition(text));
+    let names = words.iter().filter(|w| w.kind == TokenKind::Definition).map(|w| w.definition(text));
     // A place is no definition that anybody gives.
     mentioned.extend(names.filter(|name| *name != HERE).map(ToOwned::to_owned));
 }
@@ -152,7 +152,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn name(&self, at: usize) -> &'a str {
-        self.words.get(at).filter(|w| w.kind == Kind::Name).map_or("", |w| w.text(self.text))
+        self.words.get(at).filter(|w| w.kind == TokenKind::Name).map_or("", |w| w.text(self.text))
     }
 
     fn place(&self, words: Range<usize>) -> Span {

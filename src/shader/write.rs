@@ -2,8 +2,8 @@
 
 use super::{
     compose::{Def, Defs},
-    lex::Kind,
-    link::{Target, Unit},
+    lex::TokenKind,
+    link::{LinkTarget, LinkUnit},
     report::{HERE, place},
 };
 use crate::diag::Span;
@@ -71,10 +71,10 @@ pub(super) fn plain(text: &str) -> String {
 }
 
 /// Where something of this decorated name is declared.
-pub(super) fn declared_at(units: &[Unit], decorated: &str) -> Option<Span> {
+pub(super) fn declared_at(units: &[LinkUnit], decorated: &str) -> Option<Span> {
     let name = plain(decorated);
     let (root, modules) = units.split_last()?;
-    let of_module = |(i, _): &(usize, &Unit)| Composer::decorated_name(Some(&module_name(*i)), &name) == decorated;
+    let of_module = |(i, _): &(usize, &LinkUnit)| Composer::decorated_name(Some(&module_name(*i)), &name) == decorated;
     let unit = modules.iter().enumerate().find(of_module).map_or(root, |(_, unit)| unit);
     let declared = unit.outline.declared.get(&name)?;
     Some(Span::new(&unit.source, declared.range.clone()))
@@ -82,7 +82,7 @@ pub(super) fn declared_at(units: &[Unit], decorated: &str) -> Option<Span> {
 
 /// Writes a unit. `bindings` counts the resource variables of all units: each gets a number of its own for as long
 /// as naga_oil validates. `file` is the unit's index among the paths of all units in order.
-pub(super) fn write(unit: &Unit, defs: &Defs, file: usize, bindings: &mut u32) -> Written {
+pub(super) fn write(unit: &LinkUnit, defs: &Defs, file: usize, bindings: &mut u32) -> Written {
     let source = &unit.scan.text;
     let mut out = Writer { text: String::new(), parsed: 0, pieces: vec![] };
     let mut at = 0;
@@ -103,18 +103,18 @@ pub(super) fn write(unit: &Unit, defs: &Defs, file: usize, bindings: &mut u32) -
         let member = unit.outline.members.contains(&index);
         let target = unit.paths.get(&index).or_else(|| unit.imports.get(name));
         match (word.kind, target) {
-            (Kind::Definition, _) => {
+            (TokenKind::Definition, _) => {
                 let value = match word.definition(source) {
                     HERE => format!("{}u", place(file, 1 + newlines(source, word.range.start))),
                     name => defs.get(name).map_or(String::new(), Def::wgsl),
                 };
                 out.replace(&value, &value, word.range.clone());
             }
-            (Kind::Name, _) if (accessed || member) && name.ends_with(|c: char| c.is_numeric() || c == '_') => {
+            (TokenKind::Name, _) if (accessed || member) && name.ends_with(|c: char| c.is_numeric() || c == '_') => {
                 let marked = format!("{name}{MEMBER_MARK}");
                 out.replace(&marked, &marked, word.range.clone());
             }
-            (Kind::Name, Some(Target::Item(module, item))) if !accessed && !member && !attribute => {
+            (TokenKind::Name, Some(LinkTarget::Item(module, item))) if !accessed && !member && !attribute => {
                 let module = module_name(*module);
                 let parsed = Composer::decorated_name(Some(&module), item);
                 out.replace(&format!("{module}::{item}"), &parsed, word.range.clone());

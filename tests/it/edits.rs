@@ -6,7 +6,7 @@ use Edit::*;
 use lightgraph::internals::diag::Source;
 use lightgraph::internals::graph;
 use lightgraph::internals::plan::change::Why;
-use lightgraph::internals::plan::inputs::{KINDS, Kind};
+use lightgraph::internals::plan::inputs::{InputKind, KINDS};
 use lightgraph::internals::scene::{Shift, TextureArray};
 use lightgraph::internals::shader::Library;
 use lightgraph::internals::value::Value;
@@ -212,14 +212,14 @@ fn scene_of(base: &Scene, state: State) -> Scene {
 struct Player<'a> {
     gpu: &'a Gpu,
     base: Scene,
-    without: Option<Kind>,
+    without: Option<InputKind>,
     state: State,
     session: Option<Session>,
     frame: u32,
 }
 
 impl<'a> Player<'a> {
-    fn new(gpu: &'a Gpu, without: Option<Kind>) -> Player<'a> {
+    fn new(gpu: &'a Gpu, without: Option<InputKind>) -> Player<'a> {
         let scene = Scene::load(&support::repository("scenes/cornell_point.gltf")).unwrap_or_else(|f| panic!("{f}"));
         Player { gpu, base: scene.scene, without, state: State::default(), session: None, frame: 0 }
     }
@@ -329,19 +329,19 @@ fn what_did_not_run_says_since_when() {
 }
 
 /// The edit that only this kind of ingredient tells of.
-fn telling(kind: Kind) -> Edit {
+fn telling(kind: InputKind) -> Edit {
     match kind {
-        Kind::Shader => Shader,
-        Kind::Value => Gain,
-        Kind::Table => Material,
-        Kind::Geometry => Vertex,
-        Kind::Textures => Texture,
-        Kind::Resource => Material,
-        Kind::Size => Wide,
-        Kind::Target => Clear,
-        Kind::Extent => Reach,
-        Kind::Loop => Turns,
-        Kind::Sampler => Filter,
+        InputKind::Shader => Shader,
+        InputKind::Value => Gain,
+        InputKind::Table => Material,
+        InputKind::Geometry => Vertex,
+        InputKind::Textures => Texture,
+        InputKind::Resource => Material,
+        InputKind::Size => Wide,
+        InputKind::Target => Clear,
+        InputKind::Extent => Reach,
+        InputKind::Loop => Turns,
+        InputKind::Sampler => Filter,
     }
 }
 

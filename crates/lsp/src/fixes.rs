@@ -3,7 +3,7 @@
 use crate::mentions::GraphFile;
 use crate::text::Lines;
 use crate::told::HELP;
-use lightgraph::internals::graph::tree::{self, Kind, Node};
+use lightgraph::internals::graph::tree::{self, SyntaxKind, SyntaxNode};
 use lsp_types::{CodeAction, CodeActionKind, CodeActionOrCommand, Diagnostic, TextEdit, Uri, WorkspaceEdit};
 use std::ops::Range;
 
@@ -85,19 +85,21 @@ fn with_field(lines: &Lines, name: &str, field: &str) -> Option<usize> {
 }
 
 /// The entry of a map whose key holds a byte.
-fn entry(node: &Node, byte: usize) -> Option<Range<usize>> {
-    let holds = |n: &Node| n.span.start <= byte && byte < n.span.end;
+fn entry(node: &SyntaxNode, byte: usize) -> Option<Range<usize>> {
+    let holds = |n: &SyntaxNode| n.span.start <= byte && byte < n.span.end;
     match &node.kind {
-        Kind::Map(pairs) => {
+        SyntaxKind::Map(pairs) => {
             pairs.iter().find_map(
                 |(key, value)| {
                     if holds(key) { Some(key.span.start..value.span.end) } else { entry(value, byte) }
                 },
             )
         }
-        Kind::Struct(_, fields) => fields.iter().filter(|f| holds(&f.value)).find_map(|f| entry(&f.value, byte)),
-        Kind::List(items) | Kind::Tuple(_, items) => items.iter().filter(|n| holds(n)).find_map(|n| entry(n, byte)),
-        Kind::Text | Kind::Word => None,
+        SyntaxKind::Struct(_, fields) => fields.iter().filter(|f| holds(&f.value)).find_map(|f| entry(&f.value, byte)),
+        SyntaxKind::List(items) | SyntaxKind::Tuple(_, items) => {
+            items.iter().filter(|n| holds(n)).find_map(|n| entry(n, byte))
+        }
+        SyntaxKind::Text | SyntaxKind::Word => None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! The names in a shader file, each with its place and what it names.
 
 use lightgraph::internals::diag::Source;
-use lightgraph::internals::shader::{Kind, Survey, Token, survey};
+use lightgraph::internals::shader::{Survey, Token, TokenKind, survey};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -216,22 +216,22 @@ impl Reader<'_> {
         let mut of = String::new();
         for (at, token) in survey.words.iter().enumerate() {
             match token.kind {
-                Kind::Mark('{') => {
+                TokenKind::Mark('{') => {
                     let scope = if self.scopes.is_empty() { std::mem::take(&mut self.params) } else { Scope::new() };
                     self.scopes.push(scope);
                 }
-                Kind::Mark('}') => drop(self.scopes.pop()),
-                Kind::Mark(';') => {
+                TokenKind::Mark('}') => drop(self.scopes.pop()),
+                TokenKind::Mark(';') => {
                     if let Some(scope) = self.scopes.last_mut() {
                         scope.extend(self.coming.drain(..));
                     }
                 }
-                Kind::Definition => {
+                TokenKind::Definition => {
                     let name = token.definition(&survey.code);
                     let start = token.range.start + token.text(&survey.code).find(name).unwrap_or(0);
                     self.mention(start..start + name.len(), Named::Definition(name.into()), false);
                 }
-                Kind::Name => {
+                TokenKind::Name => {
                     match word(survey, at) {
                         "struct" => of = word(survey, at + 1).into(),
                         "fn" => self.params(at, imported),
@@ -240,7 +240,7 @@ impl Reader<'_> {
                     }
                     self.name(at, token, &of, imported, variables);
                 }
-                Kind::Mark(_) | Kind::Number => {}
+                TokenKind::Mark(_) | TokenKind::Number => {}
             }
         }
     }
@@ -300,7 +300,7 @@ impl Reader<'_> {
             if depth == 0 || mark(survey, i, '{') {
                 break;
             }
-            if depth == 1 && survey.words[i].kind == Kind::Name && mark(survey, i + 1, ':') {
+            if depth == 1 && survey.words[i].kind == TokenKind::Name && mark(survey, i + 1, ':') {
                 let ty = typed(survey, imported, word(survey, i + 2));
                 self.params.insert(word(survey, i).into(), ty);
             }

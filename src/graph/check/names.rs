@@ -1,12 +1,12 @@
 //! What a name in a pass may stand for: textures, buffers, levels, frusta.
 
-use super::{Check, Scope};
+use super::{Checker, ExprScope};
 use crate::diag::Diagnostic;
 use crate::graph::ast::{Name, ResourceKind, set_of};
 use crate::graph::unroll::index_of;
 use crate::plan::cull::frustum_tables;
 
-impl<'g> Check<'g> {
+impl<'g> Checker<'g> {
     /// A buffer, or a table that has frusta.
     pub(super) fn frusta(&mut self, name: &Name) {
         let tables: Vec<&str> = frustum_tables().collect();
@@ -34,7 +34,7 @@ impl<'g> Check<'g> {
             }
             // Its place and text hold what the file says.
             if let Ok(index) = index_of(name) {
-                self.names(&index, Scope::Values);
+                self.names(&index, ExprScope::Values);
             }
         }
         kind

@@ -9,19 +9,19 @@ fn formatted(text: &str) -> String {
 }
 
 /// What a tree says, apart from where it says it: texts with one space for any white space.
-fn said(node: &Node) -> String {
-    let all = |nodes: &[Node]| nodes.iter().map(said).collect::<Vec<_>>().join(",");
+fn said(node: &SyntaxNode) -> String {
+    let all = |nodes: &[SyntaxNode]| nodes.iter().map(said).collect::<Vec<_>>().join(",");
     let name = |name: &Option<Span>| name.as_ref().map_or(String::new(), |n| n.text().to_string());
     match &node.kind {
-        Kind::Word => node.span.text().into(),
-        Kind::Text => node.span.text().split_whitespace().collect::<Vec<_>>().join(" "),
-        Kind::List(items) => format!("[{}]", all(items)),
-        Kind::Tuple(head, items) => format!("{}({})", name(head), all(items)),
-        Kind::Map(pairs) => {
+        SyntaxKind::Word => node.span.text().into(),
+        SyntaxKind::Text => node.span.text().split_whitespace().collect::<Vec<_>>().join(" "),
+        SyntaxKind::List(items) => format!("[{}]", all(items)),
+        SyntaxKind::Tuple(head, items) => format!("{}({})", name(head), all(items)),
+        SyntaxKind::Map(pairs) => {
             let pairs: Vec<String> = pairs.iter().map(|(k, v)| format!("{}:{}", said(k), said(v))).collect();
             format!("{{{}}}", pairs.join(","))
         }
-        Kind::Struct(head, fields) => {
+        SyntaxKind::Struct(head, fields) => {
             let one = |f: &Field| format!("{}={}", f.name.text(), said(&f.value));
             format!("{}({})", name(head), fields.iter().map(one).collect::<Vec<_>>().join(","))
         }

@@ -6,7 +6,7 @@ use super::super::{
 };
 use super::ir::Code;
 use super::notes::{Identity, Notes};
-use super::{FIRST, Probe, RING, Shape, Site};
+use super::{FIRST, Probe, RING, Site, ValueShape};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic};
 use naga::valid::{FunctionInfo, ModuleInfo, ValidationFlags, Validator};
@@ -263,7 +263,7 @@ fn uniforms(module: &Module, info: &FunctionInfo) -> BTreeSet<Handle<GlobalVaria
     let whole = |(handle, v): &(Handle<GlobalVariable>, &GlobalVariable)| {
         v.space == AddressSpace::Uniform
             && !info[*handle].is_empty()
-            && Shape::of(module, &module.types[v.ty].inner).is_some()
+            && ValueShape::of(module, &module.types[v.ty].inner).is_some()
     };
     module.global_variables.iter().filter(whole).map(|(handle, _)| handle).collect()
 }

@@ -3,7 +3,7 @@
 use super::super::{Stage, write::plain};
 use super::instrument::{Facts, RUN_COUNT, Sites};
 use super::ir::Code;
-use super::{FIRST, MOST_WORDS, Number, RUNS, Role, Shape, Site};
+use super::{FIRST, MOST_WORDS, Number, RUNS, Role, Site, ValueShape};
 use naga::{
     AddressSpace, AtomicFunction, BinaryOperator, Binding, Block, BuiltIn, Expression, Function, FunctionArgument,
     GlobalVariable, Handle, Scalar, ScalarKind, Span, Statement, SwitchCase, Type, TypeInner, UniqueArena, VectorSize,
@@ -131,9 +131,9 @@ impl Notes<'_, '_> {
             let name = argument.name.as_deref().map(plain).unwrap_or_default();
             // The type of one that was added is not among the original's.
             let shape = match &argument.binding {
-                Some(Binding::BuiltIn(BuiltIn::Position { .. })) => Some(Shape::Vector(Number::Float, 4)),
-                Some(Binding::BuiltIn(BuiltIn::GlobalInvocationId)) => Some(Shape::Vector(Number::Uint, 3)),
-                _ => Shape::of(self.facts.module, &self.facts.module.types[argument.ty].inner),
+                Some(Binding::BuiltIn(BuiltIn::Position { .. })) => Some(ValueShape::Vector(Number::Float, 4)),
+                Some(Binding::BuiltIn(BuiltIn::GlobalInvocationId)) => Some(ValueShape::Vector(Number::Uint, 3)),
+                _ => ValueShape::of(self.facts.module, &self.facts.module.types[argument.ty].inner),
             };
             if let Some(shape) = shape {
                 let value = self.code.given(Expression::FunctionArgument(i as u32));
@@ -143,7 +143,7 @@ impl Notes<'_, '_> {
         for handle in &self.facts.uniforms {
             let variable = &self.facts.module.global_variables[*handle];
             let name = variable.name.as_deref().map(plain).unwrap_or_default();
-            if let Some(shape) = Shape::of(self.facts.module, &self.facts.module.types[variable.ty].inner) {
+            if let Some(shape) = ValueShape::of(self.facts.module, &self.facts.module.types[variable.ty].inner) {
                 let pointer = self.code.given(Expression::GlobalVariable(*handle));
                 let value = self.code.load(pointer);
                 self.note(Role::Uniform, name, vec![], (value, shape));
@@ -244,7 +244,7 @@ impl Notes<'_, '_> {
 
     fn returned(&mut self, value: Value) {
         match self.shape(value) {
-            Some(Shape::Struct(members)) => {
+            Some(ValueShape::Struct(members)) => {
                 for (i, (name, shape)) in (0..).zip(members) {
                     let value = self.code.member(value, i);
                     self.note(Role::Return, name, vec![], (value, shape));
@@ -262,7 +262,13 @@ impl Notes<'_, '_> {
         }
     }
 
-    fn note(&mut self, role: Role, name: String, indices: Vec<(Value, Shape)>, (value, shape): (Value, Shape)) {
+    fn note(
+        &mut self,
+        role: Role,
+        name: String,
+        indices: Vec<(Value, ValueShape)>,
+        (value, shape): (Value, ValueShape),
+    ) {
         let root = name.split(['.', '[']).next().unwrap_or_default();
         let chosen = self.sites.only.is_empty() || self.sites.only.iter().any(|n| n == root);
         if !chosen && matches!(role, Role::Let | Role::Var | Role::Read) {
@@ -291,20 +297,20 @@ impl Notes<'_, '_> {
         }
     }
 
-    /// The words of a value, as [`Shape`] counts them.
-    fn words(&mut self, value: Value, shape: &Shape, out: &mut Vec<Value>) {
-        let mut parts = |count: u32, shape: &Shape| {
+    /// The words of a value, as [`ValueShape`] counts them.
+    fn words(&mut self, value: Value, shape: &ValueShape, out: &mut Vec<Value>) {
+        let mut parts = |count: u32, shape: &ValueShape| {
             for i in 0..count {
                 let part = self.code.member(value, i);
                 self.words(part, shape, out);
             }
         };
         match shape {
-            Shape::Number(number) => out.push(self.word(value, *number)),
-            Shape::Vector(number, n) => parts(*n, &Shape::Number(*number)),
-            Shape::Matrix(number, columns, rows) => parts(*columns, &Shape::Vector(*number, *rows)),
-            Shape::Array(of, n) => parts(*n, of),
-            Shape::Struct(members) => {
+            ValueShape::Number(number) => out.push(self.word(value, *number)),
+            ValueShape::Vector(number, n) => parts(*n, &ValueShape::Number(*number)),
+            ValueShape::Matrix(number, columns, rows) => parts(*columns, &ValueShape::Vector(*number, *rows)),
+            ValueShape::Array(of, n) => parts(*n, of),
+            ValueShape::Struct(members) => {
                 for (i, (_, shape)) in (0..).zip(members) {
                     let part = self.code.member(value, i);
                     self.words(part, shape, out);
@@ -331,8 +337,8 @@ impl Notes<'_, '_> {
     }
 
     /// Of an expression of the original.
-    fn shape(&self, value: Value) -> Option<Shape> {
-        Shape::of(self.facts.module, self.inner(value))
+    fn shape(&self, value: Value) -> Option<ValueShape> {
+        ValueShape::of(self.facts.module, self.inner(value))
     }
 
     fn inner(&self, value: Value) -> &TypeInner {

@@ -8,13 +8,13 @@ const MOST_WORDS: u32 = 64;
 
 /// What a value is made of. Each number takes a word.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Shape {
+pub enum ValueShape {
     Number(Number),
     Vector(Number, u32),
     /// Column by column: how many, and how many rows.
     Matrix(Number, u32, u32),
-    Array(Box<Shape>, u32),
-    Struct(Vec<(String, Shape)>),
+    Array(Box<ValueShape>, u32),
+    Struct(Vec<(String, ValueShape)>),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,27 +27,27 @@ pub enum Number {
     Bool,
 }
 
-impl Shape {
+impl ValueShape {
     /// `None` for what holds no numbers, such as pointers and textures, and for what is too large.
-    pub(super) fn of(module: &Module, inner: &TypeInner) -> Option<Shape> {
-        Shape::unbounded(module, inner, 8).filter(|s| (1..=MOST_WORDS).contains(&s.words()))
+    pub(super) fn of(module: &Module, inner: &TypeInner) -> Option<ValueShape> {
+        ValueShape::unbounded(module, inner, 8).filter(|s| (1..=MOST_WORDS).contains(&s.words()))
     }
 
-    fn unbounded(module: &Module, inner: &TypeInner, depth: u32) -> Option<Shape> {
-        let inner_of = |ty| Shape::unbounded(module, &module.types[ty].inner, depth.checked_sub(1)?);
+    fn unbounded(module: &Module, inner: &TypeInner, depth: u32) -> Option<ValueShape> {
+        let inner_of = |ty| ValueShape::unbounded(module, &module.types[ty].inner, depth.checked_sub(1)?);
         Some(match inner {
-            TypeInner::Scalar(s) => Shape::Number(number(*s)?),
-            TypeInner::Vector { size, scalar } => Shape::Vector(number(*scalar)?, *size as u32),
+            TypeInner::Scalar(s) => ValueShape::Number(number(*s)?),
+            TypeInner::Vector { size, scalar } => ValueShape::Vector(number(*scalar)?, *size as u32),
             TypeInner::Matrix { columns, rows, scalar } => {
-                Shape::Matrix(number(*scalar)?, *columns as u32, *rows as u32)
+                ValueShape::Matrix(number(*scalar)?, *columns as u32, *rows as u32)
             }
             TypeInner::Array { base, size: ArraySize::Constant(n), .. } if n.get() <= MOST_WORDS => {
-                Shape::Array(Box::new(inner_of(*base)?), n.get())
+                ValueShape::Array(Box::new(inner_of(*base)?), n.get())
             }
             TypeInner::Struct { members, .. } if members.len() <= MOST_WORDS as usize => {
                 let member =
                     |m: &naga::StructMember| Some((m.name.as_deref().map(plain).unwrap_or_default(), inner_of(m.ty)?));
-                Shape::Struct(members.iter().map(member).collect::<Option<_>>()?)
+                ValueShape::Struct(members.iter().map(member).collect::<Option<_>>()?)
             }
             _ => return None,
         })
@@ -55,11 +55,11 @@ impl Shape {
 
     pub fn words(&self) -> u32 {
         match self {
-            Shape::Number(_) => 1,
-            Shape::Vector(_, n) => *n,
-            Shape::Matrix(_, columns, rows) => columns * rows,
-            Shape::Array(of, n) => of.words().saturating_mul(*n),
-            Shape::Struct(members) => members.iter().map(|m| m.1.words()).fold(0, u32::saturating_add),
+            ValueShape::Number(_) => 1,
+            ValueShape::Vector(_, n) => *n,
+            ValueShape::Matrix(_, columns, rows) => columns * rows,
+            ValueShape::Array(of, n) => of.words().saturating_mul(*n),
+            ValueShape::Struct(members) => members.iter().map(|m| m.1.words()).fold(0, u32::saturating_add),
         }
     }
 
@@ -70,17 +70,17 @@ impl Shape {
             format!("({})", all.join(", "))
         };
         match self {
-            Shape::Number(number) => number.show(words.next().unwrap_or(0)),
-            Shape::Vector(number, n) => row(number, *n),
-            Shape::Matrix(number, columns, rows) => {
+            ValueShape::Number(number) => number.show(words.next().unwrap_or(0)),
+            ValueShape::Vector(number, n) => row(number, *n),
+            ValueShape::Matrix(number, columns, rows) => {
                 let all: Vec<String> = (0..*columns).map(|_| row(number, *rows)).collect();
                 format!("({})", all.join(", "))
             }
-            Shape::Array(of, n) => {
+            ValueShape::Array(of, n) => {
                 let all: Vec<String> = (0..*n).map(|_| of.show(words)).collect();
                 format!("[{}]", all.join(", "))
             }
-            Shape::Struct(members) => {
+            ValueShape::Struct(members) => {
                 let all: Vec<String> = members.iter().map(|(name, s)| format!("{name}: {}", s.show(words))).collect();
                 format!("{{{}}}", all.join(", "))
             }

@@ -6,7 +6,7 @@ use lightgraph::internals::builtin;
 use lightgraph::internals::diag::{Source, Span};
 use lightgraph::internals::graph::ast::Name;
 use lightgraph::internals::graph::read::{Fields, Reader};
-use lightgraph::internals::graph::tree::{Kind, Node, parse};
+use lightgraph::internals::graph::tree::{SyntaxKind, SyntaxNode, parse};
 use lightgraph::{Checked, Diagnostic, Faults};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -37,7 +37,7 @@ pub struct Setup {
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Parameters as written; the graph says their types.
-    pub params: Vec<(Name, Node)>,
+    pub params: Vec<(Name, SyntaxNode)>,
     /// What all lights and emissive materials are multiplied by.
     pub light: f32,
     /// Frames check the numbers that every step leaves.
@@ -76,7 +76,7 @@ pub enum Step {
     MoveCamera(Vec3),
     MoveLights(Vec3),
     MoveNode(Name, Vec3),
-    Set(Vec<(Name, Node)>),
+    Set(Vec<(Name, SyntaxNode)>),
     Swap(File),
     Resize([u32; 2]),
     /// From now on a shader's text is another; its file stays as it is.
@@ -91,7 +91,7 @@ pub struct Run {
     pub graph: Option<File>,
     pub scene: Option<File>,
     pub camera: Option<Name>,
-    pub params: Vec<(Name, Node)>,
+    pub params: Vec<(Name, SyntaxNode)>,
     pub light: Option<f32>,
 }
 
@@ -109,7 +109,7 @@ impl Run {
 }
 
 /// Puts settings in the place of those of the same names.
-pub fn replace(params: &mut Vec<(Name, Node)>, by: &[(Name, Node)]) {
+pub fn replace(params: &mut Vec<(Name, SyntaxNode)>, by: &[(Name, SyntaxNode)]) {
     params.retain(|(old, _)| !by.iter().any(|(new, _)| new.value == old.value));
     params.extend(by.iter().cloned());
 }
@@ -151,7 +151,7 @@ struct Parser<'a> {
 }
 
 impl Parser<'_> {
-    fn test(&mut self, path: &Path, node: &Node) -> Option<Test> {
+    fn test(&mut self, path: &Path, node: &SyntaxNode) -> Option<Test> {
         let (_, mut f) = self.reader.named(node, &["Test"])?;
         let about = self.reader.need(&mut f, "about").and_then(|n| self.reader.prose(n));
         let graph = self.reader.need(&mut f, "graph").and_then(|n| self.file(n));
@@ -198,7 +198,7 @@ impl Parser<'_> {
         })
     }
 
-    fn step(&mut self, node: &Node) -> Option<Step> {
+    fn step(&mut self, node: &SyntaxNode) -> Option<Step> {
         let (kind, mut f) = self.reader.named(node, &["Frames", "Move", "Set", "Swap", "Resize", "Edit", "Restore"])?;
         let step = match kind {
             "Frames" => {
@@ -243,7 +243,7 @@ impl Parser<'_> {
     }
 
     /// `Move(camera: (x, y, z))`, `Move(lights: …)` or `Move(node: "name", by: …)`.
-    fn moved(&mut self, f: &mut Fields, node: &Node) -> Option<Step> {
+    fn moved(&mut self, f: &mut Fields, node: &SyntaxNode) -> Option<Step> {
         let (camera, lights, name) = (f.get("camera"), f.get("lights"), f.get("node"));
         match (camera, lights, name) {
             (Some(n), None, None) => self.vector(n).map(Step::MoveCamera),
@@ -260,7 +260,7 @@ impl Parser<'_> {
         }
     }
 
-    fn check(&mut self, node: &Node) -> Option<Check> {
+    fn check(&mut self, node: &SyntaxNode) -> Option<Check> {
         const KINDS: [&str; 11] = [
             "Plan",
             "Bytes",
@@ -337,7 +337,7 @@ impl Parser<'_> {
         })
     }
 
-    fn run(&mut self, node: &Node) -> Option<Run> {
+    fn run(&mut self, node: &SyntaxNode) -> Option<Run> {
         let (_, mut f) = self.reader.named(node, &["Run"])?;
         let run = Run {
             graph: f.get("graph").and_then(|n| self.file(n)),
@@ -385,7 +385,7 @@ impl Parser<'_> {
         Some(number)
     }
 
-    fn whole(&mut self, node: &Node, min: f64, max: f64) -> Option<f64> {
+    fn whole(&mut self, node: &SyntaxNode, min: f64, max: f64) -> Option<f64> {
         let number = self.reader.number(node)?;
         if number.fract() != 0.0 || number < min || number > max {
             let d = Diagnostic::error(format!("expected a whole number from {min} to {max}"));
@@ -395,7 +395,7 @@ impl Parser<'_> {
         Some(number)
     }
 
-    fn size(&mut self, node: &Node) -> Option<[u32; 2]> {
+    fn size(&mut self, node: &SyntaxNode) -> Option<[u32; 2]> {
         match self.reader.numbers(node)?[..] {
             [w, h] if [w, h].iter().all(|x| *x >= 1.0 && *x <= LARGEST && x.fract() == 0.0) => {
                 Some([w as u32, h as u32])
@@ -408,19 +408,19 @@ impl Parser<'_> {
         }
     }
 
-    fn vector(&mut self, node: &Node) -> Option<Vec3> {
+    fn vector(&mut self, node: &SyntaxNode) -> Option<Vec3> {
         self.three(node).map(|[x, y, z]| Vec3::new(x as f32, y as f32, z as f32))
     }
 
     /// Three numbers; one stands for all of them.
-    fn rgb(&mut self, node: &Node) -> Option<[f64; 3]> {
+    fn rgb(&mut self, node: &SyntaxNode) -> Option<[f64; 3]> {
         match &node.kind {
-            Kind::Word => self.reader.number(node).map(|x| [x; 3]),
+            SyntaxKind::Word => self.reader.number(node).map(|x| [x; 3]),
             _ => self.three(node),
         }
     }
 
-    fn three(&mut self, node: &Node) -> Option<[f64; 3]> {
+    fn three(&mut self, node: &SyntaxNode) -> Option<[f64; 3]> {
         match self.reader.numbers(node)?[..] {
             [x, y, z] => Some([x, y, z]),
             _ => {
@@ -430,16 +430,16 @@ impl Parser<'_> {
         }
     }
 
-    fn params(&mut self, node: Option<&Node>) -> Vec<(Name, Node)> {
+    fn params(&mut self, node: Option<&SyntaxNode>) -> Vec<(Name, SyntaxNode)> {
         let pairs = self.reader.map(node);
         pairs.iter().filter_map(|(k, v)| Some((self.reader.name(k)?, v.clone()))).collect()
     }
 
-    fn texts(&mut self, node: Option<&Node>) -> Vec<Name> {
+    fn texts(&mut self, node: Option<&SyntaxNode>) -> Vec<Name> {
         self.reader.list(node).iter().filter_map(|n| self.reader.text(n)).collect()
     }
 
-    fn file(&mut self, node: &Node) -> Option<File> {
+    fn file(&mut self, node: &SyntaxNode) -> Option<File> {
         let text = self.reader.text(node)?;
         Some(File { path: builtin::join(self.folder, &text.value), span: text.span })
     }
