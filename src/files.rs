@@ -3,12 +3,16 @@
 //! A pipe or a device in the place of a file would be waited for, or read without end. Where there is no disk, as in a
 //! browser, files are held in memory ([`hold`]).
 
+use crate::diag::{Checked, Source};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
+
+/// How files of text are read: from disk, or from anywhere else.
+pub type ReadFile<'a> = &'a dyn Fn(&Path) -> Checked<Arc<Source>>;
 
 /// Bytes of a graph, shader, scene RON or test at most.
 pub const TEXT: u64 = 4 << 20;

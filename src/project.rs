@@ -3,8 +3,9 @@
 use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::files;
+use crate::files::ReadFile;
 use crate::graph::ast::{Name, set_of};
-use crate::graph::{self, Graph, ReadFile};
+use crate::graph::{self, Graph};
 use crate::plan::build::faults;
 use crate::plan::fastest::FIRST;
 use crate::plan::lint;

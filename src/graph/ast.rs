@@ -4,7 +4,6 @@ use super::expr::Expr;
 pub use super::walk::{groups, inherit_groups, rescope, told_groups, walk, walk_mut};
 use crate::diag::{Source, Span};
 use crate::image::texture::Texture;
-use crate::plan::{Cull, SamplerDesc};
 use crate::value::{Type, Value};
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
@@ -125,6 +124,24 @@ pub enum ResourceKind {
         columns: Vec<Name>,
     },
     Sampler(SamplerDesc),
+}
+
+/// Which sides of triangles a draw leaves out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Cull {
+    None,
+    Front,
+    Back,
+    /// As each material says: back faces are culled unless it is double sided.
+    Material,
+}
+
+/// How a shader samples a texture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SamplerDesc {
+    pub filter: wgpu_types::FilterMode,
+    pub address: wgpu_types::AddressMode,
+    pub compare: Option<wgpu_types::CompareFunction>,
 }
 
 /// Bytes from element to element of a buffer.

@@ -26,16 +26,13 @@ mod walk;
 
 pub use ast::Graph;
 
+use crate::builtin;
 use crate::diag::{Checked, Diagnostic, Faults, Source, Span};
-use crate::{builtin, files};
+use crate::files::{self, ReadFile};
 use ast::{Input, Name};
 use read::Reader;
 use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
 use tree::{Field, SyntaxKind, SyntaxNode};
-
-/// How graph files are read: from disk, or from anywhere else.
-pub type ReadFile<'a> = &'a dyn Fn(&Path) -> Checked<Arc<Source>>;
 
 /// Variants of variants, or graphs in graphs, are enough; more is a slip.
 const CHAIN: usize = 16;

@@ -1,5 +1,6 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
+use super::ast::SamplerDesc;
 use super::ast::{Dirty, Graph, Input, Name, Param, Pass, PassKind, Resource, ResourceKind, Size, Stride, Warning};
 use super::expr::Expr;
 use super::join::look_around;
@@ -7,7 +8,6 @@ use super::param::parse_vector;
 use super::read::{Fields, Reader};
 use super::tree::{SyntaxKind, SyntaxNode};
 use crate::diag::{Diagnostic, Span, nearest};
-use crate::plan::SamplerDesc;
 use crate::value::{Type, Value};
 use glam::{UVec2, UVec3, Vec2, Vec3, Vec4};
 use std::sync::LazyLock;

@@ -1,9 +1,8 @@
 //! What draw and screen passes say: what they draw, to which targets, and how.
 
-use super::ast::{Raster, Vertices};
+use super::ast::{Cull, Raster, Vertices};
 use super::read::{Fields, Reader};
 use crate::diag::Diagnostic;
-use crate::plan::Cull;
 
 impl Reader {
     /// `vertices`, `instances`, `topology` and `indirect` of a draw without the scene.

@@ -6,12 +6,9 @@ use super::wire::{How, Mode, ResourceUse, Wire, Wired, Wirer};
 use super::{Binding, Cull, Desc, Frusta, Indirect, Member, ResourceId};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, Raster};
-use crate::scene::{TABLES, TableKind};
+use crate::scene::{self, TableKind};
 use crate::shader::BindingKind;
 use crate::value::{Value, Values};
-
-/// The column of a table, and the only thing in a buffer, that says what a member sees: world to clip space.
-pub const FRUSTUM: &str = "view_projection";
 
 /// Bytes of a `mat4x4f`.
 const FRUSTUM_BYTES: u64 = 64;
@@ -44,12 +41,6 @@ pub fn triangles(draws: &[u8]) -> u64 {
     draws.chunks_exact(DRAW_BYTES as usize).map(|d| word(d, 0) / 3 * word(d, 1)).sum()
 }
 
-/// Tables whose rows hold a frustum.
-pub fn frustum_tables() -> impl Iterator<Item = &'static str> {
-    let holds = |t: &&TableKind| t.columns.iter().any(|(name, _)| *name == FRUSTUM);
-    TABLES.iter().filter(holds).map(|t| t.name)
-}
-
 /// Whether a resource is a buffer of frusta for so many members.
 ///
 /// # Errors
@@ -79,10 +70,10 @@ impl<'g> Wirer<'g, '_> {
                     Wire::Fixed(Binding::Uniform { layout: layout.clone(), extra: Values::new() })
                 }
                 (_, "draws") => Wire::Result,
-                (_, "frusta") if !frustum_tables().any(|t| t == frusta.value) => self.frusta(wired, frusta)?,
+                (_, "frusta") if !scene::frustum_tables().any(|t| t == frusta.value) => self.frusta(wired, frusta)?,
                 (_, name) => {
                     let name = if name == "frusta" { frusta.value.as_str() } else { name };
-                    let TableKind { name: table, columns, .. } = crate::scene::table(name)?;
+                    let TableKind { name: table, columns, .. } = scene::table(name)?;
                     self.table(&shader, wired.pass, v, table, columns, &frusta.span)?
                 }
             });

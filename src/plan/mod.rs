@@ -33,6 +33,8 @@ pub mod wire;
 pub use memory::{Desc, Resource, Slot, TextureDesc, TextureKind, Tiles, clear_usage};
 pub use partial::Frames;
 
+pub use crate::graph::ast::{Cull, SamplerDesc};
+
 use crate::shader::{Layout, Shader};
 use crate::value::{Value, Values};
 use std::sync::Arc;
@@ -295,15 +297,6 @@ pub enum Geometry {
     },
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Cull {
-    None,
-    Front,
-    Back,
-    /// As each material says: back faces are culled unless it is double sided.
-    Material,
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColorTarget {
     pub resource: ResourceId,
@@ -368,13 +361,6 @@ pub enum Binding {
     /// The numbers of the instances that a dispatch works for, after a few words on how they are laid out.
     Instances,
     Sampler(SamplerDesc),
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct SamplerDesc {
-    pub filter: wgpu_types::FilterMode,
-    pub address: wgpu_types::AddressMode,
-    pub compare: Option<wgpu_types::CompareFunction>,
 }
 
 impl Plan {

@@ -351,6 +351,15 @@ pub fn table(name: &str) -> Option<&'static TableKind> {
     TABLES.iter().find(|t| t.name == name)
 }
 
+/// The column of a table, and the only thing in a buffer, that says what a member sees: world to clip space.
+pub const FRUSTUM: &str = "view_projection";
+
+/// Tables whose rows hold a frustum.
+pub fn frustum_tables() -> impl Iterator<Item = &'static str> {
+    let holds = |t: &&TableKind| t.columns.iter().any(|(name, _)| *name == FRUSTUM);
+    TABLES.iter().filter(holds).map(|t| t.name)
+}
+
 /// What a table's rows follow from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Follows(u8);

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic, Faults, Source};
 use crate::files;
-use crate::graph::ReadFile;
+use crate::files::ReadFile;
 use std::{
     collections::{BTreeMap, BTreeSet, btree_map::Entry},
     fs,

@@ -206,3 +206,35 @@ fn every_scene_loads_and_holds_together() {
         assert!(lit, "{shown} is dark");
     }
 }
+
+/// The library's rooms, each of which knows those before it alone.
+const ROOMS: [&str; 7] = ["image", "scene", "shader", "graph", "plan", "gpu", "session"];
+
+#[test]
+fn no_room_of_the_library_knows_a_later_one() {
+    let mut faults = vec![];
+    for (i, room) in ROOMS.iter().enumerate() {
+        let tests = |path: &PathBuf| path.components().any(|c| c.as_os_str().to_string_lossy().starts_with("tests"));
+        for path in walk(&repository("src").join(room)).into_iter().filter(|path| !tests(path)) {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+            let code = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+            for (later, line) in code.flat_map(|line| ROOMS[i + 1..].iter().map(move |later| (later, line))) {
+                if line.contains(&format!("crate::{later}::")) || line.contains(&format!("crate::{{{later}")) {
+                    faults.push(format!("{}: {}", path.display(), line.trim()));
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// All Rust files below a folder.
+fn walk(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let found = entries.flat_map(|path| match path.is_dir() {
+        true => walk(&path),
+        false => vec![path],
+    });
+    found.filter(|path| path.extension().is_some_and(|e| e == "rs")).collect()
+}

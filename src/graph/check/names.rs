@@ -4,7 +4,7 @@ use super::{Checker, ExprScope};
 use crate::diag::Diagnostic;
 use crate::graph::ast::{Name, ResourceKind, set_of};
 use crate::graph::unroll::index_of;
-use crate::plan::cull::frustum_tables;
+use crate::scene::frustum_tables;
 
 impl<'g> Checker<'g> {
     /// A buffer, or a table that has frusta.
