@@ -29,7 +29,7 @@
 #import lightgraph::emitters::reflected_emitters
 #endif
 #ifdef RAYS
-#import lightgraph::random::seed
+#import lightgraph::random::{dither, seed}
 #import lightgraph::trace::leave
 #endif
 
@@ -76,7 +76,7 @@ fn direct_at_probes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocati
         let start = leave(s.position, s.normal + s.view);
 #endif
 #ifdef EMITTERS_DIRECT
-        light = reflected_emitters(s, start, params.hit_samples, seed(at, 0u));
+        light = reflected_emitters(s, start, vec2u(params.hit_samples), dither(at, 0u), seed(at, 0u));
 #else
         light = s.emission;
 #endif

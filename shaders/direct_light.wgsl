@@ -22,10 +22,10 @@
 #endif
 #endif
 #ifdef EMITTERS_DIRECT
-#import lightgraph::emitters::reflected_emitters
+#import lightgraph::emitters::{MANY, reflected_emitters}
 #endif
 #ifdef RAYS
-#import lightgraph::random::seed
+#import lightgraph::random::{dither, seed}
 #import lightgraph::trace::leave
 #endif
 
@@ -65,7 +65,7 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
         let start = leave(s.position, s.normal + s.view);
 #endif
 #ifdef EMITTERS_DIRECT
-        light += reflected_emitters(s, start, emitter_samples, seed(id.xy, 0u));
+        light += reflected_emitters(s, start, vec2u(1u, MANY) * emitter_samples, dither(id.xy, 0u), seed(id.xy, 0u));
 #endif
 #ifdef ENVIRONMENT_DIRECT
         light += reflected_environment(s, start, environment_samples, seed(id.xy, 1u));

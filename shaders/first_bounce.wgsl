@@ -7,7 +7,7 @@
 #ifdef MORE_BOUNCES
 #import lightgraph::packed_indirect
 #endif
-#import lightgraph::random::{even_pair, seed}
+#import lightgraph::random::{even_pair, scramble, seed, unit}
 #import lightgraph::sampling::{cosine_direction, lobe_direction}
 #import lightgraph::trace::leave
 #ifdef LIGHTS
@@ -49,7 +49,7 @@ fn arriving(start: vec3f, direction: vec3f, shift: u32) -> vec3f {
     light += reflected_light(met.surface);
 #endif
 #ifdef EMITTERS_DIRECT
-    light += reflected_emitters(met.surface, met.start, params.hit_samples, shift);
+    light += reflected_emitters(met.surface, met.start, vec2u(params.hit_samples), unit(scramble(shift)), shift);
 #endif
 #ifdef ENVIRONMENT_DIRECT
     light += reflected_environment(met.surface, met.start, params.hit_samples, shift + 1u);

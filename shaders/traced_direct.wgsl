@@ -18,7 +18,8 @@
 var<uniform> environment_samples: u32;
 #endif
 #ifdef EMITTERS
-#import lightgraph::emitters::reflected_emitters
+#import lightgraph::emitters::{MANY, reflected_emitters}
+#import lightgraph::random::{dither, scramble}
 var<uniform> emitter_samples: u32;
 #endif
 
@@ -43,7 +44,8 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
         light += traced_light(s, start);
 #endif
 #ifdef EMITTERS
-        light += reflected_emitters(s, start, emitter_samples, seed(id.xy, salt()));
+        let first = dither(id.xy, scramble(salt()));
+        light += reflected_emitters(s, start, vec2u(1u, MANY) * emitter_samples, first, seed(id.xy, salt()));
 #endif
 #ifdef ENVIRONMENT
         light += reflected_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));

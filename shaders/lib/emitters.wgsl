@@ -9,7 +9,7 @@
 #import lightgraph::surface::materials
 #import lightgraph::trace
 #endif
-#import lightgraph::random::{even_pair, scramble, unit}
+#import lightgraph::random::{even_pair, scramble}
 #import lightgraph::sampling
 #import lightgraph::trace::is_free
 #ifdef CLEAR
@@ -138,33 +138,46 @@ fn arc(p: vec3f, q: vec3f, normal: vec3f) -> f32 {
     return select(0.0, atan2(sine, dot(p, q)) * dot(across, normal) / sine, sine > 0.0);
 }
 
+/// Times as many points at most where many triangles give alike.
+const MANY: u32 = 8u;
+
 /// Points on a triangle that tell whether a surface sees all or none of it.
 const FIRST_POINTS: u32 = 4u;
 
 /// Radiance that a surface reflects towards its viewer straight from all emitters. `start`: where its rays start.
 ///
-/// `samples` points, as many to a triangle as its share of what all would give without shadows, drawn at even distances
-/// along the sum of these shares. Matte: the exact irradiance of a triangle, times the share of its points that is
-/// seen; so what sees all emitters, or none, has no noise. Lobes: the mean over the points, and half as many directions
-/// drawn from the lobes, each weighed against the other (balance heuristic of Veach, 1995). Where the first points on a
-/// triangle see all of it, or none, no others are asked. `shift` moves the points.
-fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
+/// `samples` points, from the first to the second number of them, the more the more triangles give alike: each has
+/// shadows of its own. As many to a triangle as its share of what all would give without shadows, drawn at even
+/// distances along the sum of these shares, from `first` of a distance on. Matte: the exact irradiance of a triangle,
+/// times the share of its points that is seen; so what sees all emitters, or none, has no noise. Lobes: the mean over
+/// the points, and half as many directions drawn from the lobes, each weighed against the other (balance heuristic of
+/// Veach, 1995). Where the first points on a triangle see all of it, or none, no others are asked. `shift` moves the
+/// points.
+fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shift: u32) -> vec3f {
     let count = arrayLength(&emitters);
     var total = 0.0;
+    var roots = 0.0;
     for (var i = 0u; i < count; i++) {
-        total += unshadowed(emitters[i], s, start);
+        let alone = unshadowed(emitters[i], s, start);
+        total += alone;
+        roots += sqrt(alone);
     }
     if total <= 0.0 {
         return vec3f(0.0);
     }
-    let step = total / f32(samples);
+    // As many triangles would give as much, were they alike.
+    let alike = roots * roots / total;
+    let points = clamp(f32(FIRST_POINTS) * alike, f32(samples.x), f32(samples.y));
+    let step = total / points;
 #ifdef SPECULAR
-    let drawn = select(0u, (samples + 1u) / 2u, shines(s));
+    let drawn = select(0u, (samples.x + 1u) / 2u, shines(s));
 #endif
     // How far along the sum the next point is, and the triangles that were looked at reach.
-    var next = step * unit(scramble(shift));
+    var next = step * first;
     var reached = 0.0;
     var sum = vec3f(0.0);
+    // What the triangles that were asked stand for: about `total`.
+    var asked_of = 0.0;
     for (var i = 0u; i < count && next < total; i++) {
         let e = emitters[i];
         let alone = unshadowed(e, s, start);
@@ -172,8 +185,11 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
         if alone <= 0.0 || reached <= next {
             continue;
         }
-        let points = ceil((reached - next) / step);
-        next += points * step;
+        let asks = ceil((reached - next) / step);
+        next += asks * step;
+        // Some point surely falls on what gives a step or more.
+        let weight = max(step / alone, 1.0);
+        asked_of += weight * alone;
         // Of the points' irradiance: all, and what arrives; the light that arrives, and its gloss.
         var all = 0.0;
         var arrived = 0.0;
@@ -185,7 +201,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
         var shine = vec3f(0.0);
 #endif
         var asked = 0u;
-        while asked < u32(points) {
+        while asked < u32(asks) {
 #ifndef EMISSION_MAPS
             // Of a picture all points are asked.
             if asked == FIRST_POINTS && (arrived == 0.0 || arrived == all) {
@@ -220,9 +236,10 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec
 #ifdef SPECULAR
             part += shine / f32(asked);
 #endif
-            sum += part * (points * step / alone);
+            sum += part * weight;
         }
     }
+    sum *= select(0.0, total / asked_of, asked_of > 0.0);
 #ifdef SPECULAR
     for (var k = 0u; k < drawn; k++) {
         sum += met_by_lobe(s, start, draw_lobe(s, even_pair(k, scramble(shift + count))), step, drawn);
@@ -277,20 +294,25 @@ const LARGE: f32 = 8.0;
 /// About what an emitter would give a surface without shadows, the sum of the channels: more than nothing wherever
 /// it gives some.
 fn unshadowed(e: Emitter, s: Surface, start: vec3f) -> f32 {
-    let offset = (e.a + e.b + e.c) / 3.0 - start;
-    let across = cross(e.b - e.a, e.c - e.a);
-    let reach = max(max(dot(e.a - start, s.normal), dot(e.b - start, s.normal)), dot(e.c - start, s.normal));
-    if dot(across, start - e.a) <= 0.0 || reach <= 0.0 {
+    let a = e.a - start;
+    let b = e.b - start;
+    let c = e.c - start;
+    // As long as twice the area.
+    let across = cross(b - a, c - a);
+    let facing = -dot(across, a);
+    let reach = max(max(dot(a, s.normal), dot(b, s.normal)), dot(c, s.normal));
+    if facing <= 0.0 || reach <= 0.0 {
         return 0.0;
     }
+    let offset = (a + b + c) / 3.0;
     let square = dot(offset, offset);
     // Of one that is large from here the middle says little.
     if LARGE * e.area > square {
         return form(e, start, s.normal) * dot(e.radiance, vec3f(1.0));
     }
     let way = offset * inverseSqrt(max(square, 1e-20));
-    let cosines = max(dot(s.normal, way), 0.05) * max(-dot(normalize(across), way), 0.05);
-    return cosines * e.area / (square + e.area) * dot(e.radiance, vec3f(1.0));
+    let seen = max(0.5 * facing * inverseSqrt(max(square, 1e-20)), 0.05 * e.area);
+    return max(dot(s.normal, way), 0.05) * seen / (square + e.area) * dot(e.radiance, vec3f(1.0));
 }
 
 /// An estimate of the same from one point chosen by power, weighed against a direction drawn by `lobe::scatter` with

@@ -38,3 +38,9 @@ fn even_pair(index: u32, shift: u32) -> vec2f {
     let step = vec2u(3242174889u, 2447445414u) * index;
     return vec2f(unit(step.x + shift), unit(step.y + scramble(shift)));
 }
+
+/// A number in 0..1 for each pixel that is spread evenly over any pixels side by side (Roberts' R2 sequence along both
+/// axes), and moves by what `shift` stands for.
+fn dither(pixel: vec2u, shift: u32) -> f32 {
+    return unit(pixel.x * 3242174889u + pixel.y * 2447445414u + shift);
+}
