@@ -45,8 +45,8 @@ const SAME_NORMAL: f32 = 0.5;
 const SAME_PLANE: f32 = 0.3;
 /// Farther than this many times the way between pixel and point lies what they share.
 const FAR_ENOUGH: f32 = 2.0;
-/// How much more likely than its point a pixel may count to meet an end.
-const MOST: f32 = 4.0;
+/// How much more likely than its point a pixel may count to meet an end: the point of a large tile lies farther away.
+const MOST: f32 = 4.0 * f32(TILE * TILE);
 /// Steps of distance, each twice the one before.
 const STEPS: u32 = 8u;
 
@@ -76,6 +76,9 @@ struct Neighbour {
 var<private> footprint: f32;
 /// The least step of a neighbour.
 var<private> nearest: u32;
+/// Whether neighbours count that lie on other surfaces: where no point lies on the pixel's own, as on what is thinner
+/// than a tile.
+var<private> any_surface: bool;
 
 fn shares(n: Neighbour, step: u32) -> bool {
     return step >= n.step || n.step == nearest;
@@ -95,13 +98,13 @@ fn neighbour(s: Surface, tile: vec2i, step: vec2i) -> Neighbour {
     n.index = u32(at.y) * across.x + u32(at.x);
     let point = points[n.index];
     n.normal = unpack_normal(point.w);
-    if point.w == NO_POINT || dot(n.normal, s.normal) < SAME_NORMAL {
+    if point.w == NO_POINT || !any_surface && dot(n.normal, s.normal) < SAME_NORMAL {
         return n;
     }
     n.position = bitcast<vec3f>(point.xyz);
     let offset = n.position - s.position;
     let way = length(offset);
-    if abs(dot(offset, s.normal)) > SAME_PLANE * way {
+    if !any_surface && abs(dot(offset, s.normal)) > SAME_PLANE * way {
         return n;
     }
     let edge = vec2i(reach());
@@ -198,12 +201,15 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     let edge = reach();
     // How many rays are shared that end as far as a step says; then one over that.
     var sharing = array<f32, STEPS>();
-    for (var y = -edge; y <= edge; y++) {
-        for (var x = -edge; x <= edge; x++) {
-            let n = neighbour(s, tile, vec2i(x, y));
-            let weight = n.weight * f32(params.rays + n.more.y);
-            for (var i = 0u; i < STEPS; i++) {
-                sharing[i] += select(0.0, weight, i >= n.step);
+    for (var turn = 0; turn < 2 && sharing[STEPS - 1u] == 0.0; turn++) {
+        any_surface = turn == 1;
+        for (var y = -edge; y <= edge; y++) {
+            for (var x = -edge; x <= edge; x++) {
+                let n = neighbour(s, tile, vec2i(x, y));
+                let weight = n.weight * f32(params.rays + n.more.y);
+                for (var i = 0u; i < STEPS; i++) {
+                    sharing[i] += select(0.0, weight, i >= n.step);
+                }
             }
         }
     }
