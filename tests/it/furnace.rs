@@ -108,20 +108,18 @@ fn ball(materials: &[(&str, Material)], number: usize) -> Scene {
     scene
 }
 
-/// Every material to 0.2 % of what even light leaves of it: nothing is lost, nothing is added.
-#[test]
-fn every_material_shows_its_albedo_under_a_uniform_sky() {
+/// Holds every material to 0.2 % of what even light leaves of it: nothing is lost, nothing is added.
+fn holds(graph: &str, sets: &[&str], all: &[(&'static str, Material)]) {
     let gpu = gpu();
-    let project = Project::open(&repository("graphs/gi/pathtrace.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
-    let plain = Scene::load(&repository("scenes/sky_ball.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
-    let all = materials(&plain.materials[0]);
+    let project = Project::open(&repository(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let sets: Vec<String> = sets.iter().map(|set| (*set).into()).collect();
     let mut session: Option<Session> = None;
     let mut faults = vec![];
     for (number, (name, material)) in all.iter().enumerate() {
-        let scene = Arc::new(ball(&all, number));
+        let scene = Arc::new(ball(all, number));
         for cosine in COSINES {
             let settings = Settings {
-                params: project.params(&["samples=1024".into()]).unwrap_or_else(|f| panic!("{f}")),
+                params: project.params(&sets).unwrap_or_else(|f| panic!("{f}")),
                 size: [SIZE, SIZE],
                 camera: Some(format!("{cosine}")),
                 outputs: Some(vec!["color".into()]),
@@ -141,5 +139,38 @@ fn every_material_shows_its_albedo_under_a_uniform_sky() {
             }
         }
     }
-    assert!(faults.is_empty(), "{}", faults.join("\n"));
+    assert!(faults.is_empty(), "{graph}:\n{}", faults.join("\n"));
+}
+
+fn plain() -> Material {
+    let scene = Scene::load(&repository("scenes/sky_ball.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
+    scene.materials[0].clone()
+}
+
+#[test]
+fn every_material_shows_its_albedo_under_a_uniform_sky() {
+    holds("graphs/gi/pathtrace.ron", &["samples=1024"], &materials(&plain()));
+}
+
+/// Those that graphs show which trace no paths: opaque ones without a coat, whose face reflects nothing.
+fn faceless() -> Vec<(&'static str, Material)> {
+    let mut all = materials(&plain());
+    all.retain(|(_, m)| {
+        let opaque = m.transmission == 0.0 && m.alpha != Alpha::Blend;
+        opaque && m.coat.strength == 0.0 && m.face == Face::default()
+    });
+    for (_, material) in &mut all {
+        material.face.strength = 0.0;
+    }
+    all
+}
+
+#[test]
+fn direct_light_shows_each_opaque_albedo_under_a_uniform_sky() {
+    holds("graphs/gi/direct.ron", &["environment_samples=256"], &faceless());
+}
+
+#[test]
+fn the_final_gather_shows_each_opaque_albedo_under_a_uniform_sky() {
+    holds("graphs/gi/final_gather.ron", &["environment_samples=256"], &faceless());
 }
