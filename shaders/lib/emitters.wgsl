@@ -176,7 +176,8 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
     var next = step * first;
     var reached = 0.0;
     var sum = vec3f(0.0);
-    // What the triangles that were asked stand for: about `total`.
+    // What the triangles that told of their light stand for: about `total`. One across the horizon may have all its
+    // points below, and tells nothing.
     var asked_of = 0.0;
     for (var i = 0u; i < count && next < total; i++) {
         let e = emitters[i];
@@ -189,7 +190,6 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
         next += asks * step;
         // Some point surely falls on what gives a step or more.
         let weight = max(step / alone, 1.0);
-        asked_of += weight * alone;
         // Of the points' irradiance: all, and what arrives; the light that arrives, and its gloss.
         var all = 0.0;
         var arrived = 0.0;
@@ -237,6 +237,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
             part += shine / f32(asked);
 #endif
             sum += part * weight;
+            asked_of += weight * alone;
         }
     }
     sum *= select(0.0, total / asked_of, asked_of > 0.0);
