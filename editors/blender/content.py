@@ -51,12 +51,32 @@ class Content:
 
         Raises `ValueError` and `lightgraph.GraphError` for what can't be drawn.
         """
+        return lg.Scene.from_arrays(*self._placed(), environment=self.environment, name="Blender")
+
+    def glb(self) -> bytes:
+        """The bytes of a .glb with everything in its place but the environment.
+
+        Raises `ValueError` for what can't be drawn.
+        """
+        return lg.glb(*self._placed())
+
+    def _placed(self) -> tuple[dict[str, lg.Node], dict[str, Any]]:
         if not self.shapes:
             raise ValueError("there is nothing to draw: the scene has no faces that are rendered")
         count = len(self.shapes)
         shapes = {name: lg.Node(parts, m) for (name, parts), m in zip(self.shapes.items(), self.matrices)}
         lights = {name: lamp.light(m) for (name, lamp), m in zip(self.lamps.items(), self.matrices[count:])}
-        return lg.Scene.from_arrays(shapes, lights, environment=self.environment, name="Blender")
+        return shapes, lights
+
+    def bounds(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """The lower and the upper corner of the box round everything."""
+        corners = []
+        for parts, matrix in zip(self.shapes.values(), self.matrices):
+            for part in parts:
+                placed = part.positions @ matrix[:3, :3].T + matrix[:3, 3]
+                corners += [placed.min(axis=0), placed.max(axis=0)]
+        found = np.array(corners).reshape(-1, 3)
+        return tuple(found.min(axis=0, initial=np.inf)), tuple(found.max(axis=0, initial=-np.inf))
 
     def fits(self, before: Content | None) -> bool:
         """Whether this is what was there before, if for where things are."""

@@ -30,26 +30,14 @@ class LightgraphEngine(bpy.types.RenderEngine):
             self._refuse("the scene has no camera")
             return
         wanted = settings.of(scene)
-        scale = scene.render.resolution_percentage / 100
-        size = (max(1, int(scene.render.resolution_x * scale)), max(1, int(scene.render.resolution_y * scale)))
+        size = units.render_size(scene.render)
         name = scene.name_full
         if name not in _final:
             _final[name] = (Sync(), Live())
         sync, live = _final[name]
         self.update_stats("", "lightgraph: reading the scene")
         content = sync.read(depsgraph, everything=True)
-        camera = scene.camera.evaluated_get(depsgraph)
-        pixels = scene.render
-        projection = np.array(
-            camera.calc_matrix_camera(
-                depsgraph,
-                x=size[0],
-                y=size[1],
-                scale_x=pixels.pixel_aspect_x,
-                scale_y=pixels.pixel_aspect_y,
-            )
-        )
-        view = units.camera(np.array(camera.matrix_world), projection)
+        view = units.render_camera(scene, depsgraph)
         passes = {"Combined": wanted.output, **{settings.pass_name(o): o for o in wanted.passes}}
         outputs = tuple(dict.fromkeys(passes.values()))
         frame = scene.frame_current + scene.frame_subframe - scene.frame_start

@@ -75,6 +75,8 @@ class Live:
         self._params: dict[str, Any] = {}
         # Milliseconds from the job to its first submission.
         self._taken: float | None = None
+        # What the renderer's scene was made of, before things were placed.
+        self._laid: Content | None = None
         # Something was placed since the scene's bounds were found.
         self._loose = False
         self._thread = threading.Thread(target=self._run, name="lightgraph", daemon=True)
@@ -190,10 +192,10 @@ class Live:
     def _bounded(self, job: Job, renderer: lg.Renderer) -> bool:
         """Whether everything is within the bounds that the renderer knows, and they are no larger; makes it so."""
         self._loose = False
-        scene = job.content.scene()
-        if scene.bounds == renderer.scene.bounds:
+        before, self._laid = self._laid, job.content
+        if before is not None and job.content.bounds() == before.bounds():
             return True
-        renderer.scene = scene
+        renderer.scene = job.content.scene()
         return False
 
     def _failed(self, job: Job, images: dict, error: str, faults: tuple[lg.Fault, ...] = ()) -> None:
@@ -217,7 +219,7 @@ class Live:
             self._renderer = None
             scene = job.content.scene()
             renderer = lg.Renderer(job.graph, scene, job.size, outputs=job.outputs, **job.params)
-            self._loose = False
+            self._laid, self._loose = job.content, False
             self._made, self._stamp, self._params = made, stamp, dict(job.params)
         else:
             self._renderer = None
@@ -229,7 +231,7 @@ class Live:
                 self._params.update(changed)
             if not job.content.fits(self._shown):
                 renderer.scene = job.content.scene()
-                self._loose = False
+                self._laid, self._loose = job.content, False
             else:
                 moved = job.content.moved(self._shown)
                 if moved:

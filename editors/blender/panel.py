@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from . import settings
+from . import follow, settings
 
 ENGINE = "LIGHTGRAPH"
 
@@ -166,6 +166,55 @@ def _faults(layout: Any, faults: Any) -> None:
             opened.path, opened.line = bpy.path.abspath(place.path), place.line
 
 
+class LIGHTGRAPH_OT_connect(bpy.types.Operator):
+    """Shows this scene in a window of `lightgraph view --link`, which prints the link"""
+
+    bl_idname = "lightgraph.connect"
+    bl_label = "Connect"
+
+    def execute(self, context: Any) -> set[str]:
+        try:
+            follow.connect(context.window_manager.lightgraph_link)
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class LIGHTGRAPH_OT_disconnect(bpy.types.Operator):
+    """Ends the link; the window keeps what it shows"""
+
+    bl_idname = "lightgraph.disconnect"
+    bl_label = "Disconnect"
+
+    def execute(self, context: Any) -> set[str]:
+        follow.disconnect()
+        return {"FINISHED"}
+
+
+class LIGHTGRAPH_PT_link(bpy.types.Panel):
+    """In the sidebar of the 3D view, for any engine."""
+
+    bl_label = "Live Link"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "lightgraph"
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        state, error, notices = follow.said()
+        row = layout.row()
+        row.enabled = state == "closed"
+        row.prop(context.window_manager, "lightgraph_link", text="")
+        layout.operator("lightgraph.connect" if state == "closed" else "lightgraph.disconnect")
+        if state != "closed":
+            layout.label(text=state.capitalize(), icon="LINKED")
+        for line in filter(str.strip, error.splitlines()):
+            layout.label(text=line, icon="ERROR")
+        for notice in notices:
+            layout.label(text=notice, icon="INFO")
+
+
 CLASSES = (
     LIGHTGRAPH_OT_reset,
     LIGHTGRAPH_OT_fill,
@@ -173,6 +222,9 @@ CLASSES = (
     LIGHTGRAPH_PT_main,
     LIGHTGRAPH_PT_params,
     LIGHTGRAPH_PT_said,
+    LIGHTGRAPH_OT_connect,
+    LIGHTGRAPH_OT_disconnect,
+    LIGHTGRAPH_PT_link,
 )
 
 # Panels of Blender's that make no sense here.

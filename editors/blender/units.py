@@ -8,6 +8,7 @@ both.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -73,6 +74,21 @@ def camera(view: np.ndarray, projection: np.ndarray) -> dict:
         "shift": tuple(shift),
         **lens,
     }
+
+
+def render_size(render: Any) -> tuple[int, int]:
+    """Width and height of final renders (`bpy.types.RenderSettings`)."""
+    scale = render.resolution_percentage / 100
+    return max(1, int(render.resolution_x * scale)), max(1, int(render.resolution_y * scale))
+
+
+def render_camera(scene: Any, depsgraph: Any) -> dict:
+    """What `lightgraph.Camera` is made with, for the camera of a scene (`bpy.types.Scene`)."""
+    seen, render = scene.camera.evaluated_get(depsgraph), scene.render
+    x, y = render_size(render)
+    aspect = {"scale_x": render.pixel_aspect_x, "scale_y": render.pixel_aspect_y}
+    projection = seen.calc_matrix_camera(depsgraph, x=x, y=y, **aspect)
+    return camera(np.array(seen.matrix_world), np.array(projection))
 
 
 # The least rim of a spot over the cosine that glTF's formula (KHR_lights_punctual) knows.

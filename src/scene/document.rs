@@ -50,7 +50,8 @@ pub(super) struct Document<'a> {
     decoded: Decoded,
     /// The path as shown.
     pub shown: String,
-    directory: PathBuf,
+    /// Where files lie that it names; `None`: it may name none.
+    directory: Option<PathBuf>,
 }
 
 /// The values of an accessor, all inside their buffer.
@@ -74,12 +75,13 @@ pub(super) struct ElementIndices<'d>(Elements<'d>);
 pub(super) struct Vectors<'d, const N: usize>(Elements<'d>);
 
 impl<'a> Document<'a> {
-    /// Reads `.gltf` or `.glb` bytes. Paths inside are relative to `directory`; those read are added to `files`.
+    /// Reads `.gltf` or `.glb` bytes. Paths inside are relative to `directory`, without which there may be none;
+    /// those read are added to `files`.
     /// `None` when the faults leave nothing to go on with.
     pub fn new(
         bytes: &'a [u8],
         shown: &str,
-        directory: &Path,
+        directory: Option<&Path>,
         files: &mut Vec<PathBuf>,
         faults: &mut Vec<Diagnostic>,
     ) -> Option<Document<'a>> {
@@ -101,8 +103,13 @@ impl<'a> Document<'a> {
             }
         };
         let decoded = Decoded::default();
-        let mut document =
-            Document { root, buffers: vec![], decoded, shown: shown.into(), directory: directory.into() };
+        let mut document = Document {
+            root,
+            buffers: vec![],
+            decoded,
+            shown: shown.into(),
+            directory: directory.map(Path::to_path_buf),
+        };
         if !document.root.asset.version.starts_with("2.") {
             let version = &document.root.asset.version;
             faults.push(
@@ -219,7 +226,10 @@ impl<'a> Document<'a> {
         if uri.contains("://") || uri.starts_with("file:") {
             return Err(format!("`{uri}` is not a path relative to the file"));
         }
-        let path = files::inside(&self.directory, &percent_decoded(uri)?).map_err(|why| format!("`{uri}` {why}"))?;
+        let Some(directory) = &self.directory else {
+            return Err(format!("`{uri}` is another file: bytes alone name none; put all into a .glb"));
+        };
+        let path = files::inside(directory, &percent_decoded(uri)?).map_err(|why| format!("`{uri}` {why}"))?;
         let bytes = read_file(&path)?;
         files.push(path);
         Ok(bytes)

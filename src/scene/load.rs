@@ -78,7 +78,7 @@ impl Scene {
         let description =
             description.map(|text| description::parse(&Source::new(format!("{name}.ron"), text), &mut faults));
         let besides = Besides { description: description.as_ref(), additions: None };
-        let scene = read(bytes.into(), name, name, Path::new(""), besides, &mut files, &mut faults);
+        let scene = read(bytes.into(), name, name, None, besides, &mut files, &mut faults);
         match scene {
             Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
                 Ok(Loaded { scene, notices: faults, files })
@@ -118,7 +118,7 @@ fn from_files(path: &Path, additions: &Additions) -> Checked<Loaded> {
     files.push(gltf.clone());
     let directory = gltf.parent().unwrap_or(Path::new(""));
     let besides = Besides { description: description.as_ref(), additions: Some(additions) };
-    let scene = read(bytes.into(), &shown, &name, directory, besides, &mut files, &mut faults);
+    let scene = read(bytes.into(), &shown, &name, Some(directory), besides, &mut files, &mut faults);
     match scene {
         Some(scene) if faults.iter().all(|d| d.severity != Severity::Error) => {
             Ok(Loaded { scene, notices: faults, files })
@@ -141,7 +141,7 @@ pub(super) fn read(
     bytes: Cow<'_, [u8]>,
     shown: &str,
     name: &str,
-    directory: &Path,
+    directory: Option<&Path>,
     besides: Besides<'_>,
     files: &mut Vec<PathBuf>,
     faults: &mut Vec<Diagnostic>,
@@ -175,7 +175,7 @@ fn imported(
     bytes: &[u8],
     shown: &str,
     name: &str,
-    directory: &Path,
+    directory: Option<&Path>,
     Besides { description, additions }: Besides<'_>,
     files: &mut Vec<PathBuf>,
     faults: &mut Vec<Diagnostic>,

@@ -12,7 +12,8 @@
 //!   (`sky`, `panorama`), `geometry` the vertices, `tangents` what normal maps need, `clusters` their compact groups,
 //!   `levels` fewer triangles; `glow` says how much light textured triangles give; `description` reads the scene RON
 //! - `model` holds the scene and its facts; `motion` poses it; `tables`, `finishes`, `corners`, `light_views` and `bvh`
-//!   fill the shaders' tables, whose columns are `pieces`; `camera` makes the view matrices, [`navigate`] moves views
+//!   fill the shaders' tables, whose columns are `pieces`; `camera` makes the view matrices, [`navigate`] moves views,
+//!   `placed` is what programs say that show a scene of their own
 //!
 //! # The scene file
 //! A RON file beside the glTF says what glTF has no place for:
@@ -79,6 +80,7 @@ mod motion;
 pub mod navigate;
 mod panorama;
 mod pieces;
+mod placed;
 mod room;
 mod sky;
 mod tables;
@@ -106,6 +108,7 @@ pub use mips::Coding;
 pub use model::{Alpha, Bounds, Camera, Coat, Face, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use pieces::Pieces;
+pub use placed::{Extent, Look};
 pub use tables::Tables;
 pub use textures::{Between, Texture, TextureArray, Wrap};
 

@@ -21,6 +21,7 @@
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `editor`: the language server, driven as an editor drives it
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
+//! - `link`: another program's scene in the window
 //! - `large_graph`: 1,000 passes, parsed and planned in time
 //! - `last_frame`: what shaders know of the last frame, of time and of the pointer
 //! - `lesser_devices`: what a device lacks is told, and all else goes on
@@ -80,6 +81,7 @@ mod large_graph;
 mod last_frame;
 mod lesser_devices;
 mod library;
+mod link;
 mod lists;
 mod lobes;
 mod many_lights;

@@ -1,6 +1,7 @@
 //! Malformed files: each gives its fault, and none a panic.
 
 use super::fixture::{Fixture, QUAD, QUAD_INDICES, read_bytes};
+use crate::scene::Scene;
 use serde_json::json;
 
 /// The faults of a changed quad must hold all these words.
@@ -268,6 +269,14 @@ fn buffers_must_be_there_and_whole() {
     check(|f| f.json["buffers"] = json!([{"byteLength": 4, "uri": "data:;base64,!"}]), &["broken base64"]);
     check(|f| f.json["buffers"] = json!([{"byteLength": 4, "uri": "data:text,x"}]), &["not base64"]);
     check(|f| f.json["buffers"] = json!([{"byteLength": 60}, {"byteLength": 4}]), &["buffers[1]: no URI"]);
+}
+
+#[test]
+fn bytes_alone_name_no_file() {
+    let mut f = Fixture::quad();
+    f.json["buffers"] = json!([{"byteLength": 4, "uri": "Cargo.toml"}]);
+    let text = Scene::from_bytes(&f.glb(), "sent", None).unwrap_err().to_string();
+    expect(&text, &["sent: buffers[0]: `Cargo.toml` is another file"]);
 }
 
 #[test]

@@ -143,7 +143,7 @@ impl Fixture {
         let mut faults = vec![];
         let description = description::parse(&Source::new("test.ron", ron), &mut faults);
         let besides = Besides { description: Some(&description), additions: None };
-        let scene = read(self.glb().into(), "test.glb", "test", Path::new(""), besides, &mut vec![], &mut faults);
+        let scene = read(self.glb().into(), "test.glb", "test", Some(Path::new("")), besides, &mut vec![], &mut faults);
         scene.ok_or_else(|| render(&faults))
     }
 
@@ -160,7 +160,7 @@ impl Fixture {
 pub(super) fn read_bytes(bytes: &[u8]) -> Result<(Scene, Vec<Diagnostic>), String> {
     let mut faults = vec![];
     let besides = Besides { description: None, additions: None };
-    match read(bytes.into(), "test.glb", "test", Path::new(""), besides, &mut vec![], &mut faults) {
+    match read(bytes.into(), "test.glb", "test", Some(Path::new("")), besides, &mut vec![], &mut faults) {
         Some(scene) => Ok((scene, faults)),
         None => Err(render(&faults)),
     }

@@ -2,6 +2,7 @@
 
 use super::{Failure, ShaderFolders, additions::AdditionArgs, size};
 use lightgraph::internals::fastest::Policy;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// Opens a window on a graph.
@@ -46,6 +47,10 @@ pub struct Args {
     /// Which of a graph's alternatives run
     #[arg(long, value_enum, default_value_t = Policy::Measure)]
     pub fastest: Policy,
+    /// Show the scene of a program that connects, as the add-on for Blender does; prints the link to give it. Without
+    /// an address, this machine alone is listened to, at a port that is free
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:0")]
+    pub link: Option<SocketAddr>,
     #[command(flatten)]
     pub shaders: ShaderFolders,
 }
@@ -56,10 +61,12 @@ pub struct Args {
 /// Wrong usage, no display or adapter. Faults of files are shown in the window, and waited out.
 #[cfg(feature = "window")]
 pub fn run(args: &Args) -> Result<u8, Failure> {
-    use crate::view::{Against, Choice, Ended, Script, Start};
+    use crate::view::{Against, Choice, Ended, LINKED, Link, Script, Start};
     use lightgraph::Project;
 
     let (graph, scene) = given(args);
+    let linked = PathBuf::from(LINKED);
+    let scene = scene.or(args.link.filter(|_| args.restore.is_none()).map(|_| &linked));
     let mut choice = match &args.restore {
         Some(path) => Choice::load(path)?,
         None => Choice::new(first(graph.as_ref(), "graphs", "GRAPH")?, first(scene, "scenes", "--scene")?),
@@ -88,6 +95,10 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     if let Some(text) = &args.pixels {
         choice.resolution = resolution(text)?;
     }
+    let link = args.link.map(Link::bind).transpose()?;
+    if let Some(link) = &link {
+        super::print(&format!("{}\n", link.text()));
+    }
     let start = Start {
         choice,
         shaders: args.shaders.folders.clone(),
@@ -97,6 +108,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         size: args.size,
         folder: args.folder.clone(),
         script: args.script.as_deref().map(Script::load).transpose()?,
+        link,
         usual_resolution: args.pixels.is_none() && args.restore.is_none(),
     };
     match crate::view::run(start) {

@@ -4,6 +4,7 @@ use super::canvas::Canvas;
 use super::choice::{Against, Choice};
 use super::engine::Engine;
 use super::feed::{Feed, PassTimes, Rendered, Told};
+use super::link::{self, Link};
 use super::panels::{self, Seen};
 use super::save::{Saved, nothing};
 use super::script::{Act, Moment, Script};
@@ -14,8 +15,6 @@ use super::variants;
 use lightgraph::internals::diag::render;
 use lightgraph::internals::fastest::Policy;
 use lightgraph::internals::gpu::{OpenError, wanted_adapter};
-use lightgraph::internals::image::exposure::Exposure;
-use lightgraph::internals::image::png::ToneMap;
 use lightgraph::internals::scene::Additions;
 use lightgraph::{Diagnostic, Faults, Gpu};
 use lightgraph_lsp::status::{PassStatus, Status};
@@ -46,6 +45,8 @@ pub struct Start {
     /// Where pictures and states are written.
     pub folder: PathBuf,
     pub script: Option<Script>,
+    /// By which another program shows its scene.
+    pub link: Option<Link>,
     /// Whether the share of pixels was left to the adapter.
     pub usual_resolution: bool,
 }
@@ -66,11 +67,19 @@ pub enum Ended {
 pub fn run(start: Start) -> Result<Vec<String>, Ended> {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|e| Ended::NoDisplay(no_display(&e)))?;
     let proxy = event_loop.create_proxy();
+    if let Some(link) = &start.link {
+        let proxy = proxy.clone();
+        let wake = move || {
+            // The window is gone only when the program ends.
+            let _ = proxy.send_event(Wake);
+        };
+        link.start(wake).map_err(Ended::Faults)?;
+    }
     let (tell, hear) = channel();
     let mut app = App {
         state: State::new(start.choice.clone()),
         feed: Feed::default(),
-        scenes: scenes_beside(&start.choice.scene),
+        scenes: scenes_beside(&start),
         start,
         window: None,
         context: context(),
@@ -267,6 +276,7 @@ impl App {
         if self.feed.told.lost {
             return self.reopen(event_loop);
         }
+        self.follow();
         self.note();
         let time = self.time();
         let Some(open) = &mut self.window else { return };
@@ -289,10 +299,18 @@ impl App {
             }
         }
         let (told, choice) = (&self.feed.told, self.state.now());
+        let link = self.start.link.as_ref().map(Link::text);
         let image = open.canvas.main(&open.gpu, &mut open.screen.renderer, told, choice);
         let previews = open.canvas.previews(&open.gpu, &mut open.screen.renderer, told, choice);
-        let seen =
-            Seen { feed: &self.feed, image, previews: &previews, scenes: &self.scenes, time, adapter: &open.adapter };
+        let seen = Seen {
+            feed: &self.feed,
+            image,
+            previews: &previews,
+            scenes: &self.scenes,
+            time,
+            adapter: &open.adapter,
+            link,
+        };
         self.state.marks.clear();
         let state = &mut self.state;
         let output = self.context.run_ui(input, |ui| panels::show(ui, state, &seen));
@@ -331,6 +349,14 @@ impl App {
         }
     }
 
+    /// Takes what has come over the link.
+    fn follow(&mut self) {
+        let now = self.start.link.as_ref().map(Link::now);
+        if let Some(now) = now.filter(|now| !Arc::ptr_eq(now, &self.state.linked)) {
+            self.state.follow(now);
+        }
+    }
+
     /// Leaves for editors what the passes took and why they ran, seldom while frames follow each other.
     fn note(&mut self) {
         const SELDOM: Duration = Duration::from_secs(1);
@@ -353,7 +379,7 @@ impl App {
         let most = open.gpu.limits.max_texture_dimension_2d;
         let mut wish = self.state.wish(self.serial, time, most);
         if let Some(last) = &self.wish
-            && same(last, &wish)
+            && last.asks_the_same(&wish)
         {
             return;
         }
@@ -444,29 +470,15 @@ impl App {
     }
 }
 
-/// Whether two wishes ask for the same.
-fn same(a: &Wish, b: &Wish) -> bool {
-    let stage = |w: &Wish| {
-        let mut choice = w.choice.clone();
-        // The window alone cares for these; what exposes by itself has to look at the image.
-        if choice.exposure != Exposure::Auto {
-            choice.exposure = Exposure::Stops(0.0);
-        }
-        choice.tone_map = ToneMap::None;
-        choice.compare.layout = super::choice::Layout::default();
-        let looks = (w.output.clone(), w.inspect.clone(), w.ask.clone());
-        (choice, w.size, w.time.to_bits(), w.pointer, looks, w.prepare)
-    };
-    stage(a) == stage(b)
-}
-
 fn first(faults: &Faults) -> String {
     faults.0.first().map_or_else(|| render(&faults.0), |d| d.message.clone())
 }
 
-fn scenes_beside(scene: &Path) -> Vec<PathBuf> {
-    let folder = scene.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    variants::scenes(folder)
+/// The scenes to choose from.
+fn scenes_beside(start: &Start) -> Vec<PathBuf> {
+    let folder = start.choice.scene.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let linked = start.link.is_some().then(|| PathBuf::from(link::NAME));
+    variants::scenes(folder).into_iter().chain(linked).collect()
 }
 
 fn no_display(e: &dyn std::fmt::Display) -> Diagnostic {

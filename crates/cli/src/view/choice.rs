@@ -1,5 +1,6 @@
 //! What the user chose: all that undo takes back, and all that a saved state holds.
 
+use super::link::Linked;
 use glam::Vec3;
 use lightgraph::internals::diag::Source;
 use lightgraph::internals::image::exposure::Exposure;
@@ -135,10 +136,16 @@ impl Choice {
         }
     }
 
-    /// How far the scene is from what its file says.
-    pub fn shift(&self) -> Shift {
+    /// How far the scene is from what its file says, or its program, as far as that has not moved it since.
+    pub fn shift(&self, linked: Option<&Linked>) -> Shift {
         let moved = |map: &BTreeMap<usize, Vec3>| map.iter().map(|(i, by)| (*i, *by)).collect();
-        Shift { single_lights: moved(&self.lights), nodes: moved(&self.nodes), view: self.view, ..Shift::default() }
+        Shift {
+            single_lights: moved(&self.lights),
+            nodes: moved(&self.nodes),
+            places: linked.map_or_else(BTreeMap::new, |l| l.places.clone()),
+            view: self.view.or(linked.and_then(|l| l.view)),
+            ..Shift::default()
+        }
     }
 
     /// The scene is another one: what was dragged in the old one has no meaning there.
@@ -226,7 +233,7 @@ mod tests {
         c.set_scene("s.glb".into());
         assert_eq!(c, full());
         c.set_scene("t.glb".into());
-        assert_eq!((c.shift(), c.params), (Shift::default(), full().params));
+        assert_eq!((c.shift(None), c.params), (Shift::default(), full().params));
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //!   what the window remembers; `pick` finds what lies under the pointer
 //! - `stage` holds the sessions and makes frames; `engine` runs it on a thread of its own: it is told what is wanted,
 //!   and tells what there is to show; `feed` is what it told so far; `variants` finds the graphs to choose from
-//! - `editor` opens a file at a line
+//! - `link` follows the scene of another program; `editor` opens a file at a line
 //! - `canvas` brings images of linear light to the screen
 //! - `panels` are the parts of the window, `overlay` what lies on the image; `surface` draws them, `app` is the event
 //!   loop, `script` plays events without a user
@@ -17,6 +17,7 @@ mod choice;
 mod editor;
 mod engine;
 mod feed;
+mod link;
 mod overlay;
 mod panels;
 mod pick;
@@ -31,6 +32,7 @@ mod variants;
 
 pub use app::{Ended, Start, run};
 pub use choice::{Against, Choice, Compare, Layout, Resolution};
+pub use link::{Link, NAME as LINKED};
 pub use script::Script;
 pub use variants::scenes;
 

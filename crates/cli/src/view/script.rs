@@ -76,6 +76,8 @@ enum Step {
     Other(u32),
     /// Frames of the window.
     Wait(u32),
+    /// Until a file is there.
+    File(PathBuf),
     LoseDevice,
     Close,
 }
@@ -175,6 +177,7 @@ impl Script {
                 self.waited += 1;
                 self.waited > *frames
             }
+            Step::File(path) => path.exists(),
             Step::Click(on) => self.pointer(now, on, &[(0.5, 0.5)], PointerButton::Primary, &mut events),
             Step::ClickAt { on, at, ctrl } => {
                 let done = self.pointer(now, on, &[*at], PointerButton::Primary, &mut events);

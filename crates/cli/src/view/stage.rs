@@ -4,25 +4,29 @@
 mod kept;
 mod looks;
 mod probe;
+mod scene;
 
-use super::choice::{Against, Choice};
+use super::choice::{Against, Choice, Layout};
 use super::feed::{Remade, Rendered, Subject, Told};
+use super::link::Linked;
 use super::shown::{Reference, reference};
 use super::variants::{self, Variant};
 use kept::{Kept, Key, output};
 use lightgraph::internals::fastest::Policy;
 use lightgraph::internals::gpu::Timing;
 use lightgraph::internals::image::exposure::Exposure;
+use lightgraph::internals::image::png::ToneMap;
 use lightgraph::internals::plan::fastest::still;
 use lightgraph::internals::plan::memory;
 use lightgraph::internals::reload::{folder_of, folders};
 use lightgraph::internals::scene::Additions;
 use lightgraph::internals::session::Pointer;
 use lightgraph::internals::value::Values;
-use lightgraph::{Checked, Diagnostic, Faults, Gpu, Plan, Project, Scene, Session, Settings};
+use lightgraph::{Checked, Faults, Gpu, Plan, Project, Session, Settings};
 use looks::Looks;
 use probe::LastAnswer;
 pub use probe::{Ask, ProbedPlace};
+use scene::Loaded;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -50,6 +54,8 @@ pub struct Wish {
     pub ask: Option<Ask>,
     /// Make all variants ready to be switched to.
     pub prepare: bool,
+    /// What came over the link, where its scene is to be shown.
+    pub linked: Option<Arc<Linked>>,
 }
 
 /// A part of a resource.
@@ -59,6 +65,25 @@ pub struct Inspect {
     pub mip: u32,
     /// A layer, a cube's face (6 for each cube) or a slice.
     pub layer: u32,
+}
+
+impl Wish {
+    /// Whether another one asks for the same.
+    pub fn asks_the_same(&self, other: &Wish) -> bool {
+        let asked = |w: &Wish| {
+            let mut choice = w.choice.clone();
+            // The window alone cares for these; what exposes by itself has to look at the image.
+            if choice.exposure != Exposure::Auto {
+                choice.exposure = Exposure::Stops(0.0);
+            }
+            choice.tone_map = ToneMap::None;
+            choice.compare.layout = Layout::default();
+            let looks = (w.output.clone(), w.inspect.clone(), w.ask.clone());
+            let linked = w.linked.as_ref().map(Arc::as_ptr);
+            (choice, w.size, w.time.to_bits(), w.pointer, looks, w.prepare, linked)
+        };
+        asked(self) == asked(other)
+    }
 }
 
 /// Everything between a wish and what is told.
@@ -84,16 +109,6 @@ pub struct Stage {
     remade: Option<Remade>,
     /// Grows when files change.
     revision: u64,
-}
-
-struct Loaded {
-    path: PathBuf,
-    scene: Arc<Scene>,
-    files: Vec<PathBuf>,
-    notices: Vec<Diagnostic>,
-    stale: bool,
-    /// Differs from that of any other scene.
-    version: u64,
 }
 
 impl Stage {
@@ -154,7 +169,7 @@ impl Stage {
             self.variants = Arc::new(variants::beside(&wish.choice.graph));
         }
         let mut remade = Remade::default();
-        if let Err(f) = self.set_scene(&wish.choice.scene, &mut remade) {
+        if let Err(f) = self.set_scene(wish, &mut remade) {
             faults.extend(f.0);
         }
         let graph = wish.choice.graph.clone();
@@ -239,38 +254,6 @@ impl Stage {
             Against::Nothing | Against::Image(_) => None,
         };
         self.shown.iter().chain(other).filter_map(|p| self.find(p)).collect()
-    }
-
-    fn set_scene(&mut self, path: &Path, remade: &mut Remade) -> Checked<()> {
-        let fresh = self.scene.as_ref().is_some_and(|s| s.path == path && !s.stale);
-        if fresh {
-            return Ok(());
-        }
-        let key = Key { graph: path.into(), params: Values::new(), size: [0; 2], scene: 0, revision: self.revision };
-        self.vain(&key)?;
-        let start = Instant::now();
-        let loaded = Scene::load_with(path, &self.additions).map_err(|f| self.note(key, f))?;
-        remade.scene_ms = ms(start);
-        match &mut self.scene {
-            Some(old) if *old.scene == loaded.scene => {
-                old.path = path.into();
-                old.stale = false;
-                old.files = loaded.files;
-                old.notices = loaded.notices;
-            }
-            slot => {
-                let version = slot.as_ref().map_or(1, |s| s.version + 1);
-                *slot = Some(Loaded {
-                    path: path.into(),
-                    scene: Arc::new(loaded.scene),
-                    files: loaded.files,
-                    notices: loaded.notices,
-                    stale: false,
-                    version,
-                });
-            }
-        }
-        Ok(())
     }
 
     /// Makes the session of a graph what the wish asks for.
@@ -370,7 +353,9 @@ impl Stage {
         let mut seen = wish.choice.clone();
         // How it is shown does not matter to what is rendered.
         (seen.exposure, seen.compare) = (Exposure::Auto, super::choice::Compare::default());
+        let shift = seen.shift(wish.linked.as_deref());
         let same = kept.session.pointer == wish.pointer
+            && kept.session.shift == shift
             && kept.last.as_ref().is_some_and(|l| l.0 == seen && l.1.to_bits() == wish.time.to_bits());
         let output = output(&kept.session, wish.output.as_deref())?;
         if same && kept.rest && kept.output == output {
@@ -380,7 +365,7 @@ impl Stage {
             let plan = kept.session.plan.clone();
             kept.subject = Arc::new(Subject { shared: shared(&plan), plan, ..Subject::clone(&kept.subject) });
         }
-        kept.session.shift = seen.shift();
+        kept.session.shift = shift;
         kept.session.settings.camera.clone_from(&seen.camera);
         kept.session.pointer = wish.pointer;
         kept.last = Some((seen, wish.time));

@@ -2,6 +2,7 @@
 
 use super::choice::{Against, Choice};
 use super::feed::Subject;
+use super::link::{self, Linked};
 use super::pick::Thing;
 use super::stage::{Ask, Inspect, ProbedPlace, Wish};
 use super::undo::Undo;
@@ -44,6 +45,8 @@ pub struct State {
     pub requests: Vec<Save>,
     /// What became of the last of them: whether it is good, and the words.
     pub message: Option<(bool, String)>,
+    /// What has come over the link.
+    pub linked: Arc<Linked>,
     /// The pixels that the image takes in the window.
     pub room: [u32; 2],
     pub network: Network,
@@ -146,6 +149,7 @@ impl State {
             pivot: None,
             requests: vec![],
             message: None,
+            linked: Arc::default(),
             room: [1, 1],
             network: Network::default(),
             marks: BTreeMap::new(),
@@ -174,6 +178,25 @@ impl State {
             inspect: self.inspect.clone().filter(|_| self.sees(Tab::Resource)),
             ask: self.ask.clone().filter(|_| self.sees(Tab::Probe)),
             prepare: self.prepare,
+            linked: self.shown_link().cloned(),
+        }
+    }
+
+    /// What came over the link, where its scene is the one that is shown.
+    fn shown_link(&self) -> Option<&Arc<Linked>> {
+        (self.linked.connection > 0 && self.now().scene == Path::new(link::NAME)).then_some(&self.linked)
+    }
+
+    /// Takes in what has come over the link. Whoever has just connected is shown; where its camera moves, the view goes
+    /// along.
+    pub fn follow(&mut self, linked: Arc<Linked>) {
+        let before = std::mem::replace(&mut self.linked, linked);
+        if before.connection != self.linked.connection {
+            self.set_scene(link::NAME.into());
+        }
+        if before.view != self.linked.view && self.shown_link().is_some() {
+            self.edit(link::NAME, |c| c.view = None);
+            self.pivot = None;
         }
     }
 
@@ -215,7 +238,7 @@ impl State {
 
     /// The scene as it is seen.
     pub fn pose(&self, scene: &Scene, time: f32) -> Pose {
-        scene.pose_shifted(time, &self.now().shift())
+        scene.pose_shifted(time, &self.now().shift(self.shown_link().map(Arc::as_ref)))
     }
 
     /// From where it is seen; `None` when the camera is not in the scene.
@@ -323,6 +346,30 @@ mod tests {
         s.set_graph("h.ron".into());
         assert_eq!(s.now().graph, Path::new("h.ron"));
         assert_eq!(s.now().compare.against, Against::Graph("g.ron".into()));
+    }
+
+    #[test]
+    fn a_program_that_connects_is_shown_until_another_scene_is() {
+        let (mut s, scene) = state();
+        let view = |x| View::perspective(Vec3::X * x, Vec3::NEG_Z, Vec3::Y, 0.8);
+        let linked = |connection, x| Arc::new(Linked { connection, view: Some(view(x)), ..Linked::default() });
+        let seen = |s: &State| s.pose(&scene, 0.0).view;
+        s.follow(linked(1, 1.0));
+        assert_eq!((s.now().scene.as_path(), seen(&s)), (Path::new(link::NAME), Some(view(1.0))));
+        // Where the user went, the view stays until the program's camera moves.
+        s.set_view("view", view(5.0));
+        s.follow(linked(1, 1.0));
+        assert_eq!(seen(&s), Some(view(5.0)));
+        s.follow(linked(1, 2.0));
+        assert_eq!(seen(&s), Some(view(2.0)));
+        s.set_scene("other.glb".into());
+        s.follow(linked(1, 3.0));
+        assert_eq!((seen(&s), s.wish(0, 0.0, 4096).linked.is_none()), (None, true));
+        s.set_scene(link::NAME.into());
+        assert_eq!((seen(&s), s.wish(0, 0.0, 4096).linked.is_some()), (Some(view(3.0)), true));
+        s.set_scene("other.glb".into());
+        s.follow(linked(2, 3.0));
+        assert_eq!(s.now().scene, Path::new(link::NAME));
     }
 
     #[test]

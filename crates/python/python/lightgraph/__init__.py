@@ -13,7 +13,7 @@ from .cluster import View, average, render_many, sweep
 from .errors import Fault, GraphError, GraphWarning, NoAdapterError, Place
 from .measures import bench, tune
 from .renderer import Frame, Plan, Renderer
-from .scene import Camera, DirectionalLight, Material, Mesh, Node, PointLight, Scene, SpotLight
+from .scene import Camera, DirectionalLight, Material, Mesh, Node, PointLight, Scene, SpotLight, glb
 from .tools import Picture, adapter, allow_outside, builtin_graphs, check, compare, outputs, parameters, read, write
 
 __version__ = _version()
@@ -44,6 +44,7 @@ __all__ = [
     "builtin_graphs",
     "check",
     "compare",
+    "glb",
     "outputs",
     "parameters",
     "read",

@@ -13,7 +13,7 @@ from . import _native, _gltf
 from ._values import array, number, say, vector
 from .errors import Fault
 
-__all__ = ["Camera", "DirectionalLight", "Material", "Mesh", "Node", "PointLight", "Scene", "SpotLight"]
+__all__ = ["Camera", "DirectionalLight", "Material", "Mesh", "Node", "PointLight", "Scene", "SpotLight", "glb"]
 
 Vec3 = Sequence[float]
 
@@ -191,7 +191,7 @@ class Scene:
         Raises `ValueError` for arrays of a wrong shape, `TypeError` for a wrong dtype, and `GraphError` for what no
         scene can be made of.
         """
-        document = _gltf.glb(_named(meshes, "mesh"), _named(lights, "light"), _named(cameras, "camera"))
+        document = glb(meshes, lights, cameras)
         description = None
         panorama = environment is not None and array("environment", environment).ndim == 3
         if environment is not None and not panorama:
@@ -251,6 +251,18 @@ class Scene:
     def __repr__(self) -> str:
         facts = self.facts
         return f"<lightgraph.Scene {self.name!r}: {facts['triangles']} triangles, {facts['lights']} lights>"
+
+
+def glb(
+    meshes: Mesh | Node | Mapping[str, Mesh | Node],
+    lights: Light | Mapping[str, Light] | None = None,
+    cameras: Camera | Mapping[str, Camera] | None = None,
+) -> bytes:
+    """The bytes of a .glb of what `Scene.from_arrays` takes, for a file or for another program.
+
+    Raises `ValueError` and `TypeError` as it does.
+    """
+    return _gltf.glb(_named(meshes, "mesh"), _named(lights, "light"), _named(cameras, "camera"))
 
 
 def _panorama(environment: Any) -> np.ndarray:

@@ -1,9 +1,8 @@
 //! Where things are, and from where they are seen; in the coordinates of the scene's file.
 
-use glam::{Mat4, Vec2, Vec3, Vec4};
-use lightgraph::internals::scene::{CameraPose, Lens};
+use glam::Vec3;
+use lightgraph::internals::scene::{self, Extent, Lens};
 use lightgraph::{Checked, Diagnostic, Scene, Session, View};
-use std::collections::HashMap;
 
 /// Eye, target, up; whole vertical angle in degrees, or half the height in metres and `true`; near; far; lens shift.
 pub type Look = ([f32; 3], [f32; 3], [f32; 3], (f32, bool), Option<f32>, Option<f32>, [f32; 2]);
@@ -13,9 +12,6 @@ pub enum Step {
     By(Vec3),
     To(Vec3),
 }
-
-/// What nothing is seen nearer than where a camera does not say: a share of the scene's size.
-const NEAR: f32 = 1e-3;
 
 /// Nodes and lights of a name: a node takes along the lights that hang from it.
 fn named(scene: &Scene, name: &str) -> Checked<(Option<usize>, Vec<usize>)> {
@@ -66,28 +62,8 @@ pub fn shift(session: &mut Session, name: &str, step: Step, time: f32) -> Checke
 
 /// Puts nodes where matrices, column by column, say: node to world. All of them or, after a fault, none.
 pub fn place(session: &mut Session, all: &[(String, [f32; 16])]) -> Checked<()> {
-    let scene = &session.scene;
-    let known: HashMap<&str, usize> = scene.nodes.iter().enumerate().rev().map(|(i, n)| (n.name.as_str(), i)).collect();
-    let mut places = session.shift.places.clone();
-    let said = scene.pose(0.0).nodes;
-    for (name, matrix) in all {
-        let Some(&node) = known.get(name.as_str()) else {
-            let d = Diagnostic::error(format!("{}: there is no node \"{name}\"", scene.name));
-            return Err(d.nearest(name, known.keys().copied()).into());
-        };
-        let mut matrix = Mat4::from_cols_array(matrix);
-        if !matrix.is_finite() || matrix.row(3) != Vec4::W {
-            let d = Diagnostic::error(format!("\"{name}\" can't be placed by {matrix}"));
-            return Err(d.help("give finite numbers, and (0, 0, 0, 1) as the last row").into());
-        }
-        matrix.w_axis -= scene.origin.extend(0.0);
-        if matrix.determinant() * said[node].determinant() < 0.0 {
-            let d = Diagnostic::error(format!("\"{name}\" can't be placed by a matrix that mirrors it"));
-            return Err(d.help("make a scene with this matrix, and give it to `Renderer.scene`").into());
-        }
-        places.insert(node, matrix);
-    }
-    session.shift.places = places;
+    let all = all.iter().map(|(name, matrix)| (name.as_str(), *matrix));
+    session.shift.places = session.scene.placed(session.shift.places.clone(), all)?;
     Ok(())
 }
 
@@ -113,40 +89,10 @@ pub fn look_through(session: &mut Session, camera: Option<String>) -> Checked<()
 
 /// Sees from a place of its own.
 pub fn look(session: &mut Session, (eye, target, up, (extent, flat), near, far, shift): &Look) -> Checked<()> {
-    let origin = session.scene.origin;
     let [eye, target, up] = [*eye, *target, *up].map(Vec3::from);
-    let forward = (target - eye).try_normalize();
-    let wrong = |what: String, help: &str| Err(Diagnostic::error(what).help(help).into());
-    let Some(forward) = forward.filter(|f| f.is_finite() && eye.is_finite()) else {
-        return wrong(format!("a camera at {eye} can't look at {target}"), "give two different places, in metres");
-    };
-    let Some(up) = (up - forward * up.dot(forward)).try_normalize().filter(|up| up.is_finite()) else {
-        return wrong(
-            format!("`up` = {up} points where the camera looks"),
-            "give a direction across the line of sight, such as up=(0, 0, -1) for a look down",
-        );
-    };
-    let near = near.unwrap_or((session.scene.bounds.diagonal() * NEAR).max(1e-5));
-    let ahead = |far: f32| near.is_finite() && far.is_finite() && far > near;
-    if !(near > 0.0 && ahead(far.unwrap_or(near * 2.0))) {
-        return wrong(
-            format!("a camera sees from {near} m to {far:?} m"),
-            "`near` must be above 0, and `far` beyond it",
-        );
-    }
-    let lens = match flat {
-        false if *extent > 0.0 && *extent < 180.0 => Lens::Perspective { yfov: extent.to_radians(), near, far: *far },
-        true if *extent > 0.0 && extent.is_finite() => {
-            let far = far.unwrap_or_else(|| session.scene.bounds.farthest(eye - origin).max(near) * 1.01 + near);
-            Lens::Orthographic { ymag: *extent, near, far }
-        }
-        _ => return wrong(format!("a camera's extent of {extent}"), "`fov` lies between 0 and 180 degrees"),
-    };
-    let shift = Vec2::from(*shift);
-    if !shift.is_finite() {
-        return wrong(format!("a lens shift of {shift}"), "give two finite numbers, in heights of the image");
-    }
-    session.shift.view = Some(View { place: CameraPose { position: eye - origin, forward, up }, lens, shift });
+    let extent = if *flat { Extent::Flat(*extent) } else { Extent::Angle(*extent) };
+    let look = scene::Look { eye, target, up, extent, near: *near, far: *far, shift: (*shift).into() };
+    session.shift.view = Some(session.scene.look(look)?);
     Ok(())
 }
 

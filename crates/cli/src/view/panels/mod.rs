@@ -31,6 +31,8 @@ pub struct Seen<'a> {
     /// Seconds, for scenes that move.
     pub time: f32,
     pub adapter: &'a str,
+    /// What another program is given to show its scene.
+    pub link: Option<&'a str>,
 }
 
 /// Shows the window's parts, and lets them change the state.

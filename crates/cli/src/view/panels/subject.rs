@@ -24,6 +24,14 @@ pub fn scene(ui: &mut Ui, state: &mut State, seen: &Seen) {
     if let Some(path) = chosen {
         state.set_scene(path);
     }
+    if let Some(text) = seen.link {
+        let words = match &state.linked.program {
+            Some(program) => format!("{program} is connected"),
+            None => format!("waits for a program at\n{text}"),
+        };
+        let label = ui.add(egui::Label::new(RichText::new(words).small()).selectable(true));
+        state.mark("link", label.rect);
+    }
     let Some(subject) = &seen.feed.told.subject else { return };
     let scene = &subject.scene;
     camera(ui, state, scene);

@@ -68,6 +68,7 @@ impl Files {
             inspect: None,
             ask: None,
             prepare: false,
+            linked: None,
         }
     }
 }
