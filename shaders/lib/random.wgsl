@@ -40,7 +40,8 @@ fn even_pair(index: u32, shift: u32) -> vec2f {
 }
 
 /// A number in 0..1 for each pixel that is spread evenly over any pixels side by side (Roberts' R2 sequence along both
-/// axes), and moves by what `shift` stands for.
+/// axes), and moves by what `shift` stands for. The first is a half: a sum that is asked at 0 may begin with almost
+/// nothing.
 fn dither(pixel: vec2u, shift: u32) -> f32 {
-    return unit(pixel.x * 3242174889u + pixel.y * 2447445414u + shift);
+    return unit(pixel.x * 3242174889u + pixel.y * 2447445414u + shift + 2147483648u);
 }

@@ -197,7 +197,8 @@ def test_a_real_window_follows(tmp_path):
         sent, moved_, painted = (image[image.shape[0] // 3, image.shape[1] // 2] for image in images)
         assert sent[0] > 0.05 and abs(sent[0] - sent[2]) < 0.02, sent
         assert np.abs(images[0] - images[1]).max() > 0.1
-        assert painted[0] > 4 * painted[1], painted
+        # The tone map takes colour from what is bright.
+        assert painted[0] - painted[1] > 0.3 and abs(painted[1] - painted[2]) < 0.02, painted
     finally:
         if follower is not None:
             follower.stop()
