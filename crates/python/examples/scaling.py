@@ -61,7 +61,7 @@ def main(scene: str, count: int = 200, size: int = 256) -> dict[str, tuple[float
     timed("this process", False, [])
     print(f"load {os.getloadavg()[0]:.1f} besides")
     for workers in (1, 2):
-        options = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": None}
+        options = {"n_workers": workers, "threads_per_worker": 2, "dashboard_address": None}
         with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
             client.wait_for_workers(workers)
             client.run(opened, scene)

@@ -34,7 +34,10 @@ _SELDOM = {
     "distributed.admin.tick.interval": "500ms",
     "distributed.admin.system-monitor.interval": "5s",
 }
-_thread = threading.local()
+_made: dict[tuple[str, str | None, tuple[int, ...]], tuple[Renderer, dict[str, Any]]] = {}
+
+# Held by the thread of this process that renders.
+_turn = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,8 @@ def sweep(
                 "output": output,
             }
             tasks[_key(what)] = (_measured, (what, given.get(scene)))
-    return _run(tasks, client, Path(out), resume, workers, progress)
+    # One thread: times are measured.
+    return _run(tasks, client, Path(out), resume, (workers, 1), progress)
 
 
 def render_many(
@@ -163,7 +167,7 @@ def render_many(
             "frames": view.frames,
         }
         tasks[_key(what)] = (_rendered, (what, view, os.fspath(folder), keep))
-    return _run(tasks, client, folder, resume, workers, progress)
+    return _run(tasks, client, folder, resume, (workers, 2), progress)
 
 
 def average(
@@ -251,7 +255,12 @@ def _key(what: Mapping[str, Any]) -> str:
 
 
 def _run(
-    tasks: dict[str, Any], client: Any, out: Path, resume: bool, workers: int | None, progress: bool | None
+    tasks: dict[str, Any],
+    client: Any,
+    out: Path,
+    resume: bool,
+    workers: tuple[int | None, int],
+    progress: bool | None,
 ) -> list[Entry]:
     path = out / _JOURNAL
     found = _kept(path) if path.exists() else {}
@@ -304,7 +313,7 @@ def _here(todo: Mapping[str, Any], lost: list[str]) -> Generator[tuple[str, Entr
 
 
 def _there(
-    todo: Mapping[str, Any], client: Any, workers: int | None, lost: list[str]
+    todo: Mapping[str, Any], client: Any, workers: tuple[int | None, int], lost: list[str]
 ) -> Generator[tuple[str, Entry], None, None]:
     if not todo:
         return
@@ -317,8 +326,9 @@ def _there(
             import dask
 
             with dask.config.set(_SELDOM):
+                count, threads = workers[0] or os.cpu_count(), workers[1]
                 cluster = distributed.LocalCluster(
-                    n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=None
+                    n_workers=count, threads_per_worker=threads, dashboard_address=None
                 )
             client = stack.enter_context(distributed.Client(stack.enter_context(cluster)))
         elif isinstance(client, str):
@@ -355,14 +365,15 @@ class _Progress:
 
 
 def _renderer(graph: str, scene: str | None, size: Sequence[int]) -> tuple[Renderer, dict[str, Any]]:
-    """This thread's renderer, made anew where it is of another graph or scene; and its parameters' defaults."""
+    """This process's renderer, made anew where it is of another graph or scene; and its parameters' defaults. For who
+    holds `_turn`."""
     key = (graph, scene, tuple(size))
-    if getattr(_thread, "key", None) != key:
+    if key not in _made:
         # The old one's memory first.
-        _thread.key = _thread.made = None
+        _made.clear()
         made = Renderer(graph, scene, size)
-        _thread.made, _thread.key = (made, made.params), key
-    return _thread.made
+        _made[key] = (made, made.params)
+    return _made[key]
 
 
 def _tried(what: Mapping[str, Any], work: Callable[[], Entry]) -> Entry:
@@ -382,14 +393,15 @@ def _tried(what: Mapping[str, Any], work: Callable[[], Entry]) -> Entry:
 
 def _measured(what: Mapping[str, Any], reference: Any) -> Entry:
     def work() -> Entry:
-        renderer, defaults = _renderer(what["graph"], what["scene"], what["size"])
-        renderer.set(**{**defaults, **what["settings"]})
-        renderer.reset()
-        start = clock.perf_counter()
-        for _ in range(what["frames"]):
-            image = renderer.frame(0.0, [what["output"]])[what["output"]]
-        entry: Entry = {"seconds": clock.perf_counter() - start, "mean": float(image.mean(dtype=np.float64))}
-        entry["adapter"] = renderer.stats["adapter"]["name"]
+        with _turn:
+            renderer, defaults = _renderer(what["graph"], what["scene"], what["size"])
+            renderer.set(**{**defaults, **what["settings"]})
+            renderer.reset()
+            start = clock.perf_counter()
+            for _ in range(what["frames"]):
+                image = renderer.frame(0.0, [what["output"]])[what["output"]]
+            seconds, adapter = clock.perf_counter() - start, renderer.stats["adapter"]["name"]
+        entry: Entry = {"seconds": seconds, "mean": float(image.mean(dtype=np.float64)), "adapter": adapter}
         if reference is not None:
             truth = read(reference) if isinstance(reference, str) else reference
             entry["error"] = compare(image[..., : truth.shape[-1]], truth)
@@ -400,18 +412,20 @@ def _measured(what: Mapping[str, Any], reference: Any) -> Entry:
 
 def _rendered(what: Mapping[str, Any], view: View, out: str, keep: bool) -> Entry:
     def work() -> Entry:
-        renderer, defaults = _renderer(what["graph"], what["scene"], what["size"])
-        renderer.set(**{**defaults, **view.params})
-        renderer.camera = view.camera
-        if not keep:
-            renderer.reset()
-        start = clock.perf_counter()
-        for _ in range(view.frames):
-            images = renderer.frame(view.time, view.outputs)
-        seconds, files = clock.perf_counter() - start, {}
-        for output in view.outputs:
-            files[output] = f"{view.name}.{output}.exr"
-            write(os.path.join(out, files[output]), images[output])
-        return {"files": files, "seconds": seconds, "adapter": renderer.stats["adapter"]["name"]}
+        with _turn:
+            renderer, defaults = _renderer(what["graph"], what["scene"], what["size"])
+            renderer.set(**{**defaults, **view.params})
+            renderer.camera = view.camera
+            if not keep:
+                renderer.reset()
+            start = clock.perf_counter()
+            for _ in range(view.frames):
+                images = renderer.frame(view.time, view.outputs)
+            seconds, adapter = clock.perf_counter() - start, renderer.stats["adapter"]["name"]
+        # Another thread renders while this one waits for the disk.
+        files = {output: f"{view.name}.{output}.exr" for output in view.outputs}
+        for output, name in files.items():
+            write(os.path.join(out, name), images[output])
+        return {"files": files, "seconds": seconds, "adapter": adapter}
 
     return _tried(what, work)
