@@ -80,9 +80,10 @@ def test_only_what_changed_is_sent():
 
 def test_what_the_window_does_not_take_is_said_and_the_next_one_goes_whole():
     window, told = Window(), threading.Event()
+    # Of the greeting, and of the scene.
+    window.faults = [None, "error: Blender: it has no triangles"]
     follower = link.Link(window.link, "a test", told.set)
     first = lit(floor())
-    window.faults = [None, "error: Blender: it has no triangles"]
     follower.show(first, None)
     until(lambda: follower.error)
     assert told.is_set() and follower.state == "connected" and "no triangles" in follower.error
@@ -179,7 +180,7 @@ def test_a_real_window_follows(tmp_path):
 
         def shown(name, scene):
             follower.show(scene, CAMERA)
-            until(lambda: follower._tried is scene and follower._content is follower._laid, 60)
+            until(lambda: follower._content is scene and follower._laid is scene, 60)
             assert not follower.error
             (tmp_path / name).touch()
             until((tmp_path / f"{name}.png").exists, 300)
