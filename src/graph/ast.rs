@@ -1,6 +1,7 @@
 //! What a graph file says, each part with its place. Names are not yet resolved; [`super::check`] does that.
 
 use super::expr::Expr;
+pub use super::raster::Cull;
 pub use super::walk::{groups, inherit_groups, rescope, told_groups, walk, walk_mut};
 use crate::diag::{Source, Span};
 use crate::image::texture::Texture;
@@ -124,16 +125,6 @@ pub enum ResourceKind {
         columns: Vec<Name>,
     },
     Sampler(SamplerDesc),
-}
-
-/// Which sides of triangles a draw leaves out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Cull {
-    None,
-    Front,
-    Back,
-    /// As each material says: back faces are culled unless it is double sided.
-    Material,
 }
 
 /// How a shader samples a texture.

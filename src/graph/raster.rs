@@ -1,8 +1,18 @@
 //! What draw and screen passes say: what they draw, to which targets, and how.
 
-use super::ast::{Cull, Raster, Vertices};
+use super::ast::{Raster, Vertices};
 use super::read::{Fields, Reader};
 use crate::diag::Diagnostic;
+
+/// Which sides of triangles a draw leaves out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Cull {
+    None,
+    Front,
+    Back,
+    /// As each material says: back faces are culled unless it is double sided.
+    Material,
+}
 
 impl Reader {
     /// `vertices`, `instances`, `topology` and `indirect` of a draw without the scene.

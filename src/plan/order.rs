@@ -1,8 +1,8 @@
 //! Steps of a block to an order: what must come before what, and a stable choice among the legal orders.
 //!
-//! And whether a loop can end on the device: its steps are then handed over for iterations that never come, and do nothing.
-//! Draws and dispatches can be told on the device to do nothing; copies and clears can't. One is harmless after the end
-//! when nothing needs what it writes any more, or when it writes what is there already.
+//! Decides, too, whether a loop can end on the device. Then its steps are handed over for iterations that never come,
+//! and do nothing. Draws and dispatches can be told on the device to do nothing; copies and clears can't. One of these
+//! is harmless after the end when nothing needs what it writes any more, or when it writes what is there already.
 
 use super::{Action, Ending, Geometry, Loop, Node, Plan, ResourceId, Step, StepId, Until};
 use std::collections::BTreeSet;

@@ -1,5 +1,5 @@
-//! Passes that run in part, for the instances whose dirty bit is set, or in some frames: `when: "first_frame"`, and what
-//! goes with it.
+//! Passes that run in part, for the instances whose dirty bit is set. Passes that run in some frames: those with
+//! `when: "first_frame"`, and what keeps their results.
 
 use super::keys::Keys;
 use super::wire::{Mode, ResourceUse, Wire, Wired, WiredItem, Wirer, any_use};

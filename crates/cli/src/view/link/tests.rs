@@ -22,7 +22,8 @@ const TRIANGLE: &str = r#"{
 "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
     "min": [-0.5, -0.5, 0], "max": [0.5, 0.5, 0]}],
 "bufferViews": [{"buffer": 0, "byteLength": 36}],
-"buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAvwAAAL8AAAAAAAAAPwAAAL8AAAAAAAAAAAAAAD8AAAAA"}]
+"buffers": [{"byteLength": 36,
+    "uri": "data:application/octet-stream;base64,AAAAvwAAAL8AAAAAAAAAPwAAAL8AAAAAAAAAAAAAAD8AAAAA"}]
 }"#;
 
 /// What one side says, and what it is answered.
