@@ -135,9 +135,15 @@ fn a_panorama_comes_behind_the_scene() {
     let (last, answers) = followed(&[message(&header, &body)]);
     assert_eq!(answers, [None]);
     assert!(last.scene.unwrap().environment.is_some());
-    for (size, words) in [([2, 2], "twice as wide"), ([u32::MAX, u32::MAX], "is more than the"), ([0, 0], "0")] {
+    for (size, pixels, words) in [
+        ([2, 2], 4, "twice as wide"),
+        ([2, 1], 4, "not valid glTF JSON"),
+        ([u32::MAX, u32::MAX], 4, "is more than the"),
+        ([0, 0], 0, "0 × 0 pixels"),
+    ] {
         let header = json!({"scene": {"name": "sent", "panorama": size}});
-        let text = followed(&[message(&header, &[TRIANGLE.as_bytes(), &[0; 48]].concat())]).1[0].clone().unwrap();
+        let body = [TRIANGLE.as_bytes(), &vec![0; 12 * pixels]].concat();
+        let text = followed(&[message(&header, &body)]).1[0].clone().unwrap();
         assert!(text.contains(words), "{size:?}: {text}");
     }
 }
