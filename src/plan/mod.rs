@@ -20,13 +20,13 @@ pub mod order;
 mod partial;
 pub mod request;
 mod shaders;
-pub mod show;
 pub mod sizes;
 mod sums;
 pub mod tables;
 mod targets;
 #[cfg(test)]
 mod tests;
+pub mod text;
 mod uniforms;
 pub mod wire;
 

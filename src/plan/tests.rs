@@ -98,13 +98,6 @@ pub(super) fn sample_of(text: String) -> Sample {
 }
 
 impl Sample {
-    /// The plan with parameters other than their defaults.
-    pub(super) fn set(&self, params: &[(&str, Value)]) -> Plan {
-        let params = params.iter().map(|(n, v)| ((*n).to_string(), *v)).collect();
-        let plan = try_plan(&self.graph, &self.texts, &params, &sample_facts(true), Options::default(), None);
-        plan.unwrap_or_else(|f| panic!("{f}"))
-    }
-
     fn try_plan(&self, options: Options, outputs: Option<&[String]>) -> Checked<Plan> {
         let (params, facts) = (Values::new(), sample_facts(true));
         try_plan(&self.graph, &self.texts, &params, &facts, options, outputs)

@@ -4,6 +4,7 @@
 //! - [`mod@bench`]: run time against error; [`snapshot`]: tests of graphs; [`stress`]: numerical stability
 //! - `view`: the window: graphs seen live, with what can be set, compared and looked into
 //! - `web`: the page for a browser: where it stands, how it is served
+//! - [`mod@show`]: a plan as JSON, DOT, SVG, and the difference of two
 //! - `base64`: bytes as text, for reports; `paths`: the files that a command line names; `probe_report`: what a probed
 //!   invocation computes, in sections
 
@@ -14,6 +15,7 @@ pub mod bench;
 pub mod commands;
 mod paths;
 mod probe_report;
+pub mod show;
 pub mod snapshot;
 pub mod stress;
 #[cfg(feature = "window")]

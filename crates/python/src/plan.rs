@@ -1,7 +1,8 @@
 //! What a graph compiles to.
 
 use crate::values::json;
-use lightgraph::internals::plan::{self, show};
+use lightgraph::internals::plan;
+use lightgraph_cli::show;
 use pyo3::prelude::*;
 
 /// A plan as it was when it was asked for.

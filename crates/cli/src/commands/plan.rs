@@ -3,11 +3,11 @@
 use super::additions::{AdditionArgs, load_some};
 use super::fastest::{FastestArgs, Which};
 use super::{Failure, ShaderFolders, notices, print, print_data, size};
+use crate::show;
 use lightgraph::internals::fastest::Policy;
 use lightgraph::internals::plan::build::{Planned, plan};
 use lightgraph::internals::plan::draw::{asked_parts, parts};
 use lightgraph::internals::plan::request::{Request, sample_device, sample_facts};
-use lightgraph::internals::plan::show;
 use lightgraph::{Diagnostic, Project, Scene};
 use std::path::{Path, PathBuf};
 

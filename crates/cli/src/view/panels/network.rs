@@ -2,6 +2,7 @@
 //! it, one on a pass opens its file; sub-graphs can be one box each.
 
 use super::Seen;
+use crate::show::{COLLAPSED, PassBox, Picture, WireLine, picture, sub_graphs};
 use crate::view::editor;
 use crate::view::feed::{Rendered, Subject};
 use crate::view::state::{State, Zoom};
@@ -13,7 +14,6 @@ use lightgraph::Plan;
 use lightgraph::internals::diag::Span;
 use lightgraph::internals::graph::ast::walk;
 use lightgraph::internals::plan::change::Why;
-use lightgraph::internals::plan::show::{COLLAPSED, PassBox, Picture, WireLine, picture, sub_graphs};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -132,7 +132,7 @@ fn drawn(state: &mut State, subject: &Arc<Subject>) -> (Arc<Subject>, BTreeSet<S
 }
 
 /// The first box whose name, or that of what it writes, holds what is looked for.
-fn found(picture: &Picture, search: &str) -> Option<lightgraph::internals::plan::show::Rect> {
+fn found(picture: &Picture, search: &str) -> Option<crate::show::Rect> {
     let hit = |name: &str| !search.is_empty() && name.to_lowercase().contains(search);
     let named = picture.boxes.iter().find(|b| hit(&b.name));
     named.or_else(|| picture.boxes.iter().find(|b| b.ports.iter().any(|p| hit(&p.resource)))).map(|b| b.rect)
@@ -142,8 +142,7 @@ fn found(picture: &Picture, search: &str) -> Option<lightgraph::internals::plan:
 fn draw_culled(brush: &Brush, subject: &Subject) {
     let mut y = 0.0;
     for (name, why) in &subject.plan.skipped {
-        let rect =
-            lightgraph::internals::plan::show::Rect { x: -CULLED_WIDTH, y, width: CULLED_WIDTH - 40.0, height: 40.0 };
+        let rect = crate::show::Rect { x: -CULLED_WIDTH, y, width: CULLED_WIDTH - 40.0, height: 40.0 };
         let at = brush.rect(rect);
         if at.intersects(brush.painter.clip_rect()) {
             let corners = [at.left_top(), at.right_top(), at.right_bottom(), at.left_bottom(), at.left_top()];
@@ -181,18 +180,11 @@ impl Brush {
         self.corner + Vec2::new(x, y) * self.scale
     }
 
-    fn rect(&self, r: lightgraph::internals::plan::show::Rect) -> Rect {
+    fn rect(&self, r: crate::show::Rect) -> Rect {
         Rect::from_min_size(self.at(r.x, r.y), Vec2::new(r.width, r.height) * self.scale)
     }
 
-    fn framed(
-        &self,
-        r: lightgraph::internals::plan::show::Rect,
-        corner: f32,
-        fill: Color32,
-        width: f32,
-        edge: Color32,
-    ) {
+    fn framed(&self, r: crate::show::Rect, corner: f32, fill: Color32, width: f32, edge: Color32) {
         let stroke = Stroke::new((width * self.scale).max(0.6), edge);
         self.painter.rect(self.rect(r), corner * self.scale, fill, stroke, StrokeKind::Inside);
     }
@@ -269,9 +261,7 @@ fn pass_box(
     line(14.0, &pass.name, 13.0, brush.tint(&pass.name, TEXT));
     line(30.0, &pass.about, 11.0, FAINT);
     line(45.0, &pass.carried, 11.0, FAINT);
-    let head = brush
-        .rect(lightgraph::internals::plan::show::Rect { height: 38.0, ..pass.rect })
-        .intersect(brush.painter.clip_rect());
+    let head = brush.rect(crate::show::Rect { height: 38.0, ..pass.rect }).intersect(brush.painter.clip_rect());
     if !head.is_positive() || pass.steps.is_empty() {
         return;
     }

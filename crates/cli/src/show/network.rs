@@ -1,7 +1,7 @@
 //! Passes and what flows between them. Small plans are seen step by step, large ones pass by pass.
 
-use super::words::{StepWords, intermediate, loop_head, member};
-use crate::plan::{Action, Desc, Node, Plan, ResourceId, Step, StepId};
+use lightgraph::internals::plan::text::words::{StepWords, intermediate, loop_head, member};
+use lightgraph::internals::plan::{Action, Desc, Node, Plan, ResourceId, Step, StepId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Plans with more steps than this are drawn pass by pass.

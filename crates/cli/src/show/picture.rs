@@ -3,7 +3,7 @@
 use super::layout::{Extent, NetworkLayout, layout};
 pub use super::layout::{Rect, WireLine};
 use super::network::{Network, NetworkPass, network};
-use crate::plan::{Plan, ResourceId, StepId};
+use lightgraph::internals::plan::{Plan, ResourceId, StepId};
 use std::collections::BTreeSet;
 
 /// Widths of a character of a monospaced font, in px: 0.6 of its size.

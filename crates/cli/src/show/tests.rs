@@ -3,11 +3,58 @@
 use super::layout::{NetworkLayout, layout};
 use super::network::network;
 use super::*;
-use crate::plan::Plan;
-use crate::plan::build::Options;
-use crate::plan::tests::{images, make, sample, sample_of, shipped, turn};
-use crate::value::Value;
+use lightgraph::internals::diag::Source;
+use lightgraph::internals::graph::load;
+use lightgraph::internals::plan::build;
+use lightgraph::internals::plan::fastest::FIRST;
+use lightgraph::internals::plan::request::{Request, sample_device, sample_facts};
+use lightgraph::internals::shader::Library;
+use lightgraph::internals::value::Value;
+use lightgraph::{Graph, Plan, Project};
 use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Writes `there`.
+const MAKE: &str = "
+var there: texture_storage_2d<r32float, write>;
+@compute @workgroup_size(8, 8)
+fn make(@builtin(global_invocation_id) id: vec3u) { textureStore(there, id.xy, vec4f(1.0)); }
+";
+
+/// Reads `here`, writes `there`.
+const TURN: &str = "
+var here: texture_2d<f32>;
+var there: texture_storage_2d<r32float, write>;
+@compute @workgroup_size(8, 8)
+fn turn(@builtin(global_invocation_id) id: vec3u) { textureStore(there, id.xy, textureLoad(here, id.xy, 0)); }
+";
+
+/// Holds what is there against what was.
+const MEASURE: &str = "
+var here: texture_2d<f32>;
+var before: texture_2d<f32>;
+var<storage, read_write> change: array<f32>;
+@compute @workgroup_size(1)
+fn measure() { change[0] = abs(textureLoad(here, vec2u(0), 0).r - textureLoad(before, vec2u(0), 0).r); }
+";
+
+/// A pass before a loop over two, one that is skipped.
+const SMALL: &str = r#"Graph(
+    resources: {
+        "x": Texture(format: R32Float, size: 8),
+        "y": Texture(format: R32Float, size: 8),
+        "z": Texture(format: R32Float, size: 8),
+    },
+    passes: [
+        Compute(name: "start", shader: "make.wgsl", over: "x", bind: {"there": "x"}),
+        Loop(name: "n", count: 3, passes: [
+            Compute(name: "there", shader: "turn.wgsl", over: "y", bind: {"here": "x", "there": "y"}),
+            Compute(name: "back", shader: "turn.wgsl", over: "x", bind: {"here": "y", "there": "x"}),
+        ]),
+        Compute(name: "lost", shader: "make.wgsl", over: "z", bind: {"there": "z"}),
+    ],
+    outputs: {"result": "x"},
+)"#;
 
 /// Pieces of an image, taken apart and put together again until it hardly changes.
 const SETTLING: &str = r#"Graph(
@@ -39,15 +86,44 @@ const SETTLING: &str = r#"Graph(
     outputs: {"shown": "shown"},
 )"#;
 
-fn settling(params: &[(&str, Value)]) -> Plan {
-    sample_of(SETTLING.into()).set(params)
+/// The plan of a graph of these shaders.
+fn plan_of(text: &str, params: &[(&str, Value)]) -> Plan {
+    let source = Source::new("test.ron", text.to_string());
+    let graph = load(Path::new("test.ron"), &|_| Ok(source.clone())).unwrap_or_else(|f| panic!("{f}"));
+    let file = |(path, text): (&str, &str)| (path.to_string(), Source::new(path, text.to_string()));
+    let files = [("make.wgsl", MAKE), ("turn.wgsl", TURN), ("measure.wgsl", MEASURE)].into_iter().map(file).collect();
+    planned(&graph, &Library { files, ..Library::default() }, params)
 }
 
-/// A pass before a loop over two, one that is skipped.
+fn planned(graph: &Graph, texts: &Library, params: &[(&str, Value)]) -> Plan {
+    let (limits, features) = sample_device();
+    let request = Request {
+        graph,
+        texts,
+        params: &params.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
+        facts: &sample_facts(true),
+        screen: [64, 48],
+        outputs: None,
+        choices: &FIRST,
+        levels: &[],
+        limits: &limits,
+        features,
+    };
+    build::plan(&request).unwrap_or_else(|f| panic!("{f}")).plan
+}
+
+fn settling(params: &[(&str, Value)]) -> Plan {
+    plan_of(SETTLING, params)
+}
+
 fn small() -> Plan {
-    let body = turn("there", "x", "y") + &turn("back", "y", "x");
-    let passes = make("start", "x") + &format!("Loop(name: \"n\", count: 3, passes: [{body}]),") + &make("lost", "z");
-    sample(&images(&["x", "y", "z"]), &passes, "\"result\": \"x\"").plan()
+    plan_of(SMALL, &[])
+}
+
+/// A graph of the repository.
+fn direct() -> Plan {
+    let project = Project::open(&crate::repository("graphs/gi/direct.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    planned(&project.graph, &project.texts, &[])
 }
 
 #[test]
@@ -178,7 +254,7 @@ fn laid(plan: &Plan) -> NetworkLayout {
 
 #[test]
 fn no_box_lies_on_another_and_no_wire_runs_through_one() {
-    for plan in [small(), settling(&[]), shipped("direct.ron", &[], true, Options::default())] {
+    for plan in [small(), settling(&[]), direct()] {
         let laid = laid(&plan);
         let boxes: Vec<_> = laid.passes.values().collect();
         for (i, a) in boxes.iter().enumerate() {

@@ -1,7 +1,12 @@
 //! A plan as text: compact, and the same for equal plans, so that two of them can be compared line by line.
+//!
+//! `words` names the parts, `fold` puts equal steps into one line.
 
-use super::fold::{Line, ResourceGroup, groups, lines, slots, span};
-use super::words::{StepWords, bytes, color, ranges, shaders};
+pub mod fold;
+pub mod words;
+
+use self::fold::{Line, ResourceGroup, groups, lines, slots, span};
+use self::words::{StepWords, bytes, color, ranges, shaders};
 use crate::plan::{Node, Plan};
 use std::fmt::{self, Display, Formatter};
 

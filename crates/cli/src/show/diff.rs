@@ -1,8 +1,8 @@
 //! What one plan changes of another, in words.
 
-use super::fold::{Line, groups, lines};
-use super::words::{StepWords, bytes, color, shaders};
-use crate::plan::Plan;
+use lightgraph::internals::plan::Plan;
+use lightgraph::internals::plan::text::fold::{Line, groups, lines};
+use lightgraph::internals::plan::text::words::{StepWords, bytes, color, shaders};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 /// A step as a line of words.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct StepWords {
+pub struct StepWords {
     pub name: String,
     pub kind: &'static str,
     /// Empty without one.
@@ -112,7 +112,7 @@ fn shader_name(plan: &Plan, index: usize) -> String {
 }
 
 /// All shaders by the names that rows use, each with its definitions.
-pub(super) fn shaders(plan: &Plan) -> Vec<(String, String)> {
+pub fn shaders(plan: &Plan) -> Vec<(String, String)> {
     (0..plan.shaders.len()).map(|i| (shader_name(plan, i), definitions(&plan.shaders[i]))).collect()
 }
 
@@ -194,12 +194,12 @@ fn places(members: &[Member]) -> Vec<String> {
 }
 
 /// `(r, g, b, a)`
-pub(super) fn color(c: &[f64; 4]) -> String {
+pub fn color(c: &[f64; 4]) -> String {
     format!("({}, {}, {}, {})", c[0], c[1], c[2], c[3])
 }
 
 /// Format, extent, layers, tiles, mips.
-pub(super) fn description(desc: &Desc) -> String {
+pub fn description(desc: &Desc) -> String {
     match desc {
         Desc::Buffer { .. } => "buffer".into(),
         Desc::Texture(_) => shape(desc),
@@ -207,7 +207,7 @@ pub(super) fn description(desc: &Desc) -> String {
 }
 
 /// `bounce × 2 until change < 0.002`
-pub(super) fn loop_head(plan: &Plan, l: &Loop) -> String {
+pub fn loop_head(plan: &Plan, l: &Loop) -> String {
     let until = l.until.as_ref().map(|u| {
         let sign = comparison(u.comparison);
         let ending = match &u.ending {
@@ -220,7 +220,7 @@ pub(super) fn loop_head(plan: &Plan, l: &Loop) -> String {
 }
 
 /// The sign of a comparison.
-pub(super) fn comparison(c: Comparison) -> &'static str {
+pub fn comparison(c: Comparison) -> &'static str {
     match c {
         Comparison::Less => "<",
         Comparison::LessEqual => "<=",
@@ -230,7 +230,7 @@ pub(super) fn comparison(c: Comparison) -> &'static str {
 }
 
 /// Bytes with a binary unit, three digits or more.
-pub(super) fn bytes(n: u64) -> String {
+pub fn bytes(n: u64) -> String {
     let mut value = n as f64;
     for unit in ["B", "KiB", "MiB"] {
         if value < 1024.0 {
@@ -242,24 +242,24 @@ pub(super) fn bytes(n: u64) -> String {
 }
 
 /// The first `[n]` in a name: its number, and the text itself.
-pub(super) fn member(name: &str) -> Option<(u32, &str)> {
+pub fn member(name: &str) -> Option<(u32, &str)> {
     let open = name.find('[')?;
     let close = open + name[open..].find(']')?;
     Some((name[open + 1..close].parse().ok()?, &name[open..=close]))
 }
 
 /// A name with `[i]` for its member.
-pub(super) fn template(name: &str) -> String {
+pub fn template(name: &str) -> String {
     member(name).map_or_else(|| name.to_string(), |(_, text)| name.replacen(text, "[i]", 1))
 }
 
 /// Whether the plan made a resource itself, between the stages of a reduction. No name in a graph has a dot.
-pub(super) fn intermediate(name: &str) -> bool {
+pub fn intermediate(name: &str) -> bool {
     name.contains('.')
 }
 
 /// Numbers in rising order, runs drawn together: `1, 4…9`.
-pub(super) fn ranges(numbers: impl IntoIterator<Item = usize>) -> String {
+pub fn ranges(numbers: impl IntoIterator<Item = usize>) -> String {
     let mut runs: Vec<(usize, usize)> = vec![];
     for n in numbers {
         match runs.last_mut() {

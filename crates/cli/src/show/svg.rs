@@ -1,8 +1,8 @@
 //! A plan as a picture: one SVG without anything outside it, light or dark as the viewer is.
 
 use super::picture::{Picture, Rect, WireLine, picture};
-use super::words::bytes;
-use crate::plan::Plan;
+use lightgraph::internals::plan::Plan;
+use lightgraph::internals::plan::text::words::bytes;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 /// A line of the order, or several.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Line {
+pub enum Line {
     Step(StepWords),
     /// The same rows for each member from `first` to `last`, which stands as `[i]` in the names.
     Members {
@@ -21,7 +21,7 @@ pub(super) enum Line {
 }
 
 /// The order, folded where neighbours differ only by member.
-pub(super) fn lines(plan: &Plan, nodes: &[Node]) -> Vec<Line> {
+pub fn lines(plan: &Plan, nodes: &[Node]) -> Vec<Line> {
     let mut lines = vec![];
     let mut rest = nodes;
     while let [first, tail @ ..] = rest {
@@ -73,7 +73,7 @@ fn members(plan: &Plan, nodes: &[Node]) -> Option<(Line, usize)> {
 
 /// Resources that differ only by member, as one.
 #[derive(Debug, Clone)]
-pub(super) struct ResourceGroup {
+pub struct ResourceGroup {
     /// With `[i]` for the member.
     pub name: String,
     pub description: String,
@@ -95,12 +95,12 @@ impl ResourceGroup {
 }
 
 /// `[0…8]`, or `[3]` for a single member.
-pub(super) fn span(first: u32, last: u32) -> String {
+pub fn span(first: u32, last: u32) -> String {
     if first == last { format!("[{first}]") } else { format!("[{first}…{last}]") }
 }
 
 /// The resources of a plan in the order in which they are first used.
-pub(super) fn groups(plan: &Plan) -> Vec<ResourceGroup> {
+pub fn groups(plan: &Plan) -> Vec<ResourceGroup> {
     let mut groups: Vec<ResourceGroup> = vec![];
     for (i, r) in plan.resources.iter().enumerate() {
         let (name, description) = (template(&r.name), description(&r.desc));
@@ -113,6 +113,6 @@ pub(super) fn groups(plan: &Plan) -> Vec<ResourceGroup> {
 }
 
 /// The slots of some resources.
-pub(super) fn slots(plan: &Plan, group: &ResourceGroup) -> BTreeSet<usize> {
+pub fn slots(plan: &Plan, group: &ResourceGroup) -> BTreeSet<usize> {
     group.ids.iter().map(|i| plan.resources[*i].slot).collect()
 }

@@ -1,7 +1,7 @@
 //! A plan in the DOT language of Graphviz.
 
 use super::network::{Network, NetworkItem, NetworkPass, network};
-use crate::plan::Plan;
+use lightgraph::internals::plan::Plan;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 

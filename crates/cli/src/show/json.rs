@@ -1,11 +1,11 @@
 //! A plan for other programs. The keys are stable: they are those of the structs here, not of the plan.
 
-use super::words::{StepWords, comparison, description};
-use crate::plan::fastest::Alternatives;
-use crate::plan::keys::Keys;
-use crate::plan::{Action, Desc, Ending, Node, Plan, Slot};
-use crate::shader::Def;
-use crate::value::Value;
+use lightgraph::internals::plan::fastest::Alternatives;
+use lightgraph::internals::plan::keys::Keys;
+use lightgraph::internals::plan::text::words::{StepWords, comparison, description};
+use lightgraph::internals::plan::{Action, Desc, Ending, Node, Plan, Slot};
+use lightgraph::internals::shader::Def;
+use lightgraph::internals::value::Value;
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 
@@ -170,7 +170,7 @@ struct MemoryJson {
 /// The plan with nothing folded: every step, resource and slot, which refer to each other by index.
 pub fn to_json(plan: &Plan) -> Json {
     let (bytes, bytes_unshared) = plan.bytes();
-    let ids = |ids: &[crate::plan::ResourceId]| ids.iter().map(|r| r.0).collect();
+    let ids = |ids: &[lightgraph::internals::plan::ResourceId]| ids.iter().map(|r| r.0).collect();
     let mut depends: Vec<Vec<String>> = vec![vec![]; plan.steps.len()];
     for unit in Keys::of(plan, None).units {
         unit.steps.iter().for_each(|s| depends[s.0] = unit.depends());
@@ -185,7 +185,7 @@ pub fn to_json(plan: &Plan) -> Json {
         StepJson {
             name: &s.name,
             pass: &s.pass,
-            kind: StepWords::of(plan, crate::plan::StepId(i)).kind,
+            kind: StepWords::of(plan, lightgraph::internals::plan::StepId(i)).kind,
             shader,
             workgroups,
             draws,
