@@ -9,7 +9,7 @@
 #import lightgraph::surface::materials
 #import lightgraph::trace
 #endif
-#import lightgraph::random::{even_pair, scramble}
+#import lightgraph::random::{even_pair, scramble, unit}
 #import lightgraph::sampling
 #import lightgraph::trace::is_free
 #ifdef CLEAR
@@ -57,6 +57,11 @@ struct Sample {
 
 /// A point on an emitter chosen by power: `choice` chooses the triangle, `u` the point on it.
 fn draw(origin: vec3f, choice: f32, u: vec2f) -> Sample {
+    return towards(emitters[row_of(choice)], origin, u);
+}
+
+/// The row up to which this share of the power is reached.
+fn row_of(choice: f32) -> u32 {
     var low = 0u;
     var high = arrayLength(&emitters) - 1u;
     while low < high {
@@ -67,7 +72,7 @@ fn draw(origin: vec3f, choice: f32, u: vec2f) -> Sample {
             high = middle;
         }
     }
-    return towards(emitters[low], origin, u);
+    return low;
 }
 
 /// A point on one emitter, `u` of the unit square, as seen from a point.
@@ -144,6 +149,26 @@ const MANY: u32 = 8u;
 /// Points on a triangle that tell whether a surface sees all or none of it.
 const FIRST_POINTS: u32 = 4u;
 
+/// Triangles that a surface looks at, at most.
+const LOOKED_AT: u32 = 512u;
+
+/// A triangle that is looked at, and how many like it stand for all.
+struct Looked {
+    row: u32,
+    stands_for: f32,
+}
+
+/// The `i`th of `count` triangles that are looked at: all, or some at even distances along the sum of their powers,
+/// from `first` of a distance on.
+fn looked_at(i: u32, count: u32, first: f32) -> Looked {
+    if count == arrayLength(&emitters) {
+        return Looked(i, 1.0);
+    }
+    let row = row_of((f32(i) + first) / f32(count));
+    let chance = emitters[row].density * emitters[row].area;
+    return Looked(row, 1.0 / max(f32(count) * chance, 1e-20));
+}
+
 /// Radiance that a surface reflects towards its viewer straight from all emitters. `start`: where its rays start.
 ///
 /// `samples` points, from the first to the second number of them, the more the more triangles give alike: each has
@@ -151,14 +176,16 @@ const FIRST_POINTS: u32 = 4u;
 /// distances along the sum of these shares, from `first` of a distance on. Matte: the exact irradiance of a triangle,
 /// times the share of its points that is seen; so what sees all emitters, or none, has no noise. Lobes: the mean over
 /// the points, and half as many directions drawn from the lobes, each weighed against the other (balance heuristic of
-/// Veach, 1995). Where the first points on a triangle see all of it, or none, no others are asked. `shift` moves the
-/// points.
+/// Veach, 1995). Where the first points on a triangle see all of it, or none, no others are asked. Of more than LOOKED_AT
+/// triangles some stand for all. `shift` moves the points, and chooses these.
 fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shift: u32) -> vec3f {
-    let count = arrayLength(&emitters);
+    let count = min(arrayLength(&emitters), LOOKED_AT);
+    let from_first = unit(scramble(shift));
     var total = 0.0;
     var roots = 0.0;
     for (var i = 0u; i < count; i++) {
-        let alone = unshadowed(emitters[i], s, start);
+        let looked = looked_at(i, count, from_first);
+        let alone = looked.stands_for * unshadowed(emitters[looked.row], s, start);
         total += alone;
         roots += sqrt(alone);
     }
@@ -180,8 +207,10 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
     // points below, and tells nothing.
     var asked_of = 0.0;
     for (var i = 0u; i < count && next < total; i++) {
-        let e = emitters[i];
-        let alone = unshadowed(e, s, start);
+        let looked = looked_at(i, count, from_first);
+        let e = emitters[looked.row];
+        let itself = unshadowed(e, s, start);
+        let alone = looked.stands_for * itself;
         reached += alone;
         if alone <= 0.0 || reached <= next {
             continue;
@@ -208,7 +237,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
                 break;
             }
 #endif
-            let p = towards(e, start, even_pair(asked, shift + i));
+            let p = towards(e, start, even_pair(asked, shift + looked.row));
             asked++;
             let cosine = dot(s.normal, p.direction);
             if cosine <= 0.0 || p.density <= 0.0 {
@@ -222,7 +251,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
                 light += cosine * angle * p.radiance;
 #endif
 #ifdef SPECULAR
-                let even = alone / (step * angle);
+                let even = itself / (step * angle);
                 let share = even / (even + f32(drawn) * gloss::draw_density(s, p.direction));
                 shine += tints(s) * lobes(s, p.direction) * p.radiance * angle * share;
 #endif
@@ -236,7 +265,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
 #ifdef SPECULAR
             part += shine / f32(asked);
 #endif
-            sum += part * weight;
+            sum += part * weight * looked.stands_for;
             asked_of += weight * alone;
         }
     }

@@ -49,6 +49,67 @@ fn shadows_of_the_sun_agree_with_the_reference() {
     }
 }
 
+/// A floor four metres wide below a lamp of one metre, whose square is cut into `n` × `n`.
+fn lamp_of_squares(n: u32, folder: &Path) -> String {
+    let mut corners: Vec<[f32; 3]> = vec![[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]];
+    let along = |i: u32| i as f32 / n as f32 - 0.5;
+    for i in 0..=n {
+        corners.extend((0..=n).map(|k| [along(i), 1.0, along(k)]));
+    }
+    let mut indices: Vec<u32> = vec![0, 1, 2, 0, 2, 3];
+    for i in 0..n * n {
+        let a = 4 + i / n * (n + 1) + i % n;
+        let (b, c, d) = (a + 1, a + n + 1, a + n + 2);
+        indices.extend([a, c, b, b, c, d]);
+    }
+    let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let from = bytes.len();
+    bytes.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
+    let (vertices, length, lamp) = (corners.len(), bytes.len(), indices.len() - 6);
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0, 1]}}],
+        "nodes": [{{"mesh": 0}}, {{"camera": 0, "translation": [0, 0.9, 0], "rotation": [-0.70710678, 0, 0, 0.70710678]}}],
+        "cameras": [{{"type": "perspective", "perspective": {{"yfov": 1.5, "znear": 0.01}}}}],
+        "materials": [{{"pbrMetallicRoughness": {{"metallicFactor": 0}}}}, {{"emissiveFactor": [1, 1, 1]}}],
+        "meshes": [{{"primitives": [
+            {{"attributes": {{"POSITION": 0}}, "indices": 1, "material": 0}},
+            {{"attributes": {{"POSITION": 0}}, "indices": 2, "material": 1}}
+        ]}}],
+        "accessors": [
+            {{"bufferView": 0, "componentType": 5126, "count": {vertices}, "type": "VEC3",
+              "min": [-2, 0, -2], "max": [2, 1, 2]}},
+            {{"bufferView": 1, "componentType": 5125, "count": 6, "type": "SCALAR"}},
+            {{"bufferView": 1, "byteOffset": 24, "componentType": 5125, "count": {lamp}, "type": "SCALAR"}}
+        ],
+        "bufferViews": [
+            {{"buffer": 0, "byteLength": {from}}},
+            {{"buffer": 0, "byteOffset": {from}, "byteLength": {}}}
+        ],
+        "buffers": [{{"byteLength": {length}, "uri": "{n}.bin"}}]}}"#,
+        length - from
+    );
+    std::fs::write(folder.join(format!("{n}.bin")), bytes).unwrap();
+    let path = folder.join(format!("{n}.gltf"));
+    std::fs::write(&path, text).unwrap();
+    path.display().to_string()
+}
+
+/// However finely a lamp is cut, it gives the same light. Of so many triangles a surface looks at some; llvmpipe ends
+/// loops after 65,535 rounds, and looking at all left three hundred times the light.
+#[test]
+fn a_lamp_of_a_hundred_thousand_triangles_gives_what_one_of_two_gives() {
+    let folder = Scratch::new("fine-lamp");
+    let of = |n: u32| {
+        let scene = lamp_of_squares(n, folder.path());
+        let [direct] = Shot::new("graphs/gi/direct.ron", &scene, 24).render(["direct"]);
+        direct
+    };
+    let metrics = compared(&of(240), &of(1), None);
+    println!("115,200 triangles: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
+    assert!(metrics.mean_reference > 0.1, "the floor is lit");
+    assert!(metrics.rmse_percent <= 1.5 && metrics.bias_percent.abs() <= 0.1, "{metrics:?}");
+}
+
 /// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
 #[test]
 fn a_furnace_gives_its_closed_form() {
