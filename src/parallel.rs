@@ -1,10 +1,13 @@
 //! Work on all cores.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// How many threads work at once.
 pub fn threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
+    // Asking the system reads files.
+    static THREADS: OnceLock<usize> = OnceLock::new();
+    *THREADS.get_or_init(|| std::thread::available_parallelism().map_or(1, usize::from))
 }
 
 /// `work` of each number, begun in the order given; results in the order of the numbers. A panic in one is passed on.

@@ -135,28 +135,32 @@ impl ImportWalk<'_> {
             Ok(entries) => entries,
             Err(e) => return self.faults.push(unreadable(folder, &e)),
         };
-        let mut paths: Vec<PathBuf> = entries.iter().map(|e| e.path()).collect();
-        paths.sort();
-        for path in paths {
+        let mut entries: Vec<(PathBuf, bool)> =
+            entries.iter().map(|e| (e.path(), e.file_type().is_ok_and(|kind| kind.is_file()))).collect();
+        entries.sort();
+        for (path, plain) in entries {
             let Some(name) = path.file_name().map(|n| n.to_string_lossy().into_owned()) else { continue };
-            let resolved = match path.canonicalize() {
-                Ok(resolved) => resolved,
-                // A link to nowhere matters only where it stands for a shader.
-                Err(_) if !name.ends_with(".wgsl") => continue,
-                Err(e) => {
-                    self.faults.push(unreadable(&path, &e));
-                    continue;
-                }
-            };
-            if !resolved.starts_with(self.root) {
-                continue;
-            }
             let relative = format!("{prefix}{name}");
-            if resolved.is_dir() {
-                if self.seen.insert(resolved) {
-                    self.folder(&path, &format!("{relative}/"));
+            // A plain file lies where it is.
+            if !plain {
+                match path.canonicalize() {
+                    Ok(resolved) if !resolved.starts_with(self.root) => continue,
+                    Ok(resolved) if resolved.is_dir() => {
+                        if self.seen.insert(resolved) {
+                            self.folder(&path, &format!("{relative}/"));
+                        }
+                        continue;
+                    }
+                    Ok(_) => {}
+                    // A link to nowhere matters only where it stands for a shader.
+                    Err(_) if !name.ends_with(".wgsl") => continue,
+                    Err(e) => {
+                        self.faults.push(unreadable(&path, &e));
+                        continue;
+                    }
                 }
-            } else if name.ends_with(".wgsl") && !self.texts.files.contains_key(&relative) {
+            }
+            if name.ends_with(".wgsl") && !self.texts.files.contains_key(&relative) {
                 match (self.read)(&path) {
                     Ok(source) => {
                         self.texts.files.insert(relative, source);

@@ -16,8 +16,8 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-/// Shaders kept at most.
-const MOST_SHADERS: usize = 256;
+/// Shaders kept at most
+const MOST_SHADERS: usize = 512;
 
 /// Libraries whose module names are kept at most.
 const MOST_INDICES: usize = 4;

@@ -40,14 +40,14 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         None => all_sample_facts(),
     };
     let paths = ron_files(&args.graphs)?;
-    // The other graphs reuse what the first has read and composed.
-    let first = paths.first().map(|path| check(path, args, &facts, &Library::default()));
-    let library = first.as_ref().and_then(|f| f.as_ref().ok()).map(|f| f.1.clone()).unwrap_or_default();
-    let others = parallel::each(1..paths.len(), |i| check(&paths[i], args, &facts, &library));
+    // What one graph has read and composed, the others reuse.
+    let first = paths.first().map(|path| Project::open(path, &args.shaders.folders));
+    let library = first.and_then(Result::ok).map(|project| project.texts).unwrap_or_default();
+    let found = parallel::each(0..paths.len(), |i| check(&paths[i], args, &facts, &library));
     let mut code = 0;
-    for (path, found) in paths.iter().zip(first.into_iter().chain(others)) {
+    for (path, found) in paths.iter().zip(found) {
         let mut faults = match found {
-            Ok((faults, _)) => faults,
+            Ok(faults) => faults,
             Err(Faults(faults)) => {
                 notices(&faults);
                 code = 2;
@@ -68,16 +68,15 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 /// The faults of one graph under each set of facts, whichever alternatives run, none of them twice; and its shaders.
-/// Those that an `earlier` graph used too are not composed again.
+/// What an `earlier` graph used too is not composed again.
 ///
 /// # Errors
 /// Parameters that the graph has not, or not with such values.
-fn check(path: &Path, args: &Args, facts: &[Values], earlier: &Library) -> Checked<(Vec<Diagnostic>, Library)> {
+fn check(path: &Path, args: &Args, facts: &[Values], earlier: &Library) -> Checked<Vec<Diagnostic>> {
     let project = match Project::open_with(path, &args.shaders.folders, &Source::read, earlier) {
         Ok(project) => project,
-        Err(Faults(faults)) => return Ok((faults, earlier.clone())),
+        Err(Faults(faults)) => return Ok(faults),
     };
     let params = project.params(&args.set)?;
-    let faults = project.faults(&params, facts);
-    Ok((faults, project.texts))
+    Ok(project.faults(&params, facts))
 }
