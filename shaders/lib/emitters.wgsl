@@ -57,13 +57,13 @@ struct Sample {
 
 /// A point on an emitter chosen by power: `choice` chooses the triangle, `u` the point on it.
 fn draw(origin: vec3f, choice: f32, u: vec2f) -> Sample {
-    return towards(emitters[row_of(choice)], origin, u);
+    return towards(emitters[row_of(choice, 0u, arrayLength(&emitters) - 1u)], origin, u);
 }
 
-/// The row up to which this share of the power is reached.
-fn row_of(choice: f32) -> u32 {
-    var low = 0u;
-    var high = arrayLength(&emitters) - 1u;
+/// The row, from the first to the last of some, up to which this share of the power is reached.
+fn row_of(choice: f32, first: u32, last: u32) -> u32 {
+    var low = first;
+    var high = last;
     while low < high {
         let middle = (low + high) / 2u;
         if emitters[middle].cumulative <= choice {
@@ -150,23 +150,29 @@ const MANY: u32 = 8u;
 const FIRST_POINTS: u32 = 4u;
 
 /// Triangles that a surface looks at, at most.
-const LOOKED_AT: u32 = 512u;
+const LOOKED_AT: u32 = 4096u;
 
-/// A triangle that is looked at, and how many like it stand for all.
+/// Of more triangles half as many are looked at: each is searched for, and software drivers bound the rounds of loops.
+const VERY_MANY: u32 = 16384u;
+
+/// A triangle that is looked at, and how many times its light stands for that of its neighbours.
 struct Looked {
     row: u32,
     stands_for: f32,
 }
 
-/// The `i`th of `count` triangles that are looked at: all, or some at even distances along the sum of their powers,
-/// from `first` of a distance on.
-fn looked_at(i: u32, count: u32, first: f32) -> Looked {
-    if count == arrayLength(&emitters) {
+/// The `i`th of `count` triangles that are looked at: all, or one of each stretch of the table, chosen by power.
+fn looked_at(i: u32, count: u32, shift: u32) -> Looked {
+    let all = arrayLength(&emitters);
+    if count == all {
         return Looked(i, 1.0);
     }
-    let row = row_of((f32(i) + first) / f32(count));
-    let chance = emitters[row].density * emitters[row].area;
-    return Looked(row, 1.0 / max(f32(count) * chance, 1e-20));
+    let first = u32(f32(i) / f32(count) * f32(all));
+    let next = select(u32(f32(i + 1u) / f32(count) * f32(all)), all, i + 1u == count);
+    let before = select(emitters[max(first, 1u) - 1u].cumulative, 0.0, first == 0u);
+    let power = emitters[next - 1u].cumulative - before;
+    let row = row_of(before + unit(scramble(shift + i)) * power, first, next - 1u);
+    return Looked(row, power / max(emitters[row].density * emitters[row].area, 1e-20));
 }
 
 /// Radiance that a surface reflects towards its viewer straight from all emitters. `start`: where its rays start.
@@ -179,12 +185,12 @@ fn looked_at(i: u32, count: u32, first: f32) -> Looked {
 /// Veach, 1995). Where the first points on a triangle see all of it, or none, no others are asked. Of more than LOOKED_AT
 /// triangles some stand for all. `shift` moves the points, and chooses these.
 fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shift: u32) -> vec3f {
-    let count = min(arrayLength(&emitters), LOOKED_AT);
-    let from_first = unit(scramble(shift));
+    let all = arrayLength(&emitters);
+    let count = min(all, select(LOOKED_AT, LOOKED_AT / 2u, all > VERY_MANY));
     var total = 0.0;
     var roots = 0.0;
     for (var i = 0u; i < count; i++) {
-        let looked = looked_at(i, count, from_first);
+        let looked = looked_at(i, count, shift);
         let alone = looked.stands_for * unshadowed(emitters[looked.row], s, start);
         total += alone;
         roots += sqrt(alone);
@@ -207,7 +213,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
     // points below, and tells nothing.
     var asked_of = 0.0;
     for (var i = 0u; i < count && next < total; i++) {
-        let looked = looked_at(i, count, from_first);
+        let looked = looked_at(i, count, shift);
         let e = emitters[looked.row];
         let itself = unshadowed(e, s, start);
         let alone = looked.stands_for * itself;
