@@ -163,12 +163,12 @@ struct Looked {
 
 /// The `i`th of `count` triangles that are looked at: all, or one of each stretch of the table, chosen by power.
 fn looked_at(i: u32, count: u32, shift: u32) -> Looked {
-    let all = arrayLength(&emitters);
-    if count == all {
+    let rows = arrayLength(&emitters);
+    if count == rows {
         return Looked(i, 1.0);
     }
-    let first = u32(f32(i) / f32(count) * f32(all));
-    let next = select(u32(f32(i + 1u) / f32(count) * f32(all)), all, i + 1u == count);
+    let first = u32(f32(i) / f32(count) * f32(rows));
+    let next = select(u32(f32(i + 1u) / f32(count) * f32(rows)), rows, i + 1u == count);
     let before = select(emitters[max(first, 1u) - 1u].cumulative, 0.0, first == 0u);
     let power = emitters[next - 1u].cumulative - before;
     let row = row_of(before + unit(scramble(shift + i)) * power, first, next - 1u);
@@ -182,11 +182,11 @@ fn looked_at(i: u32, count: u32, shift: u32) -> Looked {
 /// distances along the sum of these shares, from `first` of a distance on. Matte: the exact irradiance of a triangle,
 /// times the share of its points that is seen; so what sees all emitters, or none, has no noise. Lobes: the mean over
 /// the points, and half as many directions drawn from the lobes, each weighed against the other (balance heuristic of
-/// Veach, 1995). Where the first points on a triangle see all of it, or none, no others are asked. Of more than LOOKED_AT
-/// triangles some stand for all. `shift` moves the points, and chooses these.
+/// Veach, 1995). Where the first points on a triangle see all of it, or none, no others are asked. Of more than
+/// LOOKED_AT triangles some stand for all. `shift` moves the points, and chooses these.
 fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shift: u32) -> vec3f {
-    let all = arrayLength(&emitters);
-    let count = min(all, select(LOOKED_AT, LOOKED_AT / 2u, all > VERY_MANY));
+    let rows = arrayLength(&emitters);
+    let count = min(rows, select(LOOKED_AT, LOOKED_AT / 2u, rows > VERY_MANY));
     var total = 0.0;
     var roots = 0.0;
     for (var i = 0u; i < count; i++) {

@@ -68,7 +68,10 @@ fn lamp_of_squares(n: u32, folder: &Path) -> String {
     let (vertices, length, lamp) = (corners.len(), bytes.len(), indices.len() - 6);
     let text = format!(
         r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0, 1]}}],
-        "nodes": [{{"mesh": 0}}, {{"camera": 0, "translation": [0, 0.9, 0], "rotation": [-0.70710678, 0, 0, 0.70710678]}}],
+        "nodes": [
+            {{"mesh": 0}},
+            {{"camera": 0, "translation": [0, 0.9, 0], "rotation": [-0.70710678, 0, 0, 0.70710678]}}
+        ],
         "cameras": [{{"type": "perspective", "perspective": {{"yfov": 1.5, "znear": 0.01}}}}],
         "materials": [{{"pbrMetallicRoughness": {{"metallicFactor": 0}}}}, {{"emissiveFactor": [1, 1, 1]}}],
         "meshes": [{{"primitives": [
