@@ -63,7 +63,7 @@ test-blender: driver
 web:
 	@scripts/web.sh
 
-test-web: driver browser
+test-web: driver
 	@scripts/test-web.sh
 
 # Without the window, which takes a third of the time to build.

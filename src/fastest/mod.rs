@@ -5,40 +5,31 @@
 //! then the first of each group runs.
 
 pub mod known;
+mod race;
 
 use crate::content::hash;
-use crate::diag::Checked;
-use crate::gpu::{FrameReport, Gpu};
+use crate::diag::{Checked, Diagnostic};
+use crate::gpu::Gpu;
 use crate::graph::ast::{Pass, PassKind, walk};
 use crate::graph::expr::{Expr, Val};
+use crate::plan::StepId;
 use crate::plan::fastest::{Alternatives, Choice, Choices, groups, once};
 use crate::plan::keys::work;
-use crate::plan::{Plan, StepId};
 use crate::project::Project;
 use crate::scene::{FACTS, Scene};
-use crate::session::{Session, Settings, plan_for, values_for};
+use crate::session::{Settings, plan_for, values_for};
 use crate::value::{Type, Value, Values};
-use std::collections::BTreeSet;
-use std::path::Path;
+use race::{Race, Side};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
-use web_time::Instant;
-
-/// Timed runs of each alternative, after one that is not, at least and at most.
-const RUNS: [u32; 2] = [1, 7];
-
-/// No more runs begin after this time.
-const ENOUGH: Duration = Duration::from_millis(300);
-
-/// A side that takes so many times as long as another is not looked at more closely.
-const HOPELESS: f64 = 8.0;
 
 /// Of the time of the first alternative another may take at most: what is closer is noise, and tomorrow the other way
 /// round.
 const CLEARLY: f64 = 0.95;
 
 /// How groups are decided whose choice nobody states.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Policy {
     /// The fastest on this adapter, timed once and remembered
@@ -64,8 +55,10 @@ impl Policy {
 /// The choices in `settings`, and for each other group of the graph that is needed the fastest of its alternatives.
 /// Times come from `file`, where it has them for this adapter and this work, and go there.
 ///
+/// An alternative that the device refuses is left out, and the choice says so.
+///
 /// # Errors
-/// Faults of any alternative, as of a plan or of the device.
+/// Faults of the plan with any alternative, or of running every one; a lost device.
 pub fn measured(
     gpu: &Gpu,
     project: &Project,
@@ -73,79 +66,143 @@ pub fn measured(
     settings: &Settings,
     file: Option<&Path>,
 ) -> Checked<Choices> {
-    let mut choices = settings.choices.clone();
-    let groups = groups(&project.graph);
-    if groups.iter().all(|(name, _)| choices.contains_key(*name)) {
-        return Ok(choices);
-    }
-    let values = values_for(project, scene, settings, gpu)?;
-    for &(name, of) in groups.iter().filter(|(name, _)| once(&project.graph, name)) {
-        let known = known::find(file, &key_once(gpu, project, &values, (name, of))).filter(|ms| ms.len() == of.len());
-        if let (Some(times), false) = (known, choices.contains_key(name)) {
-            let index = fastest(&times);
-            choices.insert(name.to_string(), Choice { index, why: why(&times, index, &gpu.info.name) });
-        }
-    }
-    if groups.iter().all(|(name, _)| choices.contains_key(*name)) {
-        return Ok(choices);
-    }
+    let mut measuring = Measuring::new(gpu, project, scene, settings, file)?;
     loop {
-        let settings = Settings { choices: choices.clone(), ..settings.clone() };
-        let plan = plan_for(project, scene, &settings, gpu)?.plan;
-        let Some(group) = plan.alternatives.iter().find(|a| !choices.contains_key(&a.name)) else { break };
-        let sides = sides(gpu, project, scene, &settings, group)?;
-        let of = groups.iter().find(|(name, _)| *name == group.name).map(|(_, of)| *of);
-        let key = match of.filter(|_| group.once) {
-            Some(of) => key_once(gpu, project, &values, (&group.name, of)),
-            None => key(gpu, scene, &sides),
+        if let Some(choices) = measuring.advance(gpu)? {
+            return Ok(choices);
+        }
+        gpu.wait()?;
+    }
+}
+
+/// As [`measured`], for whoever can't wait.
+pub struct Measuring {
+    project: Project,
+    scene: Arc<Scene>,
+    /// With the choices so far.
+    settings: Settings,
+    file: Option<PathBuf>,
+    values: Values,
+    race: Option<Contest>,
+    /// Of alternatives that the device refuses: why. What is known from the file tells nothing.
+    pub refused: Vec<Diagnostic>,
+}
+
+/// A group whose alternatives are timed.
+struct Contest {
+    group: Alternatives,
+    key: String,
+    race: Race,
+}
+
+impl Measuring {
+    /// # Errors
+    /// As [`measured`].
+    pub fn new(
+        gpu: &Gpu,
+        project: &Project,
+        scene: &Arc<Scene>,
+        settings: &Settings,
+        file: Option<&Path>,
+    ) -> Checked<Measuring> {
+        let (project, scene, mut settings) = (project.clone(), scene.clone(), settings.clone());
+        let values = match decided(&project, &settings.choices) {
+            true => Values::new(),
+            false => values_for(&project, &scene, &settings, gpu)?,
         };
-        let times = match known::find(file, &key).filter(|ms| ms.len() == sides.len()) {
-            Some(times) => times,
-            None => {
-                let times = race(gpu, project, scene, &sides)?;
-                let adapter = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
-                known::keep(file, known::KnownChoice { key, adapter, group: group.name.clone(), ms: times.clone() });
-                times
+        for &(name, of) in groups(&project.graph).iter().filter(|(name, _)| once(&project.graph, name)) {
+            if settings.choices.contains_key(name) {
+                continue;
             }
-        };
+            let key = key_once(gpu, &project, &values, (name, of));
+            if let Some(times) = known::find(file, &key).filter(|ms| ms.len() == of.len()) {
+                let (index, times) = (fastest(&times), times.into_iter().map(Ok).collect::<Vec<_>>());
+                settings.choices.insert(name.to_string(), Choice { index, why: why(&times, index, &gpu.info.name) });
+            }
+        }
+        Ok(Measuring {
+            project,
+            scene,
+            settings,
+            file: file.map(Path::to_path_buf),
+            values,
+            race: None,
+            refused: vec![],
+        })
+    }
+
+    /// Whether the device is at a run of an alternative: what [`Gpu::answered`] tells meanwhile is of it.
+    pub fn is_under_way(&self) -> bool {
+        self.race.as_ref().is_some_and(|contest| contest.race.is_under_way())
+    }
+
+    /// The choices, once all are made; until then begins a run or ends one, without waiting.
+    ///
+    /// # Errors
+    /// As [`measured`].
+    pub fn advance(&mut self, gpu: &Gpu) -> Checked<Option<Choices>> {
+        if let Some(contest) = &mut self.race {
+            let Some(found) = contest.race.advance(gpu)? else { return Ok(None) };
+            if let Some(Contest { group, key, .. }) = self.race.take() {
+                self.end(gpu, &group, key, found)?;
+            }
+        }
+        while !decided(&self.project, &self.settings.choices) {
+            let plan = plan_for(&self.project, &self.scene, &self.settings, gpu)?.plan;
+            let open = |group: &&Alternatives| !self.settings.choices.contains_key(&group.name);
+            let Some(group) = plan.alternatives.iter().find(open) else { break };
+            let sides = race::sides(gpu, &self.project, &self.scene, &self.settings, group)?;
+            let groups = groups(&self.project.graph);
+            let of = groups.iter().find(|(name, _)| *name == group.name).map(|(_, of)| *of);
+            let key = match of.filter(|_| group.once) {
+                Some(of) => key_once(gpu, &self.project, &self.values, (&group.name, of)),
+                None => key(gpu, &self.scene, &sides),
+            };
+            match known::find(self.file.as_deref(), &key).filter(|ms| ms.len() == sides.len()) {
+                Some(times) => self.decide(gpu, group, &times.into_iter().map(Ok).collect::<Vec<_>>()),
+                None => {
+                    let race = Race::new(gpu, &self.project, &self.scene, sides);
+                    self.race = Some(Contest { group: group.clone(), key, race });
+                    return Ok(None);
+                }
+            }
+        }
+        Ok(Some(self.settings.choices.clone()))
+    }
+
+    /// Ends a race whose sides took so many milliseconds, or are refused.
+    fn end(&mut self, gpu: &Gpu, group: &Alternatives, key: String, found: Vec<Checked<f64>>) -> Checked<()> {
+        if found.iter().all(Result::is_err) {
+            return found.into_iter().find_map(Result::err).map_or(Ok(()), Err);
+        }
+        for (way, faults) in group.ways.iter().zip(&found).filter_map(|(way, side)| Some((way, side.as_ref().err()?))) {
+            let what = way.passes.first().map_or("?", String::as_str);
+            let why = faults.0.first().map_or("", |d| &d.message);
+            let text = format!("`{}` goes without `{what}`, which this device refuses: {why}", group.name);
+            self.refused.push(Diagnostic::note(text));
+        }
+        // A refusal may be for want of memory, which another day has.
+        if let Ok(ms) = found.iter().cloned().collect() {
+            let adapter = format!("{}, {}", gpu.info.name, gpu.info.driver_info);
+            let entry = known::KnownChoice { key, adapter, group: group.name.clone(), ms };
+            known::keep(self.file.as_deref(), entry);
+        }
+        self.decide(gpu, group, &found);
+        Ok(())
+    }
+
+    fn decide(&mut self, gpu: &Gpu, group: &Alternatives, found: &[Checked<f64>]) {
+        let times: Vec<f64> = found.iter().map(|ms| *ms.as_ref().unwrap_or(&f64::INFINITY)).collect();
         let best = fastest(&times);
         let index = group.ways.get(best).map_or(0, |way| way.index);
-        choices.insert(group.name.clone(), Choice { index, why: why(&times, best, &gpu.info.name) });
+        let choice = Choice { index, why: why(found, best, &gpu.info.name) };
+        self.settings.choices.insert(group.name.clone(), choice);
     }
-    Ok(choices)
 }
 
-/// One alternative: what to render with it, and the plan.
-struct Side {
-    settings: Settings,
-    plan: Plan,
-    /// The steps that some other alternative does without.
-    own: BTreeSet<usize>,
-}
-
-fn sides(
-    gpu: &Gpu,
-    project: &Project,
-    scene: &Arc<Scene>,
-    settings: &Settings,
-    group: &Alternatives,
-) -> Checked<Vec<Side>> {
-    let mut sides = vec![];
-    for way in &group.ways {
-        let mut choices = settings.choices.clone();
-        choices.insert(group.name.clone(), Choice { index: way.index, why: "measured now".into() });
-        let plain = Settings { choices, skip: false, verify: false, watch: false, inspect: false, ..settings.clone() };
-        let plan = plan_for(project, scene, &plain, gpu)?.plan;
-        sides.push(Side { settings: plain, plan, own: BTreeSet::new() });
-    }
-    let passes: Vec<BTreeSet<String>> =
-        sides.iter().map(|s| s.plan.steps.iter().map(|step| step.pass.clone()).collect()).collect();
-    for side in &mut sides {
-        let everywhere = |pass: &String| passes.iter().all(|p| p.contains(pass));
-        let steps = side.plan.steps.iter().enumerate();
-        side.own = steps.filter(|(_, step)| !everywhere(&step.pass)).map(|(i, _)| i).collect();
-    }
-    Ok(sides)
+/// Whether every group has its choice.
+fn decided(project: &Project, choices: &Choices) -> bool {
+    groups(&project.graph).iter().all(|(name, _)| choices.contains_key(*name))
 }
 
 /// The same for the same adapter.
@@ -196,67 +253,6 @@ fn key(gpu: &Gpu, scene: &Scene, sides: &[Side]) -> String {
     format!("{:032x}", hash(&(adapter(gpu), counts, work)))
 }
 
-/// Milliseconds of the own steps of each side, the least of several runs in turn, so that what else the machine does
-/// falls on all. By the device's clock; where it has none, or is a software driver's that tells the time of one step
-/// with the next, by the host's, of a frame of those steps alone.
-fn race(gpu: &Gpu, project: &Project, scene: &Arc<Scene>, sides: &[Side]) -> Checked<Vec<f64>> {
-    let mut sessions = vec![];
-    for side in sides {
-        sessions.push(Session::new(gpu, project, scene.clone(), side.settings.clone())?);
-    }
-    let by_device = !gpu.is_software() && gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY);
-    // In its first run a driver may still compile.
-    for (session, side) in sessions.iter_mut().zip(sides) {
-        session.repeat(gpu, &upto(&session.plan, &side.own))?;
-    }
-    let (mut times, mut shortest) = (vec![f64::INFINITY; sides.len()], f64::INFINITY);
-    let start = Instant::now();
-    let [least, most] = RUNS;
-    for run in 0..most {
-        if run >= least && start.elapsed() > ENOUGH {
-            break;
-        }
-        for ((session, side), time) in sessions.iter_mut().zip(sides).zip(&mut times) {
-            if *time > HOPELESS * shortest && time.is_finite() {
-                continue;
-            }
-            let led = session.repeat(gpu, &upto(&session.plan, &side.own))?;
-            let taken = match by_device {
-                true => taken(&led, &side.own),
-                false if led.wall_ms > HOPELESS * shortest => led.wall_ms,
-                false => session.repeat(gpu, &alone(&session.plan, &side.own))?.wall_ms,
-            };
-            *time = time.min(taken);
-            shortest = shortest.min(led.wall_ms);
-        }
-    }
-    Ok(times)
-}
-
-/// By step: whether it is one of these.
-fn alone(plan: &Plan, wanted: &BTreeSet<usize>) -> Vec<bool> {
-    (0..plan.steps.len()).map(|i| wanted.contains(&i)).collect()
-}
-
-/// By step: whether it is one of these or leads to one.
-fn upto(plan: &Plan, wanted: &BTreeSet<usize>) -> Vec<bool> {
-    let mut run = vec![false; plan.steps.len()];
-    let mut open: Vec<usize> = wanted.iter().copied().collect();
-    while let Some(i) = open.pop() {
-        if let Some(known) = run.get_mut(i).filter(|known| !**known) {
-            *known = true;
-            open.extend(plan.steps[i].after.iter().map(|s| s.0));
-        }
-    }
-    run
-}
-
-/// Milliseconds on the device of some steps; where it doesn't say, of the frame.
-fn taken(report: &FrameReport, steps: &BTreeSet<usize>) -> f64 {
-    let own = report.steps.iter().filter(|t| steps.contains(&t.step));
-    own.map(|t| t.gpu_ms).sum::<Option<f64>>().unwrap_or(report.wall_ms)
-}
-
 /// The first, unless another is clearly faster.
 fn fastest(times: &[f64]) -> usize {
     let first = times.first().copied().unwrap_or(0.0);
@@ -264,11 +260,14 @@ fn fastest(times: &[f64]) -> usize {
     others.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
 }
 
-fn why(times: &[f64], best: usize, adapter: &str) -> String {
-    let shown = |ms: &f64| format!("{ms:.2} ms");
-    let others: Vec<String> = times.iter().enumerate().filter(|(i, _)| *i != best).map(|(_, ms)| shown(ms)).collect();
-    let own = times.get(best).map_or(String::new(), shown);
-    format!("measured, {own} against {} on {adapter}", others.join(" and "))
+fn why(found: &[Checked<f64>], best: usize, adapter: &str) -> String {
+    let shown = |side: &Checked<f64>| match side {
+        Ok(ms) => format!("{ms:.2} ms"),
+        Err(_) => "a refusal".into(),
+    };
+    let others = found.iter().enumerate().filter(|(i, _)| *i != best).map(|(_, side)| shown(side));
+    let own = found.get(best).map_or(String::new(), shown);
+    format!("measured, {own} against {} on {adapter}", others.collect::<Vec<_>>().join(" and "))
 }
 
 #[cfg(test)]

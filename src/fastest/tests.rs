@@ -35,8 +35,16 @@ fn the_first_stays_unless_another_is_clearly_faster() {
     assert_eq!(fastest(&[10.0, 9.0, 8.0, 8.5]), 2);
     assert_eq!(fastest(&[10.0, 20.0]), 0);
     assert_eq!(fastest(&[0.0, 0.0]), 0);
-    assert_eq!(why(&[12.0, 20.25], 0, "it"), "measured, 12.00 ms against 20.25 ms on it");
-    assert_eq!(why(&[3.0, 2.0, 4.0], 1, "it"), "measured, 2.00 ms against 3.00 ms and 4.00 ms on it");
+    assert_eq!(why(&[Ok(12.0), Ok(20.25)], 0, "it"), "measured, 12.00 ms against 20.25 ms on it");
+    assert_eq!(why(&[Ok(3.0), Ok(2.0), Ok(4.0)], 1, "it"), "measured, 2.00 ms against 3.00 ms and 4.00 ms on it");
+}
+
+#[test]
+fn what_is_refused_never_wins() {
+    assert_eq!(fastest(&[f64::INFINITY, 20.0]), 1);
+    assert_eq!(fastest(&[20.0, f64::INFINITY]), 0);
+    let refused = Err(crate::diag::Faults::from(Diagnostic::error("can't run `other`")));
+    assert_eq!(why(&[refused, Ok(2.0)], 1, "it"), "measured, 2.00 ms against a refusal on it");
 }
 
 #[test]

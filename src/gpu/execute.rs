@@ -48,9 +48,17 @@ pub struct FrameInputs<'a> {
 /// # Errors
 /// Values that shaders ask for and nothing gives; what the device finds wrong, with the step's name; a lost device.
 pub fn execute(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &FrameInputs<'_>) -> Checked<FrameReport> {
-    let mut recorded = walk(gpu, plan, prepared, frame, Recorder::new(gpu))?;
+    let mut recorded = begin(gpu, plan, prepared, frame)?;
     let bytes = recorded.pending_bytes.wait(gpu).map_err(|faults| among(plan, &recorded, faults))?;
     Ok(recorded.report(&bytes))
+}
+
+/// Submits one frame, and waits for loops that the host must end and for nothing else.
+///
+/// # Errors
+/// As [`execute`], of what is known by then.
+pub fn begin(gpu: &Gpu, plan: &Plan, prepared: &mut Prepared, frame: &FrameInputs<'_>) -> Checked<Frame> {
+    walk(gpu, plan, prepared, frame, Recorder::new(gpu))
 }
 
 /// Records one frame into an encoder, which the caller submits before the next frame is recorded. Waits for nothing.

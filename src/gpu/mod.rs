@@ -34,7 +34,7 @@ mod upload;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, set_patience, wanted_adapter};
 pub use display::{Arrangement, Display, Look};
-pub use execute::{FrameInputs, execute, record};
+pub use execute::{FrameInputs, begin, execute, record};
 pub use frame::{Frame, FrameReport, LoopReport, StepTime};
 pub use numerics::{Broken, Numerics, Reading};
 pub use pool::{MOST_BYTES, Memory, Pool};

@@ -115,6 +115,11 @@ impl Gpu {
         let (faults, more) = self.mailbox.settle();
         Faults::check(faults, !more)
     }
+
+    /// Gives up what was asked of the device so far: [`Gpu::answered`] tells nothing of it.
+    pub fn forget_answers(&self) {
+        self.mailbox.open().clear();
+    }
 }
 
 /// Catches the errors of everything this thread asks of the device until [`ErrorScope::end`].

@@ -316,17 +316,17 @@ impl Session {
         self.held.forget();
     }
 
-    /// Runs some steps of the last frame once more, or of the first, whatever they hold: for whoever asks how long they
-    /// take.
+    /// Submits some steps of the last frame once more, or of the first, whatever they hold: for whoever asks how long
+    /// they take.
     ///
     /// # Errors
-    /// As [`Session::frame`].
-    pub(crate) fn repeat(&mut self, gpu: &Gpu, run: &[bool]) -> Checked<FrameReport> {
+    /// As [`gpu::begin`].
+    pub(crate) fn repeat(&mut self, gpu: &Gpu, run: &[bool]) -> Checked<Frame> {
         let pose = self.scene.pose_shifted(self.last.time, &self.last.shift);
         let (values, _) = self.last.next((&self.scene, &self.settings), (&pose, self.pointer), self.last.index)?;
         // What other steps would have left isn't there.
         self.forget();
-        gpu::execute(
+        gpu::begin(
             gpu,
             &self.plan,
             &mut self.prepared,

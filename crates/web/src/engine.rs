@@ -1,6 +1,7 @@
 //! From what the page wishes to frames on its canvas. Nothing waits: a session that is made is shown once the device
 //! has found no fault with it, and until then the one before goes on.
 
+mod measure;
 mod turn;
 
 use crate::link;
@@ -8,6 +9,7 @@ use crate::looks::{Inspect, Inspected, Score};
 use crate::made::{Made, Other, Wish};
 use crate::tell;
 use glam::{Vec2, Vec3};
+use lightgraph::internals::fastest::Measuring;
 use lightgraph::internals::gpu::{Arrangement, Display, PendingImage};
 use lightgraph::internals::scene::{self, navigate};
 use lightgraph::internals::session::Pointer;
@@ -33,6 +35,12 @@ pub fn last_panic() -> String {
 struct Pair {
     first: Made,
     second: Option<Other>,
+    /// What both were made from.
+    wish: Wish,
+    /// When it was made, or shown.
+    since: Instant,
+    /// The alternatives of the first are timed, or have been.
+    measured: bool,
 }
 
 struct Loaded {
@@ -72,6 +80,10 @@ pub struct Engine {
     turn: u32,
     /// The last frame that arrived ran no step, and nothing has changed since; of each of the pair.
     rest: [bool; 2],
+    /// Alternatives of what is shown that are timed.
+    measuring: Option<Measuring>,
+    /// A frame has been drawn since the last run of an alternative.
+    drawn: bool,
     /// The session that is shown can't be rendered.
     failed: bool,
     /// Grows when files change; that of scenes, and of graphs and shaders.
@@ -80,11 +92,16 @@ pub struct Engine {
 
 #[wasm_bindgen]
 impl Engine {
-    /// Opens the browser's device and draws to `canvas` from then on.
+    /// Opens the browser's device and draws to `canvas` from then on. What times are kept for is this adapter in this
+    /// browser.
     ///
     /// # Errors
     /// The browser gives no device; the text says why.
-    pub async fn open(canvas: web_sys::OffscreenCanvas) -> Result<Engine, String> {
+    pub async fn open(
+        canvas: web_sys::OffscreenCanvas,
+        adapter_name: String,
+        browser: String,
+    ) -> Result<Engine, String> {
         std::panic::set_hook(Box::new(|panic| {
             *PANIC.lock().unwrap_or_else(PoisonError::into_inner) = panic.to_string();
         }));
@@ -101,7 +118,8 @@ impl Engine {
             instance.create_surface(wgpu::SurfaceTarget::OffscreenCanvas(canvas)).map_err(|e| e.to_string())?;
         let wanted = wgpu::RequestAdapterOptions { compatible_surface: Some(&surface), ..Default::default() };
         let adapter = instance.request_adapter(&wanted).await.map_err(|e| format!("no WebGPU adapter: {e}"))?;
-        let gpu = Gpu::request(adapter).await.map_err(|faults| faults.to_string())?;
+        let mut gpu = Gpu::request(adapter).await.map_err(|faults| faults.to_string())?;
+        (gpu.info.name, gpu.info.driver_info) = (adapter_name, browser);
         let formats = surface.get_capabilities(&gpu.adapter).formats;
         let plain = |f: &&wgpu::TextureFormat| !f.is_srgb();
         let format = *formats.iter().find(plain).ok_or("the canvas has no format to draw in")?;
@@ -127,6 +145,8 @@ impl Engine {
             index: [0; 2],
             turn: 0,
             rest: [false; 2],
+            measuring: None,
+            drawn: false,
             failed: false,
             revisions: [0; 2],
         })
@@ -143,6 +163,11 @@ impl Engine {
         let held = ["graphs", "shaders", "scenes"].map(|folder| files::held_below(Path::new(folder)));
         let all: Vec<String> = held.into_iter().flatten().map(|p| p.display().to_string()).collect();
         json!(all).to_string()
+    }
+
+    /// The path of what was measured, a text that [`Engine::hold`] takes in another run.
+    pub fn times(&self) -> String {
+        measure::TIMES.into()
     }
 
     /// The text of a file; `None` where there is none.
@@ -337,6 +362,9 @@ impl Engine {
     fn make(&mut self, wish: &Wish) -> Checked<Value> {
         let start = Instant::now();
         self.next = None;
+        if self.measuring.take().is_some_and(|measuring| measuring.is_under_way()) {
+            self.gpu.forget_answers();
+        }
         self.scene(&wish.scene)?;
         let Some(Loaded { scene, notices, .. }) = &self.scene else { return Ok(json!({})) };
         let (gpu, revision, shown) = (&self.gpu, self.revisions[1], self.shown.as_ref());
@@ -347,7 +375,7 @@ impl Engine {
         let mut told = first.told();
         told["notices"] = tell::diagnostics(&notices);
         told["make_ms"] = json!(start.elapsed().as_secs_f64() * 1e3);
-        self.next = Some(Pair { first, second });
+        self.next = Some(Pair { first, second, wish: wish.clone(), since: start, measured: false });
         Ok(told)
     }
 }

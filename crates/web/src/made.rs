@@ -1,8 +1,10 @@
 //! From a wish to sessions: the one that is shown, and what it is held against.
 
 use crate::tell;
+use lightgraph::internals::fastest::Policy;
 use lightgraph::internals::gpu::{Timing, upload_shown};
 use lightgraph::internals::image::exr::read_exr;
+use lightgraph::internals::plan::fastest::still;
 use lightgraph::internals::value::Values;
 use lightgraph::{Checked, Diagnostic, Gpu, Image, Memory, Project, Scene, Session, Settings};
 use serde::Deserialize;
@@ -34,6 +36,7 @@ pub struct Wish {
     pub inspect: bool,
     /// What the image is held against.
     pub against: Option<Against>,
+    pub fastest: Policy,
 }
 
 /// What an image is held against.
@@ -82,6 +85,7 @@ impl Made {
         let output = wanted.or(project.main_output()).ok_or_else(|| Diagnostic::error("the graph has no outputs"))?;
         let output = output.to_string();
         let most = MOST_SIDE.min(gpu.limits.max_texture_dimension_2d);
+        let decided = before.filter(|_| wish.fastest == Policy::Measure);
         let settings = Settings {
             params: params.clone(),
             size: wish.size.map(|side| side.clamp(1, most)),
@@ -90,6 +94,8 @@ impl Made {
             skip: true,
             timing: if wish.timed { Timing::Steps } else { Timing::Frame },
             inspect: wish.inspect,
+            // What is once decided stays: an edit is to be seen at once.
+            choices: decided.map(|made| still(&project.graph, &made.session.settings.choices)).unwrap_or_default(),
             ..Settings::default()
         };
         let session = Session::after(gpu, &project, scene.clone(), settings, before.map(|made| &made.session))?;

@@ -3,8 +3,10 @@ import { EngineLink } from "./caller.js";
 import * as compare from "./compare.js";
 import { Editor } from "./editor.js";
 import { show as showParams } from "./params.js";
+import { pointers } from "./pointers.js";
 import { isText, packed, unpacked } from "./project.js";
 import { Resources } from "./resource.js";
+import * as times from "./times.js";
 import { options, row } from "./widgets.js";
 
 const byId = (id) => document.getElementById(id);
@@ -18,6 +20,8 @@ const state = {
   graph: "graphs/gi/direct.ron", scene: "scenes/cornell.glb", params: {}, output: null, size: null, place: [], exposure: 0,
   /// {graph: PATH}, {image: PATH} or null.
   against: null,
+  /// Which alternatives of a graph run: those that measure fastest here, or the first, the same everywhere.
+  fastest: "measure",
 };
 /// Texts by path that differ from what the page comes with; and those that were shown last without a fault.
 let edits = new Map();
@@ -78,6 +82,7 @@ async function open() {
   const opened = await engine.open();
   device = opened.device;
   files = opened.files;
+  await times.restore(engine, opened.times);
   fetched.clear();
   for (const [path, bytes] of own) {
     await hold(path, bytes);
@@ -153,9 +158,9 @@ async function wish() {
       await hold(path, await bytesOf(path));
       fetched.add(path);
     }
-    const { graph, scene, camera = null, params, output, size, against } = state;
+    const { graph, scene, camera = null, params, output, size, against, fastest } = state;
     const [timed, inspect] = [byId("times-open").open, resources.open];
-    const told = JSON.parse(await engine.call("wish", [JSON.stringify({ graph, scene, camera, params, output, size, timed, inspect, against })]));
+    const told = JSON.parse(await engine.call("wish", [JSON.stringify({ graph, scene, camera, params, output, size, timed, inspect, against, fastest })]));
     if (told.faults) {
       setFaults(told.faults);
       document.body.dataset.state = "fault";
@@ -272,11 +277,18 @@ async function listen(data) {
   }
   if (told.host_ms !== undefined) {
     frames += 1;
-    host = [...host.slice(-63), told.host_ms];
+    host = [...host.slice(-15), told.host_ms];
     document.body.dataset.frames = frames;
     document.body.dataset.hostMs = host.toSorted((a, b) => a - b)[host.length >> 1].toFixed(3);
   }
   if (told.report) report(told.report);
+  if (told.times) times.keep(engine, told.times);
+  if (told.made) {
+    setFaults(told.made.notices);
+    made(told.made);
+  }
+  if (told.noticed?.length) setFaults([...faults, ...told.noticed]);
+  if (told.times && byId("plan-open").open) showPlan();
   if (told.score) compare.showScore(told.score);
   if (told.inspected) resources.show(told.inspected, data.plane);
 }
@@ -311,6 +323,8 @@ async function restart(why) {
   setFaults([{ severity: "error", message: `The engine stopped: ${why}`, help: ["it has begun anew with the last files that worked; your edits stand in the editor and are tried again when you type"], places: [] }]);
   if (restarts > 5) return none(`The engine stopped ${restarts} times: ${why}`);
   const kept = faults;
+  // What stopped it may be an alternative.
+  state.fastest = "first";
   await open();
   for (const [path, text] of good) await hold(path, new TextEncoder().encode(text));
   await wish();
@@ -412,37 +426,6 @@ function exposed() {
   byId("exposure-shown").textContent = state.exposure;
 }
 
-function pointers() {
-  const stage = byId("stage");
-  let last;
-  stage.onpointerdown = (event) => {
-    last = [event.clientX, event.clientY];
-    stage.setPointerCapture(event.pointerId);
-  };
-  stage.onpointermove = (event) => {
-    if (!last) return;
-    const height = stage.clientHeight || 1;
-    const [x, y] = [event.clientX - last[0], event.clientY - last[1]];
-    last = [event.clientX, event.clientY];
-    engine.call("drag", [event.shiftKey || event.buttons & 4 ? "pan" : "orbit", x / height, y / height]);
-  };
-  stage.onpointerup = stage.onpointercancel = () => (last = undefined);
-  stage.onwheel = (event) => {
-    event.preventDefault();
-    engine.call("drag", ["zoom", 0, -event.deltaY / 100]);
-  };
-  document.body.ondragover = (event) => {
-    event.preventDefault();
-    stage.classList.add("over");
-  };
-  document.body.ondragleave = () => stage.classList.remove("over");
-  document.body.ondrop = (event) => {
-    event.preventDefault();
-    stage.classList.remove("over");
-    if (event.dataTransfer.files[0]) openAny(event.dataTransfer.files[0]);
-  };
-}
-
 function controls() {
   const choose = (id, set) => (byId(id).onchange = () => (set(byId(id).value), wish()));
   choose("graph", (v) => ((state.graph = v), (state.output = null), choices()));
@@ -480,5 +463,5 @@ function controls() {
 }
 
 controls();
-pointers();
+pointers(engine, byId("stage"), openAny);
 begin();

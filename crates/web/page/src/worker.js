@@ -27,7 +27,7 @@ function turn() {
     const image = engine.take_image();
     if (image.length) post({ image });
     const plane = told.inspected ? engine.take_plane() : undefined;
-    if (told.swapped || told.faults || told.report || told.score || told.inspected || told.host_ms !== undefined) post({ told, plane });
+    if (told.swapped || told.faults || told.report || told.score || told.inspected || told.times || told.noticed || told.host_ms !== undefined) post({ told, plane });
   } catch (error) {
     if (fatal(error)) return;
   }
@@ -38,9 +38,11 @@ function turn() {
 self.onmessage = async ({ data: { id, call, args } }) => {
   try {
     if (call === "open") {
-      await init({ module_or_path: new URL("engine_bg.wasm", import.meta.url) });
-      engine = await Engine.open(args[0]);
-      post({ id, result: { device: JSON.parse(engine.device()), files: JSON.parse(engine.files()) } });
+      const [adapter] = await Promise.all([navigator.gpu?.requestAdapter(), init({ module_or_path: new URL("engine_bg.wasm", import.meta.url) })]);
+      const { vendor, architecture, description } = adapter?.info ?? {};
+      const name = description || [vendor, architecture].filter(Boolean).join(" ") || "this device";
+      engine = await Engine.open(args[0], name, navigator.userAgent);
+      post({ id, result: { device: JSON.parse(engine.device()), files: JSON.parse(engine.files()), times: engine.times() } });
       turn();
     } else if (call === "ping") {
       post({ id, result: true });

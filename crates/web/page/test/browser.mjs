@@ -30,8 +30,17 @@ export async function serve(lightgraph, folder) {
   return { url, end: () => server.kill() };
 }
 
+/// Waits until a test of the page holds, however busy the machine is; a fault names what was waited for.
+export async function until(page, what, test, arg) {
+  try {
+    await page.waitForFunction(test, arg, { timeout: 300_000, polling: 30 });
+  } catch (error) {
+    throw new Error(`the page does not come to ${what}: ${error.message}`);
+  }
+}
+
 /// Waits until the page shows what was asked for last.
-export async function shown(page, states = ["shown"], ms = 60_000) {
-  await page.waitForFunction((s) => s.includes(document.body.dataset.state), states, { timeout: ms, polling: 30 });
+export async function shown(page, states = ["shown"]) {
+  await until(page, states.join(" or "), (s) => s.includes(document.body.dataset.state), states);
   return page.evaluate(() => document.body.dataset.state);
 }

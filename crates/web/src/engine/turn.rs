@@ -3,6 +3,7 @@
 use super::{Engine, Pair};
 use crate::made::{Made, Other};
 use crate::tell;
+use lightgraph::internals::fastest::Measuring;
 use lightgraph::internals::gpu::{Arrangement, Look, StepTime};
 use lightgraph::internals::image::png::ToneMap;
 use lightgraph::{Checked, Diagnostic, Faults, Frame, FrameReport};
@@ -20,8 +21,11 @@ const SELDOM: u32 = 8;
 impl Engine {
     /// Shows what was made, once the device has answered for all of it.
     fn swap(&mut self) -> Checked<bool> {
+        if self.measuring.as_ref().is_some_and(Measuring::is_under_way) {
+            return Ok(false);
+        }
         let answered = self.gpu.answered().inspect_err(|_| self.next = None)?;
-        let Some(next) = self.next.take_if(|_| answered) else { return Ok(false) };
+        let Some(mut next) = self.next.take_if(|_| answered) else { return Ok(false) };
         let [width, height] = next.first.session.settings.size;
         self.surface.configure(
             &self.gpu.device,
@@ -52,6 +56,7 @@ impl Engine {
         if std::mem::take(&mut self.first_wanted) {
             self.image_wanted = true;
         }
+        next.since = Instant::now();
         self.shown = Some(next);
         self.score.reset();
         self.inspected.want(self.inspected.wanted.clone());
@@ -87,6 +92,10 @@ impl Engine {
         if let Some(inspected) = self.inspected.arrived(&self.gpu)? {
             told["inspected"] = inspected;
         }
+        if self.measure(&mut told)? {
+            told["idle"] = json!(false);
+            return Ok(told);
+        }
         self.turn = self.turn.wrapping_add(1);
         let alone = self.shown.as_ref().is_none_or(|s| !matches!(s.second, Some(Other::Graph(_))));
         let rest = self.rest[0] && (alone || self.rest[1]);
@@ -109,7 +118,7 @@ impl Engine {
     /// Records a frame of each of the pair, and shows both.
     fn draw(&mut self, target: &wgpu::SurfaceTexture, time: f32, told: &mut Value) -> Checked<()> {
         let (gpu, view, pointer) = (&self.gpu, self.view, self.pointer);
-        let Some(Pair { first, second }) = &mut self.shown else { return Ok(()) };
+        let Some(Pair { first, second, .. }) = &mut self.shown else { return Ok(()) };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut record = |made: &mut Made, index: &mut u32, frames: &mut VecDeque<Frame>| -> Checked<()> {
             made.session.shift.view = view;
@@ -142,6 +151,7 @@ impl Engine {
             self.image_wanted = false;
         }
         gpu.queue.submit([encoder.finish()]);
+        self.drawn = true;
         Ok(())
     }
 
