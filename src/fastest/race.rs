@@ -97,8 +97,7 @@ impl Race {
     pub fn new(gpu: &Gpu, project: &Project, scene: &Arc<Scene>, sides: Vec<Side>) -> Race {
         let by_device = !gpu.is_software()
             && gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY)
-            && (gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
-                || sides.iter().all(in_passes));
+            && (gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS) || sides.iter().all(in_passes));
         Race {
             project: project.clone(),
             scene: scene.clone(),

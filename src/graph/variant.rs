@@ -384,3 +384,6 @@ fn names(passes: &mut [SyntaxNode]) -> Vec<String> {
     }
     all
 }
+
+#[cfg(test)]
+mod tests;

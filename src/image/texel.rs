@@ -14,7 +14,6 @@ enum ChannelType {
     Uint8,
     Sint8,
     Unorm16,
-    Snorm16,
     Uint16,
     Sint16,
     Float16,
@@ -170,18 +169,12 @@ fn texel(format: F) -> Option<Texel> {
         F::R8Sint => plain(Sint8, 1),
         F::Rg8Sint => plain(Sint8, 2),
         F::Rgba8Sint => plain(Sint8, 4),
-        F::R16Unorm | F::Depth16Unorm => plain(Unorm16, 1),
-        F::Rg16Unorm => plain(Unorm16, 2),
-        F::Rgba16Unorm => plain(Unorm16, 4),
-        F::R16Snorm => plain(Snorm16, 1),
-        F::Rg16Snorm => plain(Snorm16, 2),
-        F::Rgba16Snorm => plain(Snorm16, 4),
+        F::Depth16Unorm => plain(Unorm16, 1),
         F::R16Uint => plain(Uint16, 1),
         F::Rg16Uint => plain(Uint16, 2),
         F::Rgba16Uint => plain(Uint16, 4),
         F::R16Sint => plain(Sint16, 1),
         F::Rg16Sint => plain(Sint16, 2),
-        F::Rgba16Sint => plain(Sint16, 4),
         F::R16Float => plain(Float16, 1),
         F::Rg16Float => plain(Float16, 2),
         F::Rgba16Float => plain(Float16, 4),
@@ -189,7 +182,6 @@ fn texel(format: F) -> Option<Texel> {
         F::Rg32Uint => plain(Uint32, 2),
         F::Rgba32Uint => plain(Uint32, 4),
         F::R32Sint => plain(Sint32, 1),
-        F::Rg32Sint => plain(Sint32, 2),
         F::Rgba32Sint => plain(Sint32, 4),
         F::R32Float | F::Depth32Float => plain(Float32, 1),
         F::Rg32Float => plain(Float32, 2),
@@ -211,11 +203,7 @@ impl ChannelType {
             | ChannelType::Srgb8
             | ChannelType::Uint8
             | ChannelType::Sint8 => 1,
-            ChannelType::Unorm16
-            | ChannelType::Snorm16
-            | ChannelType::Uint16
-            | ChannelType::Sint16
-            | ChannelType::Float16 => 2,
+            ChannelType::Unorm16 | ChannelType::Uint16 | ChannelType::Sint16 | ChannelType::Float16 => 2,
             ChannelType::Uint32 | ChannelType::Sint32 | ChannelType::Float32 => 4,
         }
     }
@@ -229,7 +217,6 @@ impl ChannelType {
             ChannelType::Uint8 => f32::from(raw[0]),
             ChannelType::Sint8 => f32::from(raw[0] as i8),
             ChannelType::Unorm16 => f32::from(u16::from_le_bytes(half)) / 65535.0,
-            ChannelType::Snorm16 => (f32::from(i16::from_le_bytes(half)) / 32767.0).max(-1.0),
             ChannelType::Uint16 => f32::from(u16::from_le_bytes(half)),
             ChannelType::Sint16 => f32::from(i16::from_le_bytes(half)),
             ChannelType::Float16 => f16::from_le_bytes(half).to_f32(),
@@ -250,7 +237,6 @@ impl ChannelType {
             ChannelType::Uint8 => vec![v as u8],
             ChannelType::Sint8 => vec![v as i8 as u8],
             ChannelType::Unorm16 => ((unit * 65535.0).round() as u16).to_le_bytes().to_vec(),
-            ChannelType::Snorm16 => ((signed * 32767.0).round() as i16).to_le_bytes().to_vec(),
             ChannelType::Uint16 => (v as u16).to_le_bytes().to_vec(),
             ChannelType::Sint16 => (v as i16).to_le_bytes().to_vec(),
             ChannelType::Float16 => f16::from_f64(v).to_le_bytes().to_vec(),
@@ -281,9 +267,7 @@ mod tests {
 
     #[test]
     fn what_is_written_reads_back() {
-        for format in
-            [F::Rgba8Unorm, F::Rgba8UnormSrgb, F::Bgra8UnormSrgb, F::Rgba16Unorm, F::Rgba16Float, F::Rgba32Float]
-        {
+        for format in [F::Rgba8Unorm, F::Rgba8UnormSrgb, F::Bgra8UnormSrgb, F::Rgba16Float, F::Rgba32Float] {
             let got = there_and_back(format, [0.25, 0.5, 0.75, 1.0]);
             for (g, want) in got.iter().zip([0.25, 0.5, 0.75, 1.0]) {
                 assert!((g - want).abs() < 0.005, "{format:?} {got:?}");
@@ -292,6 +276,16 @@ mod tests {
         assert_eq!(there_and_back(F::Rgba32Uint, [7.0, 0.0, 3.0, 9.0]), [7.0, 0.0, 3.0, 9.0]);
         assert_eq!(there_and_back(F::Rg8Sint, [-7.0, 100.0, 0.0, 0.0]), [-7.0, 100.0]);
         assert_eq!(there_and_back(F::Rgba8Snorm, [-1.0, 1.0, 0.0, -2.0]), [-1.0, 1.0, 0.0, -1.0]);
+    }
+
+    #[test]
+    fn every_format_of_numbers_holds_zero_and_one_in_each_channel() {
+        for format in crate::graph::parse::FORMATS.into_iter().filter(|f| !f.has_stencil_aspect()) {
+            let count = format.components() as usize;
+            let values = [1.0, 0.0, 1.0, 1.0];
+            let got = there_and_back(format, values);
+            assert_eq!(got, values.map(|v| v as f32)[..count], "{format:?}");
+        }
     }
 
     #[test]

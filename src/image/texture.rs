@@ -365,6 +365,21 @@ mod tests {
     }
 
     #[test]
+    fn a_panorama_of_one_colour_makes_a_cube_of_it() {
+        // However many pixels of it a texel covers.
+        let color = [0.25, 0.5, 4.0];
+        let panorama = Image::filled(64, 32, &color).unwrap();
+        for edge in [1, 3, 4, 5, 8, 64] {
+            let cube = cube(&panorama, edge);
+            assert_eq!(cube.data.len(), 6 * (edge * edge) as usize * 3);
+            for texel in cube.data.as_chunks::<3>().0 {
+                let near = texel.iter().zip(color).all(|(a, b)| (a / b - 1.0).abs() < 1e-4);
+                assert!(near, "{texel:?} on a face of {edge}");
+            }
+        }
+    }
+
+    #[test]
     fn six_files_make_a_cube() {
         let folder = Folder::new("texture-six");
         let files: Vec<PathBuf> = (0..6).map(|i| folder.0.join(format!("{i}.png"))).collect();

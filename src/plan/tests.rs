@@ -8,8 +8,11 @@ mod keys;
 mod machine;
 mod memory;
 mod order;
+mod partial;
+mod parts;
 mod passes;
 mod warnings;
+mod wiring;
 mod work;
 
 use super::build::{Options, plan_with};

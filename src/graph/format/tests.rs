@@ -91,9 +91,23 @@ Graph(
     assert_eq!(formatted(hugged), hugged);
     let long = format!("(a: \"{}\", b: 1)", "word ".repeat(30).trim());
     assert!(formatted(&long).lines().all(|l| l.len() <= WIDTH), "{}", formatted(&long));
-    for text in
-        ["a", "()", "Graph()", "[\n]", "{ // c\n}", "#![enable(implicit_some)]\n(a: 1)", "(a: /* c */ 1)", "1 // c"]
-    {
+    // What fits on a line of its own stays on one, however near the end of the line its brackets close.
+    for digits in 40..=80 {
+        let last = format!("A(x: {})", "1".repeat(digits));
+        let text = formatted(&format!("Graph(l: [B, {last}])"));
+        assert!(text.contains(&last) && text.lines().all(|l| l.len() <= WIDTH), "{text}");
+    }
+    for text in [
+        "[ // c\na]",
+        "a",
+        "()",
+        "Graph()",
+        "[\n]",
+        "{ // c\n}",
+        "#![enable(implicit_some)]\n(a: 1)",
+        "(a: /* c */ 1)",
+        "1 // c",
+    ] {
         holds(text);
     }
 }

@@ -82,6 +82,23 @@ fn memory_moves_to_another_place_in_another_plan() {
 }
 
 #[test]
+fn other_memory_that_is_lent_holds_another_content_under_the_same_version() {
+    let plan = fork().plan();
+    let slot = plan.resource("x").slot;
+    let mut held = Held::new(&plan, &Keys::of(&plan, None), &[], None);
+    let mut lent = |version: u64, other: bool| {
+        held.lend(slot, version, other);
+        held.version(slot)
+    };
+    let first = lent(7, true);
+    assert_eq!(lent(7, false), first, "nobody wrote to it");
+    let written = lent(8, false);
+    let others = [lent(7, true), lent(7, true)];
+    let distinct: std::collections::BTreeSet<_> = [UNDEFINED, first, written].into_iter().chain(others).collect();
+    assert_eq!(distinct.len(), 5, "who lends other memory counts its versions anew");
+}
+
+#[test]
 fn histories_that_depend_on_one_another_come_over_together() {
     // `sum` is made from `count` by way of `x`; `alone` from itself.
     let plan = |size: u32| {

@@ -3,6 +3,22 @@
 use super::*;
 
 #[test]
+fn a_condition_compares_as_its_operator_says() {
+    let branch = |name: &str| {
+        let declared = format!("var<storage, read_write> {name}: array<u32>;");
+        format!("{declared}\n@compute @workgroup_size(1) fn main() {{ {name}[0] = 1u; }}")
+    };
+    for n in 3..=5_u32 {
+        let all = [("==", n == 4), ("!=", n != 4), ("<", n < 4), ("<=", n <= 4), (">", n > 4), (">=", n >= 4)];
+        for (operator, holds) in all {
+            let text = format!("#if N {operator} 4\n{}\n#else\n{}\n#endif\n", branch("yes"), branch("no"));
+            let shader = composed(&[("main.wgsl", &text)], &[("N", Def::Uint(n))]);
+            assert_eq!(names(&shader.interface), [if holds { "yes" } else { "no" }], "{n} {operator} 4");
+        }
+    }
+}
+
+#[test]
 fn imports_reach_through_files_and_share_one_variable() {
     let shader = composed(
         &[

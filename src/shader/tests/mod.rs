@@ -2,6 +2,7 @@
 
 mod faults;
 mod joining;
+mod probe;
 mod reflection;
 
 use super::*;

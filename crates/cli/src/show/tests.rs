@@ -38,24 +38,6 @@ var<storage, read_write> change: array<f32>;
 fn measure() { change[0] = abs(textureLoad(here, vec2u(0), 0).r - textureLoad(before, vec2u(0), 0).r); }
 ";
 
-/// A pass before a loop over two, one that is skipped.
-const SMALL: &str = r#"Graph(
-    resources: {
-        "x": Texture(format: R32Float, size: 8),
-        "y": Texture(format: R32Float, size: 8),
-        "z": Texture(format: R32Float, size: 8),
-    },
-    passes: [
-        Compute(name: "start", shader: "make.wgsl", over: "x", bind: {"there": "x"}),
-        Loop(name: "n", count: 3, passes: [
-            Compute(name: "there", shader: "turn.wgsl", over: "y", bind: {"here": "x", "there": "y"}),
-            Compute(name: "back", shader: "turn.wgsl", over: "x", bind: {"here": "y", "there": "x"}),
-        ]),
-        Compute(name: "lost", shader: "make.wgsl", over: "z", bind: {"there": "z"}),
-    ],
-    outputs: {"result": "x"},
-)"#;
-
 /// Pieces of an image, taken apart and put together again until it hardly changes.
 const SETTLING: &str = r#"Graph(
     params: {
@@ -116,8 +98,33 @@ fn settling(params: &[(&str, Value)]) -> Plan {
     plan_of(SETTLING, params)
 }
 
+/// A compute pass that writes one resource.
+fn make(name: &str, to: &str) -> String {
+    format!("Compute(name: \"{name}\", shader: \"make.wgsl\", over: \"{to}\", bind: {{\"there\": \"{to}\"}}),")
+}
+
+/// A compute pass that reads one resource and writes another.
+fn turn(name: &str, from: &str, to: &str) -> String {
+    let bind = format!("{{\"here\": \"{from}\", \"there\": \"{to}\"}}");
+    format!("Compute(name: \"{name}\", shader: \"turn.wgsl\", over: \"{to}\", bind: {bind}),")
+}
+
+/// Equal images.
+fn images(names: &[&str]) -> String {
+    names.iter().map(|n| format!("\"{n}\": Texture(format: R32Float, size: 8),")).collect()
+}
+
+/// The plan of resources, passes and outputs.
+fn sample(resources: &str, passes: &str, outputs: &str) -> Plan {
+    let text = format!("Graph(resources: {{{resources}}}, passes: [{passes}], outputs: {{{outputs}}})");
+    plan_of(&text, &[])
+}
+
+/// A pass before a loop over two, one that is skipped.
 fn small() -> Plan {
-    plan_of(SMALL, &[])
+    let body = turn("there", "x", "y") + &turn("back", "y", "x");
+    let passes = make("start", "x") + &format!("Loop(name: \"n\", count: 3, passes: [{body}]),") + &make("lost", "z");
+    sample(&images(&["x", "y", "z"]), &passes, "\"result\": \"x\"")
 }
 
 /// A graph of the repository.
@@ -210,6 +217,17 @@ fn dot_shows_what_an_iteration_leaves_to_the_next_as_dashed() {
     assert!(dot.contains("lost\\nno requested output needs it"), "{dot}");
 }
 
+#[test]
+fn dot_indents_what_a_loop_holds() {
+    let dot = to_dot(&small());
+    let indent = |what: &str| {
+        let line = dot.lines().find(|l| l.contains(what)).unwrap_or_else(|| panic!("no {what} in\n{dot}"));
+        line.len() - line.trim_start().len()
+    };
+    assert!(indent("label=\"back\\n") > indent("subgraph cluster_0"), "{dot}");
+    assert_eq!(indent("label=\"start\\n"), indent("subgraph cluster_0"), "{dot}");
+}
+
 /// The elements of an XML text.
 ///
 /// # Panics
@@ -275,6 +293,16 @@ fn no_box_lies_on_another_and_no_wire_runs_through_one() {
 }
 
 #[test]
+fn wires_lead_downwards() {
+    for plan in [small(), settling(&[]), direct()] {
+        for wire in laid(&plan).wires {
+            let down = wire.points.windows(2).all(|pair| pair[0][1] <= pair[1][1] + 0.05);
+            assert!(down, "{:?}", wire.points);
+        }
+    }
+}
+
+#[test]
 fn loops_frame_their_passes() {
     let plan = settling(&[]);
     let (net, laid) = (network(&plan, &BTreeSet::new()), laid(&plan));
@@ -310,6 +338,38 @@ fn a_difference_names_what_was_added_taken_and_changed() {
     let fewer = diff(&settling(&[]), &settling(&[("rounds", Value::Uint(0))]));
     assert!(fewer.contains("\n  + unsettled ") && fewer.contains("\n  - join"), "{fewer}");
     assert!(fewer.contains("\nmemory\n  allocated "), "{fewer}");
+}
+
+#[test]
+fn a_difference_names_outputs_that_are_other_resources() {
+    let plan = |outputs: &str| sample(&images(&["x", "y"]), &(make("a", "x") + &turn("b", "x", "y")), outputs);
+    let shown = diff(&plan("\"o\": \"y\", \"p\": \"x\""), &plan("\"o\": \"y\", \"p\": \"y\", \"q\": \"x\""));
+    let (_, outputs) = shown.split_once("\noutputs\n").unwrap_or_else(|| panic!("{shown}"));
+    let lines: Vec<String> =
+        outputs.lines().take(3).map(|l| l.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+    assert_eq!(lines, ["- p x", "+ p y", "+ q x"], "{shown}");
+}
+
+#[test]
+fn a_box_holds_the_steps_of_a_pass_and_clears_before_the_frame_have_their_own() {
+    // A long plan shows what its members have in common.
+    for members in [1, 100] {
+        let set = |name: &str, more: &str| {
+            format!("\"{name}\": Texture(format: R32Float, size: 8, members: {members}{more}),")
+        };
+        let each = |pass: String| pass.replace("over:", &format!("each: {members}, over:"));
+        let passes = each(turn("a", "x", "y")) + &each(turn("b", "y", "z"));
+        let resources = set("x", ", initial: 1") + &set("y", "") + &set("z", "");
+        let plan = sample(&resources, &passes, "\"o\": \"z\"");
+        let net = network(&plan, &BTreeSet::new());
+        let inside = net.passes.iter().filter(|p| p.kind != "output");
+        let boxes: Vec<(&str, usize)> = inside.map(|p| (p.name.as_str(), p.steps.len())).collect();
+        if members == 1 {
+            assert!(boxes.iter().all(|b| b.1 == 1) && boxes.len() == plan.steps.len(), "{boxes:?}");
+        } else {
+            assert_eq!(boxes, [("x = initial", 100), ("a", 100), ("b", 100)]);
+        }
+    }
 }
 
 #[test]

@@ -17,6 +17,7 @@ use lightgraph::internals::diag::tame;
 use lightgraph::{Checked, Diagnostic, Scene, View};
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::io;
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -24,7 +25,7 @@ use std::time::Duration;
 /// What the scene of the link is called among the scenes.
 pub const NAME: &str = "live link";
 
-/// Connections that have not shown the token yet, at most.
+/// Connections that have not shown the token yet, at most: the next one ends the oldest.
 const STRANGERS: usize = 8;
 
 /// What came over the link.
@@ -60,8 +61,24 @@ struct Shared {
 #[derive(Debug, Default)]
 struct State {
     now: Arc<Linked>,
+    /// Connections that have not shown the token yet, by when they came.
+    strangers: BTreeMap<u64, TcpStream>,
+    /// Counts the connections.
+    came: u64,
     /// The connection that is followed.
     current: Option<TcpStream>,
+}
+
+/// A place among the strangers, given up when dropped.
+struct Stranger {
+    shared: Arc<Shared>,
+    came: u64,
+}
+
+impl Drop for Stranger {
+    fn drop(&mut self) {
+        self.shared.lock().strangers.remove(&self.came);
+    }
 }
 
 impl Link {
@@ -102,7 +119,6 @@ impl Link {
     pub fn start(&self, wake: impl Fn() + Clone + Send + 'static) -> Checked<()> {
         let failed = |e| Diagnostic::error(format!("can't follow the link: {e}"));
         let (listener, shared) = (self.listener.try_clone().map_err(failed)?, self.shared.clone());
-        let strangers = Arc::new(());
         let work = move || {
             for stream in listener.incoming() {
                 let Ok(stream) = stream else {
@@ -110,11 +126,9 @@ impl Link {
                     std::thread::sleep(Duration::from_millis(100));
                     continue;
                 };
-                if Arc::strong_count(&strangers) > STRANGERS {
-                    continue;
-                }
-                let (shared, stranger, wake) = (shared.clone(), strangers.clone(), wake.clone());
-                let serve = move || shared.serve(stream, stranger, &wake);
+                let (stranger, wake) = (shared.arrive(&stream), wake.clone());
+                let Ok(stranger) = stranger else { continue };
+                let serve = move || stranger.shared.clone().serve(stream, stranger, &wake);
                 // Without a thread the connection is closed.
                 let _ = std::thread::Builder::new().name("link".into()).spawn(serve);
             }
@@ -130,14 +144,28 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// A place for a connection among the strangers. Where there is none left, the oldest one is ended: whoever has the
+    /// token shows it at once, so those who only wait keep nobody out.
+    fn arrive(self: &Arc<Self>, stream: &TcpStream) -> io::Result<Stranger> {
+        let stream = stream.try_clone()?;
+        let mut state = self.lock();
+        state.came += 1;
+        let came = state.came;
+        state.strangers.insert(came, stream);
+        if state.strangers.len() > STRANGERS
+            && let Some((_, oldest)) = state.strangers.pop_first()
+        {
+            end(&oldest);
+        }
+        Ok(Stranger { shared: self.clone(), came })
+    }
+
     /// One connection, until it ends.
-    fn serve(&self, stream: TcpStream, stranger: Arc<()>, wake: &dyn Fn()) {
-        let Ok(current) = stream.try_clone() else { return };
+    fn serve(&self, stream: TcpStream, stranger: Stranger, wake: &dyn Fn()) {
         let Ok(mut wire) = message::Timed::new(stream) else { return };
         // Who can't show the token has been answered.
         let Some(program) = message::welcome(&mut wire, &self.token) else { return wire.end() };
-        drop(stranger);
-        let linked = self.admit(current, &program);
+        let Some(linked) = self.admit(&stranger, &program) else { return };
         wake();
         Follower::new(linked).follow(&mut wire, |linked| {
             let current = self.publish(linked);
@@ -148,17 +176,17 @@ impl Shared {
     }
 
     /// Follows this connection from now on, in place of the one before it: a program that was lost without a word must
-    /// not keep others out.
-    fn admit(&self, stream: TcpStream, program: &str) -> Linked {
+    /// not keep others out. Nothing where newer strangers have ended it.
+    fn admit(&self, stranger: &Stranger, program: &str) -> Option<Linked> {
         let mut state = self.lock();
+        let stream = state.strangers.remove(&stranger.came)?;
         if let Some(before) = state.current.replace(stream) {
-            // It may have ended by itself.
-            let _ = before.shutdown(Shutdown::Both);
+            end(&before);
         }
         let (connection, program) = (state.now.connection + 1, Some(tame(program, 60)));
         let linked = Linked { connection, program, ..Linked::default() };
         state.now = Arc::new(linked.clone());
-        linked
+        Some(linked)
     }
 
     /// Changes what there is to show; false where another connection is followed.
@@ -170,4 +198,9 @@ impl Shared {
         }
         current
     }
+}
+
+fn end(connection: &TcpStream) {
+    // It may have ended by itself.
+    let _ = connection.shutdown(Shutdown::Both);
 }
