@@ -4,7 +4,7 @@
 
 use super::{device::Gpu, dirty::workgroups, pool::Pool, scene_data::SceneData, scope::scoped};
 use crate::diag::{Checked, Diagnostic};
-use crate::plan::{Action, Comparison, Cull, Draw, Ending, Geometry, Loop, Node, Plan, StepId};
+use crate::plan::{Action, Comparison, Cull, Draw, DrawGeometry, Ending, Loop, OrderNode, Plan, StepId};
 
 /// The words of [`State`] on the device.
 const STATE_WORDS: usize = 5;
@@ -160,7 +160,7 @@ impl DeviceLoop {
         let mut words = vec![];
         let mut places = vec![0; plan.steps.len()];
         for node in &l.body {
-            let Node::Step(id) = node else { continue };
+            let OrderNode::Step(id) = node else { continue };
             let Some(step) = plan.steps.get(id.0) else { continue };
             places[id.0] = 4 * words.len() as u64;
             match &step.action {
@@ -264,12 +264,12 @@ fn state(bytes: &[u8]) -> State {
 fn draw_sizes(draw: &Draw, scene: &SceneData) -> Vec<u32> {
     let mut words: Vec<u32> = draw.members.iter().flat_map(|_| [3, 1, 0, 0]).collect();
     let cull = match draw.geometry {
-        Geometry::Scene { cull } => cull,
-        Geometry::Screen => {
+        DrawGeometry::Scene { cull } => cull,
+        DrawGeometry::Screen => {
             words.extend(draw.members.iter().flat_map(|m| [3, 1, 0, m.index]));
             return words;
         }
-        Geometry::Vertices { count, instances, .. } => {
+        DrawGeometry::Vertices { count, instances, .. } => {
             words.extend(draw.members.iter().flat_map(|_| [count, instances, 0, 0]));
             return words;
         }
@@ -286,9 +286,9 @@ fn draw_sizes(draw: &Draw, scene: &SceneData) -> Vec<u32> {
 }
 
 /// Collects the loops that the device ends, with the number of runs of each in a frame.
-fn collect<'a>(nodes: &'a [Node], runs: u64, out: &mut Vec<(&'a Loop, u64)>) {
+fn collect<'a>(nodes: &'a [OrderNode], runs: u64, out: &mut Vec<(&'a Loop, u64)>) {
     for node in nodes {
-        if let Node::Loop(l) = node {
+        if let OrderNode::Loop(l) = node {
             if on_device(l) {
                 out.push((l, runs));
             }

@@ -5,7 +5,7 @@ use crate::image::png::ToneMap;
 
 /// How images are shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct DisplayLook {
     /// Exposure in stops.
     pub stops: f32,
     pub tone_map: ToneMap,
@@ -40,8 +40,8 @@ struct Uniform {
     at: f32,
 }
 
-impl From<Look> for Uniform {
-    fn from(look: Look) -> Uniform {
+impl From<DisplayLook> for Uniform {
+    fn from(look: DisplayLook) -> Uniform {
         let tone_map = match look.tone_map {
             ToneMap::None => 0,
             ToneMap::Neutral => 1,
@@ -117,7 +117,7 @@ impl Display {
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         images: [&wgpu::Texture; 2],
-        look: Look,
+        look: DisplayLook,
         target: &wgpu::TextureView,
     ) {
         // One of its own for each draw: several are recorded before the first is handed over.

@@ -15,7 +15,7 @@ use super::{
 use crate::diag::{Checked, Diagnostic};
 use crate::image::texel;
 use crate::plan::cull::DRAW_BYTES;
-use crate::plan::{Action, Draw, Geometry, Member, Place, Plan, ResourceId, StepId};
+use crate::plan::{Action, Draw, DrawGeometry, DrawMember, Place, Plan, ResourceId, StepId};
 
 /// What encoding a step reads.
 pub(super) struct EncodeContext<'a> {
@@ -203,13 +203,13 @@ impl EncodeContext<'_> {
         render: &mut wgpu::RenderPass<'_>,
         draw: &Draw,
         built: &Built,
-        members: &[Member],
+        members: &[DrawMember],
         (sizes, dirty): (Option<IndirectSizes<'_>>, Option<&Arguments>),
     ) -> Checked<()> {
         let Built::Render { first, rest, attributes } = built else { return Ok(()) };
         let mesh = match draw.geometry {
-            Geometry::Screen | Geometry::Vertices { .. } => None,
-            Geometry::Scene { .. } => match &self.scene.mesh {
+            DrawGeometry::Screen | DrawGeometry::Vertices { .. } => None,
+            DrawGeometry::Scene { .. } => match &self.scene.mesh {
                 Some(mesh) => Some(mesh),
                 None => return Ok(()),
             },
@@ -259,11 +259,11 @@ impl EncodeContext<'_> {
                     }
                     (Some(_), None, None) => render.draw_indexed(indices.clone(), 0, instance),
                     (None, None, _) => match draw.geometry {
-                        Geometry::Vertices { indirect: Some(counts), .. } => {
+                        DrawGeometry::Vertices { indirect: Some(counts), .. } => {
                             render.draw_indirect(self.pool.buffer(self.plan, counts)?, 0);
                         }
-                        Geometry::Vertices { count, instances, .. } => render.draw(0..count, 0..instances),
-                        Geometry::Screen | Geometry::Scene { .. } => render.draw(0..3, instance),
+                        DrawGeometry::Vertices { count, instances, .. } => render.draw(0..count, 0..instances),
+                        DrawGeometry::Screen | DrawGeometry::Scene { .. } => render.draw(0..3, instance),
                     },
                 }
             }
@@ -329,7 +329,7 @@ enum DispatchSize<'a> {
 }
 
 /// Restricts what is drawn to a member's tile.
-fn place(render: &mut wgpu::RenderPass<'_>, member: &Member) {
+fn place(render: &mut wgpu::RenderPass<'_>, member: &DrawMember) {
     if let Place::Rect([x, y, width, height]) = member.place {
         render.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
         render.set_scissor_rect(x, y, width, height);
@@ -337,7 +337,7 @@ fn place(render: &mut wgpu::RenderPass<'_>, member: &Member) {
 }
 
 /// The place of a member among those of its draw.
-fn row(draw: &Draw, member: &Member) -> u64 {
+fn row(draw: &Draw, member: &DrawMember) -> u64 {
     draw.members.first().map_or(0, |first| member.index.saturating_sub(first.index)).into()
 }
 

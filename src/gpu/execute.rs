@@ -16,7 +16,7 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::change::Selection;
-use crate::plan::{Action, Ending, Loop, Node, Plan, StepId, Until};
+use crate::plan::{Action, Ending, Loop, OrderNode, Plan, StepId, Until};
 use crate::scene::Table;
 use crate::value::Values;
 use web_time::Instant;
@@ -257,18 +257,18 @@ fn no_number(report: &LoopReport) -> Option<Diagnostic> {
 }
 
 impl Walk<'_> {
-    fn nodes(&mut self, nodes: &[Node]) -> Checked<()> {
+    fn nodes(&mut self, nodes: &[OrderNode]) -> Checked<()> {
         for node in nodes {
             match node {
-                Node::Step(id) => self.step(*id)?,
-                Node::Loop(l) => self.repeat(l)?,
+                OrderNode::Step(id) => self.step(*id)?,
+                OrderNode::Loop(l) => self.repeat(l)?,
             }
         }
         Ok(())
     }
 
     /// The nodes that are to run.
-    fn top(&mut self, nodes: &[Node]) -> Checked<()> {
+    fn top(&mut self, nodes: &[OrderNode]) -> Checked<()> {
         let Some(chosen) = self.chosen else { return self.nodes(nodes) };
         for node in nodes.iter().filter(|n| selected(n, &chosen.run)) {
             self.nodes(std::slice::from_ref(node))?;
@@ -412,7 +412,7 @@ impl Walk<'_> {
             }
         }
         self.device_loops.report(self.record.encoder(), device_loop, self.device_loop_runs.len());
-        let steps = l.body.iter().filter_map(|n| if let Node::Step(id) = n { Some(*id) } else { None });
+        let steps = l.body.iter().filter_map(|n| if let OrderNode::Step(id) = n { Some(*id) } else { None });
         self.device_loop_runs.push(DeviceLoopRun { report: self.loops.len(), submitted, steps: steps.collect() });
         self.loops.push(LoopReport { name: l.name.clone(), iterations: 0, last: None });
         Ok(())
@@ -479,10 +479,10 @@ impl Walk<'_> {
     }
 }
 
-fn selected(node: &Node, run: &[bool]) -> bool {
+fn selected(node: &OrderNode, run: &[bool]) -> bool {
     match node {
-        Node::Step(id) => run.get(id.0).copied().unwrap_or(true),
-        Node::Loop(l) => l.body.iter().any(|n| selected(n, run)),
+        OrderNode::Step(id) => run.get(id.0).copied().unwrap_or(true),
+        OrderNode::Loop(l) => l.body.iter().any(|n| selected(n, run)),
     }
 }
 

@@ -33,10 +33,10 @@ mod uniforms;
 mod upload;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, set_patience, wanted_adapter};
-pub use display::{Arrangement, Display, Look};
+pub use display::{Arrangement, Display, DisplayLook};
 pub use execute::{FrameInputs, begin, execute, record};
 pub use frame::{Frame, FrameReport, LoopReport, StepTime};
-pub use numerics::{Broken, Numerics, Reading};
+pub use numerics::{Broken, Numerics, ResourceNumbers};
 pub use pool::{MOST_BYTES, Memory, Pool};
 pub use prepare::{Prepared, prepare, prepare_after};
 pub use readback::{

@@ -3,7 +3,7 @@
 
 mod found;
 
-pub use found::{Broken, Numerics, Reading};
+pub use found::{Broken, Numerics, ResourceNumbers};
 
 use super::{
     device::Gpu,
@@ -254,7 +254,7 @@ impl Watch {
             }
             None => {
                 let (energy, negative) = (row.sum, row.negative);
-                self.found.readings.push(Reading { resource, checks: 1, least, largest, energy, negative });
+                self.found.readings.push(ResourceNumbers { resource, checks: 1, least, largest, energy, negative });
             }
         }
         let wrong = row.not_numbers + row.infinite + row.below + row.above;

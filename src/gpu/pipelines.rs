@@ -3,7 +3,7 @@
 use super::{bindings::layout_entries, device::Gpu, dirty::workgroups, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::parallel;
-use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, Geometry, Plan, Step};
+use crate::plan::{Action, ColorTarget, Cull, DepthTarget, Draw, DrawGeometry, Plan, Step};
 use crate::scene::{VERTEX_ATTRIBUTES, Vertex};
 use crate::shader::{EntryPoint, Shader, Stage};
 use std::num::NonZeroU32;
@@ -124,7 +124,7 @@ enum PipelineKind {
 struct Render {
     vertex: Option<String>,
     fragment: Option<String>,
-    geometry: Geometry,
+    geometry: DrawGeometry,
     attributes: Vec<wgpu::VertexAttribute>,
     targets: Vec<Option<wgpu::ColorTargetState>>,
     depth: Option<wgpu::DepthStencilState>,
@@ -203,8 +203,8 @@ impl<'a> PipelineJob<'a> {
                 PipelineKind::Render(r) => {
                     let make = |cull| r.pipeline(gpu, label, &pipeline_layout, (module, screen), cull);
                     let cull = match r.geometry {
-                        Geometry::Screen => Cull::None,
-                        Geometry::Scene { cull } | Geometry::Vertices { cull, .. } => cull,
+                        DrawGeometry::Screen => Cull::None,
+                        DrawGeometry::Scene { cull } | DrawGeometry::Vertices { cull, .. } => cull,
                     };
                     let (first, rest) = match cull {
                         Cull::None => (make(None), None),
@@ -249,8 +249,8 @@ impl Render {
             },
             primitive: wgpu::PrimitiveState {
                 topology: match self.geometry {
-                    Geometry::Vertices { topology, .. } => topology,
-                    Geometry::Scene { .. } | Geometry::Screen => wgpu::PrimitiveTopology::TriangleList,
+                    DrawGeometry::Vertices { topology, .. } => topology,
+                    DrawGeometry::Scene { .. } | DrawGeometry::Screen => wgpu::PrimitiveTopology::TriangleList,
                 },
                 front_face: wgpu::FrontFace::Ccw,
                 cull_mode,
@@ -278,16 +278,16 @@ pub(super) fn by_location(targets: &[ColorTarget]) -> Vec<Option<&ColorTarget>> 
 
 fn render(plan: &Plan, step: &Step, draw: &Draw) -> Checked<Render> {
     let attributes = match (&draw.vertex, draw.geometry) {
-        (Some(name), Geometry::Scene { .. }) => {
+        (Some(name), DrawGeometry::Scene { .. }) => {
             let shader = shader(plan, step, draw.shader)?;
             attributes(shader, step, entry(shader, step, name, Stage::Vertex)?)?
         }
-        (None, Geometry::Scene { .. }) => {
+        (None, DrawGeometry::Scene { .. }) => {
             return Err(Diagnostic::error(format!("`{}` draws the scene without a vertex entry", step.name))
                 .help("write an entry point marked `@vertex`")
                 .into());
         }
-        (_, Geometry::Screen | Geometry::Vertices { .. }) => vec![],
+        (_, DrawGeometry::Screen | DrawGeometry::Vertices { .. }) => vec![],
     };
     let targets = by_location(&draw.color).into_iter().map(|t| {
         t.map(|t| wgpu::ColorTargetState { format: t.format, blend: t.blend, write_mask: wgpu::ColorWrites::ALL })
@@ -297,8 +297,8 @@ fn render(plan: &Plan, step: &Step, draw: &Draw) -> Checked<Render> {
         fragment: draw.fragment.clone(),
         geometry: match draw.geometry {
             // How many there are is nothing to a pipeline.
-            Geometry::Vertices { topology, cull, .. } => {
-                Geometry::Vertices { count: 0, instances: 0, topology, cull, indirect: None }
+            DrawGeometry::Vertices { topology, cull, .. } => {
+                DrawGeometry::Vertices { count: 0, instances: 0, topology, cull, indirect: None }
             }
             geometry => geometry,
         },

@@ -18,7 +18,7 @@ use super::{
     uniforms::{Uniforms, enclosing_loops},
 };
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::{Action, ColorTarget, Desc, Draw, Member, Node, Place, Plan, ResourceId, Step, StepId};
+use crate::plan::{Action, ColorTarget, Desc, Draw, DrawMember, OrderNode, Place, Plan, ResourceId, Step, StepId};
 use crate::scene::{Assets, Table};
 
 /// A plan made ready for one device and one scene. Frames run on it through [`super::execute`].
@@ -66,7 +66,7 @@ pub(super) struct Shaded {
 /// One render pass of a draw: the members that go to the same layer.
 #[derive(Debug)]
 pub(super) struct PreparedPass {
-    pub members: Vec<Member>,
+    pub members: Vec<DrawMember>,
     /// False when an earlier pass of the same step has drawn to this layer.
     pub clears: bool,
     /// One; or, for a layer chosen by a loop's index, one for each iteration.
@@ -262,7 +262,7 @@ fn bound(
 
 /// Splits the members of a draw into passes. A draw without members has one that only clears.
 fn passes(plan: &Plan, name: &str, draw: &Draw, innermost: Option<u32>, pool: &Pool) -> Checked<Vec<PreparedPass>> {
-    let mut groups: Vec<(Place, Vec<Member>)> = vec![];
+    let mut groups: Vec<(Place, Vec<DrawMember>)> = vec![];
     for member in &draw.members {
         // What matters here is the layer; rectangles share the pass over the whole.
         let key = match member.place {
@@ -327,11 +327,11 @@ fn targets(plan: &Plan, name: &str, draw: &Draw, layer: u32, pool: &Pool) -> Che
 
 /// The buffer to read loops' numbers from, after a check that they can be read.
 fn probe(gpu: &Gpu, plan: &Plan) -> Checked<Option<wgpu::Buffer>> {
-    fn tested<'a>(nodes: &'a [Node], out: &mut Vec<(bool, &'a str, ResourceId)>) {
+    fn tested<'a>(nodes: &'a [OrderNode], out: &mut Vec<(bool, &'a str, ResourceId)>) {
         for node in nodes {
             match node {
-                Node::Step(StepId(_)) => {}
-                Node::Loop(l) => {
+                OrderNode::Step(StepId(_)) => {}
+                OrderNode::Loop(l) => {
                     out.extend(l.until.iter().map(|u| (!on_device(l), l.name.as_str(), u.buffer)));
                     tested(&l.body, out);
                 }

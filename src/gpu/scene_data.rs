@@ -35,14 +35,14 @@ pub(super) struct Mesh {
     /// 32 bits each.
     pub indices: wgpu::Buffer,
     /// Of the scene as it is.
-    pub whole: Part,
+    pub whole: MeshPart,
     /// Of its levels, in the plan's order.
-    pub levels: Vec<Part>,
+    pub levels: Vec<MeshPart>,
 }
 
 /// Indices of a mesh.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part {
+pub(super) struct MeshPart {
     pub first: u32,
     pub count: u32,
     /// The first so many belong to single-sided materials.
@@ -167,7 +167,7 @@ impl Mesh {
         for (indices, one_sided) in all.chain(levels.iter().map(|l| (&l.indices, l.one_sided))) {
             let many = || Diagnostic::error(format!("{} more indices are too many", indices.len()));
             let count = u32::try_from(indices.len()).map_err(|_| many())?;
-            parts.push(Part { first: end, count, one_sided: one_sided.min(count) });
+            parts.push(MeshPart { first: end, count, one_sided: one_sided.min(count) });
             end = end.checked_add(count).ok_or_else(many)?;
         }
         let vertices: &[u8] = bytemuck::cast_slice(&geometry.vertices);
@@ -182,7 +182,7 @@ impl Mesh {
     }
 
     /// What a draw of this level draws; `None`: of the scene as it is.
-    pub(super) fn part(&self, level: Option<usize>) -> Part {
+    pub(super) fn part(&self, level: Option<usize>) -> MeshPart {
         level.and_then(|i| self.levels.get(i)).copied().unwrap_or(self.whole)
     }
 }

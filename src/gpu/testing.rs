@@ -122,7 +122,7 @@ impl Sketch {
     }
 
     /// Adds a step that is not yet in the order.
-    pub fn step(&mut self, name: &str, action: Action, bindings: Vec<Binding>) -> Node {
+    pub fn step(&mut self, name: &str, action: Action, bindings: Vec<Binding>) -> OrderNode {
         self.plan.steps.push(Step {
             name: name.into(),
             pass: name.into(),
@@ -135,10 +135,10 @@ impl Sketch {
             only: None,
             after: vec![],
         });
-        Node::Step(StepId(self.plan.steps.len() - 1))
+        OrderNode::Step(StepId(self.plan.steps.len() - 1))
     }
 
-    pub fn compute(&mut self, name: &str, wgsl: &str, groups: [u32; 3]) -> Node {
+    pub fn compute(&mut self, name: &str, wgsl: &str, groups: [u32; 3]) -> OrderNode {
         let (shader, bindings) = self.shader(name, wgsl);
         let entry = self.plan.shaders[shader].interface.entry(Stage::Compute).unwrap().name.clone();
         self.step(name, Action::Compute { shader, entry, groups, instances: None, indirect: None }, bindings)
@@ -149,10 +149,10 @@ impl Sketch {
         &mut self,
         name: &str,
         wgsl: &str,
-        geometry: Geometry,
+        geometry: DrawGeometry,
         targets: (&[&str], Option<&str>),
         places: &[Place],
-    ) -> Node {
+    ) -> OrderNode {
         let (shader, bindings) = self.shader(name, wgsl);
         let entry = |stage| self.plan.shaders[shader].interface.entry(stage).map(|e| e.name.clone());
         let format = |id: ResourceId| match &self.plan.resources[id.0].desc {
@@ -186,7 +186,7 @@ impl Sketch {
                 write: true,
             }),
             indirect: None,
-            members: places.iter().enumerate().map(|(i, p)| Member { index: i as u32, place: *p }).collect(),
+            members: places.iter().enumerate().map(|(i, p)| DrawMember { index: i as u32, place: *p }).collect(),
             samples: 1,
             views: 1,
             level: None,
@@ -194,11 +194,11 @@ impl Sketch {
         self.step(name, Action::Draw(draw), bindings)
     }
 
-    pub fn screen(&mut self, name: &str, wgsl: &str, target: &str) -> Node {
-        self.draw(name, wgsl, Geometry::Screen, (&[target], None), &[Place::Whole])
+    pub fn screen(&mut self, name: &str, wgsl: &str, target: &str) -> OrderNode {
+        self.draw(name, wgsl, DrawGeometry::Screen, (&[target], None), &[Place::Whole])
     }
 
-    pub fn order(mut self, nodes: impl IntoIterator<Item = Node>) -> Plan {
+    pub fn order(mut self, nodes: impl IntoIterator<Item = OrderNode>) -> Plan {
         self.plan.order = nodes.into_iter().collect();
         self.plan
     }

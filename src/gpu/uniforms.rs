@@ -3,7 +3,7 @@
 
 use super::{device::Gpu, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::{Binding, Node, Plan, StepId};
+use crate::plan::{Binding, OrderNode, Plan, StepId};
 use crate::shader::Layout;
 use crate::value::{Type, Value, Values};
 use std::collections::BTreeSet;
@@ -224,11 +224,11 @@ fn advance(iterations: &mut [u32], loops: &[(String, u32)]) -> bool {
 
 /// The steps in their order, each with the loops around it: name and count, outermost first.
 pub(super) fn enclosing_loops(plan: &Plan) -> Vec<(StepId, Vec<(String, u32)>)> {
-    fn walk(nodes: &[Node], around: &mut Vec<(String, u32)>, out: &mut Vec<(StepId, Vec<(String, u32)>)>) {
+    fn walk(nodes: &[OrderNode], around: &mut Vec<(String, u32)>, out: &mut Vec<(StepId, Vec<(String, u32)>)>) {
         for node in nodes {
             match node {
-                Node::Step(id) => out.push((*id, around.clone())),
-                Node::Loop(l) => {
+                OrderNode::Step(id) => out.push((*id, around.clone())),
+                OrderNode::Loop(l) => {
                     around.push((l.name.clone(), l.count));
                     walk(&l.body, around, out);
                     around.pop();

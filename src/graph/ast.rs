@@ -38,7 +38,7 @@ pub struct Graph {
     pub params: Vec<(Name, Param)>,
     pub lets: Vec<(Name, Expr)>,
     pub defines: Vec<(Name, Expr)>,
-    pub resources: Vec<(Name, Resource)>,
+    pub resources: Vec<(Name, ResourceDecl)>,
     pub passes: Vec<Pass>,
     /// Output name, resource name.
     pub outputs: Vec<(Name, Name)>,
@@ -49,7 +49,7 @@ pub struct Graph {
 /// What a sub-graph takes: a resource, or a value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
-    Resource(Resource),
+    Resource(ResourceDecl),
     Value(Param),
 }
 
@@ -73,7 +73,7 @@ pub struct Param {
 
 /// A texture, buffer or sampler, or a set of them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Resource {
+pub struct ResourceDecl {
     pub span: Span,
     pub kind: ResourceKind,
     /// Keeps its content to the next frame.
@@ -430,7 +430,7 @@ impl PassKind {
     }
 }
 
-impl Resource {
+impl ResourceDecl {
     /// Whether it holds something before any pass of a frame writes it.
     pub fn is_given(&self) -> bool {
         self.history || self.initial.is_some() || matches!(self.kind, ResourceKind::Image(_))

@@ -206,7 +206,7 @@ impl<'g> Checker<'g> {
         }
     }
 
-    fn resource(&mut self, name: &str, r: &super::ast::Resource) {
+    fn resource(&mut self, name: &str, r: &super::ast::ResourceDecl) {
         let (sizes, counts) = r.exprs();
         // The size of a member may go by its number.
         self.indices.extend(r.members.as_ref().map(|_| "member"));

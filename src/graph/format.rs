@@ -123,12 +123,12 @@ enum Words {
 }
 
 /// A value in a bracket, with its name or key.
-struct Item<'n> {
+struct FieldItem<'n> {
     key: Option<&'n Span>,
     value: &'n SyntaxNode,
 }
 
-impl Item<'_> {
+impl FieldItem<'_> {
     fn start(&self) -> usize {
         self.key.map_or(self.value.span.start, |k| k.start)
     }
@@ -215,18 +215,18 @@ impl<'t> Printer<'t> {
             SyntaxKind::Text => self.words(node.span.text(), indent, reserve, kind),
             SyntaxKind::List(items) => self.bracket(node, "[", values(items), indent, reserve),
             SyntaxKind::Map(pairs) => {
-                let items = pairs.iter().map(|(key, value)| Item { key: Some(&key.span), value }).collect();
+                let items = pairs.iter().map(|(key, value)| FieldItem { key: Some(&key.span), value }).collect();
                 self.bracket(node, "{", items, indent, reserve);
             }
             SyntaxKind::Tuple(name, items) => self.named(node, name.as_ref(), values(items), indent, reserve),
             SyntaxKind::Struct(name, fields) => {
-                let items = fields.iter().map(|f| Item { key: Some(&f.name), value: &f.value }).collect();
+                let items = fields.iter().map(|f| FieldItem { key: Some(&f.name), value: &f.value }).collect();
                 self.named(node, name.as_ref(), items, indent, reserve);
             }
         }
     }
 
-    fn named(&mut self, node: &SyntaxNode, name: Option<&Span>, items: Vec<Item>, indent: usize, reserve: usize) {
+    fn named(&mut self, node: &SyntaxNode, name: Option<&Span>, items: Vec<FieldItem>, indent: usize, reserve: usize) {
         if let Some(name) = name {
             self.push(name.text());
         }
@@ -266,7 +266,7 @@ impl<'t> Printer<'t> {
         }
     }
 
-    fn bracket(&mut self, node: &SyntaxNode, open: &str, items: Vec<Item>, indent: usize, reserve: usize) {
+    fn bracket(&mut self, node: &SyntaxNode, open: &str, items: Vec<FieldItem>, indent: usize, reserve: usize) {
         let close = match open {
             "(" => ")",
             "[" => "]",
@@ -283,7 +283,7 @@ impl<'t> Printer<'t> {
         }
         let last = Gap::of(&self.text[at..end]);
         // A name between brackets of a map is set apart from them as a value is.
-        let keyed = |i: usize, item: &Item| match item.key {
+        let keyed = |i: usize, item: &FieldItem| match item.key {
             Some(key) => {
                 Gap::of(&self.text[key.end..item.value.span.start]).has_comments() || (i > 0 && gaps[i].broken)
             }
@@ -315,7 +315,7 @@ impl<'t> Printer<'t> {
     }
 
     /// Whether items stand on one line, of which the last may go on over others.
-    fn fits(&self, items: &[Item], reserve: usize) -> bool {
+    fn fits(&self, items: &[FieldItem], reserve: usize) -> bool {
         let mut column = self.column;
         for (i, item) in items.iter().enumerate() {
             let text = item.value.span.text();
@@ -332,7 +332,7 @@ impl<'t> Printer<'t> {
         column + 1 + reserve <= WIDTH
     }
 
-    fn joined(&mut self, items: &[Item], indent: usize, reserve: usize) {
+    fn joined(&mut self, items: &[FieldItem], indent: usize, reserve: usize) {
         for (i, item) in items.iter().enumerate() {
             if i > 0 {
                 self.push(", ");
@@ -341,7 +341,7 @@ impl<'t> Printer<'t> {
         }
     }
 
-    fn item(&mut self, item: &Item, indent: usize, reserve: usize) {
+    fn item(&mut self, item: &FieldItem, indent: usize, reserve: usize) {
         if let Some(key) = item.key {
             self.push(key.text());
             self.push(": ");
@@ -355,7 +355,7 @@ impl<'t> Printer<'t> {
     }
 
     /// Items on lines below their bracket. Those that shared a line do, as long as they fit.
-    fn broken(&mut self, items: &[Item], gaps: &[Gap], indent: usize) {
+    fn broken(&mut self, items: &[FieldItem], gaps: &[Gap], indent: usize) {
         let mut over_lines = false;
         for (i, (item, gap)) in items.iter().zip(gaps).enumerate() {
             let inner = item.key.map(|k| Gap::of(&self.text[k.end..item.value.span.start]));
@@ -399,8 +399,8 @@ impl<'t> Printer<'t> {
     }
 }
 
-fn values(nodes: &[SyntaxNode]) -> Vec<Item<'_>> {
-    nodes.iter().map(|value| Item { key: None, value }).collect()
+fn values(nodes: &[SyntaxNode]) -> Vec<FieldItem<'_>> {
+    nodes.iter().map(|value| FieldItem { key: None, value }).collect()
 }
 
 /// The columns of a value on one line.

@@ -1,6 +1,6 @@
 //! `Image(file: …)`: a texture that files hold. They are read with the graph that names them.
 
-use super::ast::{Resource, ResourceKind};
+use super::ast::{ResourceDecl, ResourceKind};
 use super::read::{Fields, Reader};
 use super::tree::{SyntaxKind, SyntaxNode};
 use crate::builtin;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 const MOST_BYTES: u64 = 1 << 30;
 
 impl Reader {
-    pub(super) fn image(&mut self, node: &SyntaxNode, mut f: Fields) -> Option<Resource> {
+    pub(super) fn image(&mut self, node: &SyntaxNode, mut f: Fields) -> Option<ResourceDecl> {
         let before = self.faults.len();
         let place = self.need(&mut f, "file");
         let files = place.map(|n| match &n.kind {
@@ -45,7 +45,7 @@ impl Reader {
             self.fault(d.at(around, "with this one").help("make them smaller, or give them a smaller `format`"));
             return None;
         }
-        Some(Resource {
+        Some(ResourceDecl {
             span: node.span.clone(),
             kind: ResourceKind::Image(image),
             history: false,

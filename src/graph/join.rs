@@ -2,7 +2,7 @@
 //! outputs become resources of the graph around.
 
 use super::ast::{
-    Graph, Input, Name, NameScope, Param, Pass, Resource, ResourceKind, Warning, rescope, set_of, walk, walk_mut,
+    Graph, Input, Name, NameScope, Param, Pass, ResourceDecl, ResourceKind, Warning, rescope, set_of, walk, walk_mut,
 };
 use super::check::is_provided;
 use super::expr::{Binary, Expr, ExprKind};
@@ -23,7 +23,7 @@ pub struct Joined {
     name: String,
     params: Vec<(Name, Param)>,
     lets: Vec<(Name, Expr)>,
-    resources: Vec<(Name, Resource)>,
+    resources: Vec<(Name, ResourceDecl)>,
     warnings: Vec<(Name, Warning)>,
     /// By input: what the graph around gives, and what is wanted.
     given: Vec<(String, Name, Input)>,
@@ -306,7 +306,7 @@ pub(super) fn look_around(graph: &mut Graph) {
 }
 
 /// The resources of a graph, those that it takes among them.
-fn resources(graph: &Graph) -> impl Iterator<Item = (&Name, &Resource)> {
+fn resources(graph: &Graph) -> impl Iterator<Item = (&Name, &ResourceDecl)> {
     let inputs = graph.inputs.iter().filter_map(|(name, input)| match input {
         Input::Resource(resource) => Some((name, resource)),
         Input::Value(_) => None,

@@ -1,7 +1,7 @@
 //! The tree of a file to its [`Graph`]: shapes, keys and literals. Gathers every fault.
 
 use super::ast::SamplerDesc;
-use super::ast::{Dirty, Graph, Input, Name, Param, Pass, PassKind, Resource, ResourceKind, Size, Stride, Warning};
+use super::ast::{Dirty, Graph, Input, Name, Param, Pass, PassKind, ResourceDecl, ResourceKind, Size, Stride, Warning};
 use super::expr::Expr;
 use super::join::look_around;
 use super::param::parse_vector;
@@ -135,7 +135,7 @@ impl Reader {
     }
 
     /// A resource declaration.
-    pub fn resource(&mut self, node: &SyntaxNode) -> Option<Resource> {
+    pub fn resource(&mut self, node: &SyntaxNode) -> Option<ResourceDecl> {
         const KINDS: [&str; 8] = ["Texture", "Texture3d", "Cube", "Atlas", "Buffer", "Image", "Table", "Sampler"];
         let (name, f) = self.named(node, &KINDS)?;
         match name {
@@ -160,7 +160,13 @@ impl Reader {
     }
 
     /// `usual`: a size or number in place of one that isn't said.
-    fn resource_of(&mut self, node: &SyntaxNode, name: &str, mut f: Fields, usual: Option<&Expr>) -> Option<Resource> {
+    fn resource_of(
+        &mut self,
+        node: &SyntaxNode,
+        name: &str,
+        mut f: Fields,
+        usual: Option<&Expr>,
+    ) -> Option<ResourceDecl> {
         let before = self.faults.len();
         let kind = if name == "Sampler" {
             let filter = [("Nearest", wgpu_types::FilterMode::Nearest), ("Linear", wgpu_types::FilterMode::Linear)];
@@ -222,7 +228,7 @@ impl Reader {
         }
         self.finish(&f);
         debug_assert!(kind.is_some() || self.faults.len() > before, "what can't be read is a fault");
-        Some(Resource { span: node.span.clone(), kind: kind?, history, initial, members, min, max })
+        Some(ResourceDecl { span: node.span.clone(), kind: kind?, history, initial, members, min, max })
     }
 
     /// A buffer's `stride` in bytes, or the `element` that has it.

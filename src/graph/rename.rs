@@ -1,6 +1,6 @@
 //! Other names for what a graph mentions.
 
-use super::ast::{Dirty, Name, Pass, PassKind, Raster, Resource, ResourceKind, Size, Stride};
+use super::ast::{Dirty, Name, Pass, PassKind, Raster, ResourceDecl, ResourceKind, Size, Stride};
 use super::check::material_columns;
 use super::expr::Expr;
 
@@ -38,7 +38,7 @@ fn size(size: &mut Size, to: Rename) {
 }
 
 /// Renames what the sizes and counts of a resource mention.
-pub fn resource(r: &mut Resource, to: Rename) {
+pub fn resource(r: &mut ResourceDecl, to: Rename) {
     let maybe = |e: &mut Option<Expr>| e.iter_mut().for_each(|e| e.rename(to));
     maybe(&mut r.members);
     match &mut r.kind {

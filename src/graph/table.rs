@@ -1,6 +1,6 @@
 //! `Table(of: …)`: columns of a table of the scene, as texels.
 
-use super::ast::{Name, Resource, ResourceKind};
+use super::ast::{Name, ResourceDecl, ResourceKind};
 use super::read::{Fields, Reader};
 use super::tree::SyntaxNode;
 use crate::diag::Diagnostic;
@@ -8,7 +8,7 @@ use crate::scene;
 
 impl Reader {
     /// `Table(of: "bvh", columns: ["lower", "first"])`.
-    pub(super) fn table(&mut self, node: &SyntaxNode, mut f: Fields) -> Option<Resource> {
+    pub(super) fn table(&mut self, node: &SyntaxNode, mut f: Fields) -> Option<ResourceDecl> {
         let of = self.need(&mut f, "of").and_then(|n| self.name(n));
         let list = self.need(&mut f, "columns");
         let columns: Vec<Name> = self.list(list).iter().filter_map(|n| self.name(n)).collect();
@@ -33,7 +33,7 @@ impl Reader {
                 self.fault(d.at(&column.span, "").at(&first.span, "first here"));
             }
         }
-        Some(Resource {
+        Some(ResourceDecl {
             span: node.span.clone(),
             kind: ResourceKind::Table { of, columns },
             history: false,

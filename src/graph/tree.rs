@@ -59,7 +59,7 @@ const DEEPEST: usize = 60;
 /// # Errors
 /// The first fault of syntax (the rest of the file can't be trusted after it), or strings with escapes.
 pub fn parse(source: &Arc<Source>) -> Checked<SyntaxNode> {
-    let tree = Tree { source, text: &source.text, at: 0, depth: 0 };
+    let tree = TextCursor { source, text: &source.text, at: 0, depth: 0 };
     tree.file().map_err(|fault| {
         let said: Result<&RawValue, _> = ron::from_str(&source.text);
         said.err().map_or(fault, |e| syntax_fault(source, &e)).into()
@@ -84,7 +84,7 @@ fn offset(text: &str, line: usize, column: usize) -> usize {
 }
 
 /// A place in a text.
-struct Tree<'s> {
+struct TextCursor<'s> {
     source: &'s Arc<Source>,
     text: &'s str,
     at: usize,
@@ -92,7 +92,7 @@ struct Tree<'s> {
     depth: usize,
 }
 
-impl<'s> Tree<'s> {
+impl<'s> TextCursor<'s> {
     /// The one value of a file, with what may stand around it.
     fn file(mut self) -> Result<SyntaxNode, Diagnostic> {
         if self.next() == Some(b'#') {
@@ -153,7 +153,7 @@ impl<'s> Tree<'s> {
         let start = self.at;
         let kind = match next {
             Some(b'"') => self.string().map(|()| SyntaxKind::Text)?,
-            Some(b'[') => SyntaxKind::List(self.items(b']', Tree::node)?),
+            Some(b'[') => SyntaxKind::List(self.items(b']', TextCursor::node)?),
             Some(b'{') => SyntaxKind::Map(self.items(b'}', |t| {
                 let key = t.node()?;
                 if !t.accept(b':') {
@@ -180,7 +180,7 @@ impl<'s> Tree<'s> {
     fn items<T>(
         &mut self,
         end: u8,
-        mut item: impl FnMut(&mut Tree<'s>) -> Result<T, Diagnostic>,
+        mut item: impl FnMut(&mut TextCursor<'s>) -> Result<T, Diagnostic>,
     ) -> Result<Vec<T>, Diagnostic> {
         if self.depth == DEEPEST {
             return Err(self.fault(self.at, "RON syntax: too many brackets in each other"));

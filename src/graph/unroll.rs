@@ -1,6 +1,6 @@
 //! Repetitions to the passes that they stand for, and sets to their members, where a graph names these one by one.
 
-use super::ast::{Graph, Name, NameScope, Pass, PassKind, Raster, Resource, ResourceKind, Size, set_of, walk};
+use super::ast::{Graph, Name, NameScope, Pass, PassKind, Raster, ResourceDecl, ResourceKind, Size, set_of, walk};
 use super::expr::{Expr, ExprKind, Val, item};
 use super::rename;
 use crate::diag::{Checked, Diagnostic, Faults, Span};
@@ -71,7 +71,7 @@ pub fn index_of(name: &Name) -> Result<Expr, Diagnostic> {
 }
 
 /// Whether the size of a set's members goes by their number.
-fn by_number(r: &Resource) -> bool {
+fn by_number(r: &ResourceDecl) -> bool {
     let mut found = false;
     for e in r.exprs().0 {
         e.names(&mut |n, _| found |= n == "member");
@@ -153,7 +153,7 @@ impl Unroll<'_> {
     }
 
     /// The members of a set, each a resource.
-    fn set(&mut self, name: &Name, r: &Resource) -> Vec<(Name, Resource)> {
+    fn set(&mut self, name: &Name, r: &ResourceDecl) -> Vec<(Name, ResourceDecl)> {
         let Some(members) = &r.members else { return vec![(name.clone(), r.clone())] };
         let n = self.count(members, &[], "a number of members");
         let apart: usize = self.members.values().map(|n| *n as usize).sum();
@@ -164,7 +164,7 @@ impl Unroll<'_> {
         }
         self.members.insert(name.value.clone(), n);
         let member = |i: u32| {
-            let mut one = Resource { members: None, ..r.clone() };
+            let mut one = ResourceDecl { members: None, ..r.clone() };
             let value = |name: &str| (name == "member").then_some(Val::Int(i.into()));
             match &mut one.kind {
                 ResourceKind::Texture { size, .. }

@@ -33,7 +33,7 @@ pub enum Precision {
 
 /// What an EXR file holds.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Contents {
+pub struct ExrContents {
     /// The layers in the order of the file, with their names; the only layer of a file often has none ("").
     pub layers: Vec<(String, Image)>,
     /// The text attributes that [`write_exr`] wrote.
@@ -106,8 +106,8 @@ fn first(path: &Path, decoded: RawImage) -> Checked<Image> {
 ///
 /// # Errors
 /// As [`read_exr`], for any of the layers.
-pub fn read_exr_contents(path: &Path) -> Checked<Contents> {
-    let mut contents = Contents { layers: vec![], metadata: BTreeMap::new() };
+pub fn read_exr_contents(path: &Path) -> Checked<ExrContents> {
+    let mut contents = ExrContents { layers: vec![], metadata: BTreeMap::new() };
     let bytes = files::read(path, files::IMAGE).map_err(|e| unreadable(path, e))?;
     for layer in load(path, &bytes, MAX_VALUES)?.layer_data {
         let name = layer.attributes.layer_name.as_ref().map(text_of).unwrap_or_default();

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// How numbers become colours.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Look {
+pub struct PaintLook {
     pub channel: Channel,
     /// The numbers shown darkest and brightest; `None`: the least and the largest there are.
     pub range: Option<[f32; 2]>,
@@ -47,15 +47,15 @@ impl Channel {
     }
 }
 
-impl Default for Look {
-    fn default() -> Look {
-        Look { channel: Channel::Color, range: None, false_color: false }
+impl Default for PaintLook {
+    fn default() -> PaintLook {
+        PaintLook { channel: Channel::Color, range: None, false_color: false }
     }
 }
 
 /// What is known of the numbers shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extent {
+pub struct ValueRange {
     /// Of the finite ones; both 0 without any.
     pub least: f32,
     pub most: f32,
@@ -71,7 +71,7 @@ pub const INFINITE: [u8; 4] = [0, 255, 255, 255];
 
 /// Every texel as red, green, blue and alpha in sRGB; and what the numbers are. NaN is magenta and infinity cyan. Alpha
 /// is shown only by itself.
-pub fn paint(image: &Image, look: Look) -> (Vec<u8>, Extent) {
+pub fn paint(image: &Image, look: PaintLook) -> (Vec<u8>, ValueRange) {
     let extent = measure(image, look.channel);
     let [low, high] = look.range.unwrap_or([extent.least, extent.most]);
     let width = high - low;
@@ -105,7 +105,7 @@ fn shown(texel: &[f32], channel: Channel) -> [f32; 3] {
     }
 }
 
-fn measure(image: &Image, channel: Channel) -> Extent {
+fn measure(image: &Image, channel: Channel) -> ValueRange {
     let (mut least, mut most, mut sum, mut finite) = (f32::INFINITY, f32::NEG_INFINITY, 0.0f64, 0usize);
     let (mut not_a_number, mut infinite) = (0, 0);
     for texel in image.data.chunks_exact(image.channels.max(1) as usize) {
@@ -122,7 +122,7 @@ fn measure(image: &Image, channel: Channel) -> Extent {
     if finite == 0 {
         (least, most) = (0.0, 0.0);
     }
-    Extent { least, most, mean: (sum / finite.max(1) as f64) as f32, not_a_number, infinite }
+    ValueRange { least, most, mean: (sum / finite.max(1) as f64) as f32, not_a_number, infinite }
 }
 
 /// A colour for a share from 0 to 1: the polynomial fit of Google's "Turbo" (Mikhailov, 2019).
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn the_range_runs_from_the_least_to_the_most() {
-        let (pixels, extent) = paint(&image(1, vec![-2.0, 0.0, 2.0]), Look::default());
+        let (pixels, extent) = paint(&image(1, vec![-2.0, 0.0, 2.0]), PaintLook::default());
         assert_eq!((extent.least, extent.most, extent.mean), (-2.0, 2.0, 0.0));
         // Half of the light is 188 of 255 in sRGB.
         assert_eq!(pixels, [0, 0, 0, 255, 188, 188, 188, 255, 255, 255, 255, 255]);
@@ -153,14 +153,14 @@ mod tests {
 
     #[test]
     fn a_given_range_cuts_off() {
-        let look = Look { range: Some([0.0, 1.0]), ..Look::default() };
+        let look = PaintLook { range: Some([0.0, 1.0]), ..PaintLook::default() };
         let (pixels, _) = paint(&image(3, vec![-1.0, 0.5, 7.0]), look);
         assert_eq!(pixels, [0, 188, 255, 255]);
     }
 
     #[test]
     fn what_is_no_number_is_marked_and_counted() {
-        let (pixels, extent) = paint(&image(1, vec![f32::NAN, f32::NEG_INFINITY, 1.0, 3.0]), Look::default());
+        let (pixels, extent) = paint(&image(1, vec![f32::NAN, f32::NEG_INFINITY, 1.0, 3.0]), PaintLook::default());
         assert_eq!((extent.not_a_number, extent.infinite), (1, 1));
         assert_eq!((extent.least, extent.most), (1.0, 3.0));
         assert_eq!(pixels[..8], [NOT_A_NUMBER, INFINITE].concat());
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_channel_is_shown_by_itself() {
-        let look = Look { channel: Channel::Alpha, range: Some([0.0, 1.0]), false_color: false };
+        let look = PaintLook { channel: Channel::Alpha, range: Some([0.0, 1.0]), false_color: false };
         let (pixels, extent) = paint(&image(4, vec![0.2, 0.3, 0.4, 1.0]), look);
         assert_eq!((pixels, extent.most), (vec![255; 4], 1.0));
         // A NaN elsewhere does not matter to it.
@@ -178,9 +178,9 @@ mod tests {
 
     #[test]
     fn one_value_everywhere_has_no_range_and_no_fault() {
-        let (pixels, _) = paint(&image(1, vec![5.0, 5.0]), Look::default());
+        let (pixels, _) = paint(&image(1, vec![5.0, 5.0]), PaintLook::default());
         assert_eq!(pixels[0], 0);
-        let (pixels, extent) = paint(&image(1, vec![f32::NAN]), Look::default());
+        let (pixels, extent) = paint(&image(1, vec![f32::NAN]), PaintLook::default());
         assert_eq!((&pixels[..], extent.least, extent.mean), (&NOT_A_NUMBER[..], 0.0, 0.0));
     }
 

@@ -4,7 +4,7 @@ use super::uniforms::castable;
 use super::wire::{How, Mode, ResourceUse, Wire, Wired, Wirer};
 use super::{Binding, Desc, TableUse, TextureKind};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Name, Pass, PassKind, Resource, ResourceKind, Stride};
+use crate::graph::ast::{Name, Pass, PassKind, ResourceDecl, ResourceKind, Stride};
 use crate::scene::{TABLES, TableKind, table};
 use crate::shader::{
     Access, BindingKind, ElementType, Layout, Shader, Stage, TextureDim, TextureSample, Variable, report,
@@ -293,7 +293,13 @@ impl<'g> Wirer<'g, '_> {
     }
 
     /// Whether a shader's elements lie where a buffer's do; it may take each for several smaller ones.
-    fn stride_fits(&mut self, v: &Variable, name: &str, (declared, has): (&Resource, u32), place: &Span) -> Option<()> {
+    fn stride_fits(
+        &mut self,
+        v: &Variable,
+        name: &str,
+        (declared, has): (&ResourceDecl, u32),
+        place: &Span,
+    ) -> Option<()> {
         let Some((takes, of)) = v.kind.elements() else { return Some(()) };
         let same = match (of, &declared.kind) {
             (ElementType::Struct(element), ResourceKind::Buffer { stride: Stride::Of(said), .. }) => {

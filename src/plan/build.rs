@@ -12,7 +12,7 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::graph::Graph;
-use crate::graph::ast::{Resource, ResourceKind, set_of};
+use crate::graph::ast::{ResourceDecl, ResourceKind, set_of};
 use crate::graph::expr::Val;
 use crate::graph::unroll::unroll;
 use crate::value::{Value, Values};
@@ -101,7 +101,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
             let d = place.map_or(d.clone(), |o| d.at(&o.1.span, ""));
             faults.push(d.help(format!("resolve it: `resolve: {{\"{resource}\": \"…\"}}`, and put that out")));
         }
-        let given = |r: &Resource| r.initial.is_some() || matches!(r.kind, ResourceKind::Image(_));
+        let given = |r: &ResourceDecl| r.initial.is_some() || matches!(r.kind, ResourceKind::Image(_));
         if !written && sizes.declared(resource).is_some_and(|r| !given(r)) {
             let d = Diagnostic::error(format!("nothing writes the output `{name}` (`{resource}`)"));
             let place = graph.outputs.iter().find(|o| o.0.value == *name);
@@ -344,9 +344,9 @@ fn prepend(cleared: Vec<StepId>, block: OrderBlock) -> OrderBlock {
 
 /// The host or a kernel reads a loop's test.
 fn until_usage(plan: &mut Plan) {
-    fn buffers(nodes: &[super::Node], out: &mut Vec<usize>) {
+    fn buffers(nodes: &[super::OrderNode], out: &mut Vec<usize>) {
         for n in nodes {
-            if let super::Node::Loop(l) = n {
+            if let super::OrderNode::Loop(l) = n {
                 out.extend(l.until.iter().map(|u| u.buffer.0));
                 buffers(&l.body, out);
             }

@@ -3,7 +3,7 @@
 use super::expand::Expander;
 use super::shaders::BuiltIn;
 use super::wire::{How, Mode, ResourceUse, Wire, Wired, Wirer};
-use super::{Binding, Cull, Desc, Frusta, Indirect, Member, ResourceId};
+use super::{Binding, Cull, Desc, DrawMember, Frusta, Indirect, ResourceId};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, Raster};
 use crate::scene::{self, TableKind};
@@ -108,7 +108,7 @@ impl Expander<'_, '_> {
         w: &Wired,
         r: &Raster,
         name: &str,
-        (members, level): (&[Member], Option<usize>),
+        (members, level): (&[DrawMember], Option<usize>),
     ) -> Option<Indirect> {
         let culling = w.culling.as_ref()?;
         let number = |name: &str| match self.values.get(name) {

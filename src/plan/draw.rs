@@ -7,7 +7,7 @@ use super::partial::frames;
 use super::request::{Request, tolerance, values};
 use super::wire::Wired;
 use super::{
-    ColorTarget, Cull, DepthTarget, Desc, Draw, Geometry, Member, Place, Resource, ResourceId, TextureDesc,
+    ColorTarget, Cull, DepthTarget, Desc, Draw, DrawGeometry, DrawMember, Place, Resource, ResourceId, TextureDesc,
     TextureKind, Values, request,
 };
 use crate::diag::{Checked, Diagnostic, Faults};
@@ -46,11 +46,11 @@ impl Expander<'_, '_> {
         let geometry = match w.pass.kind {
             PassKind::Draw(_) => match &r.vertices {
                 Some(vertices) => self.vertices(w, vertices, r.cull, name)?,
-                None => Geometry::Scene { cull: r.cull },
+                None => DrawGeometry::Scene { cull: r.cull },
             },
-            _ => Geometry::Screen,
+            _ => DrawGeometry::Screen,
         };
-        let screen = geometry == Geometry::Screen;
+        let screen = geometry == DrawGeometry::Screen;
         let vertex = if screen { None } else { Some(interface.entry(Stage::Vertex)?.name.clone()) };
         let fragment = interface.entry(Stage::Fragment).map(|e| e.name.clone());
         let clear_of = |name: &str| r.clear.iter().find(|c| c.0.value == name).map(|c| c.1);
@@ -111,7 +111,7 @@ impl Expander<'_, '_> {
     }
 
     /// How many vertices and instances a draw without the scene has.
-    fn vertices(&mut self, w: &Wired, v: &Vertices, cull: Cull, name: &str) -> Option<Geometry> {
+    fn vertices(&mut self, w: &Wired, v: &Vertices, cull: Cull, name: &str) -> Option<DrawGeometry> {
         let count = request::count(&v.count, self.values, "a number of vertices");
         let count = self.keep(count)?;
         let instances = match &v.instances {
@@ -130,7 +130,7 @@ impl Expander<'_, '_> {
             Some(counts) => Some(self.counted(w, counts, name, Most::Vertices { count, instances })?),
             None => None,
         };
-        Some(Geometry::Vertices { count, instances, topology: v.topology, cull, indirect })
+        Some(DrawGeometry::Vertices { count, instances, topology: v.topology, cull, indirect })
     }
 
     /// Layers that each member draws to at once: what the adapter can do, and the targets hold.
@@ -172,7 +172,7 @@ impl Expander<'_, '_> {
         member: u32,
         (batched, views): (bool, u32),
         (targets, mips): (&[(ResourceId, String)], &[u32]),
-    ) -> Option<Vec<Member>> {
+    ) -> Option<Vec<DrawMember>> {
         let texture = |i: usize| match &self.out.resources[targets.get(i)?.0.0].desc {
             Desc::Texture(t) => {
                 let [width, height, layers] = t.level(mips.get(i).copied().unwrap_or(0));
@@ -194,7 +194,7 @@ impl Expander<'_, '_> {
         let indices = if batched { 0..w.each.unwrap_or(1) } else { member..member + 1 };
         if let Some(layer) = &r.layer {
             let place = self.layer(w, layer, &first)?;
-            return Some(indices.map(|index| Member { index, place }).collect());
+            return Some(indices.map(|index| DrawMember { index, place }).collect());
         }
         let room = match first.tiles {
             Some(t) => Some(t.count),
@@ -222,7 +222,7 @@ impl Expander<'_, '_> {
             }
             _ => Place::Whole,
         };
-        Some(indices.map(|index| Member { index, place: place(index) }).collect())
+        Some(indices.map(|index| DrawMember { index, place: place(index) }).collect())
     }
 
     /// A layer that is fixed, or the innermost loop's index plus a number.

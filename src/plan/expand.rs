@@ -9,7 +9,7 @@ use super::order::{OrderBlock, OrderEntry};
 use super::sizes::{MOST_STEPS, Sizes};
 use super::wire::{How, Mode, Wire, Wired, WiredItem};
 use super::{
-    Action, Binding, Desc, Ending, Geometry, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until,
+    Action, Binding, Desc, DrawGeometry, Ending, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until,
 };
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Name, PassKind};
@@ -237,7 +237,7 @@ impl Expander<'_, '_> {
             PassKind::Draw(r) | PassKind::Screen(r) => {
                 let draw = self.draw(w, r, &name, member, batched)?;
                 reads.extend(draw.indirect.map(|i| i.buffer));
-                if let Geometry::Vertices { indirect, .. } = draw.geometry {
+                if let DrawGeometry::Vertices { indirect, .. } = draw.geometry {
                     reads.extend(indirect);
                 }
                 Action::Draw(draw)

@@ -10,8 +10,8 @@
 //! ```
 
 use super::{
-    Action, Binding, ColorTarget, DepthTarget, Draw, Frames, Frusta, Geometry, Indirect, Node, Only, Plan, ResourceId,
-    Step,
+    Action, Binding, ColorTarget, DepthTarget, Draw, DrawGeometry, Frames, Frusta, Indirect, Only, OrderNode, Plan,
+    ResourceId, Step,
 };
 use crate::content::hash;
 use crate::graph::check::FIRST_FRAME;
@@ -236,12 +236,12 @@ impl<'p> List<'p> {
             draw;
         self.shader(*shader, &(vertex, fragment));
         match geometry {
-            Geometry::Scene { cull } => {
+            DrawGeometry::Scene { cull } => {
                 self.fix(InputKind::Target, "", cull);
                 self.all.push(StepInput::Geometry);
             }
-            Geometry::Screen => self.fix(InputKind::Target, "", &"screen"),
-            Geometry::Vertices { count, instances, topology, cull, indirect } => {
+            DrawGeometry::Screen => self.fix(InputKind::Target, "", &"screen"),
+            DrawGeometry::Vertices { count, instances, topology, cull, indirect } => {
                 self.fix(InputKind::Target, "", &(topology, cull));
                 self.fix(InputKind::Extent, "", &(count, instances));
                 indirect.iter().for_each(|buffer| self.uses(*buffer, ResourceAccess::Bound));
@@ -345,7 +345,7 @@ struct UnitUses {
 
 /// By resource.
 pub fn causes(plan: &Plan) -> Vec<Causes> {
-    let unit = |node: &Node| {
+    let unit = |node: &OrderNode| {
         let mut unit = UnitUses::default();
         unit.add(plan, node);
         unit
@@ -373,10 +373,10 @@ pub fn causes(plan: &Plan) -> Vec<Causes> {
 }
 
 impl UnitUses {
-    fn add(&mut self, plan: &Plan, node: &Node) {
+    fn add(&mut self, plan: &Plan, node: &OrderNode) {
         match node {
-            Node::Loop(l) => l.body.iter().for_each(|node| self.add(plan, node)),
-            Node::Step(id) => {
+            OrderNode::Loop(l) => l.body.iter().for_each(|node| self.add(plan, node)),
+            OrderNode::Step(id) => {
                 // What a value is called in which loop makes no difference to what moves it.
                 for input in of(plan, &plan.steps[id.0], &[]) {
                     self.input(plan, &input);

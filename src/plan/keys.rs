@@ -6,7 +6,7 @@
 
 use super::inputs::{self, Contents, InputKind, Named, ResourceAccess, StepInput, add};
 use super::tables::SceneInputs;
-use super::{Comparison, Desc, Frames, Loop, Node, Plan, ResourceId, StepId, Until};
+use super::{Comparison, Desc, Frames, Loop, OrderNode, Plan, ResourceId, StepId, Until};
 use crate::content::hash;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
@@ -221,15 +221,15 @@ pub fn initial(desc: &Desc, value: [f64; 4]) -> Version {
 pub fn work(plan: &Plan, id: StepId) -> u128 {
     let takes_time =
         |kind: InputKind| matches!(kind, InputKind::Shader | InputKind::Size | InputKind::Extent | InputKind::Target);
-    let unit = unit(plan, &Node::Step(id), None);
+    let unit = unit(plan, &OrderNode::Step(id), None);
     let fixed = unit.fixed.iter().filter(|(i, _)| takes_time(i.kind));
     hash(&fixed.map(|(i, content)| (i.kind, *content)).collect::<Vec<_>>())
 }
 
-fn unit(plan: &Plan, node: &Node, without: Option<InputKind>) -> Unit {
+fn unit(plan: &Plan, node: &OrderNode, without: Option<InputKind>) -> Unit {
     let name = match node {
-        Node::Step(s) => plan.steps[s.0].name.clone(),
-        Node::Loop(l) => l.name.clone(),
+        OrderNode::Step(s) => plan.steps[s.0].name.clone(),
+        OrderNode::Loop(l) => l.name.clone(),
     };
     let unit = Unit {
         name,
@@ -293,16 +293,16 @@ impl<'p> UnitBuilder<'p> {
         *self.unit.roles.entry(id).or_insert(next)
     }
 
-    fn node(&mut self, node: &'p Node) {
+    fn node(&mut self, node: &'p OrderNode) {
         match node {
-            Node::Step(id) => {
+            OrderNode::Step(id) => {
                 self.unit.steps.push(*id);
                 let plan = self.plan;
                 self.unit.frames = plan.steps[id.0].frames;
                 let inputs = inputs::of(plan, &plan.steps[id.0], &self.around);
                 inputs.into_iter().for_each(|input| self.input(input));
             }
-            Node::Loop(Loop { name, count, until, body }) => {
+            OrderNode::Loop(Loop { name, count, until, body }) => {
                 self.fix(InputKind::Loop, name, hash(count));
                 // Who ends it makes no difference to the result.
                 if let Some(Until { buffer, comparison, value, ending: _ }) = until {

@@ -1,6 +1,6 @@
 //! Things declared and never used, and what a plan's reader should know.
 
-use super::{Action, Binding, Desc, Geometry, Plan};
+use super::{Action, Binding, Desc, DrawGeometry, Plan};
 use crate::diag::{Diagnostic, Severity};
 use crate::graph::Graph;
 use crate::graph::ast::{Name, PassKind, Size, set_of, walk};
@@ -146,7 +146,7 @@ pub fn scene_use(graph: &Graph, plan: &Plan) -> Option<String> {
     facts.sort_unstable();
     let by_step = plan.steps.iter().find_map(|step| {
         let name = &step.pass;
-        if matches!(&step.action, Action::Draw(draw) if matches!(draw.geometry, Geometry::Scene { .. })) {
+        if matches!(&step.action, Action::Draw(draw) if matches!(draw.geometry, DrawGeometry::Scene { .. })) {
             return Some(format!("`{name}` draws one"));
         }
         step.bindings.iter().find_map(|binding| match binding {

@@ -4,7 +4,7 @@ use super::Desc;
 use super::sizes::{Sized, Sizes};
 use super::wire::{How, Mode, ResourceUse, Wired, WiredItem};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Pass, Resource};
+use crate::graph::ast::{Pass, ResourceDecl};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -90,7 +90,7 @@ pub fn unwritten(items: &[WiredItem], sizes: &Sizes, off: &[(&Pass, String)]) ->
     let mut written = FxHashSet::default();
     walk(items, sizes, &mut written, &mut |w: &Wired, u: &ResourceUse, level: Option<u32>| {
         let declared = sizes.declared(&u.resource);
-        if declared.is_none_or(Resource::is_given) {
+        if declared.is_none_or(ResourceDecl::is_given) {
             return;
         }
         let at = passes.iter().position(|p| std::ptr::eq(*p, w)).unwrap_or(0);

@@ -1,7 +1,7 @@
 //! What a plan's memory holds: textures and buffers by what they are, and the slots that they share.
 
 use super::inputs::{self, Causes, Moving, ResourceAccess, StepInput, causes};
-use super::{Action, Binding, Node, Place, Plan, ResourceId, Step};
+use super::{Action, Binding, OrderNode, Place, Plan, ResourceId, Step};
 use crate::graph::ast;
 use crate::image::texture::Texture;
 use std::collections::{BTreeMap, BTreeSet};
@@ -117,7 +117,7 @@ fn unite(a: &mut Desc, b: &Desc) {
 
 fn walk<'p>(
     plan: &'p Plan,
-    nodes: &'p [Node],
+    nodes: &'p [OrderNode],
     around: &mut Vec<&'p str>,
     at: &mut usize,
     touches: &mut [Vec<SlotUse>],
@@ -125,7 +125,7 @@ fn walk<'p>(
 ) {
     for node in nodes {
         match node {
-            Node::Step(s) => {
+            OrderNode::Step(s) => {
                 let step = &plan.steps[s.0];
                 let gathers = gathers(step, around);
                 let mut uses: BTreeMap<ResourceId, bool> = BTreeMap::new();
@@ -150,7 +150,7 @@ fn walk<'p>(
                 uses.into_iter().for_each(|(id, keeps)| touches[id.0].push(SlotUse { at: *at, keeps }));
                 *at += 1;
             }
-            Node::Loop(l) => {
+            OrderNode::Loop(l) => {
                 let start = *at;
                 around.push(&l.name);
                 walk(plan, &l.body, around, at, touches, loops);
@@ -222,7 +222,7 @@ impl Resource {
     }
 
     /// One of the graph.
-    pub(super) fn declared(name: String, desc: Desc, by: &ast::Resource) -> Resource {
+    pub(super) fn declared(name: String, desc: Desc, by: &ast::ResourceDecl) -> Resource {
         let image = match &by.kind {
             ast::ResourceKind::Image(image) => Some(image.clone()),
             _ => None,

@@ -66,7 +66,7 @@ pub struct Plan {
     pub levels: Vec<LevelUse>,
     pub steps: Vec<Step>,
     /// The order of execution.
-    pub order: Vec<Node>,
+    pub order: Vec<OrderNode>,
     /// Passes that do not run, and why, in the order of the graph.
     pub skipped: Vec<(String, String)>,
     /// Groups of which another alternative could run and leave the same results.
@@ -79,7 +79,7 @@ pub struct Plan {
 
 /// A place in the order: a step or a loop over more of them.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Node {
+pub enum OrderNode {
     Step(StepId),
     Loop(Loop),
 }
@@ -91,7 +91,7 @@ pub struct Loop {
     pub name: String,
     pub count: u32,
     pub until: Option<Until>,
-    pub body: Vec<Node>,
+    pub body: Vec<OrderNode>,
 }
 
 /// Ends a loop after an iteration that makes it true.
@@ -222,12 +222,12 @@ pub struct Draw {
     pub vertex: Option<String>,
     /// `None`: depth only.
     pub fragment: Option<String>,
-    pub geometry: Geometry,
+    pub geometry: DrawGeometry,
     /// In the order of the fragment's locations.
     pub color: Vec<ColorTarget>,
     pub depth: Option<DepthTarget>,
     /// One draw for each; the instance index of each is its `index`.
-    pub members: Vec<Member>,
+    pub members: Vec<DrawMember>,
     /// `None`: each member draws the whole scene.
     pub indirect: Option<Indirect>,
     /// Of each texel of the targets.
@@ -281,7 +281,7 @@ pub enum Frusta {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Geometry {
+pub enum DrawGeometry {
     Scene {
         cull: Cull,
     },
@@ -322,7 +322,7 @@ pub struct DepthTarget {
 
 /// One draw of a render pass, and where it goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Member {
+pub struct DrawMember {
     /// The instance index.
     pub index: u32,
     pub place: Place,
@@ -391,10 +391,10 @@ impl Plan {
         self.work_of(&self.order)
     }
 
-    fn work_of(&self, nodes: &[Node]) -> u64 {
-        let work = |node: &Node| match node {
-            Node::Step(id) => self.steps.get(id.0).map_or(0, |s| self.work_of_step(s)),
-            Node::Loop(l) => self.work_of(&l.body).saturating_mul(l.count.into()),
+    fn work_of(&self, nodes: &[OrderNode]) -> u64 {
+        let work = |node: &OrderNode| match node {
+            OrderNode::Step(id) => self.steps.get(id.0).map_or(0, |s| self.work_of_step(s)),
+            OrderNode::Loop(l) => self.work_of(&l.body).saturating_mul(l.count.into()),
         };
         nodes.iter().map(work).fold(0, u64::saturating_add)
     }

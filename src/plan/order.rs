@@ -4,7 +4,7 @@
 //! and do nothing. Draws and dispatches can be told on the device to do nothing; copies and clears can't. One of these
 //! is harmless after the end when nothing needs what it writes any more, or when it writes what is there already.
 
-use super::{Action, Ending, Geometry, Loop, Node, Plan, ResourceId, Step, StepId, Until};
+use super::{Action, DrawGeometry, Ending, Loop, OrderNode, Plan, ResourceId, Step, StepId, Until};
 use std::collections::BTreeSet;
 
 /// The entries of a graph or of a loop's body, in the order of the file, each with its rank.
@@ -45,7 +45,7 @@ struct EntryAccess {
 ///
 /// `choose` picks one of so many entries that may come next, in the order of their ranks: 0 for the stable order,
 /// anything else for another legal one.
-pub fn order(block: OrderBlock, steps: &mut [Step], choose: &mut dyn FnMut(usize) -> usize) -> Vec<Node> {
+pub fn order(block: OrderBlock, steps: &mut [Step], choose: &mut dyn FnMut(usize) -> usize) -> Vec<OrderNode> {
     let touches: Vec<EntryAccess> = block.entries.iter().map(|(e, _)| touch(e, steps)).collect();
     let before = dependencies(&touches);
     for (i, t) in touches.iter().enumerate() {
@@ -70,9 +70,9 @@ pub fn order(block: OrderBlock, steps: &mut [Step], choose: &mut dyn FnMut(usize
         ready.remove(&next);
         if let Some(entry) = entries[next.1].take() {
             nodes.push(match entry {
-                OrderEntry::Step(s) => Node::Step(s),
+                OrderEntry::Step(s) => OrderNode::Step(s),
                 OrderEntry::Loop { name, count, until, body } => {
-                    Node::Loop(Loop { name, count, until, body: order(body, steps, choose) })
+                    OrderNode::Loop(Loop { name, count, until, body: order(body, steps, choose) })
                 }
             });
         }
@@ -141,9 +141,9 @@ pub fn decide_ends(plan: &mut Plan, features: wgpu_types::Features) {
 }
 
 /// `after`: what is read after these nodes, in later iterations of loops around them too.
-fn walk(plan: &Plan, nodes: &mut [Node], features: wgpu_types::Features, after: &mut Vec<ResourceId>) {
+fn walk(plan: &Plan, nodes: &mut [OrderNode], features: wgpu_types::Features, after: &mut Vec<ResourceId>) {
     for node in nodes.iter_mut().rev() {
-        if let Node::Loop(l) = node {
+        if let OrderNode::Loop(l) = node {
             let mut around = after.clone();
             reads(plan, &l.body, &mut around);
             walk(plan, &mut l.body, features, &mut around);
@@ -159,11 +159,11 @@ fn walk(plan: &Plan, nodes: &mut [Node], features: wgpu_types::Features, after: 
     }
 }
 
-fn reads(plan: &Plan, nodes: &[Node], out: &mut Vec<ResourceId>) {
+fn reads(plan: &Plan, nodes: &[OrderNode], out: &mut Vec<ResourceId>) {
     for node in nodes {
         match node {
-            Node::Step(s) => out.extend(&plan.steps[s.0].reads),
-            Node::Loop(l) => reads(plan, &l.body, out),
+            OrderNode::Step(s) => out.extend(&plan.steps[s.0].reads),
+            OrderNode::Loop(l) => reads(plan, &l.body, out),
         }
     }
 }
@@ -173,8 +173,8 @@ fn obstacle(plan: &Plan, l: &Loop, features: wgpu_types::Features, after: &[Reso
     let mut body: Vec<StepId> = vec![];
     for node in &l.body {
         match node {
-            Node::Step(s) => body.push(*s),
-            Node::Loop(inner) => return Some(format!("the loop `{}` lies in it", inner.name)),
+            OrderNode::Step(s) => body.push(*s),
+            OrderNode::Loop(inner) => return Some(format!("the loop `{}` lies in it", inner.name)),
         }
     }
     for (place, s) in body.iter().enumerate() {
@@ -195,7 +195,8 @@ fn obstacle(plan: &Plan, l: &Loop, features: wgpu_types::Features, after: &[Reso
                 if draw.views > 1 {
                     return Some(format!("`{}` draws to several layers at once", step.name));
                 }
-                if draw.indirect.is_some() || matches!(draw.geometry, Geometry::Vertices { indirect: Some(_), .. }) {
+                if draw.indirect.is_some() || matches!(draw.geometry, DrawGeometry::Vertices { indirect: Some(_), .. })
+                {
                     return Some(format!("`{}` already draws what the device says", step.name));
                 }
                 true

@@ -6,7 +6,7 @@ use super::wire::{Mode, ResourceUse, Wire, Wired, WiredItem, Wirer, any_use};
 use super::{Binding, Desc, Plan, ResourceId};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
-use crate::graph::ast::{Dirty, Pass, PassKind, Resource};
+use crate::graph::ast::{Dirty, Pass, PassKind, ResourceDecl};
 use crate::graph::check::FIRST_FRAME;
 use crate::graph::expr::{Expr, Val};
 use crate::scene;
@@ -212,7 +212,7 @@ impl<'g> Wirer<'g, '_> {
                 u.mode = Mode::Partial;
             }
             let declared = self.sizes.declared(&u.resource);
-            if declared.is_some_and(|r: &Resource| r.history) {
+            if declared.is_some_and(|r: &ResourceDecl| r.history) {
                 continue;
             }
             let (name, of) = (&wired.pass.name, &u.resource);

@@ -4,7 +4,7 @@ use super::request::{Request, count_with};
 use super::targets::sampled;
 use super::{Desc, TextureDesc, TextureKind, Tiles};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Name, Resource, ResourceKind, Size, Stride};
+use crate::graph::ast::{Name, ResourceDecl, ResourceKind, Size, Stride};
 use crate::graph::expr::{Expr, Val};
 use crate::image::texture::Shape;
 use crate::shader::plain_bytes;
@@ -51,7 +51,7 @@ pub struct Sizes<'a> {
 }
 
 struct DeclaredSize<'a> {
-    resource: &'a Resource,
+    resource: &'a ResourceDecl,
     /// What came out when it was asked for.
     sized: RefCell<SizeState>,
 }
@@ -73,7 +73,7 @@ impl<'a> Sizes<'a> {
     }
 
     /// The declaration of a resource.
-    pub fn declared(&self, name: &str) -> Option<&'a Resource> {
+    pub fn declared(&self, name: &str) -> Option<&'a ResourceDecl> {
         self.declared.get(name).map(|d| d.resource)
     }
 
@@ -191,7 +191,7 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    fn compute(&self, name: &str, r: &Resource) -> Result<Sized, Diagnostic> {
+    fn compute(&self, name: &str, r: &ResourceDecl) -> Result<Sized, Diagnostic> {
         let members = r.members.as_ref().map(|e| self.count(e, "a number of members")).transpose()?;
         if let (Some(n), Some(e)) = (members, &r.members)
             && n > MOST_STEPS
@@ -268,7 +268,7 @@ impl<'a> Sizes<'a> {
     }
 
     /// Says which numbers of the scene a size comes from: no parameter makes those smaller.
-    fn with_facts(&self, fault: Diagnostic, r: &Resource) -> Diagnostic {
+    fn with_facts(&self, fault: Diagnostic, r: &ResourceDecl) -> Diagnostic {
         let Request { graph, facts, .. } = self.request;
         let (sizes, counts) = r.exprs();
         let mut open: Vec<&Expr> = sizes.into_iter().chain(counts).collect();

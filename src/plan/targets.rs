@@ -4,7 +4,7 @@
 use super::wire::{How, Mode, ResourceUse, Wired, Wirer, by_name};
 use super::{Desc, TextureDesc, TextureKind, request};
 use crate::diag::{Diagnostic, Span};
-use crate::graph::ast::{Name, Pass, PassKind, Raster, Resource};
+use crate::graph::ast::{Name, Pass, PassKind, Raster, ResourceDecl};
 use crate::graph::expr::Expr;
 use crate::shader::{Output, OutputKind, Shader, Stage};
 use std::collections::BTreeSet;
@@ -179,7 +179,7 @@ impl<'g> Wirer<'g, '_> {
 /// Samples that the adapter lacks for the format; layers, levels, history and initial content.
 pub(super) fn sampled(
     name: &str,
-    declared: &Resource,
+    declared: &ResourceDecl,
     t: TextureDesc,
     (samples, said): (u32, &Expr),
     features: wgpu_types::Features,

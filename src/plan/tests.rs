@@ -18,7 +18,7 @@ mod work;
 use super::build::{Options, plan_with};
 use super::fastest::{Choices, FIRST};
 use super::request::{Request, sample_facts};
-use super::{Desc, Node, Plan, Resource, Step, TextureDesc};
+use super::{Desc, OrderNode, Plan, Resource, Step, TextureDesc};
 use crate::diag::{Checked, Source};
 use crate::graph::{Graph, load};
 use crate::project::Project;
@@ -206,11 +206,11 @@ impl Plan {
 }
 
 /// The steps in their order, loops opened.
-fn leaves(nodes: &[Node], out: &mut Vec<usize>) {
+fn leaves(nodes: &[OrderNode], out: &mut Vec<usize>) {
     for node in nodes {
         match node {
-            Node::Step(s) => out.push(s.0),
-            Node::Loop(l) => leaves(&l.body, out),
+            OrderNode::Step(s) => out.push(s.0),
+            OrderNode::Loop(l) => leaves(&l.body, out),
         }
     }
 }

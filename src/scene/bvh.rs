@@ -52,13 +52,13 @@ const FEW: usize = 1 << 14;
 
 /// A triangle as the builder sees it.
 #[derive(Clone, Copy)]
-struct Item {
+struct BuildTriangle {
     bounds: Bounds,
     triangle: u32,
     node: u32,
 }
 
-impl Item {
+impl BuildTriangle {
     /// Twice the centre of the bounds.
     fn centre(&self) -> Vec3 {
         self.bounds.min + self.bounds.max
@@ -186,7 +186,7 @@ impl Tree {
         if order.is_empty() {
             return Tree { first: Pieces::repeat(0, 1), count: Pieces::repeat(1, 1), order: Arc::default() };
         }
-        let item = |triangle: &u32| Item {
+        let item = |triangle: &u32| BuildTriangle {
             bounds: Bounds::of(corners(*triangle as usize)),
             triangle: *triangle,
             node: node(*triangle as usize),
@@ -235,7 +235,7 @@ impl Tree {
 /// for those that `skip` takes: their rows stay empty. `look` tells what is sorted.
 fn grow<T: Sync>(
     all: &mut [T],
-    look: &(impl Fn(&T) -> Item + Sync),
+    look: &(impl Fn(&T) -> BuildTriangle + Sync),
     whole: Task,
     enough: usize,
     rows: &mut Vec<BvhRow>,
@@ -264,7 +264,7 @@ fn grow<T: Sync>(
 /// The hierarchies over parts in the order of their triangles, each with its root in row 0 and its triangles from 0 on.
 fn subtrees(
     order: &mut [u32],
-    item: &(impl Fn(&u32) -> Item + Sync),
+    item: &(impl Fn(&u32) -> BuildTriangle + Sync),
     parts: &[Task],
     enough: usize,
 ) -> Vec<Vec<BvhRow>> {
@@ -325,7 +325,12 @@ fn joined<T: Sync, S: Clone + Send + Sync>(
 }
 
 /// Sorts what is in a range into two halves; the size of the first, or `None` for a leaf.
-fn split<T: Sync>(all: &mut [T], look: &(impl Fn(&T) -> Item + Sync), depth: u32, enough: usize) -> Option<usize> {
+fn split<T: Sync>(
+    all: &mut [T],
+    look: &(impl Fn(&T) -> BuildTriangle + Sync),
+    depth: u32,
+    enough: usize,
+) -> Option<usize> {
     if let Some(left) = split_in_space(all, look, depth, enough) {
         return Some(left);
     }
@@ -337,7 +342,7 @@ fn split<T: Sync>(all: &mut [T], look: &(impl Fn(&T) -> Item + Sync), depth: u32
 
 fn split_in_space<T: Sync>(
     all: &mut [T],
-    look: &(impl Fn(&T) -> Item + Sync),
+    look: &(impl Fn(&T) -> BuildTriangle + Sync),
     depth: u32,
     enough: usize,
 ) -> Option<usize> {
@@ -370,14 +375,20 @@ fn split_in_space<T: Sync>(
     }
     let extent = centres.max - centres.min;
     let axis = if extent.x >= extent.y && extent.x >= extent.z { 0 } else { 1 + usize::from(extent.z > extent.y) };
-    let order = |a: &Item, b: &Item| a.centre()[axis].total_cmp(&b.centre()[axis]).then(a.triangle.cmp(&b.triangle));
+    let order = |a: &BuildTriangle, b: &BuildTriangle| {
+        a.centre()[axis].total_cmp(&b.centre()[axis]).then(a.triangle.cmp(&b.triangle))
+    };
     all.select_nth_unstable_by(count / 2, |a, b| order(&look(a), &look(b)));
     Some(count / 2)
 }
 
 /// The cheapest plane between two bins: its axis, the last bin before it, and the sum of areas times counts on both
 /// sides. `None` when all centres coincide.
-fn best_plane<T: Sync>(all: &[T], look: &(impl Fn(&T) -> Item + Sync), centres: Bounds) -> Option<(usize, usize, f32)> {
+fn best_plane<T: Sync>(
+    all: &[T],
+    look: &(impl Fn(&T) -> BuildTriangle + Sync),
+    centres: Bounds,
+) -> Option<(usize, usize, f32)> {
     let bins = filled(all, look, centres);
     let mut best: Option<(usize, usize, f32)> = None;
     for axis in 0..3 {
@@ -407,7 +418,7 @@ fn best_plane<T: Sync>(all: &[T], look: &(impl Fn(&T) -> Item + Sync), centres: 
 /// Along each axis: the box and the number of the items whose centres lie in each bin.
 type Bins = [[(Bounds, usize); BINS]; 3];
 
-fn filled<T: Sync>(all: &[T], look: &(impl Fn(&T) -> Item + Sync), centres: Bounds) -> Bins {
+fn filled<T: Sync>(all: &[T], look: &(impl Fn(&T) -> BuildTriangle + Sync), centres: Bounds) -> Bins {
     let add = |bins: &mut Bins, one: &T| {
         let item = look(one);
         let centre = item.centre();

@@ -3,7 +3,7 @@
 
 use super::{
     added::{AddedCamera, AddedEnvironment, AddedLight, Additions, DEFAULT_LUX, DEFAULT_SKY, DEFAULT_SUN},
-    description::{Description, Spanned},
+    description::{Description, Located},
     model::{Bounds, Material, Scene},
     room::{Stand, other_side, stand},
 };
@@ -18,7 +18,7 @@ const OUTSIDE_FOV: f32 = 50.0;
 /// Adds the lights and cameras of a scene RON, at nodes of their names.
 pub(super) fn add_described(scene: &mut Scene, description: &Description, shown: &str, faults: &mut Vec<Diagnostic>) {
     let all = bounds(scene);
-    let mut free = |scene: &Scene, name: &Spanned<String>| {
+    let mut free = |scene: &Scene, name: &Located<String>| {
         let taken = scene.nodes.iter().any(|n| n.name == name.value);
         if taken {
             let d = Diagnostic::error(format!("{shown} has a node called \"{}\" already", name.value));
@@ -64,7 +64,7 @@ pub(super) fn add_given(scene: &mut Scene, additions: &Additions) {
 /// The environment that a command or else the scene RON gives; with the sun of the scene as it is now.
 pub(super) fn add_environment(
     scene: &mut Scene,
-    described: Option<&Spanned<AddedEnvironment>>,
+    described: Option<&Located<AddedEnvironment>>,
     given: Option<&AddedEnvironment>,
     files: &mut Vec<PathBuf>,
     faults: &mut Vec<Diagnostic>,

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 /// By index in the document.
 #[derive(Default)]
-pub(super) struct Decoded {
+pub(super) struct DecodedParts {
     pub views: BTreeMap<usize, Vec<u8>>,
     pub accessors: BTreeMap<usize, Vec<u8>>,
 }

@@ -20,22 +20,22 @@ use std::{fmt, path::Path, sync::Arc};
 /// A parsed scene RON. Names are not yet looked up.
 #[derive(Debug)]
 pub(super) struct Description {
-    pub gltf: Option<Spanned<String>>,
+    pub gltf: Option<Located<String>>,
     pub grid: Option<Bounds>,
-    pub materials: Vec<(Spanned<String>, Finish)>,
-    pub motion: Vec<(Spanned<String>, Vec<KeyframeText>)>,
+    pub materials: Vec<(Located<String>, Finish)>,
+    pub motion: Vec<(Located<String>, Vec<KeyframeText>)>,
     pub params: Vec<KeyedParam>,
-    pub camera: Option<Spanned<String>>,
-    pub lights: Vec<(Spanned<String>, AddedLight)>,
-    pub cameras: Vec<(Spanned<String>, AddedCamera)>,
-    pub environment: Option<Spanned<AddedEnvironment>>,
+    pub camera: Option<Located<String>>,
+    pub lights: Vec<(Located<String>, AddedLight)>,
+    pub cameras: Vec<(Located<String>, AddedCamera)>,
+    pub environment: Option<Located<AddedEnvironment>>,
     /// Whether a scene without light gets some.
     pub default_light: bool,
 }
 
 /// A value and where it stands.
 #[derive(Debug, Clone)]
-pub(super) struct Spanned<T> {
+pub(super) struct Located<T> {
     pub value: T,
     pub span: Span,
 }
@@ -99,7 +99,7 @@ struct Entries<'a>(Vec<(&'a RawValue, &'a RawValue)>);
 
 /// Parses a scene RON. What is faulty is left out of the result.
 pub(super) fn parse(source: &Arc<Source>, faults: &mut Vec<Diagnostic>) -> Description {
-    let mut parser = Parser { source, faults };
+    let mut parser = SceneParser { source, faults };
     let top = match options().from_str::<Top<'_>>(&source.text) {
         Ok(top) => top,
         Err(e) => {
@@ -121,13 +121,13 @@ pub(super) fn parse(source: &Arc<Source>, faults: &mut Vec<Diagnostic>) -> Descr
     }
 }
 
-struct Parser<'a> {
+struct SceneParser<'a> {
     source: &'a Arc<Source>,
     faults: &'a mut Vec<Diagnostic>,
 }
 
-impl Parser<'_> {
-    fn grid(&mut self, grid: &Spanned<([f32; 3], [f32; 3])>) -> Option<Bounds> {
+impl SceneParser<'_> {
+    fn grid(&mut self, grid: &Located<([f32; 3], [f32; 3])>) -> Option<Bounds> {
         let bounds = Bounds { min: grid.value.0.into(), max: grid.value.1.into() };
         let sound = bounds.min.is_finite() && bounds.max.is_finite() && bounds.min.cmplt(bounds.max).all();
         if !sound {
@@ -137,7 +137,7 @@ impl Parser<'_> {
         sound.then_some(bounds)
     }
 
-    fn materials(&mut self, raw: Option<&RawValue>) -> Vec<(Spanned<String>, Finish)> {
+    fn materials(&mut self, raw: Option<&RawValue>) -> Vec<(Located<String>, Finish)> {
         let mut all = vec![];
         for (name, finish) in self.entries::<Finish>(raw) {
             let Finish { specular, shininess } = finish.value;
@@ -157,7 +157,7 @@ impl Parser<'_> {
         all
     }
 
-    fn motion(&mut self, raw: Option<&RawValue>) -> Vec<(Spanned<String>, Vec<KeyframeText>)> {
+    fn motion(&mut self, raw: Option<&RawValue>) -> Vec<(Located<String>, Vec<KeyframeText>)> {
         let mut all = vec![];
         for (name, keys) in self.entries::<Vec<KeyframeText>>(raw) {
             match keys_fault(&keys.value) {
@@ -194,7 +194,7 @@ impl Parser<'_> {
         &mut self,
         raw: Option<&RawValue>,
         check: impl Fn(&T) -> Result<(), String>,
-    ) -> Vec<(Spanned<String>, T)> {
+    ) -> Vec<(Located<String>, T)> {
         let mut all = vec![];
         for (name, entry) in self.entries::<T>(raw) {
             match check(&entry.value) {
@@ -208,7 +208,7 @@ impl Parser<'_> {
     }
 
     /// Its file lies beside the scene file.
-    fn environment(&mut self, raw: &RawValue) -> Option<Spanned<AddedEnvironment>> {
+    fn environment(&mut self, raw: &RawValue) -> Option<Located<AddedEnvironment>> {
         let mut found = self.value::<AddedEnvironment>(raw)?;
         if let AddedEnvironment::File { file, .. } = &mut found.value {
             let folder = Path::new(&self.source.path).parent().unwrap_or(Path::new(""));
@@ -230,7 +230,7 @@ impl Parser<'_> {
     }
 
     /// The entries of a map, each parsed by itself; a name may stand once.
-    fn entries<T: DeserializeOwned>(&mut self, raw: Option<&RawValue>) -> Vec<(Spanned<String>, Spanned<T>)> {
+    fn entries<T: DeserializeOwned>(&mut self, raw: Option<&RawValue>) -> Vec<(Located<String>, Located<T>)> {
         let Some(raw) = raw else { return vec![] };
         let (at, text) = self.place(raw);
         let entries = match options().from_str::<Entries<'_>>(text) {
@@ -240,7 +240,7 @@ impl Parser<'_> {
                 return vec![];
             }
         };
-        let mut all: Vec<(Spanned<String>, Spanned<T>)> = vec![];
+        let mut all: Vec<(Located<String>, Located<T>)> = vec![];
         for (key, value) in entries {
             let (Some(key), Some(value)) = (self.value::<String>(key), self.value::<T>(value)) else { continue };
             match all.iter().find(|(k, _)| k.value == key.value) {
@@ -254,10 +254,10 @@ impl Parser<'_> {
         all
     }
 
-    fn value<T: DeserializeOwned>(&mut self, raw: &RawValue) -> Option<Spanned<T>> {
+    fn value<T: DeserializeOwned>(&mut self, raw: &RawValue) -> Option<Located<T>> {
         let (at, text) = self.place(raw);
         match options().from_str(text) {
-            Ok(value) => Some(Spanned { value, span: Span::new(self.source, at..at + text.len()) }),
+            Ok(value) => Some(Located { value, span: Span::new(self.source, at..at + text.len()) }),
             Err(e) => {
                 self.fault(at, text, &e);
                 None

@@ -4,7 +4,7 @@
 //! only its JSON types are used here, and every index, offset and count is checked before a byte is read.
 
 use super::{
-    decoded::{self, Decoded},
+    decoded::{self, DecodedParts},
     draco,
 };
 use crate::diag::{Diagnostic, Source, Span};
@@ -47,7 +47,7 @@ pub(super) struct Document<'a> {
     /// One for each of `root.buffers`; `None` where it could not be had (and a fault says why).
     buffers: Vec<Option<Cow<'a, [u8]>>>,
     /// What is not in the buffers as it is read.
-    decoded: Decoded,
+    decoded: DecodedParts,
     /// The path as shown.
     pub shown: String,
     /// Where files lie that it names; `None`: it may name none.
@@ -102,7 +102,7 @@ impl<'a> Document<'a> {
                 return None;
             }
         };
-        let decoded = Decoded::default();
+        let decoded = DecodedParts::default();
         let mut document = Document {
             root,
             buffers: vec![],

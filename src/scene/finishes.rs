@@ -53,7 +53,7 @@ impl Scene {
 
     pub(super) fn texture_table(&self) -> Table {
         let all = &self.maps;
-        let uint = |of: fn(&super::Texture) -> u32| Column::Uint(all.iter().map(of).collect());
+        let uint = |of: fn(&super::MaterialTexture) -> u32| Column::Uint(all.iter().map(of).collect());
         Table {
             name: "textures",
             rows: all.len(),
@@ -67,7 +67,7 @@ impl Scene {
                 ("width", uint(|t| t.size[0])),
                 ("height", uint(|t| t.size[1])),
                 ("levels", uint(|t| t.levels)),
-                ("flags", uint(super::Texture::flags)),
+                ("flags", uint(super::MaterialTexture::flags)),
                 ("uv_set", uint(|t| t.set)),
             ]),
         }

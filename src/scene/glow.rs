@@ -2,7 +2,7 @@
 
 use super::{
     model::Scene,
-    textures::{Texture, TextureArray, Wrap},
+    textures::{MaterialTexture, TextureArray, Wrap},
 };
 use crate::image::srgb;
 use glam::{Mat2, Vec2, Vec3};
@@ -33,7 +33,7 @@ impl Scene {
 }
 
 /// The mean over a triangle: of texels of the mip of which few cover it, so that none that shines is missed.
-fn mean(pages: &TextureArray, t: &Texture, corners: [Vec2; 3]) -> Vec3 {
+fn mean(pages: &TextureArray, t: &MaterialTexture, corners: [Vec2; 3]) -> Vec3 {
     let turn = Mat2::from_cols_array(&t.turn.to_array());
     let size = Vec2::new(t.size[0] as f32, t.size[1] as f32);
     let [a, b, c] = corners.map(|uv| (turn * uv + t.offset) * size);
@@ -54,7 +54,7 @@ fn mean(pages: &TextureArray, t: &Texture, corners: [Vec2; 3]) -> Vec3 {
 }
 
 /// The texel of a mip at a place, in its texels.
-fn texel(pages: &TextureArray, t: &Texture, level: u32, at: Vec2) -> Vec3 {
+fn texel(pages: &TextureArray, t: &MaterialTexture, level: u32, at: Vec2) -> Vec3 {
     let edge = |size: u32, level: u32| (size >> level).max(1);
     let [width, height] = t.size.map(|size| edge(size, level));
     let wrapped = |at: f32, size: u32, wrap: Wrap| {

@@ -97,7 +97,7 @@ impl Scene {
 
 /// Triangles that are simplified together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Part {
+struct LevelPart {
     double_sided: bool,
     node: u32,
     material: u32,
@@ -107,7 +107,7 @@ struct Part {
 /// comes apart.
 fn simplified(geometry: &Geometry, nodes: &[Mat4], taken: &Taken) -> Level {
     let Geometry { vertices, indices, one_sided, .. } = geometry;
-    let mut parts: BTreeMap<Part, Vec<u32>> = BTreeMap::new();
+    let mut parts: BTreeMap<LevelPart, Vec<u32>> = BTreeMap::new();
     for (i, triangle) in indices.chunks_exact(3).enumerate() {
         let Vertex { node, material, .. } = vertices[triangle[0] as usize];
         let node = geometry.owners.node(node);
@@ -115,7 +115,7 @@ fn simplified(geometry: &Geometry, nodes: &[Mat4], taken: &Taken) -> Level {
             continue;
         }
         let double_sided = 3 * i as u32 >= *one_sided;
-        parts.entry(Part { double_sided, node, material }).or_default().extend(triangle);
+        parts.entry(LevelPart { double_sided, node, material }).or_default().extend(triangle);
     }
     let (mut fewer, mut front, mut error) = (vec![], 0, 0.0f32);
     for (part, indices) in &parts {

@@ -4,7 +4,7 @@ use super::{
     added::Additions,
     clusters::cluster,
     complete,
-    description::{self, Description, KeyframeText, Spanned},
+    description::{self, Description, KeyframeText, Located},
     document::{Document, read_file},
     import::import,
     model::{Keyframe, Scene},
@@ -274,7 +274,7 @@ fn apply(scene: &mut Scene, description: &Description, document: &Document<'_>, 
             faults.push(unknown("material", name, names, &document.shown));
         }
     }
-    let mut moved: Vec<(usize, &Spanned<String>)> = vec![];
+    let mut moved: Vec<(usize, &Located<String>)> = vec![];
     for (name, keys) in &description.motion {
         let nodes = nodes_called(scene, &name.value);
         let &[node] = nodes.as_slice() else {
@@ -326,7 +326,7 @@ fn keyframe(key: &KeyframeText, own: Vec3) -> Keyframe {
     Keyframe { time: key.time, translation: key.translation.map_or(own, Vec3::from), rotation }
 }
 
-fn unknown<'a>(what: &str, name: &Spanned<String>, names: impl Iterator<Item = &'a str>, shown: &str) -> Diagnostic {
+fn unknown<'a>(what: &str, name: &Located<String>, names: impl Iterator<Item = &'a str>, shown: &str) -> Diagnostic {
     let names: Vec<&str> = names.collect();
     let d = Diagnostic::error(format!("{shown} has no {what} called \"{}\"", name.value));
     let d = d.at(&name.span, "").nearest(&name.value, names.iter().copied());

@@ -4,9 +4,9 @@ use super::{
     document::{Document, place},
     extensions::{Transform, extend, transform},
     import::usable,
-    mips::Coding,
+    mips::TexelCoding,
     model::{Alpha, Face, Material},
-    textures::{self, Between, Texture, TextureArray, TextureImage, Wanted, Wrap},
+    textures::{self, Between, MaterialTexture, TextureArray, TextureImage, WantedImage, Wrap},
 };
 use crate::diag::Diagnostic;
 use glam::{Vec2, Vec3, Vec4};
@@ -24,7 +24,7 @@ pub(super) struct Materials {
     pub sets: Vec<[Option<u32>; 2]>,
     /// By material: whether its base-colour texture is less than opaque somewhere.
     pub holed: Vec<bool>,
-    pub maps: Vec<Texture>,
+    pub maps: Vec<MaterialTexture>,
     pub pages: Option<TextureArray>,
 }
 
@@ -57,10 +57,10 @@ impl TextureSlot {
         }
     }
 
-    fn coding(self) -> Coding {
+    fn coding(self) -> TexelCoding {
         match self {
-            TextureSlot::BaseColor | TextureSlot::Emission | TextureSlot::FaceTint => Coding::Color,
-            _ => Coding::Data,
+            TextureSlot::BaseColor | TextureSlot::Emission | TextureSlot::FaceTint => TexelCoding::Color,
+            _ => TexelCoding::Data,
         }
     }
 
@@ -207,7 +207,7 @@ fn textured(
     faults: &mut Vec<Diagnostic>,
 ) {
     // By row of `maps`: which of the wanted images.
-    let (mut wanted, mut of): (Vec<Wanted>, Vec<usize>) = (vec![], vec![]);
+    let (mut wanted, mut of): (Vec<WantedImage>, Vec<usize>) = (vec![], vec![]);
     let mut slots: Vec<(usize, TextureSlot, u32)> = vec![];
     for (i, uses) in used.iter().enumerate() {
         let at = place("materials", i, document.root.materials[i].name.as_deref());
@@ -233,7 +233,7 @@ fn textured(
             map.set = if place == 1 { 1 } else { 0 };
             let coding = u.slot.coding();
             let want = wanted.iter().position(|w| (w.image, w.coding) == (image, coding)).unwrap_or_else(|| {
-                wanted.push(Wanted { image, coding });
+                wanted.push(WantedImage { image, coding });
                 wanted.len() - 1
             });
             let known = found.maps.iter().zip(&of).position(|(m, w)| (m, *w) == (&map, want));
@@ -255,11 +255,11 @@ fn textured(
             *missing = true;
             let at = place("images", w.image, document.root.images[w.image].name.as_deref());
             let instead = match w.coding {
-                Coding::Color => "where it is a base colour, a magenta checker stands for it; else it is left out",
-                Coding::Data => "it is left out",
+                TexelCoding::Color => "where it is a base colour, a magenta checker stands for it; else it is left out",
+                TexelCoding::Data => "it is left out",
             };
             faults.push(document.warning(at, format!("{why}; {instead}")));
-            super::mips::levels(TextureImage::checker(), Coding::Color, u32::MAX)
+            super::mips::levels(TextureImage::checker(), TexelCoding::Color, u32::MAX)
         });
         images.push(levels);
     }
@@ -311,7 +311,7 @@ pub(super) fn settle(document: &Document<'_>, found: &mut Materials, thin: &[u32
 }
 
 /// A row of `maps`, but for where its image stands, and the image's index.
-fn map(document: &Document<'_>, u: &Use) -> Result<(Texture, usize), String> {
+fn map(document: &Document<'_>, u: &Use) -> Result<(MaterialTexture, usize), String> {
     let root = &document.root;
     let raw = root.textures.get(u.texture).ok_or_else(|| format!("there is no texture {}", u.texture))?;
     let in_extension = |name: &str| {
@@ -359,7 +359,7 @@ fn map(document: &Document<'_>, u: &Use) -> Result<(Texture, usize), String> {
         None => (false, Between::Linear),
         Some(Checked::Invalid) => return Err(unknown()),
     };
-    let texture = Texture {
+    let texture = MaterialTexture {
         corner: [0; 2],
         layer: 0,
         size: [1; 2],

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 /// What an image's numbers are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Coding {
+pub enum TexelCoding {
     /// Red, green and blue in sRGB.
     Color,
     /// As they stand.
@@ -53,7 +53,7 @@ impl MipChain {
 }
 
 /// A picture with its mips; one wider than `most` texels is halved until it is not.
-pub(super) fn levels(picture: TextureImage, coding: Coding, most: u32) -> MipChain {
+pub(super) fn levels(picture: TextureImage, coding: TexelCoding, most: u32) -> MipChain {
     let mut picture = picture;
     while picture.width.max(picture.height) > most.max(1) {
         picture = halved(&picture, coding);
@@ -67,7 +67,7 @@ pub(super) fn levels(picture: TextureImage, coding: Coding, most: u32) -> MipCha
 }
 
 /// Half as large, rounded down: each texel the mean over the part of the picture that it covers.
-fn halved(picture: &TextureImage, coding: Coding) -> TextureImage {
+fn halved(picture: &TextureImage, coding: TexelCoding) -> TextureImage {
     let (width, height) = ((picture.width / 2).max(1), (picture.height / 2).max(1));
     let (across, down) = (spans(picture.width, width), spans(picture.height, height));
     let stride = picture.width as usize;
@@ -103,7 +103,7 @@ struct Codes {
 const STEPS: f32 = 16383.0;
 
 impl Codes {
-    fn of(coding: Coding) -> &'static Codes {
+    fn of(coding: TexelCoding) -> &'static Codes {
         static BOTH: OnceLock<[Codes; 2]> = OnceLock::new();
         let [color, data] = BOTH.get_or_init(|| {
             let plain = |i: usize| i as f32 / 255.0;
@@ -114,7 +114,7 @@ impl Codes {
             };
             [color, Codes { light: std::array::from_fn(plain), code: None }]
         });
-        if coding == Coding::Color { color } else { data }
+        if coding == TexelCoding::Color { color } else { data }
     }
 
     fn of_light(&self, light: f32) -> u8 {
@@ -138,14 +138,14 @@ mod tests {
         let (black, white) = ([0, 0, 0, 255], [255; 4]);
         let half = |coding| levels(picture(2, 1, &[black, white]), coding, 4096).0.pop().unwrap();
         // Half the light of white is code 188 in sRGB; the mean of the codes is 128.
-        assert_eq!(half(Coding::Color).texels, [[188, 188, 188, 255]]);
-        assert_eq!(half(Coding::Data).texels, [[128, 128, 128, 255]]);
+        assert_eq!(half(TexelCoding::Color).texels, [[188, 188, 188, 255]]);
+        assert_eq!(half(TexelCoding::Data).texels, [[128, 128, 128, 255]]);
     }
 
     #[test]
     fn a_plain_image_stays_plain_in_every_mip() {
         for code in 0..=255 {
-            for coding in [Coding::Color, Coding::Data] {
+            for coding in [TexelCoding::Color, TexelCoding::Data] {
                 let all = levels(picture(5, 3, &[[code, 255 - code, 7, code]; 15]), coding, 4096);
                 assert_eq!(all.count(), 3);
                 assert!(
@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn images_past_the_limit_shrink() {
-        let all = levels(picture(300, 1, &[[9, 9, 9, 255]; 300]), Coding::Color, 100);
+        let all = levels(picture(300, 1, &[[9, 9, 9, 255]; 300]), TexelCoding::Color, 100);
         assert_eq!((all.size(), all.block()), ([75, 1], [112, 6]));
     }
 }

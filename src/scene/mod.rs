@@ -104,13 +104,13 @@ pub use geometry::{Geometry, More, VERTEX_ATTRIBUTES, Vertex};
 pub use keyed::KeyedParam;
 pub use levels::{Level, Levels, Taken};
 pub use load::Loaded;
-pub use mips::Coding;
+pub use mips::TexelCoding;
 pub use model::{Alpha, Bounds, Camera, Coat, Face, Keyframe, Lens, Light, LightKind, Material, Node, Scene};
 pub use motion::{CameraPose, LightPose, Pose, Shift, View};
 pub use pieces::Pieces;
 pub use placed::{Extent, Look};
 pub use tables::Tables;
-pub use textures::{Between, Texture, TextureArray, Wrap};
+pub use textures::{Between, MaterialTexture, TextureArray, Wrap};
 
 use crate::value::Type;
 

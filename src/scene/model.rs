@@ -1,6 +1,6 @@
 //! The scene as plain data, and the facts it states.
 
-use super::{Animation, Deformed, Environment, Geometry, KeyedParam, Levels, Texture, TextureArray};
+use super::{Animation, Deformed, Environment, Geometry, KeyedParam, Levels, MaterialTexture, TextureArray};
 use crate::value::{Value, Values};
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub struct Scene {
     /// Index into `cameras` of the one used when none is named; `None` only without cameras.
     pub default_camera: Option<usize>,
     /// What materials' textures refer to.
-    pub maps: Vec<Texture>,
+    pub maps: Vec<MaterialTexture>,
     /// The images of these; `None` without.
     pub textures: Option<TextureArray>,
     /// What is seen where nothing is; `None` for darkness.

@@ -6,7 +6,7 @@
 use super::{
     basis,
     document::Document,
-    mips::{self, Coding, MipChain},
+    mips::{self, MipChain, TexelCoding},
 };
 use crate::parallel;
 use glam::{Vec2, Vec4};
@@ -28,7 +28,7 @@ pub struct TextureArray {
 
 /// How a material reads an image: a row of the table `textures`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Texture {
+pub struct MaterialTexture {
     /// Of the largest mip: its first texel, its page, its size.
     pub corner: [u32; 2],
     pub layer: u32,
@@ -40,7 +40,7 @@ pub struct Texture {
     /// The nearest texel, where texels are larger than pixels, and where they are smaller.
     pub nearest: [bool; 2],
     pub between: Between,
-    pub coding: Coding,
+    pub coding: TexelCoding,
     /// What coordinates are multiplied by, column by column, and what is added then.
     pub turn: Vec4,
     pub offset: Vec2,
@@ -65,13 +65,13 @@ pub enum Between {
     Linear = 2,
 }
 
-impl Texture {
+impl MaterialTexture {
     /// What the table's column `flags` holds: bits 0 and 1 how x is wrapped, 2 and 3 how y is, 4 and 5 what is nearest,
     /// 6 and 7 how mips are chosen, 8 whether it is a colour.
     pub fn flags(&self) -> u32 {
         let [x, y] = self.wrap;
         let [near, far] = self.nearest;
-        let color = self.coding == Coding::Color;
+        let color = self.coding == TexelCoding::Color;
         x as u32
             | (y as u32) << 2
             | u32::from(near) << 4
@@ -111,9 +111,9 @@ const MAX_PAGE: u32 = 8192;
 const MAX_TEXELS: u64 = 1 << 30;
 
 /// An image to be read, and what its texels are.
-pub(super) struct Wanted {
+pub(super) struct WantedImage {
     pub image: usize,
-    pub coding: Coding,
+    pub coding: TexelCoding,
 }
 
 /// An image with its mips; why it could not be had.
@@ -122,7 +122,7 @@ pub(super) type Read = Result<MipChain, String>;
 /// Reads and decodes images, on all cores. Those of one index are decoded once for each coding. Says what was shrunk.
 pub(super) fn read(
     document: &Document<'_>,
-    wanted: &[Wanted],
+    wanted: &[WantedImage],
     files: &mut Vec<PathBuf>,
 ) -> (Vec<Read>, Option<String>) {
     let images = &document.root.images;
@@ -261,7 +261,7 @@ mod tests {
 
     fn plain(width: u32, height: u32, texel: [u8; 4]) -> MipChain {
         let texels = vec![texel; (width * height) as usize];
-        mips::levels(TextureImage { width, height, texels }, Coding::Color, MAX_EDGE)
+        mips::levels(TextureImage { width, height, texels }, TexelCoding::Color, MAX_EDGE)
     }
 
     #[test]

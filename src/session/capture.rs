@@ -4,7 +4,7 @@ use super::probe::find;
 use super::{Session, change};
 use crate::diag::Checked;
 use crate::gpu::{self, FrameInputs, FrameReport, Gpu};
-use crate::plan::{Binding, Node, StepId};
+use crate::plan::{Binding, OrderNode, StepId};
 use crate::value::Value;
 
 impl Session {
@@ -110,11 +110,11 @@ fn joined(mut whole: FrameReport, part: FrameReport) -> FrameReport {
 }
 
 /// The steps of these nodes, in their order.
-pub(super) fn leaves(nodes: &[Node], out: &mut Vec<StepId>) {
+pub(super) fn leaves(nodes: &[OrderNode], out: &mut Vec<StepId>) {
     for node in nodes {
         match node {
-            Node::Step(s) => out.push(*s),
-            Node::Loop(l) => leaves(&l.body, out),
+            OrderNode::Step(s) => out.push(*s),
+            OrderNode::Loop(l) => leaves(&l.body, out),
         }
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn parse_imports(
     faults: &mut Vec<Diagnostic>,
 ) {
     let words = lex::tokens(text, range);
-    let mut parser = Parser { text, words: &words, at: 2, imports };
+    let mut parser = ImportParser { text, words: &words, at: 2, imports };
     if let Err((place, message)) = parser.list("", 0) {
         let help =
             "write `#import module::{a, b}`, `#import module::a` or `#import module as m`; a path stands in quotes";
@@ -37,14 +37,14 @@ pub(super) fn parse_imports(
 
 type ImportFault = (Range<usize>, &'static str);
 
-struct Parser<'a> {
+struct ImportParser<'a> {
     text: &'a str,
     words: &'a [Token],
     at: usize,
     imports: &'a mut Vec<Import>,
 }
 
-impl<'a> Parser<'a> {
+impl<'a> ImportParser<'a> {
     fn peek(&self) -> Option<&'a Token> {
         self.words.get(self.at)
     }

@@ -155,12 +155,12 @@ fn is_vector(name: &str) -> bool {
 /// The declarations of all units.
 struct Items<'a> {
     units: &'a [LinkUnit],
-    all: Vec<Item<'a>>,
+    all: Vec<DeclaredItem<'a>>,
     /// By unit and word: the item that it names.
     meant: Vec<Vec<Option<usize>>>,
 }
 
-struct Item<'a> {
+struct DeclaredItem<'a> {
     unit: usize,
     keyword: &'a str,
     /// Words from its name to the next declaration's.
@@ -169,7 +169,7 @@ struct Item<'a> {
 
 /// What is known of an item once all that it names is known.
 #[derive(Clone, Copy)]
-struct Known {
+struct ItemCost {
     chain: usize,
     parts: u64,
 }
@@ -204,7 +204,7 @@ impl<'a> Items<'a> {
             let mut own = HashMap::new();
             for ((start, name, declared), end) in starts.into_iter().zip(ends) {
                 own.insert(name, items.all.len());
-                items.all.push(Item { unit, keyword: &declared.keyword, words: start..end });
+                items.all.push(DeclaredItem { unit, keyword: &declared.keyword, words: start..end });
             }
             named.push(own);
         }
@@ -218,13 +218,13 @@ impl<'a> Items<'a> {
     }
 
     fn mentions(&self, item: usize) -> Vec<usize> {
-        let Some(Item { unit, words, .. }) = self.all.get(item) else { return vec![] };
+        let Some(DeclaredItem { unit, words, .. }) = self.all.get(item) else { return vec![] };
         words.clone().skip(1).filter_map(|word| self.named_by(*unit, word)).collect()
     }
 
     /// Goes through all items, each after those that it names; in a circle, which naga reports, some come before.
     fn chain_and_parts(&self) -> Result<(), Diagnostic> {
-        let mut known: Vec<Option<Known>> = vec![None; self.all.len()];
+        let mut known: Vec<Option<ItemCost>> = vec![None; self.all.len()];
         let mut seen = vec![false; self.all.len()];
         for first in 0..self.all.len() {
             let mut open = vec![(first, false)];
@@ -237,7 +237,7 @@ impl<'a> Items<'a> {
                         let d = Diagnostic::error(what).at(&self.place(item), "begins here");
                         return Err(d.help("write some of them out where they are named"));
                     }
-                    known[item] = Some(Known { chain: chain + 1, parts: self.parts(item, &known)? });
+                    known[item] = Some(ItemCost { chain: chain + 1, parts: self.parts(item, &known)? });
                 } else if !std::mem::replace(&mut seen[item], true) {
                     open.push((item, true));
                     open.extend(self.mentions(item).into_iter().filter(|m| !seen[*m]).map(|m| (m, false)));
@@ -248,14 +248,14 @@ impl<'a> Items<'a> {
     }
 
     fn place(&self, item: usize) -> Span {
-        let Item { unit, words, .. } = &self.all[item];
+        let DeclaredItem { unit, words, .. } = &self.all[item];
         let u = &self.units[*unit];
         Span::new(&u.source, u.words.get(words.start).map_or(0..0, |w| w.range.clone()))
     }
 
     /// How many parts the largest value of an item has when everything that it names is written out.
-    fn parts(&self, item: usize, known: &[Option<Known>]) -> Result<u64, Diagnostic> {
-        let Item { unit, words, .. } = &self.all[item];
+    fn parts(&self, item: usize, known: &[Option<ItemCost>]) -> Result<u64, Diagnostic> {
+        let DeclaredItem { unit, words, .. } = &self.all[item];
         let u = &self.units[*unit];
         let mut locals: BTreeMap<&str, u64> = BTreeMap::new();
         let mut most = 1;
@@ -287,7 +287,7 @@ impl<'a> Items<'a> {
         unit: usize,
         statement: Range<usize>,
         locals: &BTreeMap<&str, u64>,
-        known: &[Option<Known>],
+        known: &[Option<ItemCost>],
     ) -> u64 {
         let u = &self.units[unit];
         let text = |i: usize| u.words.get(i).map_or("", |w| w.text(&u.scan.text));

@@ -54,7 +54,7 @@ pub(super) fn reflect(bound: &Bound, units: &[LinkUnit]) -> Checked<Interface> {
                 .filter_map(|(i, (_, handle))| Some((i, access(bound.info.get_entry_point(index), *handle)?)))
                 .collect(),
         };
-        let mut values = Values { module: &bound.module, entry: &mut entry, problems: vec![] };
+        let mut values = EntryValues { module: &bound.module, entry: &mut entry, problems: vec![] };
         match stage {
             Stage::Vertex => {
                 for argument in &point.function.arguments {
@@ -218,13 +218,13 @@ fn storage_access(access: StorageAccess) -> Result<wgpu_types::StorageTextureAcc
 }
 
 /// Collects what an entry point takes or returns.
-struct Values<'a> {
+struct EntryValues<'a> {
     module: &'a Module,
     entry: &'a mut EntryPoint,
     problems: Vec<String>,
 }
 
-impl Values<'_> {
+impl EntryValues<'_> {
     fn input(&mut self, name: Option<&str>, ty: Handle<Type>, binding: Option<&Binding>) {
         let module = self.module;
         match (binding, &module.types[ty].inner) {

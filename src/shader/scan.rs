@@ -59,7 +59,7 @@ pub(super) fn scan(source: &Arc<Source>, defs: Option<&Defs>, faults: &mut Vec<D
             scan.text.push('\n');
             continue;
         }
-        let mut reader = Reader { source, text: &clean, words: &words, defs, faults };
+        let mut reader = DirectiveReader { source, text: &clean, words: &words, defs, faults };
         let mut whole = line.clone();
         match reader.name(1) {
             "ifdef" | "ifndef" | "if" => {
@@ -142,7 +142,7 @@ fn note_definitions(text: &str, words: &[lex::Token], mentioned: &mut BTreeSet<S
 }
 
 /// One line that begins with `#`.
-struct Reader<'a> {
+struct DirectiveReader<'a> {
     source: &'a Arc<Source>,
     text: &'a str,
     words: &'a [lex::Token],
@@ -150,7 +150,7 @@ struct Reader<'a> {
     faults: &'a mut Vec<Diagnostic>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> DirectiveReader<'a> {
     fn name(&self, at: usize) -> &'a str {
         self.words.get(at).filter(|w| w.kind == TokenKind::Name).map_or("", |w| w.text(self.text))
     }

@@ -2,7 +2,7 @@
 
 use crate::{device, support};
 use lightgraph::internals::gpu::{FrameInputs, execute, prepare, read_image};
-use lightgraph::internals::plan::{Ending, Node};
+use lightgraph::internals::plan::{Ending, OrderNode};
 use lightgraph::internals::session::plan_for;
 use lightgraph::internals::value::Value;
 use lightgraph::{FrameReport, Gpu, Plan, Project, Scene, Settings};
@@ -18,7 +18,7 @@ fn plan(gpu: &Gpu, graph: &str, scene: &Scene, set: &[&str]) -> Plan {
 /// The plan with the host in charge of its loops.
 fn by_host(mut plan: Plan) -> Plan {
     for node in &mut plan.order {
-        if let Node::Loop(l) = node
+        if let OrderNode::Loop(l) = node
             && let Some(until) = &mut l.until
         {
             assert_eq!(until.ending, Ending::Device, "`{}`", l.name);

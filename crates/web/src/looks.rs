@@ -4,7 +4,7 @@
 use crate::made::{Made, Other};
 use lightgraph::internals::gpu::{PendingImage, PendingWords, read_plane_later, read_words_later};
 use lightgraph::internals::image::metrics;
-use lightgraph::internals::image::paint::{Channel, Look, paint};
+use lightgraph::internals::image::paint::{Channel, PaintLook, paint};
 use lightgraph::internals::plan::ResourceId;
 use lightgraph::{Checked, Diagnostic, Gpu, Image, Memory};
 use serde::Deserialize;
@@ -176,7 +176,7 @@ impl Inspected {
         let told = match reading {
             Reading::Plane(pending) => {
                 let Some(plane) = pending.arrived(gpu)? else { return Ok(None) };
-                let look = Look { channel: wanted.channel, range: wanted.range, false_color: wanted.false_color };
+                let look = PaintLook { channel: wanted.channel, range: wanted.range, false_color: wanted.false_color };
                 let (pixels, extent) = paint(&plane, look);
                 let told = json!({
                     "width": plane.width, "height": plane.height, "channels": plane.channels,

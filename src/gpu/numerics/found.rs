@@ -7,14 +7,14 @@ use crate::plan::{Desc, Plan, ResourceId, StepId};
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Numerics {
     /// Every resource that a step of the frame wrote and that holds floats, in the order of their first write.
-    pub readings: Vec<Reading>,
+    pub readings: Vec<ResourceNumbers>,
     /// Of each resource, the first write after which something was wrong, in the order of the steps.
     pub broken: Vec<Broken>,
 }
 
 /// The numbers of a resource, all channels together.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
+pub struct ResourceNumbers {
     pub resource: ResourceId,
     /// How often it was checked in the frame.
     pub checks: u32,
@@ -83,7 +83,7 @@ impl Numerics {
     /// What holds after a later frame: what was found of a resource stands until that is written again.
     pub fn then(self, later: Numerics) -> Numerics {
         let again = |resource: ResourceId| later.readings.iter().any(|r| r.resource == resource);
-        let readings: Vec<Reading> = self.readings.into_iter().filter(|r| !again(r.resource)).collect();
+        let readings: Vec<ResourceNumbers> = self.readings.into_iter().filter(|r| !again(r.resource)).collect();
         let broken: Vec<Broken> = self.broken.into_iter().filter(|b| !again(b.resource)).collect();
         Numerics {
             readings: readings.into_iter().chain(later.readings).collect(),
@@ -92,7 +92,7 @@ impl Numerics {
     }
 
     /// The reading of a resource by its name.
-    pub fn reading(&self, plan: &Plan, name: &str) -> Option<&Reading> {
+    pub fn reading(&self, plan: &Plan, name: &str) -> Option<&ResourceNumbers> {
         self.readings.iter().find(|r| plan.resources.get(r.resource.0).is_some_and(|x| x.name == name))
     }
 }

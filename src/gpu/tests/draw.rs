@@ -1,6 +1,6 @@
 use crate::gpu::testing::{Sketch, gpu, quads, run, run_scene};
 use crate::gpu::{FrameInputs, execute, prepare, read_image};
-use crate::plan::{Cull, Geometry, Place, ResourceId, TextureKind};
+use crate::plan::{Cull, DrawGeometry, Place, ResourceId, TextureKind};
 use crate::scene::{self, TextureArray};
 use wgpu::TextureFormat as F;
 
@@ -47,7 +47,7 @@ fn materials_decide_what_is_culled_and_depth_what_is_seen() {
         s.image("image", F::Rgba32Float, 4, 4);
         s.image("depth", F::Depth32Float, 4, 4);
         let targets = (["image"].as_slice(), Some("depth"));
-        let draw = s.draw("draw", SOLID, Geometry::Scene { cull }, targets, &[Place::Whole]);
+        let draw = s.draw("draw", SOLID, DrawGeometry::Scene { cull }, targets, &[Place::Whole]);
         let ran = run_scene(s.order([draw]), &quads(), &[]);
         let image = ran.image("image");
         assert_eq!((ids(&image, 0, 1, 0).0, ids(&image, 3, 1, 0).0), (left, right), "{cull:?}");
@@ -64,7 +64,7 @@ fn members_draw_into_their_tiles() {
     s.image("depth", F::Depth32Float, 8, 8);
     let places = [Place::Rect([0, 0, 4, 4]), Place::Rect([4, 0, 4, 4]), Place::Rect([0, 4, 4, 4])];
     let targets = (["atlas"].as_slice(), Some("depth"));
-    let draw = s.draw("draw", SOLID, Geometry::Scene { cull: Cull::Material }, targets, &places);
+    let draw = s.draw("draw", SOLID, DrawGeometry::Scene { cull: Cull::Material }, targets, &places);
     let image = run_scene(s.order([draw]), &quads(), &[]).image("atlas");
     assert_eq!([ids(&image, 1, 0, 0), ids(&image, 2, 0, 0)], [(1.0, 0.0), (2.0, 0.0)]);
     assert_eq!([ids(&image, 5, 3, 0), ids(&image, 7, 3, 0)], [(1.0, 1.0), (2.0, 1.0)]);
@@ -86,7 +86,7 @@ fn members_draw_into_their_layers_faces_and_slices() {
         s.texture("depth", TextureKind::D2 { array: true }, F::Depth32Float, [4, 4, depth_layers]);
         let places: Vec<Place> = (0..6).rev().map(Place::Layer).collect();
         let targets = (["image"].as_slice(), Some("depth"));
-        let draw = s.draw("draw", SOLID, Geometry::Scene { cull: Cull::Material }, targets, &places);
+        let draw = s.draw("draw", SOLID, DrawGeometry::Scene { cull: Cull::Material }, targets, &places);
         let ran = run_scene(s.order([draw]), &quads(), &[]);
         let image = ran.image("image");
         for layer in 0..6 {
@@ -104,7 +104,7 @@ fn a_scene_without_triangles_still_clears() {
     s.image("image", F::Rgba32Float, 2, 2);
     s.plan.resources[0].initial = Some([3.0; 4]);
     let targets = (["image"].as_slice(), None);
-    let draw = s.draw("draw", SOLID, Geometry::Scene { cull: Cull::Material }, targets, &[Place::Whole]);
+    let draw = s.draw("draw", SOLID, DrawGeometry::Scene { cull: Cull::Material }, targets, &[Place::Whole]);
     assert_eq!(run(s.order([draw])).image("image").data, [0.0; 16]);
 }
 
@@ -117,7 +117,7 @@ fn depth_only_draws_feed_comparison_samplers_and_views_fit_the_variable() {
         return vec4f(position, 1.0);
     }";
     let targets = ([].as_slice(), Some("shadow"));
-    let cast = s.draw("cast", vertex, Geometry::Scene { cull: Cull::Material }, targets, &[Place::Whole]);
+    let cast = s.draw("cast", vertex, DrawGeometry::Scene { cull: Cull::Material }, targets, &[Place::Whole]);
     // A plain 2D texture, asked for as an array.
     let look = s.screen(
         "look",

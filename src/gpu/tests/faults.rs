@@ -1,6 +1,6 @@
 use crate::gpu::testing::{Sketch, faults, gpu, run};
 use crate::gpu::{FrameInputs, Gpu, execute, prepare, read_image};
-use crate::plan::{Comparison, Cull, Ending, Geometry, Loop, Node, Place, ResourceId, TextureKind, Until};
+use crate::plan::{Comparison, Cull, DrawGeometry, Ending, Loop, OrderNode, Place, ResourceId, TextureKind, Until};
 use crate::scene;
 use wgpu::TextureFormat as F;
 
@@ -63,7 +63,7 @@ fn the_devices_own_faults_name_the_step_when_it_runs() {
     let wgsl = "@fragment fn main() -> @location(0) vec4f { return vec4f(1.0); }";
     let good = s.screen("good_step", wgsl, "image");
     let place = [Place::Rect([2, 2, 4, 4])];
-    let bad = s.draw("bad_step", wgsl, Geometry::Screen, (&["image"], None), &place);
+    let bad = s.draw("bad_step", wgsl, DrawGeometry::Screen, (&["image"], None), &place);
     let text = faults(s.order([good, bad]));
     assert!(text.contains("can't run `bad_step`") && !text.contains("good_step"), "{text}");
 
@@ -109,7 +109,7 @@ fn a_layer_that_the_target_lacks_is_refused() {
     let mut s = Sketch::new();
     s.texture("image", TextureKind::D2 { array: true }, F::Rgba32Float, [4, 4, 2]);
     let wgsl = "@fragment fn main() -> @location(0) vec4f { return vec4f(1.0); }";
-    let bad = s.draw("bad", wgsl, Geometry::Screen, (&["image"], None), &[Place::Layer(2)]);
+    let bad = s.draw("bad", wgsl, DrawGeometry::Screen, (&["image"], None), &[Place::Layer(2)]);
     let text = faults(s.order([bad]));
     assert!(text.contains("layer 2 of `image`, which has 2"), "{text}");
 }
@@ -122,7 +122,7 @@ fn an_attribute_that_vertices_lack_and_a_missing_table_are_named() {
         "@vertex fn vertex(@location(0) positon: vec3f) -> @builtin(position) vec4f { return vec4f(positon, 1.0); }
         @fragment fn main() -> @location(0) vec4f { return vec4f(1.0); }";
     let cull = Cull::Material;
-    let bad = s.draw("bad", wgsl, Geometry::Scene { cull }, (&["image"], None), &[Place::Whole]);
+    let bad = s.draw("bad", wgsl, DrawGeometry::Scene { cull }, (&["image"], None), &[Place::Whole]);
     let text = faults(s.order([bad]));
     assert!(text.contains("`positon`") && text.contains("did you mean `position`?"), "{text}");
 
@@ -143,7 +143,7 @@ fn a_loop_that_tests_a_texture_is_refused() {
     let mut s = Sketch::new();
     let buffer = s.image("image", F::Rgba32Float, 4, 4);
     let until = Some(Until { buffer, comparison: Comparison::Less, value: 0.0, ending: Ending::Device });
-    let text = faults(s.order([Node::Loop(Loop { name: "l".into(), count: 1, until, body: vec![] })]));
+    let text = faults(s.order([OrderNode::Loop(Loop { name: "l".into(), count: 1, until, body: vec![] })]));
     assert!(text.contains("`l`") && text.contains("`image`"), "{text}");
 }
 

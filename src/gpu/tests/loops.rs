@@ -1,13 +1,13 @@
 use crate::gpu::testing::{Sketch, quads, run, run_scene};
-use crate::plan::{Comparison, Cull, Ending, Geometry, Loop, Node, Place, TextureKind, Until};
+use crate::plan::{Comparison, Cull, DrawGeometry, Ending, Loop, OrderNode, Place, TextureKind, Until};
 use wgpu::TextureFormat as F;
 
 const HALVE: &str = "
 var<storage, read_write> number: array<f32>;
 @compute @workgroup_size(1) fn main() { number[0] *= 0.5; }";
 
-fn looped(name: &str, count: u32, until: Option<Until>, body: Vec<Node>) -> Node {
-    Node::Loop(Loop { name: name.into(), count, until, body })
+fn looped(name: &str, count: u32, until: Option<Until>, body: Vec<OrderNode>) -> OrderNode {
+    OrderNode::Loop(Loop { name: name.into(), count, until, body })
 }
 
 #[test]
@@ -88,9 +88,10 @@ fn nothing_is_drawn_after_the_end_of_a_loop_on_the_device() {
         let layers = "var<uniform> l: u32;
             @vertex fn vertex(@location(0) position: vec3f) -> @builtin(position) vec4f { return vec4f(position, 1.0); }
             @fragment fn fragment() -> @location(0) vec4f { return vec4f(f32(l) + 1.0); }";
-        let scene = Geometry::Scene { cull: Cull::Material };
+        let scene = DrawGeometry::Scene { cull: Cull::Material };
         let draw = s.draw("draw", layers, scene, (&["image"], None), &[Place::LoopLayer(0)]);
-        let screen = s.draw("screen", SCREEN_LOOP, Geometry::Screen, (&["tiles"], None), &[Place::Rect([2, 2, 2, 2])]);
+        let screen =
+            s.draw("screen", SCREEN_LOOP, DrawGeometry::Screen, (&["tiles"], None), &[Place::Rect([2, 2, 2, 2])]);
         let until = Until { buffer, comparison: Comparison::Less, value: 0.3, ending };
         let ran = run_scene(s.order([looped("l", 4, Some(until), vec![halve, draw, screen])]), &quads(), &[]);
         let image = ran.image("image");
@@ -145,7 +146,7 @@ fn a_loop_draws_to_the_layer_of_its_index() {
         "var<uniform> l: u32;
         @vertex fn vertex(@location(0) position: vec3f) -> @builtin(position) vec4f { return vec4f(position, 1.0); }
         @fragment fn fragment() -> @location(0) vec4f { return vec4f(f32(l) + 1.0); }",
-        Geometry::Scene { cull: Cull::None },
+        DrawGeometry::Scene { cull: Cull::None },
         (&["image"], None),
         &[Place::LoopLayer(1)],
     );

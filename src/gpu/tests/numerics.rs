@@ -2,7 +2,7 @@
 
 use crate::gpu::testing::{Sketch, gpu};
 use crate::gpu::{FrameInputs, Numerics, execute, prepare};
-use crate::plan::{Action, Desc, Loop, Node, Plan, StepId, TextureKind, Tiles};
+use crate::plan::{Action, Desc, Loop, OrderNode, Plan, StepId, TextureKind, Tiles};
 use crate::scene;
 use wgpu::TextureFormat as F;
 
@@ -136,7 +136,7 @@ fn a_long_loop_names_the_iteration_in_which_it_broke() {
         @compute @workgroup_size(1) fn main() { number[0] *= 2.0; }";
     let double = s.compute("number", text, [1, 1, 1]);
     let body = vec![double];
-    let (_, found) = watched(s.order([Node::Loop(Loop { name: "l".into(), count: 300, until: None, body })]));
+    let (_, found) = watched(s.order([OrderNode::Loop(Loop { name: "l".into(), count: 300, until: None, body })]));
     // 2^128 is beyond a float.
     assert_eq!((found.broken[0].iterations.as_slice(), found.broken[0].infinite), ([127].as_slice(), 1));
     assert_eq!(found.readings[0].checks, 300);

@@ -25,7 +25,7 @@ impl Expr {
     /// # Errors
     /// The first fault of syntax.
     pub fn parse(span: &Span, text: &str) -> Result<Expr, Diagnostic> {
-        let mut p = Parser { span, text, at: 0, depth: 0, operators: 0 };
+        let mut p = ExprParser { span, text, at: 0, depth: 0, operators: 0 };
         let e = p.choose()?;
         p.skip();
         if p.at < text.len() {
@@ -41,7 +41,7 @@ pub(super) const DEPTH: usize = 64;
 /// Longer chains of operators are a fault: they make trees as deep as they are long.
 pub(super) const OPERATORS: usize = 200;
 
-struct Parser<'a> {
+struct ExprParser<'a> {
     span: &'a Span,
     text: &'a str,
     at: usize,
@@ -49,7 +49,7 @@ struct Parser<'a> {
     operators: usize,
 }
 
-impl Parser<'_> {
+impl ExprParser<'_> {
     fn skip(&mut self) {
         let rest = &self.text[self.at..];
         self.at += rest.len() - rest.trim_start().len();

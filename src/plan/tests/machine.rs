@@ -1,6 +1,6 @@
 //! A machine that runs plans on words.
 
-use super::super::{Action, Binding, Node, Place, Plan, ResourceId, Step};
+use super::super::{Action, Binding, OrderNode, Place, Plan, ResourceId, Step};
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -27,11 +27,11 @@ pub fn run(plan: &Plan, frames: u32) -> BTreeMap<String, u64> {
 }
 
 impl<'p> Machine<'p> {
-    fn nodes(&mut self, nodes: &'p [Node]) {
+    fn nodes(&mut self, nodes: &'p [OrderNode]) {
         for node in nodes {
             match node {
-                Node::Step(s) => self.step(&self.plan.steps[s.0]),
-                Node::Loop(l) => {
+                OrderNode::Step(s) => self.step(&self.plan.steps[s.0]),
+                OrderNode::Loop(l) => {
                     for i in 0..l.count {
                         self.loops.push((&l.name, i));
                         self.nodes(&l.body);

@@ -1,7 +1,7 @@
 //! Equal steps and resources drawn together: the members of a set in one line.
 
 use super::words::{StepWords, description, loop_head, member, ranges, template};
-use crate::plan::{Node, Plan, StepId};
+use crate::plan::{OrderNode, Plan, StepId};
 use std::collections::BTreeSet;
 
 /// A line of the order, or several.
@@ -21,16 +21,16 @@ pub enum Line {
 }
 
 /// The order, folded where neighbours differ only by member.
-pub fn lines(plan: &Plan, nodes: &[Node]) -> Vec<Line> {
+pub fn lines(plan: &Plan, nodes: &[OrderNode]) -> Vec<Line> {
     let mut lines = vec![];
     let mut rest = nodes;
     while let [first, tail @ ..] = rest {
         rest = match first {
-            Node::Loop(l) => {
+            OrderNode::Loop(l) => {
                 lines.push(Line::Loop { head: loop_head(plan, l), body: self::lines(plan, &l.body) });
                 tail
             }
-            Node::Step(s) => match members(plan, rest) {
+            OrderNode::Step(s) => match members(plan, rest) {
                 Some((line, length)) => {
                     lines.push(line);
                     &rest[length..]
@@ -46,10 +46,10 @@ pub fn lines(plan: &Plan, nodes: &[Node]) -> Vec<Line> {
 }
 
 /// The repetition that the nodes begin with, and how many of them it takes.
-fn members(plan: &Plan, nodes: &[Node]) -> Option<(Line, usize)> {
-    let step = |node: &Node| match node {
-        Node::Step(s) => Some(*s),
-        Node::Loop(_) => None,
+fn members(plan: &Plan, nodes: &[OrderNode]) -> Option<(Line, usize)> {
+    let step = |node: &OrderNode| match node {
+        OrderNode::Step(s) => Some(*s),
+        OrderNode::Loop(_) => None,
     };
     let number = |s: StepId| member(&plan.steps[s.0].name).map(|m| m.0);
     let steps: Vec<StepId> = nodes.iter().map_while(step).collect();

@@ -7,7 +7,7 @@ pub mod words;
 
 use self::fold::{Line, ResourceGroup, groups, lines, slots, span};
 use self::words::{StepWords, bytes, color, ranges, shaders};
-use crate::plan::{Node, Plan};
+use crate::plan::{OrderNode, Plan};
 use std::fmt::{self, Display, Formatter};
 
 impl Display for Plan {
@@ -123,14 +123,14 @@ fn life(plan: &Plan, group: &ResourceGroup, places: &[String]) -> String {
 
 /// The name of each place in the order, as [`crate::plan::Resource::alive`] counts them: the passes, and the end of
 /// each loop.
-fn place_names(plan: &Plan, nodes: &[Node], names: &mut Vec<String>) {
+fn place_names(plan: &Plan, nodes: &[OrderNode], names: &mut Vec<String>) {
     for node in nodes {
         match node {
-            Node::Step(s) => {
+            OrderNode::Step(s) => {
                 let step = &plan.steps[s.0];
                 names.push(if step.name == step.pass { step.name.clone() } else { pass_word(&step.name, &step.pass) });
             }
-            Node::Loop(l) => {
+            OrderNode::Loop(l) => {
                 place_names(plan, &l.body, names);
                 names.push(format!("end of {}", l.name));
             }

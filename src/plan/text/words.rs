@@ -2,8 +2,8 @@
 
 use crate::plan::expand::shape;
 use crate::plan::{
-    Action, Binding, Comparison, Cull, Desc, Draw, Ending, Geometry, Loop, Member, Place, Plan, ResourceId, Step,
-    StepId,
+    Action, Binding, Comparison, Cull, Desc, Draw, DrawGeometry, DrawMember, Ending, Loop, Place, Plan, ResourceId,
+    Step, StepId,
 };
 use crate::shader::{BindingKind, Def, Shader};
 use std::collections::BTreeSet;
@@ -27,7 +27,7 @@ impl StepWords {
         let s = &plan.steps[step.0];
         let (kind, shader, detail) = match &s.action {
             Action::Draw(d) => {
-                let kind = if d.geometry == Geometry::Screen { "screen" } else { "draw" };
+                let kind = if d.geometry == DrawGeometry::Screen { "screen" } else { "draw" };
                 (kind, shader_name(plan, d.shader), drawing(plan, d))
             }
             Action::Compute { shader, groups: [x, y, z], instances, indirect, .. } => {
@@ -166,9 +166,9 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
         words.push(format!("{}{all} triangles{within}", level.triangles));
     }
     match d.geometry {
-        Geometry::Scene { cull: Cull::Material } | Geometry::Screen => {}
-        Geometry::Scene { cull } => words.push(format!("cull {cull:?}")),
-        Geometry::Vertices { count, instances, cull, indirect, .. } => {
+        DrawGeometry::Scene { cull: Cull::Material } | DrawGeometry::Screen => {}
+        DrawGeometry::Scene { cull } => words.push(format!("cull {cull:?}")),
+        DrawGeometry::Vertices { count, instances, cull, indirect, .. } => {
             let most = if indirect.is_some() { "at most " } else { "" };
             words.push(format!("{most}{instances} × {count} vertices"));
             if cull != Cull::None {
@@ -179,7 +179,7 @@ fn drawing(plan: &Plan, d: &Draw) -> String {
     words.join(", ")
 }
 
-fn places(members: &[Member]) -> Vec<String> {
+fn places(members: &[DrawMember]) -> Vec<String> {
     let n = members.len();
     let many = |noun: &str| if n == 1 { format!("1 {noun}") } else { format!("{n} {noun}s") };
     match members.first().map(|m| m.place) {

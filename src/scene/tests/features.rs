@@ -85,7 +85,7 @@ fn accessor(f: &mut Fixture, bytes: &[u8], kind: u32, shape: &str, count: usize,
 }
 
 /// The first material's row of `maps` for its base colour.
-fn map(scene: &Scene) -> &crate::scene::Texture {
+fn map(scene: &Scene) -> &crate::scene::MaterialTexture {
     &scene.maps[scene.materials[0].base_color_texture.unwrap() as usize]
 }
 

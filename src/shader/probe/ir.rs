@@ -8,51 +8,51 @@ pub(super) struct Code<'f> {
     pub block: Block,
 }
 
-type Value = Handle<Expression>;
+type ExprHandle = Handle<Expression>;
 
 impl Code<'_> {
     /// What is there from the start of the function: literals, variables, arguments.
-    pub fn given(&mut self, expression: Expression) -> Value {
+    pub fn given(&mut self, expression: Expression) -> ExprHandle {
         self.function.expressions.append(expression, Span::UNDEFINED)
     }
 
-    pub fn number(&mut self, n: u32) -> Value {
+    pub fn number(&mut self, n: u32) -> ExprHandle {
         self.given(Expression::Literal(Literal::U32(n)))
     }
 
     /// What is computed here.
-    pub fn computed(&mut self, expression: Expression) -> Value {
+    pub fn computed(&mut self, expression: Expression) -> ExprHandle {
         let value = self.given(expression);
         self.block.push(Statement::Emit(naga::Range::new_from_bounds(value, value)), Span::UNDEFINED);
         value
     }
 
-    pub fn load(&mut self, pointer: Value) -> Value {
+    pub fn load(&mut self, pointer: ExprHandle) -> ExprHandle {
         self.computed(Expression::Load { pointer })
     }
 
-    pub fn member(&mut self, base: Value, index: u32) -> Value {
+    pub fn member(&mut self, base: ExprHandle, index: u32) -> ExprHandle {
         self.computed(Expression::AccessIndex { base, index })
     }
 
-    pub fn element(&mut self, base: Value, index: Value) -> Value {
+    pub fn element(&mut self, base: ExprHandle, index: ExprHandle) -> ExprHandle {
         self.computed(Expression::Access { base, index })
     }
 
-    pub fn binary(&mut self, op: BinaryOperator, left: Value, right: Value) -> Value {
+    pub fn binary(&mut self, op: BinaryOperator, left: ExprHandle, right: ExprHandle) -> ExprHandle {
         self.computed(Expression::Binary { op, left, right })
     }
 
-    pub fn add(&mut self, left: Value, right: Value) -> Value {
+    pub fn add(&mut self, left: ExprHandle, right: ExprHandle) -> ExprHandle {
         self.binary(BinaryOperator::Add, left, right)
     }
 
     /// The bits of a number of four bytes.
-    pub fn bits(&mut self, expr: Value) -> Value {
+    pub fn bits(&mut self, expr: ExprHandle) -> ExprHandle {
         self.computed(Expression::As { expr, kind: ScalarKind::Uint, convert: None })
     }
 
-    pub fn store(&mut self, pointer: Value, value: Value) {
+    pub fn store(&mut self, pointer: ExprHandle, value: ExprHandle) {
         self.push(Statement::Store { pointer, value });
     }
 
@@ -61,7 +61,7 @@ impl Code<'_> {
     }
 
     /// What `then` adds happens where the condition holds.
-    pub fn when(&mut self, condition: Value, then: impl FnOnce(&mut Self)) {
+    pub fn when(&mut self, condition: ExprHandle, then: impl FnOnce(&mut Self)) {
         let outer = std::mem::take(&mut self.block);
         then(self);
         let accept = std::mem::replace(&mut self.block, outer);

@@ -9,7 +9,7 @@ use naga::{
     GlobalVariable, Handle, Scalar, ScalarKind, Span, Statement, SwitchCase, Type, TypeInner, UniqueArena, VectorSize,
 };
 
-type Value = Handle<Expression>;
+type ExprHandle = Handle<Expression>;
 
 /// By which argument an invocation knows itself.
 pub(super) struct Identity {
@@ -64,7 +64,7 @@ struct Path {
     /// `None`: to memory of the function itself, or of one that called it.
     global: Option<Handle<GlobalVariable>>,
     name: String,
-    indices: Vec<Value>,
+    indices: Vec<ExprHandle>,
 }
 
 impl Notes<'_, '_> {
@@ -196,7 +196,7 @@ impl Notes<'_, '_> {
         std::mem::take(&mut code.block)
     }
 
-    fn computed(&mut self, value: Value) {
+    fn computed(&mut self, value: ExprHandle) {
         self.named(value);
         match self.code.function.expressions[value] {
             Expression::Load { pointer } => {
@@ -215,14 +215,14 @@ impl Notes<'_, '_> {
         }
     }
 
-    fn named(&mut self, value: Value) {
+    fn named(&mut self, value: ExprHandle) {
         if let (Some(name), Some(shape)) = (self.code.function.named_expressions.get(&value), self.shape(value)) {
             let name = plain(name);
             self.note(Role::Let, name, vec![], (value, shape));
         }
     }
 
-    fn stored(&mut self, pointer: Value, value: Value) {
+    fn stored(&mut self, pointer: ExprHandle, value: ExprHandle) {
         let Some(path) = self.path(pointer) else { return };
         let space = path.global.map(|g| self.facts.module.global_variables[g].space);
         let role = match space {
@@ -232,7 +232,13 @@ impl Notes<'_, '_> {
         self.at(role, path, value);
     }
 
-    fn texel(&mut self, role: Role, image: Value, (at, layer): (Value, Option<Value>), value: Value) {
+    fn texel(
+        &mut self,
+        role: Role,
+        image: ExprHandle,
+        (at, layer): (ExprHandle, Option<ExprHandle>),
+        value: ExprHandle,
+    ) {
         if let Some(mut path) = self.path(image) {
             for index in [Some(at), layer].into_iter().flatten() {
                 path.name.push_str("[]");
@@ -242,7 +248,7 @@ impl Notes<'_, '_> {
         }
     }
 
-    fn returned(&mut self, value: Value) {
+    fn returned(&mut self, value: ExprHandle) {
         match self.shape(value) {
             Some(ValueShape::Struct(members)) => {
                 for (i, (name, shape)) in (0..).zip(members) {
@@ -255,7 +261,7 @@ impl Notes<'_, '_> {
         }
     }
 
-    fn at(&mut self, role: Role, path: Path, value: Value) {
+    fn at(&mut self, role: Role, path: Path, value: ExprHandle) {
         let indices: Option<Vec<_>> = path.indices.into_iter().map(|i| Some((i, self.shape(i)?))).collect();
         if let (Some(indices), Some(shape)) = (indices, self.shape(value)) {
             self.note(role, path.name, indices, (value, shape));
@@ -266,8 +272,8 @@ impl Notes<'_, '_> {
         &mut self,
         role: Role,
         name: String,
-        indices: Vec<(Value, ValueShape)>,
-        (value, shape): (Value, ValueShape),
+        indices: Vec<(ExprHandle, ValueShape)>,
+        (value, shape): (ExprHandle, ValueShape),
     ) {
         let root = name.split(['.', '[']).next().unwrap_or_default();
         let chosen = self.sites.only.is_empty() || self.sites.only.iter().any(|n| n == root);
@@ -298,7 +304,7 @@ impl Notes<'_, '_> {
     }
 
     /// The words of a value, as [`ValueShape`] counts them.
-    fn words(&mut self, value: Value, shape: &ValueShape, out: &mut Vec<Value>) {
+    fn words(&mut self, value: ExprHandle, shape: &ValueShape, out: &mut Vec<ExprHandle>) {
         let mut parts = |count: u32, shape: &ValueShape| {
             for i in 0..count {
                 let part = self.code.member(value, i);
@@ -319,7 +325,7 @@ impl Notes<'_, '_> {
         }
     }
 
-    fn word(&mut self, value: Value, number: Number) -> Value {
+    fn word(&mut self, value: ExprHandle, number: Number) -> ExprHandle {
         let code = &mut self.code;
         match number {
             Number::Uint => value,
@@ -337,15 +343,15 @@ impl Notes<'_, '_> {
     }
 
     /// Of an expression of the original.
-    fn shape(&self, value: Value) -> Option<ValueShape> {
+    fn shape(&self, value: ExprHandle) -> Option<ValueShape> {
         ValueShape::of(self.facts.module, self.inner(value))
     }
 
-    fn inner(&self, value: Value) -> &TypeInner {
+    fn inner(&self, value: ExprHandle) -> &TypeInner {
         self.facts.info[value].ty.inner_with(&self.facts.module.types)
     }
 
-    fn path(&self, pointer: Value) -> Option<Path> {
+    fn path(&self, pointer: ExprHandle) -> Option<Path> {
         let (function, module) = (&*self.code.function, self.facts.module);
         let named = |global, name: &Option<String>| {
             let name = name.as_deref().map(plain)?;

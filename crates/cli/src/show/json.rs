@@ -3,7 +3,7 @@
 use lightgraph::internals::plan::fastest::Alternatives;
 use lightgraph::internals::plan::keys::Keys;
 use lightgraph::internals::plan::text::words::{StepWords, comparison, description};
-use lightgraph::internals::plan::{Action, Desc, Ending, Node, Plan, Slot};
+use lightgraph::internals::plan::{Action, Desc, Ending, OrderNode, Plan, Slot};
 use lightgraph::internals::shader::Def;
 use lightgraph::internals::value::Value;
 use serde::Serialize;
@@ -238,10 +238,10 @@ pub fn to_json(plan: &Plan) -> Json {
     json!(shown)
 }
 
-fn nodes(order: &[Node]) -> Vec<NodeJson<'_>> {
+fn nodes(order: &[OrderNode]) -> Vec<NodeJson<'_>> {
     let node = |n| match n {
-        &Node::Step(s) => NodeJson::Step(s.0),
-        Node::Loop(l) => NodeJson::Loop {
+        &OrderNode::Step(s) => NodeJson::Step(s.0),
+        OrderNode::Loop(l) => NodeJson::Loop {
             name: &l.name,
             count: l.count,
             until: l.until.as_ref().map(|u| UntilJson {

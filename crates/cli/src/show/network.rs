@@ -1,7 +1,7 @@
 //! Passes and what flows between them. Small plans are seen step by step, large ones pass by pass.
 
 use lightgraph::internals::plan::text::words::{StepWords, intermediate, loop_head, member};
-use lightgraph::internals::plan::{Action, Desc, Node, Plan, ResourceId, Step, StepId};
+use lightgraph::internals::plan::{Action, Desc, OrderNode, Plan, ResourceId, Step, StepId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Plans with more steps than this are drawn pass by pass.
@@ -102,14 +102,14 @@ impl Builder<'_> {
         self.out.passes.len() - 1
     }
 
-    fn items(&mut self, nodes: &[Node]) -> Vec<NetworkItem> {
+    fn items(&mut self, nodes: &[OrderNode]) -> Vec<NetworkItem> {
         let mut items = vec![];
         for node in nodes {
             match node {
-                Node::Loop(l) => {
+                OrderNode::Loop(l) => {
                     items.push(NetworkItem::Loop { title: loop_head(self.plan, l), body: self.items(&l.body) })
                 }
-                Node::Step(s) => {
+                OrderNode::Step(s) => {
                     let step = &self.plan.steps[s.0];
                     let graph = sub_graphs(&step.pass).find(|g| self.collapsed.contains(*g));
                     let key = match graph {
@@ -158,11 +158,11 @@ impl Builder<'_> {
     }
 
     /// Follows the resources through the order.
-    fn flow(&mut self, nodes: &[Node], again: &mut Option<Again>) {
+    fn flow(&mut self, nodes: &[OrderNode], again: &mut Option<Again>) {
         for node in nodes {
             match node {
-                Node::Step(s) => self.step(*s, again),
-                Node::Loop(l) => {
+                OrderNode::Step(s) => self.step(*s, again),
+                OrderNode::Loop(l) => {
                     self.flow(&l.body, again);
                     let mut steps = vec![];
                     leaves(&l.body, &mut steps);
@@ -273,11 +273,11 @@ fn overwrites(plan: &Plan, step: &Step, id: ResourceId) -> bool {
     }
 }
 
-fn leaves(nodes: &[Node], out: &mut Vec<StepId>) {
+fn leaves(nodes: &[OrderNode], out: &mut Vec<StepId>) {
     for node in nodes {
         match node {
-            Node::Step(s) => out.push(*s),
-            Node::Loop(l) => leaves(&l.body, out),
+            OrderNode::Step(s) => out.push(*s),
+            OrderNode::Loop(l) => leaves(&l.body, out),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::choice::{Choice, Layout};
 use super::feed::Told;
 use lightgraph::Gpu;
-use lightgraph::internals::gpu::{Arrangement, Display, Look};
+use lightgraph::internals::gpu::{Arrangement, Display, DisplayLook};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -33,7 +33,7 @@ struct Painted {
     texture: wgpu::Texture,
     shown: Shown,
     /// What it was painted from.
-    source: (wgpu::Texture, Option<wgpu::Texture>, u64, Look),
+    source: (wgpu::Texture, Option<wgpu::Texture>, u64, DisplayLook),
 }
 
 impl Canvas {
@@ -63,7 +63,7 @@ impl Canvas {
             (Layout::Difference(full), _) => Arrangement::Difference(full),
             (Layout::Other, _) => Arrangement::Second,
         };
-        let look = Look { arrangement, ..plain(choice, told) };
+        let look = DisplayLook { arrangement, ..plain(choice, told) };
         let size = [first.width(), first.height()];
         let source = (first.clone(), told.other.clone(), told.images, look);
         let old = self.main.take();
@@ -106,7 +106,7 @@ impl Canvas {
         renderer: &mut egui_wgpu::Renderer,
         old: Option<&Painted>,
         size: [u32; 2],
-        source: (wgpu::Texture, Option<wgpu::Texture>, u64, Look),
+        source: (wgpu::Texture, Option<wgpu::Texture>, u64, DisplayLook),
     ) -> Painted {
         if let Some(old) = old
             && old.source == source
@@ -143,8 +143,8 @@ impl Canvas {
     }
 }
 
-fn plain(choice: &Choice, told: &Told) -> Look {
-    Look { stops: choice.stops(told.automatic), tone_map: choice.tone_map, arrangement: Arrangement::First }
+fn plain(choice: &Choice, told: &Told) -> DisplayLook {
+    DisplayLook { stops: choice.stops(told.automatic), tone_map: choice.tone_map, arrangement: Arrangement::First }
 }
 
 fn target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {

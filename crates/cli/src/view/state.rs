@@ -9,7 +9,7 @@ use super::undo::Undo;
 use crate::show::Picture;
 use egui::Rect;
 use glam::{Vec2, Vec3};
-use lightgraph::internals::image::paint::Look;
+use lightgraph::internals::image::paint::PaintLook;
 use lightgraph::internals::scene::{Pose, navigate};
 use lightgraph::internals::session::Pointer;
 use lightgraph::{Scene, View};
@@ -25,7 +25,7 @@ pub struct State {
     /// The output shown; `None`: the usual one.
     pub output: Option<String>,
     pub inspect: Option<Inspect>,
-    pub look: Look,
+    pub look: PaintLook,
     /// The invocation that is asked what it computes.
     pub ask: Option<Ask>,
     /// Of its values those are shown whose names hold this.
@@ -138,7 +138,7 @@ impl State {
             panels: Panels { left: true, right: true, bottom: true, tab: Tab::Steps },
             output: None,
             inspect: None,
-            look: Look::default(),
+            look: PaintLook::default(),
             ask: None,
             ask_search: String::new(),
             selected: None,

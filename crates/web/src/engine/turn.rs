@@ -4,7 +4,7 @@ use super::{Engine, Pair};
 use crate::made::{Made, Other};
 use crate::tell;
 use lightgraph::internals::fastest::Measuring;
-use lightgraph::internals::gpu::{Arrangement, Look, StepTime};
+use lightgraph::internals::gpu::{Arrangement, DisplayLook, StepTime};
 use lightgraph::internals::image::png::ToneMap;
 use lightgraph::{Checked, Diagnostic, Faults, Frame, FrameReport};
 use serde_json::{Value, json};
@@ -137,7 +137,7 @@ impl Engine {
             Some(other) => (other.image()?, self.arrangement),
             None => (image, Arrangement::First),
         };
-        let look = Look { stops: self.exposure, tone_map: ToneMap::Neutral, arrangement };
+        let look = DisplayLook { stops: self.exposure, tone_map: ToneMap::Neutral, arrangement };
         let seen = target.texture.create_view(&Default::default());
         self.display.draw(gpu, &mut encoder, [image, other], look, &seen);
         if let Some(other) = &second {

@@ -5,7 +5,7 @@ use super::pairs::number;
 use super::{Bench, Row, Wanted};
 use lightgraph::internals::gpu::{self, FrameInputs, Prepared, Timing};
 use lightgraph::internals::plan::change::Selection;
-use lightgraph::internals::plan::{Loop, Node};
+use lightgraph::internals::plan::{Loop, OrderNode};
 use lightgraph::internals::session::plan_for;
 use lightgraph::internals::value::Value;
 use lightgraph::{Checked, Diagnostic, Plan, Scene};
@@ -117,14 +117,14 @@ impl Bench<'_> {
 }
 
 /// The same order, each step in loops of its own that go round once.
-fn apart(nodes: &[Node]) -> Vec<Node> {
+fn apart(nodes: &[OrderNode]) -> Vec<OrderNode> {
     let mut out = vec![];
     for node in nodes {
         match node {
-            Node::Step(_) => out.push(node.clone()),
-            Node::Loop(l) => {
+            OrderNode::Step(_) => out.push(node.clone()),
+            OrderNode::Loop(l) => {
                 for inner in apart(&l.body) {
-                    out.push(Node::Loop(Loop { name: l.name.clone(), count: 1, until: None, body: vec![inner] }));
+                    out.push(OrderNode::Loop(Loop { name: l.name.clone(), count: 1, until: None, body: vec![inner] }));
                 }
             }
         }

@@ -5,7 +5,7 @@ use super::Seen;
 use crate::view::state::State;
 use egui::{Align2, Color32, FontId, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, Ui, Vec2};
 use lightgraph::Plan;
-use lightgraph::internals::plan::{Node, Resource, StepId};
+use lightgraph::internals::plan::{OrderNode, Resource, StepId};
 
 const ROW: f32 = 18.0;
 /// Room of the names of pieces, and at least that of a step.
@@ -117,11 +117,11 @@ fn lifetime(
     clicked.then(|| resource.name.clone())
 }
 
-fn in_order(nodes: &[Node], out: &mut Vec<StepId>) {
+fn in_order(nodes: &[OrderNode], out: &mut Vec<StepId>) {
     for node in nodes {
         match node {
-            Node::Step(step) => out.push(*step),
-            Node::Loop(l) => in_order(&l.body, out),
+            OrderNode::Step(step) => out.push(*step),
+            OrderNode::Loop(l) => in_order(&l.body, out),
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::view::feed::{Content, Inspected};
 use crate::view::stage::{Inspect, ProbedPlace};
 use crate::view::state::State;
 use egui::{ColorImage, ComboBox, DragValue, RichText, ScrollArea, Sense, TextureHandle, TextureOptions, Ui, Vec2};
-use lightgraph::internals::image::paint::{self, Channel, Extent, Look};
+use lightgraph::internals::image::paint::{self, Channel, PaintLook, ValueRange};
 use lightgraph::internals::plan::{Desc, TextureKind};
 use lightgraph::{Image, Plan};
 use std::path::Path;
@@ -103,9 +103,9 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
 #[derive(Clone)]
 struct Painted {
     from: Arc<Inspected>,
-    look: Look,
+    look: PaintLook,
     texture: TextureHandle,
-    extent: Extent,
+    extent: ValueRange,
 }
 
 fn plane(ui: &mut Ui, state: &mut State, inspected: &Arc<Inspected>, (image, graph): (&Image, Option<&Path>)) {
