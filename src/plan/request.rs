@@ -27,7 +27,7 @@ pub struct Request<'a> {
     pub outputs: Option<&'a [String]>,
     /// Which alternatives run; see [`super::fastest::FIRST`].
     pub choices: &'a Choices,
-    /// Parts of the scene: those of [`super::draw::asked`]. A draw that finds its own missing draws the scene as it
+    /// Parts of the scene: those of [`super::draw::asked_parts`]. A draw that finds its own missing draws the scene as it
     /// is.
     pub levels: &'a [Arc<Level>],
     pub limits: &'a wgpu_types::Limits,

@@ -54,7 +54,11 @@ fn measured(table: &Table, bench: &mut Bench<'_>) -> Checked<String> {
         let note = if row.note.is_empty() { String::new() } else { format!(", {}", row.note) };
         let name = format!("`{}`{note}", row.graph);
         text += &match described {
-            true => format!("| {} | {name} | {} |", thumbnail(&row.graph), row.what),
+            true => {
+                // Texts of the list go over several lines.
+                let what = row.what.split_whitespace().collect::<Vec<_>>().join(" ");
+                format!("| {} | {name} | {what} |", thumbnail(&row.graph))
+            }
             false => format!("| {name} |"),
         };
         for scene in &table.scenes {
