@@ -27,8 +27,8 @@ pub struct Request<'a> {
     pub outputs: Option<&'a [String]>,
     /// Which alternatives run; see [`super::fastest::FIRST`].
     pub choices: &'a Choices,
-    /// Parts of the scene: those of [`super::draw::asked_parts`]. A draw that finds its own missing draws the scene as it
-    /// is.
+    /// Parts of the scene that draws ask for, as [`super::draw::asked_parts`] lists them. A draw whose part is missing
+    /// draws the scene as it is.
     pub levels: &'a [Arc<Level>],
     pub limits: &'a wgpu_types::Limits,
     pub features: wgpu_types::Features,

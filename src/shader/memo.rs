@@ -16,7 +16,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-/// Shaders kept at most
+/// Shaders kept at most.
 const MOST_SHADERS: usize = 512;
 
 /// Libraries whose module names are kept at most.
