@@ -89,18 +89,18 @@ impl Program {
         Ok(Program { gpu: Gpu::from_parts(adapter, device, queue), shaders, lamps, lamps_pipeline, target })
     }
 
-    fn pictures(&self) -> Checked<[Picture; 2]> {
+    fn pictures(&self) -> Checked<[HostPicture; 2]> {
         let room = Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.glb"))?.scene;
         Ok([
-            Picture::new(self, 0, "lightgraph:graphs/gi/direct.ron", "direct", room)?,
+            HostPicture::new(self, 0, "lightgraph:graphs/gi/direct.ron", "direct", room)?,
             // A graph that looks at no scene takes any.
-            Picture::new(self, 1, "lightgraph:graphs/post/bloom.ron", "color", Scene::stand_in()?.scene)?,
+            HostPicture::new(self, 1, "lightgraph:graphs/post/bloom.ron", "color", Scene::stand_in()?.scene)?,
         ])
     }
 
     /// The program's loop. A frame is one submission: lamps, both graphs, the target. Bytes of each frame's target,
     /// read when all are under way.
-    fn frames(&self, [room, glow]: &mut [Picture; 2], count: u32) -> Checked<Vec<Vec<u8>>> {
+    fn frames(&self, [room, glow]: &mut [HostPicture; 2], count: u32) -> Checked<Vec<Vec<u8>>> {
         let mut under_way = vec![];
         for index in 0..count {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -138,7 +138,7 @@ impl Program {
     }
 
     /// One render pass of the program's own over its target.
-    fn draw(&self, encoder: &mut wgpu::CommandEncoder, pictures: &[&mut Picture]) {
+    fn draw(&self, encoder: &mut wgpu::CommandEncoder, pictures: &[&mut HostPicture]) {
         let mut pass = begin(encoder, &self.target, wgpu::Color { r: 0.02, g: 0.05, b: 0.2, a: 1.0 });
         for picture in pictures {
             pass.set_pipeline(&picture.pipeline);
@@ -165,7 +165,7 @@ impl Program {
 }
 
 /// A graph's output in the program's image.
-struct Picture {
+struct HostPicture {
     session: Session,
     /// Whose times have not arrived.
     frames: Vec<Frame>,
@@ -176,14 +176,14 @@ struct Picture {
     group: wgpu::BindGroup,
 }
 
-impl Picture {
+impl HostPicture {
     fn new(
         program: &Program,
         number: u32,
         graph: &str,
         output: &str,
         scene: impl Into<Arc<Scene>>,
-    ) -> Checked<Picture> {
+    ) -> Checked<HostPicture> {
         let Program { gpu, shaders, target, .. } = program;
         let project = Project::open(Path::new(graph), &[])?;
         let settings = Settings { size: PICTURE, outputs: Some(vec![output.into()]), skip: true, ..Default::default() };
@@ -214,7 +214,7 @@ impl Picture {
         let place = [4 + number * (SIZE[0] / 2), (SIZE[1] - PICTURE[1]) / 2];
         let constants = [("left", f64::from(place[0])), ("top", f64::from(place[1]))];
         let pipeline = pipeline(&gpu.device, shaders, ("shown", &constants), target.format(), &[Some(&layout)]);
-        Ok(Picture { session, frames: vec![], reports: vec![], place, pipeline, group })
+        Ok(HostPicture { session, frames: vec![], reports: vec![], place, pipeline, group })
     }
 
     /// What has arrived of frames that were submitted, in their order.

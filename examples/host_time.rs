@@ -11,7 +11,7 @@ use std::time::Instant;
 const FRAMES: u32 = 101;
 
 /// What is changed before a frame, by a distance.
-type Change<'c> = &'c dyn Fn(&mut Session, f32);
+type SceneEdit<'c> = &'c dyn Fn(&mut Session, f32);
 
 fn main() -> Checked<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -48,7 +48,7 @@ fn times(graph: &Path, scene: &Path, node: &str, params: &[String]) -> Checked<V
         drop(recorded);
         Ok(times)
     };
-    let kinds: [(&str, Change); 4] = [
+    let kinds: [(&str, SceneEdit); 4] = [
         ("nothing changed", &|_, _| {}),
         ("the camera moved", &|session, by| {
             session.shift.view = eye.map(|e| View::perspective(e.position + Vec3::Y * by, e.forward, e.up, 0.9));

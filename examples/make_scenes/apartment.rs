@@ -1,8 +1,8 @@
 //! A furnished apartment of three rooms: the sun comes in through two windows, a lamp of its own lights the room at the
 //! back.
 
-use crate::glb::Document;
-use crate::mesh::Mesh;
+use crate::glb::GlbBuilder;
+use crate::mesh::TriangleMesh;
 use crate::paintings;
 use crate::shapes::{block, ellipsoid, frame, lathe, panel, pierced_wall, smooth_profile, standing_block, tiles, tube};
 use glam::{DAffine3, DVec2, DVec3};
@@ -26,8 +26,8 @@ const WALL: f64 = 0.24;
 const SPLIT_X: f64 = 6.2;
 const SPLIT_Z: f64 = 3.0;
 
-pub fn apartment() -> Document {
-    let mut document = Document::new();
+pub fn apartment() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     building(&mut document);
     living_room(&mut document);
     dining(&mut document);
@@ -40,12 +40,12 @@ pub fn apartment() -> Document {
 }
 
 /// A wall that begins at a place and runs along +X, or along +Z when turned.
-fn wall_at(mesh: Mesh, x: f64, z: f64, along_z: bool) -> Mesh {
+fn wall_at(mesh: TriangleMesh, x: f64, z: f64, along_z: bool) -> TriangleMesh {
     let turn = if along_z { -FRAC_PI_2 } else { 0.0 };
     mesh.transformed(DAffine3::from_translation(DVec3::new(x, 0.0, z)) * DAffine3::from_rotation_y(turn))
 }
 
-fn building(document: &mut Document) {
+fn building(document: &mut GlbBuilder) {
     let plaster = document.matte("plaster", [0.78, 0.76, 0.72]);
     let accent = document.matte("accent wall", [0.32, 0.46, 0.44]);
     let white = document.matte("woodwork", [0.80, 0.80, 0.78]);
@@ -56,7 +56,7 @@ fn building(document: &mut Document) {
     document.fixture("ceiling", &ceiling, white);
 
     let half = WALL / 2.0;
-    let mut outer = Mesh::new();
+    let mut outer = TriangleMesh::new();
     let windows = [[1.2, 3.6, 0.5, 2.3], [7.6, 9.0, 0.9, 2.2]];
     outer.add(wall_at(pierced_wall(LENGTH, HEIGHT, WALL, &windows), 0.0, DEPTH + half, false));
     outer.add(wall_at(pierced_wall(LENGTH, HEIGHT, WALL, &[]), 0.0, -half, false));
@@ -65,7 +65,7 @@ fn building(document: &mut Document) {
     }
     document.fixture("outer walls", &outer, plaster);
 
-    let mut inner = Mesh::new();
+    let mut inner = TriangleMesh::new();
     let doors = [[0.9, 1.8, 0.0, 2.1], [4.6, 5.5, 0.0, 2.1]];
     inner.add(wall_at(pierced_wall(DEPTH, HEIGHT, 0.12, &doors), SPLIT_X, 0.0, true));
     document.fixture("accent wall", &inner, accent);
@@ -73,7 +73,7 @@ fn building(document: &mut Document) {
     document.fixture("partition", &wall_at(back, SPLIT_X + 0.06, SPLIT_Z, false), plaster);
 
     // Frames and crossbars of the windows, skirting along the living room's back.
-    let mut woodwork = Mesh::new();
+    let mut woodwork = TriangleMesh::new();
     for [from, to, low, high] in windows {
         let z = DEPTH + half;
         let bar =
@@ -93,14 +93,14 @@ fn building(document: &mut Document) {
 }
 
 /// A cushion: a box with round edges.
-fn cushion(at: DVec3, size: DVec3) -> Mesh {
+fn cushion(at: DVec3, size: DVec3) -> TriangleMesh {
     let profile: Vec<(f64, f64)> =
         (0..=6).map(|i| PI * (f64::from(i) / 6.0 - 0.5)).map(|a| (a.cos().max(0.0).powf(0.4), a.sin())).collect();
     let round = lathe(&profile, 24);
     round.transformed(DAffine3::from_scale_rotation_translation(size / 2.0, glam::DQuat::IDENTITY, at))
 }
 
-fn living_room(document: &mut Document) {
+fn living_room(document: &mut GlbBuilder) {
     let fabric = document.matte("sofa", [0.36, 0.40, 0.48]);
     let pillow = document.matte("pillow", [0.76, 0.46, 0.14]);
     let wood = document.matte("oak", [0.46, 0.30, 0.17]);
@@ -108,7 +108,7 @@ fn living_room(document: &mut Document) {
     let rug = document.textured("rug", &paintings::rug());
     document.fixture("rug", &tiles(DVec3::new(2.0, 0.012, 2.6), DVec2::new(2.6, 2.0), 1, 1), rug);
 
-    let mut sofa = Mesh::new();
+    let mut sofa = TriangleMesh::new();
     sofa.add(block(DVec3::new(5.1, 0.1, 2.3), DVec3::new(6.05, 0.4, 4.5)));
     sofa.add(block(DVec3::new(5.85, 0.4, 2.3), DVec3::new(6.05, 0.85, 4.5)));
     for z in [2.3, 4.3] {
@@ -121,7 +121,7 @@ fn living_room(document: &mut Document) {
     document.fixture("sofa", &sofa, fabric);
     document.fixture("pillows", &cushion(DVec3::new(5.55, 0.66, 2.7), DVec3::new(0.2, 0.36, 0.36)), pillow);
 
-    let mut table = Mesh::new();
+    let mut table = TriangleMesh::new();
     table.add(lathe(&[(0.0, 0.4), (0.5, 0.4), (0.52, 0.42), (0.5, 0.44), (0.0, 0.44)], 32));
     for (x, z) in [(0.3, 0.3), (-0.3, 0.3), (0.3, -0.3), (-0.3, -0.3)] {
         table.add(standing_block(x, z, DVec3::new(0.05, 0.4, 0.05)));
@@ -129,7 +129,7 @@ fn living_room(document: &mut Document) {
     document.fixture("table", &table.moved(DVec3::new(3.4, 0.0, 3.6)), wood);
 
     // Shelves with books along the left wall.
-    let mut shelves = Mesh::new();
+    let mut shelves = TriangleMesh::new();
     for i in 0..5 {
         let y = 0.4 * f64::from(i);
         shelves.add(block(DVec3::new(0.02, y + 0.1, 1.6), DVec3::new(0.34, y + 0.13, 3.4)));
@@ -141,7 +141,7 @@ fn living_room(document: &mut Document) {
     let colors = [[0.55, 0.12, 0.10], [0.14, 0.28, 0.48], [0.62, 0.56, 0.42], [0.18, 0.38, 0.20], [0.60, 0.42, 0.10]];
     for (k, color) in colors.into_iter().enumerate() {
         let material = document.matte(&format!("books {k}"), color);
-        let mut books = Mesh::new();
+        let mut books = TriangleMesh::new();
         for shelf in 0..4u32 {
             let mut z = 1.64;
             for book in 0..40u32 {
@@ -181,7 +181,7 @@ fn living_room(document: &mut Document) {
     let at = DVec3::new(0.55, 0.0, 6.3);
     let profile = smooth_profile(&[(0.0, 0.0), (0.16, 0.0), (0.2, 0.2), (0.24, 0.4), (0.2, 0.4), (0.0, 0.36)], 3);
     document.fixture("pot", &lathe(&profile, 24).moved(at), pot);
-    let mut leaves = Mesh::new();
+    let mut leaves = TriangleMesh::new();
     for i in 0..28u32 {
         let turn = 2.4 * f64::from(i);
         let (reach, rise) = (0.25 + 0.012 * f64::from(i % 9), 0.5 + 0.032 * f64::from(i));
@@ -189,7 +189,7 @@ fn living_room(document: &mut Document) {
             let width = 0.07 * (PI * along).sin() * side;
             DVec3::new(reach * along + 0.02, rise * along - 0.35 * along * along * along, width)
         };
-        let mut one = Mesh::new();
+        let mut one = TriangleMesh::new();
         for k in 0..4 {
             let (a, b) = (f64::from(k) / 4.0, f64::from(k + 1) / 4.0);
             one.quad([blade(a, 1.0), blade(a, -1.0), blade(b, -1.0), blade(b, 1.0)]);
@@ -200,7 +200,7 @@ fn living_room(document: &mut Document) {
 }
 
 /// A table and four chairs in the room at the windows' back.
-fn dining(document: &mut Document) {
+fn dining(document: &mut GlbBuilder) {
     let wood = document.matte("beech", [0.62, 0.47, 0.30]);
     let seat = document.matte("seat", [0.56, 0.16, 0.13]);
     let cabinet = document.matte("cabinet", [0.70, 0.70, 0.66]);
@@ -211,7 +211,7 @@ fn dining(document: &mut Document) {
         table.add(standing_block(x + dx, z + dz, DVec3::new(0.06, 0.71, 0.06)));
     }
     document.fixture("dining table", &table, wood);
-    let mut chair = Mesh::new();
+    let mut chair = TriangleMesh::new();
     for (dx, dz) in [(0.19, 0.19), (-0.19, 0.19), (0.19, -0.19), (-0.19, -0.19)] {
         let height = if dz < 0.0 { 0.92 } else { 0.44 };
         chair.add(standing_block(dx, dz, DVec3::new(0.04, height, 0.04)));
@@ -236,7 +236,7 @@ fn dining(document: &mut Document) {
 }
 
 /// A bed, a wardrobe and a lamp.
-fn bedroom(document: &mut Document) {
+fn bedroom(document: &mut GlbBuilder) {
     let linen = document.matte("linen", [0.76, 0.75, 0.78]);
     let blanket = document.matte("blanket", [0.24, 0.30, 0.52]);
     let wood = document.matte("teak", [0.40, 0.24, 0.14]);
@@ -257,7 +257,7 @@ fn bedroom(document: &mut Document) {
     document.fixture("shade", &lathe(&[(0.3, 0.0), (0.18, 0.3)], 24).moved(at), shade);
     let cord = tube(&[(at + DVec3::Y * 0.28, 0.01), (DVec3::new(at.x, HEIGHT, at.z), 0.01)], 6, false);
     document.fixture("cord", &cord, wood);
-    let mut bulb = Mesh::new();
+    let mut bulb = TriangleMesh::new();
     let p = |x: f64, z: f64| at + DVec3::new(x, 0.08, z);
     bulb.quad([p(-0.14, -0.14), p(0.14, -0.14), p(0.14, 0.14), p(-0.14, 0.14)]);
     document.fixture("lamp", &bulb, glow);

@@ -2,8 +2,8 @@
 //! have its light from walls and floors alone.
 
 use crate::figure::figure;
-use crate::glb::Document;
-use crate::mesh::Mesh;
+use crate::glb::GlbBuilder;
+use crate::mesh::TriangleMesh;
 use crate::shapes::{Arch, block, ellipsoid, lathe, smooth_profile, standing_block, tiles};
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -26,8 +26,8 @@ const BAY: f64 = 2.0;
 const THICK: f64 = 0.5;
 const SPRINGING: f64 = 2.7;
 
-pub fn atrium() -> Document {
-    let mut document = Document::new();
+pub fn atrium() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     shell(&mut document);
     arcades(&mut document);
     middle(&mut document);
@@ -37,7 +37,7 @@ pub fn atrium() -> Document {
     document
 }
 
-fn shell(document: &mut Document) {
+fn shell(document: &mut GlbBuilder) {
     let stone = document.matte("flags", [0.60, 0.55, 0.47]);
     let plaster = document.matte("plaster", [0.74, 0.68, 0.58]);
     let red = document.matte("dado", [0.54, 0.20, 0.14]);
@@ -45,13 +45,13 @@ fn shell(document: &mut Document) {
     let (x, z) = (HALF_X + GALLERY, HALF_Z + GALLERY);
     document.fixture("floor", &tiles(DVec3::new(-x, 0.0, -z), DVec2::new(2.0 * x, 2.0 * z), 8, 11), stone);
     let top = 2.0 * STOREY;
-    let mut sides = Mesh::new();
+    let mut sides = TriangleMesh::new();
     for (a, b) in [((-x, -z), (x, -z)), ((x, -z), (x, z)), ((x, z), (-x, z)), ((-x, z), (-x, -z))] {
         let p = |(px, pz): (f64, f64), y: f64| DVec3::new(px, y, pz);
         sides.quad([p(a, 0.0), p(b, 0.0), p(b, top), p(a, top)]);
     }
     document.fixture("walls", &sides, plaster);
-    let mut dado = Mesh::new();
+    let mut dado = TriangleMesh::new();
     for level in [0.0, STOREY] {
         for (low, high) in [
             (DVec3::new(-x, level, -z), DVec3::new(x, level + 1.1, -z + 0.03)),
@@ -66,7 +66,7 @@ fn shell(document: &mut Document) {
 
     // The floor of the upper galleries, and the roof over them: rings round the court.
     let ring = |low: f64, high: f64| {
-        let mut mesh = Mesh::new();
+        let mut mesh = TriangleMesh::new();
         let (inner_x, inner_z) = (HALF_X - THICK / 2.0, HALF_Z - THICK / 2.0);
         mesh.add(block(DVec3::new(-x, low, -z), DVec3::new(x, high, -inner_z)));
         mesh.add(block(DVec3::new(-x, low, inner_z), DVec3::new(x, high, z)));
@@ -78,7 +78,7 @@ fn shell(document: &mut Document) {
     document.fixture("roof", &ring(2.0 * STOREY, 2.0 * STOREY + 0.3), plaster);
 }
 
-fn arcades(document: &mut Document) {
+fn arcades(document: &mut GlbBuilder) {
     let wall = document.matte("arcade", [0.76, 0.71, 0.61]);
     let marble = document.matte("column", [0.74, 0.72, 0.69]);
     let arch = Arch {
@@ -114,7 +114,7 @@ fn arcades(document: &mut Document) {
     let rail = document.mesh("balustrade", &[(&rail, marble)]);
 
     for level in [0.0, STOREY] {
-        let bays = |document: &mut Document, half: f64, place: &dyn Fn(f64) -> DVec3, turn: f64| {
+        let bays = |document: &mut GlbBuilder, half: f64, place: &dyn Fn(f64) -> DVec3, turn: f64| {
             let count = (2.0 * half / BAY).round() as i32;
             for i in 0..count {
                 let at = place(BAY * (f64::from(i) + 0.5) - half) + DVec3::Y * level;
@@ -141,7 +141,7 @@ fn arcades(document: &mut Document) {
 }
 
 /// A fountain with a figure, urns at the corners, benches in the galleries.
-fn middle(document: &mut Document) {
+fn middle(document: &mut GlbBuilder) {
     let stone = document.matte("fountain", [0.66, 0.64, 0.60]);
     let bronze = document.matte("bronze", [0.30, 0.34, 0.22]);
     let clay = document.matte("clay", [0.62, 0.34, 0.22]);

@@ -1,8 +1,8 @@
 //! A board of materials: every part of glTF's metallic-roughness model and each kind of texture once, under a
 //! panorama.
 
-use crate::glb::Document;
-use crate::mesh::Mesh;
+use crate::glb::GlbBuilder;
+use crate::mesh::TriangleMesh;
 use crate::shapes::{ellipsoid, panel, surface};
 use crate::studio;
 use glam::{DAffine3, DMat3, DVec3};
@@ -15,11 +15,11 @@ const ROUGHNESS: [f64; 4] = [0.15, 0.35, 0.65, 1.0];
 /// Texels along a picture.
 const SIZE: u32 = 32;
 
-pub fn board() -> Document {
-    let mut d = Document::new();
+pub fn board() -> GlbBuilder {
+    let mut d = GlbBuilder::new();
     let p = DVec3::new;
     let stone = d.matte("stone", [0.42, 0.4, 0.38]);
-    let mut room = Mesh::new();
+    let mut room = TriangleMesh::new();
     room.quad([p(-5.0, -0.8, -1.2), p(5.0, -0.8, -1.2), p(5.0, 5.4, -1.2), p(-5.0, 5.4, -1.2)]);
     room.quad([p(-5.0, -0.8, 3.0), p(5.0, -0.8, 3.0), p(5.0, -0.8, -1.2), p(-5.0, -0.8, -1.2)]);
     d.fixture("room", &room, stone);
@@ -104,7 +104,7 @@ pub fn board() -> Document {
     d
 }
 
-fn ball(x: f64, y: f64) -> Mesh {
+fn ball(x: f64, y: f64) -> TriangleMesh {
     ellipsoid(DVec3::new(x, y, 0.0), DVec3::splat(0.55), 40, 20)
 }
 

@@ -1,11 +1,11 @@
 //! A standing person in a long robe, a staff in one hand and a bowl in the other, out of swept parts.
 
-use crate::mesh::Mesh;
+use crate::mesh::TriangleMesh;
 use crate::shapes::{around, ellipsoid, lathe, smooth_profile, surface, tube};
 use glam::{DAffine3, DVec3};
 
 /// One cross-section of the body: an ellipse whose edge carries the folds of the cloth. Metres.
-struct Section {
+struct CrossSection {
     height: f64,
     half_width: f64,
     half_depth: f64,
@@ -15,7 +15,7 @@ struct Section {
     fold: f64,
 }
 
-const BODY: [Section; 17] = [
+const BODY: [CrossSection; 17] = [
     section(0.00, 0.300, 0.260, 0.020, 0.026),
     section(0.03, 0.306, 0.266, 0.020, 0.028),
     section(0.20, 0.270, 0.226, 0.015, 0.026),
@@ -35,13 +35,13 @@ const BODY: [Section; 17] = [
     section(1.60, 0.000, 0.000, 0.020, 0.000),
 ];
 
-const fn section(height: f64, half_width: f64, half_depth: f64, forward: f64, fold: f64) -> Section {
-    Section { height, half_width, half_depth, forward, fold }
+const fn section(height: f64, half_width: f64, half_depth: f64, forward: f64, fold: f64) -> CrossSection {
+    CrossSection { height, half_width, half_depth, forward, fold }
 }
 
 /// Faces +Z, stands on the floor, 1.75 m tall, the staff 2 m. `sides` is the number of columns round the body; the
 /// rest follows it.
-pub fn figure(sides: usize) -> Mesh {
+pub fn figure(sides: usize) -> TriangleMesh {
     let round = (sides / 2).max(8);
     let mut mesh = body(sides);
     mesh.add(head(round));
@@ -56,7 +56,7 @@ pub fn figure(sides: usize) -> Mesh {
     mesh
 }
 
-fn body(sides: usize) -> Mesh {
+fn body(sides: usize) -> TriangleMesh {
     let folds = 9.0;
     let skirt = surface(sides, BODY.len() - 1, true, |column, row| {
         let s = &BODY[row];
@@ -72,7 +72,7 @@ fn body(sides: usize) -> Mesh {
     mesh
 }
 
-fn head(round: usize) -> Mesh {
+fn head(round: usize) -> TriangleMesh {
     let at = DVec3::new(0.0, 1.645, 0.025);
     let mut mesh = ellipsoid(at, DVec3::new(0.078, 0.112, 0.092), round, round);
     // Chin, nose and hair make it a face that looks somewhere.
@@ -84,7 +84,7 @@ fn head(round: usize) -> Mesh {
 }
 
 /// Shoulder, elbow and wrist; the sleeve widens towards its open end and a hand comes out of it.
-fn arm([shoulder, elbow, wrist]: [DVec3; 3], round: usize) -> Mesh {
+fn arm([shoulder, elbow, wrist]: [DVec3; 3], round: usize) -> TriangleMesh {
     let along = |a: DVec3, b: DVec3, t: f64| a.lerp(b, t);
     let fore = (wrist - elbow).normalize();
     let sleeve_end = along(elbow, wrist, 0.82);
@@ -113,13 +113,13 @@ fn arm([shoulder, elbow, wrist]: [DVec3; 3], round: usize) -> Mesh {
     mesh
 }
 
-fn staff(round: usize) -> Mesh {
+fn staff(round: usize) -> TriangleMesh {
     let mut mesh = lathe(&[(0.0, 0.0), (0.018, 0.0), (0.018, 1.94), (0.0, 1.94)], (round / 2).max(6));
     mesh.add(ellipsoid(DVec3::new(0.0, 1.97, 0.0), DVec3::splat(0.045), round, round / 2));
     mesh
 }
 
-fn bowl(round: usize) -> Mesh {
+fn bowl(round: usize) -> TriangleMesh {
     let outline = [(0.0, 0.0), (0.05, 0.0), (0.085, 0.035), (0.1, 0.075)];
     let mut profile = smooth_profile(&outline, 2);
     profile.extend([(0.092, 0.075), (0.05, 0.03), (0.0, 0.02)]);

@@ -1,8 +1,8 @@
 //! An art gallery of three rooms in a row, with pictures, sculptures, benches and ropes, lit by one spot light.
 
 use crate::figure::figure;
-use crate::glb::{Document, Material, MeshId};
-use crate::mesh::Mesh;
+use crate::glb::{GlbBuilder, MaterialIndex, MeshId};
+use crate::mesh::TriangleMesh;
 use crate::paintings;
 use crate::shapes::{Arch, block, ellipsoid, frame, lathe, panel, smooth_profile, standing_block, tube};
 use glam::{DAffine3, DVec3};
@@ -25,8 +25,8 @@ const HEIGHT: f64 = 4.0;
 const INNER_X: f64 = 3.2;
 const INNER_THICKNESS: f64 = 0.36;
 
-pub fn gallery() -> Document {
-    let mut document = Document::new();
+pub fn gallery() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     building(&mut document);
     pictures(&mut document);
     sculptures(&mut document);
@@ -44,7 +44,7 @@ fn pose(position: DVec3, degrees: f64) -> DAffine3 {
     DAffine3::from_translation(position) * DAffine3::from_rotation_y(degrees.to_radians())
 }
 
-fn building(document: &mut Document) {
+fn building(document: &mut GlbBuilder) {
     let floor_material = document.matte("floor", [0.70, 0.54, 0.24]);
     let wall = document.matte("wall", [0.76, 0.74, 0.70]);
     let ceiling_material = document.matte("ceiling", [0.80, 0.80, 0.78]);
@@ -53,7 +53,7 @@ fn building(document: &mut Document) {
     let end = document.matte("right wall", [0.16, 0.36, 0.46]);
     let (x, z) = (HALF_X, HALF_Z);
     let flat = |y: f64, corners: [(f64, f64); 4]| {
-        let mut mesh = Mesh::new();
+        let mut mesh = TriangleMesh::new();
         mesh.quad(corners.map(|(x, z)| DVec3::new(x, y, z)));
         mesh
     };
@@ -92,13 +92,13 @@ fn building(document: &mut Document) {
         document.place("doorway", doorway, pose(DVec3::X * (side * INNER_X), 90.0));
     }
 
-    let mut beams = Mesh::new();
+    let mut beams = TriangleMesh::new();
     for i in -3..=3 {
         let z = 1.7 * f64::from(i);
         beams.add(block(DVec3::new(-x, HEIGHT - 0.22, z - 0.09), DVec3::new(x, HEIGHT, z + 0.09)));
     }
     document.fixture("beams", &beams, skirting);
-    let mut boards = Mesh::new();
+    let mut boards = TriangleMesh::new();
     for side in [-1.0, 1.0] {
         let edge = side * (z - 0.03);
         boards.add(block(DVec3::new(-x, 0.0, edge - 0.03), DVec3::new(x, 0.14, edge + 0.03)));
@@ -107,7 +107,13 @@ fn building(document: &mut Document) {
 }
 
 /// A framed picture: the mesh stands with its back on Z = 0, its middle at the origin.
-fn picture(document: &mut Document, name: &str, size: [f64; 2], frame_material: Material, canvas: Canvas) -> MeshId {
+fn picture(
+    document: &mut GlbBuilder,
+    name: &str,
+    size: [f64; 2],
+    frame_material: MaterialIndex,
+    canvas: FrameContent,
+) -> MeshId {
     let [width, height] = size;
     let profile = [
         (0.11, 0.0),
@@ -124,10 +130,10 @@ fn picture(document: &mut Document, name: &str, size: [f64; 2], frame_material: 
     let outside = frame(width, height, &profile);
     let back = panel(width, height).moved(DVec3::Z * 0.012);
     match canvas {
-        Canvas::Painted(material) => document.mesh(name, &[(&outside, frame_material), (&back, material)]),
-        Canvas::Fields(ground, fields) => {
+        FrameContent::Painted(material) => document.mesh(name, &[(&outside, frame_material), (&back, material)]),
+        FrameContent::Fields(ground, fields) => {
             // The fields lie a millimetre and a half before the ground, each a closed slab.
-            let mut upper = Mesh::new();
+            let mut upper = TriangleMesh::new();
             let (w, h) = (0.40 * width, height);
             upper.add(block(DVec3::new(-w, 0.05 * h, 0.006), DVec3::new(w, 0.42 * h, 0.0135)));
             let lower = block(DVec3::new(-w, -0.42 * h, 0.006), DVec3::new(w, -0.02 * h, 0.0135));
@@ -138,12 +144,12 @@ fn picture(document: &mut Document, name: &str, size: [f64; 2], frame_material: 
 }
 
 /// What is in a frame: an image, or two fields of colour on a ground.
-enum Canvas {
-    Painted(Material),
-    Fields(Material, [Material; 2]),
+enum FrameContent {
+    Painted(MaterialIndex),
+    Fields(MaterialIndex, [MaterialIndex; 2]),
 }
 
-fn pictures(document: &mut Document) {
+fn pictures(document: &mut GlbBuilder) {
     let gold = document.matte("gilt frame", [0.70, 0.50, 0.18]);
     let black = document.matte("dark frame", [0.10, 0.08, 0.07]);
     let landscape = document.textured("landscape", &paintings::landscape());
@@ -157,11 +163,12 @@ fn pictures(document: &mut Document) {
         ("ivory", [0.80, 0.76, 0.64]),
     ]
     .map(|(name, albedo)| document.matte(name, albedo));
-    let fields = |ground: usize, upper: usize, lower: usize| Canvas::Fields(hues[ground], [hues[upper], hues[lower]]);
+    let fields =
+        |ground: usize, upper: usize, lower: usize| FrameContent::Fields(hues[ground], [hues[upper], hues[lower]]);
     let kinds = [
-        picture(document, "landscape", [1.9, 1.3], gold, Canvas::Painted(landscape)),
+        picture(document, "landscape", [1.9, 1.3], gold, FrameContent::Painted(landscape)),
         picture(document, "warm fields", [1.2, 1.6], black, fields(0, 2, 4)),
-        picture(document, "composition", [1.4, 1.4], black, Canvas::Painted(composition)),
+        picture(document, "composition", [1.4, 1.4], black, FrameContent::Painted(composition)),
         picture(document, "cool fields", [1.2, 1.6], black, fields(1, 3, 5)),
         picture(document, "night fields", [1.6, 1.1], gold, fields(4, 1, 2)),
         picture(document, "green fields", [1.0, 1.3], gold, fields(3, 5, 2)),
@@ -200,7 +207,7 @@ fn pictures(document: &mut Document) {
     }
 }
 
-fn sculptures(document: &mut Document) {
+fn sculptures(document: &mut GlbBuilder) {
     let marble = document.matte("marble", [0.78, 0.76, 0.72]);
     let bronze = document.matte("bronze", [0.36, 0.22, 0.10]);
     let jade = document.matte("jade", [0.14, 0.44, 0.32]);
@@ -241,7 +248,7 @@ fn sculptures(document: &mut Document) {
 }
 
 /// A (2, 3) torus knot on a small foot, 1 m tall.
-fn knot() -> Mesh {
+fn knot() -> TriangleMesh {
     let steps = 132;
     let path: Vec<(DVec3, f64)> = (0..steps)
         .map(|i| {
@@ -256,8 +263,8 @@ fn knot() -> Mesh {
 }
 
 /// Four balls of falling size, one on another.
-fn spheres() -> Mesh {
-    let mut mesh = Mesh::new();
+fn spheres() -> TriangleMesh {
+    let mut mesh = TriangleMesh::new();
     let mut top = 0.0;
     for radius in [0.30, 0.22, 0.15, 0.09] {
         mesh.add(ellipsoid(DVec3::Y * (top + radius), DVec3::splat(radius), 32, 18));
@@ -266,7 +273,7 @@ fn spheres() -> Mesh {
     mesh
 }
 
-fn benches(document: &mut Document) {
+fn benches(document: &mut GlbBuilder) {
     let wood = document.matte("bench", [0.34, 0.19, 0.09]);
     let leather = document.matte("cushion", [0.46, 0.12, 0.08]);
     let leg_outline = [(0.035, 0.0), (0.028, 0.06), (0.05, 0.12), (0.03, 0.2), (0.05, 0.28), (0.045, 0.38)];
@@ -285,7 +292,7 @@ fn benches(document: &mut Document) {
 }
 
 /// Posts with hanging ropes round the statues.
-fn ropes(document: &mut Document) {
+fn ropes(document: &mut GlbBuilder) {
     let brass = document.matte("brass", [0.66, 0.48, 0.16]);
     let velvet = document.matte("velvet", [0.50, 0.04, 0.08]);
     let outline =

@@ -1,12 +1,12 @@
 //! Writes binary glTF 2.0: a JSON chunk and one buffer.
 
-use crate::mesh::Mesh;
+use crate::mesh::TriangleMesh;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
 
 /// Place of a material in the file.
 #[derive(Debug, Clone, Copy)]
-pub struct Material(usize);
+pub struct MaterialIndex(usize);
 
 /// Place of a mesh in the file.
 #[derive(Debug, Clone, Copy)]
@@ -14,11 +14,11 @@ pub struct MeshId(usize);
 
 /// Place of a light in the file.
 #[derive(Debug, Clone, Copy)]
-pub struct Light(usize);
+pub struct LightIndex(usize);
 
 /// A glTF file under construction.
 #[derive(Debug, Default)]
-pub struct Document {
+pub struct GlbBuilder {
     nodes: Vec<Value>,
     meshes: Vec<Value>,
     /// Triangles and which materials have a texture, by place in the file.
@@ -45,28 +45,28 @@ const UNSIGNED_SHORT: u32 = 5123;
 const FLOAT: u32 = 5126;
 const NEAREST: u32 = 9728;
 
-impl Document {
-    pub fn new() -> Document {
-        Document::default()
+impl GlbBuilder {
+    pub fn new() -> GlbBuilder {
+        GlbBuilder::default()
     }
 
     /// A Lambert surface of the given linear albedo.
-    pub fn matte(&mut self, name: &str, albedo: [f64; 3]) -> Material {
+    pub fn matte(&mut self, name: &str, albedo: [f64; 3]) -> MaterialIndex {
         self.material(name, albedo, json!({}), None)
     }
 
     /// A thin Lambert sheet, seen from both sides.
-    pub fn cloth(&mut self, name: &str, albedo: [f64; 3]) -> Material {
+    pub fn cloth(&mut self, name: &str, albedo: [f64; 3]) -> MaterialIndex {
         self.material(name, albedo, json!({ "doubleSided": true }), None)
     }
 
     /// A Lambert surface that also gives off `radiance`, at most 1, from its front.
-    pub fn emissive(&mut self, name: &str, albedo: [f64; 3], radiance: [f64; 3]) -> Material {
+    pub fn emissive(&mut self, name: &str, albedo: [f64; 3], radiance: [f64; 3]) -> MaterialIndex {
         self.material(name, albedo, json!({ "emissiveFactor": radiance }), None)
     }
 
     /// A black surface that gives off `radiance`, of any strength, from its front.
-    pub fn glowing(&mut self, name: &str, radiance: [f64; 3]) -> Material {
+    pub fn glowing(&mut self, name: &str, radiance: [f64; 3]) -> MaterialIndex {
         // glTF's factors are at most 1.
         let most = radiance.into_iter().fold(0.0, f64::max);
         let strength = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": round(most) } });
@@ -75,7 +75,7 @@ impl Document {
     }
 
     /// A Lambert surface whose albedo is a PNG image (sRGB).
-    pub fn textured(&mut self, name: &str, png: &[u8]) -> Material {
+    pub fn textured(&mut self, name: &str, png: &[u8]) -> MaterialIndex {
         let image = self.image(name, png, false);
         self.material(name, [1.0; 3], json!({}), Some(image))
     }
@@ -92,15 +92,15 @@ impl Document {
     }
 
     /// A material in glTF's own words.
-    pub fn described(&mut self, name: &str, mut value: Value) -> Material {
+    pub fn described(&mut self, name: &str, mut value: Value) -> MaterialIndex {
         value["name"] = json!(name);
         self.textured.push(value.to_string().contains("Texture"));
         self.materials.push(value);
-        Material(self.materials.len() - 1)
+        MaterialIndex(self.materials.len() - 1)
     }
 
     /// A metal of glTF's model; the colour is what it reflects head on.
-    pub fn metal(&mut self, name: &str, color: [f64; 3], roughness: f64) -> Material {
+    pub fn metal(&mut self, name: &str, color: [f64; 3], roughness: f64) -> MaterialIndex {
         let made = self.material(name, color, json!({}), None);
         let finish = &mut self.materials[made.0]["pbrMetallicRoughness"];
         finish["metallicFactor"] = json!(1.0);
@@ -108,7 +108,7 @@ impl Document {
         made
     }
 
-    fn material(&mut self, name: &str, albedo: [f64; 3], mut value: Value, texture: Option<usize>) -> Material {
+    fn material(&mut self, name: &str, albedo: [f64; 3], mut value: Value, texture: Option<usize>) -> MaterialIndex {
         let [r, g, b] = albedo;
         value["name"] = json!(name);
         value["pbrMetallicRoughness"] =
@@ -118,16 +118,16 @@ impl Document {
         }
         self.textured.push(texture.is_some());
         self.materials.push(value);
-        Material(self.materials.len() - 1)
+        MaterialIndex(self.materials.len() - 1)
     }
 
     /// A mesh of one primitive a material.
-    pub fn mesh(&mut self, name: &str, parts: &[(&Mesh, Material)]) -> MeshId {
+    pub fn mesh(&mut self, name: &str, parts: &[(&TriangleMesh, MaterialIndex)]) -> MeshId {
         let primitives = parts.iter().map(|(mesh, material)| self.primitive(mesh, *material)).collect();
         self.mesh_of(name, parts, primitives)
     }
 
-    fn mesh_of(&mut self, name: &str, parts: &[(&Mesh, Material)], primitives: Vec<Value>) -> MeshId {
+    fn mesh_of(&mut self, name: &str, parts: &[(&TriangleMesh, MaterialIndex)], primitives: Vec<Value>) -> MeshId {
         self.meshes.push(json!({ "name": name, "primitives": primitives }));
         self.mesh_triangles.push(parts.iter().map(|(mesh, _)| mesh.triangle_count()).sum());
         MeshId(self.meshes.len() - 1)
@@ -137,9 +137,9 @@ impl Document {
     pub fn mesh_with(
         &mut self,
         name: &str,
-        mesh: &Mesh,
-        material: Material,
-        more: impl FnOnce(&mut Document, &[[f32; 3]], &mut Value),
+        mesh: &TriangleMesh,
+        material: MaterialIndex,
+        more: impl FnOnce(&mut GlbBuilder, &[[f32; 3]], &mut Value),
     ) -> MeshId {
         let mut primitive = self.primitive(mesh, material);
         let welded = mesh.weld(self.textured[material.0]);
@@ -203,7 +203,7 @@ impl Document {
         self.animations.push(value);
     }
 
-    fn primitive(&mut self, mesh: &Mesh, material: Material) -> Value {
+    fn primitive(&mut self, mesh: &TriangleMesh, material: MaterialIndex) -> Value {
         let textured = self.textured[material.0];
         let welded = mesh.weld(textured);
         let count = welded.positions.len();
@@ -252,7 +252,7 @@ impl Document {
     }
 
     /// A mesh of one material at the origin, with its node.
-    pub fn fixture(&mut self, name: &str, mesh: &Mesh, material: Material) {
+    pub fn fixture(&mut self, name: &str, mesh: &TriangleMesh, material: MaterialIndex) {
         let id = self.mesh(name, &[(mesh, material)]);
         self.place(name, id, DAffine3::IDENTITY);
     }
@@ -288,26 +288,26 @@ impl Document {
     }
 
     /// A point light for many places; `candela` times `color` is radiant intensity.
-    pub fn lamp(&mut self, name: &str, color: [f64; 3], candela: f64) -> Light {
+    pub fn lamp(&mut self, name: &str, color: [f64; 3], candela: f64) -> LightIndex {
         // glTF's colours are at most 1.
         let most = color.into_iter().fold(0.0, f64::max);
         let color = color.map(|c| round(c / most));
         let light = json!({ "name": name, "type": "point", "color": color, "intensity": round(candela * most) });
         self.lights.push(light);
-        Light(self.lights.len() - 1)
+        LightIndex(self.lights.len() - 1)
     }
 
     /// A node that shows a light.
-    pub fn hang(&mut self, light: Light, position: DVec3) {
+    pub fn hang(&mut self, light: LightIndex, position: DVec3) {
         self.place_light(light, position, DQuat::IDENTITY);
     }
 
     fn light(&mut self, light: Value, position: DVec3, rotation: DQuat) {
         self.lights.push(light);
-        self.place_light(Light(self.lights.len() - 1), position, rotation);
+        self.place_light(LightIndex(self.lights.len() - 1), position, rotation);
     }
 
-    fn place_light(&mut self, light: Light, position: DVec3, rotation: DQuat) {
+    fn place_light(&mut self, light: LightIndex, position: DVec3, rotation: DQuat) {
         let name = self.lights[light.0]["name"].as_str().unwrap_or("light");
         let mut node = posed(name, position, rotation);
         node["extensions"] = json!({ "KHR_lights_punctual": { "light": light.0 } });

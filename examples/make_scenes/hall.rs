@@ -2,8 +2,8 @@
 //! the light of one spot. After the hall of Nijasure, Pattanaik and Goel, "Real-Time Global Illumination on GPU".
 
 use crate::figure::figure;
-use crate::glb::Document;
-use crate::mesh::Mesh;
+use crate::glb::GlbBuilder;
+use crate::mesh::TriangleMesh;
 use crate::shapes::{Arch, block, ellipsoid, lathe, smooth_profile, standing_block, surface};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -58,8 +58,8 @@ const NAVE: f64 = 2.15;
 const VAULT_RISE: f64 = 1.15;
 const SPRINGING: f64 = 2.5;
 
-pub fn hall() -> Document {
-    let mut document = Document::new();
+pub fn hall() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     shell(&mut document);
     arcades(&mut document);
     end_walls(&mut document);
@@ -72,7 +72,7 @@ pub fn hall() -> Document {
 }
 
 /// Floor, carpet, walls, aisle ceilings and the vault with its ribs.
-fn shell(document: &mut Document) {
+fn shell(document: &mut GlbBuilder) {
     let stone = document.matte("floor", [0.68, 0.63, 0.54]);
     let carpet = document.matte("carpet", [0.62, 0.07, 0.06]);
     let plaster = document.matte("plaster", [0.80, 0.76, 0.68]);
@@ -80,19 +80,19 @@ fn shell(document: &mut Document) {
     let sky = document.matte("vault", [0.60, 0.68, 0.78]);
 
     let (w, l) = (HALF_WIDTH, HALF_LENGTH);
-    let mut floor = Mesh::new();
+    let mut floor = TriangleMesh::new();
     floor.quad([(-w, l), (w, l), (w, -l), (-w, -l)].map(|(x, z)| DVec3::new(x, 0.0, z)));
     document.fixture("floor", &floor, stone);
     document.fixture("carpet", &block(DVec3::new(-0.95, 0.0, -7.6), DVec3::new(0.95, 0.02, 8.6)), carpet);
 
-    let mut sides = Mesh::new();
-    let mut ceilings = Mesh::new();
+    let mut sides = TriangleMesh::new();
+    let mut ceilings = TriangleMesh::new();
     for turn in [0.0, PI] {
         let turned = DAffine3::from_rotation_y(turn);
-        let mut side = Mesh::new();
+        let mut side = TriangleMesh::new();
         side.quad([(-l, 0.0), (l, 0.0), (l, WALL), (-l, WALL)].map(|(z, y)| DVec3::new(w, y, z)));
         sides.add(side.transformed(turned));
-        let mut ceiling = Mesh::new();
+        let mut ceiling = TriangleMesh::new();
         ceiling.quad([(NAVE, -l), (w, -l), (w, l), (NAVE, l)].map(|(x, z)| DVec3::new(x, WALL, z)));
         ceilings.add(ceiling.transformed(turned));
     }
@@ -126,7 +126,7 @@ fn vault_point(segment: usize, segments: usize, depth: f64) -> glam::DVec2 {
 }
 
 /// Columns on bases, and the walls with arches that they carry.
-fn arcades(document: &mut Document) {
+fn arcades(document: &mut GlbBuilder) {
     let wall = document.matte("arcade", [0.80, 0.76, 0.68]);
     let marble = document.matte("column", [0.78, 0.74, 0.67]);
     let arch = Arch {
@@ -176,14 +176,14 @@ fn arcades(document: &mut Document) {
 }
 
 /// The walls at both ends under the vault; at the far one an arch frames a blue niche over three steps.
-fn end_walls(document: &mut Document) {
+fn end_walls(document: &mut GlbBuilder) {
     let plaster = document.matte("end wall", [0.80, 0.76, 0.68]);
     let blue = document.matte("niche", [0.12, 0.30, 0.58]);
     let gold = document.matte("gold", [0.80, 0.56, 0.18]);
     let stone = document.matte("steps", [0.70, 0.66, 0.58]);
     let segments = 14;
     let (w, l) = (HALF_WIDTH, HALF_LENGTH);
-    let mut wall = Mesh::new();
+    let mut wall = TriangleMesh::new();
     wall.quad([(-w, 0.0), (w, 0.0), (w, WALL), (-w, WALL)].map(|(x, y)| DVec3::new(x, y, 0.0)));
     for segment in 0..segments {
         let point = |s: usize| vault_point(s, segments, 0.0).extend(0.0);
@@ -200,11 +200,11 @@ fn end_walls(document: &mut Document) {
     document.fixture("apse moulding", &arch.moulding(0.18, 0.06).moved(to_wall), gold);
     let cornice = block(DVec3::new(-NAVE, WALL, -l), DVec3::new(NAVE, WALL + 0.12, 0.56 - l));
     document.fixture("cornice", &cornice, gold);
-    let mut back = Mesh::new();
+    let mut back = TriangleMesh::new();
     let z = 0.02 - l;
     back.quad([(-1.4, 0.0), (1.4, 0.0), (1.4, 4.0), (-1.4, 4.0)].map(|(x, y)| DVec3::new(x, y, z)));
     document.fixture("niche", &back, blue);
-    let mut steps = Mesh::new();
+    let mut steps = TriangleMesh::new();
     for i in 0..3 {
         let (width, depth, height) = (3.4 - 0.5 * f64::from(i), 1.35 - 0.35 * f64::from(i), 0.15 * f64::from(i + 1));
         let half = width / 2.0;
@@ -218,7 +218,7 @@ fn end_walls(document: &mut Document) {
 }
 
 /// A pleated cloth in each bay of both aisles, in turn of three colours.
-fn drapes(document: &mut Document) {
+fn drapes(document: &mut GlbBuilder) {
     let colours = [("crimson", [0.58, 0.05, 0.07]), ("teal", [0.04, 0.38, 0.40]), ("emerald", [0.08, 0.42, 0.12])];
     let (pleats, a_pleat) = (4, 4);
     let columns = pleats * a_pleat;
@@ -243,7 +243,7 @@ fn drapes(document: &mut Document) {
     }
 }
 
-fn figure_and_ball(document: &mut Document) {
+fn figure_and_ball(document: &mut GlbBuilder) {
     let stone = document.matte("plinth", [0.62, 0.60, 0.58]);
     let figure_material = document.matte("figure", [0.66, 0.62, 0.56]);
     let ball_material = document.matte("ball", [0.16, 0.30, 0.72]);

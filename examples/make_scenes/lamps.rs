@@ -1,8 +1,8 @@
 //! A closed hall with pillars and benches under many small coloured lamps, which together give the same light whatever
 //! their number.
 
-use crate::glb::Document;
-use crate::mesh::Mesh;
+use crate::glb::GlbBuilder;
+use crate::mesh::TriangleMesh;
 use crate::shapes::standing_block;
 use glam::DVec3;
 
@@ -27,8 +27,8 @@ const BENCHES: [(f64, f64); 5] = [(-3.4, 0.4), (0.3, -0.8), (3.6, 0.6), (-6.4, -
 const BENCH: DVec3 = DVec3::new(1.8, 0.9, 0.7);
 
 /// The hall under `count` lamps. Those of a smaller number hang where the first of a larger do.
-pub fn lamps(count: usize) -> Document {
-    let mut document = Document::new();
+pub fn lamps(count: usize) -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let plaster = document.matte("plaster", [0.56, 0.55, 0.53]);
     let floor = document.matte("floor", [0.50, 0.44, 0.38]);
     let stone = document.matte("stone", [0.62, 0.60, 0.57]);
@@ -36,10 +36,10 @@ pub fn lamps(count: usize) -> Document {
     let (w, l, h) = (HALF_WIDTH, HALF_LENGTH, HEIGHT);
 
     let p = DVec3::new;
-    let mut ground = Mesh::new();
+    let mut ground = TriangleMesh::new();
     ground.quad([p(-w, 0.0, l), p(w, 0.0, l), p(w, 0.0, -l), p(-w, 0.0, -l)]);
     document.fixture("ground", &ground, floor);
-    let mut shell = Mesh::new();
+    let mut shell = TriangleMesh::new();
     shell.quad([p(-w, h, -l), p(w, h, -l), p(w, h, l), p(-w, h, l)]);
     shell.quad([p(-w, 0.0, -l), p(w, 0.0, -l), p(w, h, -l), p(-w, h, -l)]);
     shell.quad([p(w, 0.0, l), p(-w, 0.0, l), p(-w, h, l), p(w, h, l)]);
@@ -49,7 +49,7 @@ pub fn lamps(count: usize) -> Document {
     for (name, places, size, material) in
         [("pillars", &PILLARS[..], PILLAR, stone), ("benches", &BENCHES[..], BENCH, wood)]
     {
-        let mut solids = Mesh::new();
+        let mut solids = TriangleMesh::new();
         for (x, z) in places {
             solids.add(standing_block(*x, *z, size));
         }

@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// A file of `scenes/`, or of another folder of the repository.
-struct Output {
+struct SceneFile {
     folder: &'static str,
     name: String,
     bytes: Vec<u8>,
@@ -36,7 +36,7 @@ struct Output {
 }
 
 /// Every generated file, in the order of the README's table.
-fn outputs() -> Vec<Output> {
+fn outputs() -> Vec<SceneFile> {
     let geometry = [
         ("cornell", rooms::cornell()),
         ("hall", hall::hall()),
@@ -63,9 +63,9 @@ fn outputs() -> Vec<Output> {
         ("materials", board::board()),
         ("moves", moves::moves()),
     ];
-    let mut out: Vec<Output> = geometry
+    let mut out: Vec<SceneFile> = geometry
         .into_iter()
-        .map(|(name, document)| Output {
+        .map(|(name, document)| SceneFile {
             folder: "scenes",
             name: format!("{name}.glb"),
             triangles: Some(document.triangle_count()),
@@ -89,17 +89,17 @@ fn outputs() -> Vec<Output> {
         ("materials.ron", board::SCENE),
     ] {
         let bytes = text.as_bytes().to_vec();
-        out.push(Output { folder: "scenes", name: name.to_string(), bytes, triangles: None });
+        out.push(SceneFile { folder: "scenes", name: name.to_string(), bytes, triangles: None });
     }
     for (folder, name, bytes) in
         [("graphs/play", "studio.hdr", studio::studio()), ("scenes", "materials.hdr", board::panorama())]
     {
-        out.push(Output { folder, name: name.to_string(), bytes, triangles: None });
+        out.push(SceneFile { folder, name: name.to_string(), bytes, triangles: None });
     }
     out
 }
 
-fn write(directory: &Path, output: &Output) -> std::io::Result<()> {
+fn write(directory: &Path, output: &SceneFile) -> std::io::Result<()> {
     std::fs::create_dir_all(directory)?;
     std::fs::write(directory.join(&output.name), &output.bytes)
 }

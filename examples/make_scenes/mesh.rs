@@ -11,20 +11,20 @@ const GRID: f64 = 1e6;
 
 /// A corner of a triangle: position in metres and texture coordinate (0, 0 at the image's upper left).
 #[derive(Debug, Clone, Copy)]
-struct Corner {
+struct MeshVertex {
     position: DVec3,
     uv: DVec2,
 }
 
 /// Loose triangles, counter-clockwise seen from the front.
 #[derive(Debug, Clone, Default)]
-pub struct Mesh {
-    triangles: Vec<[Corner; 3]>,
+pub struct TriangleMesh {
+    triangles: Vec<[MeshVertex; 3]>,
 }
 
-impl Mesh {
-    pub fn new() -> Mesh {
-        Mesh::default()
+impl TriangleMesh {
+    pub fn new() -> TriangleMesh {
+        TriangleMesh::default()
     }
 
     /// Adds a triangle; one that has no area is left out.
@@ -43,21 +43,22 @@ impl Mesh {
         let positions = positions.map(snap);
         let [a, b, c] = positions;
         if (b - a).cross(c - a).length_squared() > 0.0 {
-            self.triangles.push(std::array::from_fn(|i| Corner { position: positions[i], uv: uvs[i] }));
+            self.triangles.push(std::array::from_fn(|i| MeshVertex { position: positions[i], uv: uvs[i] }));
         }
     }
 
     /// Adds the triangles of another mesh.
-    pub fn add(&mut self, other: Mesh) {
+    pub fn add(&mut self, other: TriangleMesh) {
         self.triangles.extend(other.triangles);
     }
 
     /// The same, moved. A mirror image keeps its front outside.
-    pub fn transformed(self, transform: DAffine3) -> Mesh {
+    pub fn transformed(self, transform: DAffine3) -> TriangleMesh {
         let mirrored = transform.matrix3.determinant() < 0.0;
-        let mut out = Mesh::new();
+        let mut out = TriangleMesh::new();
         for corners in self.triangles {
-            let mut corners = corners.map(|c| Corner { position: transform.transform_point3(c.position), uv: c.uv });
+            let mut corners =
+                corners.map(|c| MeshVertex { position: transform.transform_point3(c.position), uv: c.uv });
             if mirrored {
                 corners.swap(1, 2);
             }
@@ -66,12 +67,12 @@ impl Mesh {
         out
     }
 
-    pub fn moved(self, by: DVec3) -> Mesh {
+    pub fn moved(self, by: DVec3) -> TriangleMesh {
         self.transformed(DAffine3::from_translation(by))
     }
 
     /// The same, seen from behind: a solid becomes a room.
-    pub fn inside_out(mut self) -> Mesh {
+    pub fn inside_out(mut self) -> TriangleMesh {
         for corners in &mut self.triangles {
             corners.swap(1, 2);
         }
@@ -91,7 +92,7 @@ impl Mesh {
                 faces_at.entry(key(corner.position)).or_default().push(face);
             }
         }
-        let smooth = |face: usize, corner: &Corner| -> DVec3 {
+        let smooth = |face: usize, corner: &MeshVertex| -> DVec3 {
             let own = face_normals[face].normalize();
             let around = &faces_at[&key(corner.position)];
             let near = around.iter().map(|&f| face_normals[f]).filter(|n| n.normalize().dot(own) > SMOOTH_COSINE);
@@ -133,7 +134,7 @@ pub struct Welded {
     pub flat: bool,
 }
 
-fn area_normal([a, b, c]: &[Corner; 3]) -> DVec3 {
+fn area_normal([a, b, c]: &[MeshVertex; 3]) -> DVec3 {
     (b.position - a.position).cross(c.position - a.position)
 }
 

@@ -1,8 +1,8 @@
 //! What moves in every way that glTF knows: a skinned and morphed stalk on nodes with scales of their own, a ball of
 //! two morph targets, and a box on a chain of nodes.
 
-use crate::glb::Document;
-use crate::mesh::Mesh;
+use crate::glb::GlbBuilder;
+use crate::mesh::TriangleMesh;
 use crate::shapes::{ellipsoid, standing_block, tube};
 use glam::{DQuat, DVec3, EulerRot};
 use serde_json::json;
@@ -10,12 +10,12 @@ use serde_json::json;
 /// Keyframes of all samplers, in seconds; the last is the animation's length.
 const TIMES: [f32; 4] = [0.0, 0.7, 1.5, 2.4];
 
-pub fn moves() -> Document {
-    let mut d = Document::new();
+pub fn moves() -> GlbBuilder {
+    let mut d = GlbBuilder::new();
     let stone = d.matte("stone", [0.5, 0.5, 0.5]);
     let leaf = d.matte("leaf", [0.2, 0.5, 0.15]);
     let clay = d.matte("clay", [0.6, 0.35, 0.2]);
-    let mut ground = Mesh::new();
+    let mut ground = TriangleMesh::new();
     let p = DVec3::new;
     ground.quad([p(-4.0, -1.5, 3.0), p(4.0, -1.5, 3.0), p(4.0, -1.5, -3.0), p(-4.0, -1.5, -3.0)]);
     d.fixture("ground", &ground, stone);

@@ -1,13 +1,13 @@
 //! Scenes under the sky: none of them holds a light.
 
-use crate::glb::Document;
-use crate::mesh::Mesh;
+use crate::glb::GlbBuilder;
+use crate::mesh::TriangleMesh;
 use crate::shapes::{ellipsoid, standing_block};
 use glam::DVec3;
 
 /// A matte ball that nothing but the sky lights. Under a uniform sky of radiance 1 it shows its albedo.
-pub fn sky_ball() -> Document {
-    let mut document = Document::new();
+pub fn sky_ball() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let gray = document.matte("gray", [0.8, 0.5, 0.2]);
     document.fixture("ball", &ellipsoid(DVec3::ZERO, DVec3::ONE, 96, 48), gray);
     document.camera("front", DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 40.0);
@@ -24,14 +24,14 @@ Scene(
 ";
 
 /// A yard with walls, blocks and a ball, without a light or a camera.
-pub fn yard() -> Document {
-    let mut document = Document::new();
+pub fn yard() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let stone = document.matte("stone", [0.55, 0.52, 0.48]);
     let brick = document.matte("brick", [0.52, 0.22, 0.15]);
     let white = document.matte("white", [0.75, 0.75, 0.75]);
     let leaf = document.matte("leaf", [0.15, 0.35, 0.1]);
     let p = DVec3::new;
-    let mut ground = Mesh::new();
+    let mut ground = TriangleMesh::new();
     ground.quad([p(-6.0, 0.0, 6.0), p(6.0, 0.0, 6.0), p(6.0, 0.0, -6.0), p(-6.0, 0.0, -6.0)]);
     document.fixture("ground", &ground, stone);
     let mut walls = standing_block(0.0, -4.0, p(8.0, 2.5, 0.4));

@@ -1,7 +1,7 @@
 //! The small scenes: a Cornell box and those for which light has a closed form.
 
-use crate::glb::Document;
-use crate::mesh::Mesh;
+use crate::glb::GlbBuilder;
+use crate::mesh::TriangleMesh;
 use crate::shapes::{block, ellipsoid, standing_block, surface};
 use glam::{DAffine3, DVec3};
 
@@ -45,8 +45,8 @@ Scene(
 const ROUGHNESS: [f64; 4] = [0.3, 0.5, 0.75, 1.0];
 
 /// Four metal balls in the middle of a room whose walls give light of their own colour and reflect none.
-pub fn metal_balls() -> Document {
-    let mut document = Document::new();
+pub fn metal_balls() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let (x, y, z) = (4.0, 6.0, 4.0);
     let walls = [
@@ -59,7 +59,7 @@ pub fn metal_balls() -> Document {
     ];
     for (name, radiance, corners) in walls {
         let material = document.emissive(name, [0.0; 3], radiance);
-        let mut mesh = Mesh::new();
+        let mut mesh = TriangleMesh::new();
         mesh.quad(corners);
         document.fixture(name, &mesh, material);
     }
@@ -74,8 +74,8 @@ pub fn metal_balls() -> Document {
 }
 
 /// A box of 2 m, open at +Z, with two blocks and a point light.
-pub fn cornell() -> Document {
-    let mut document = Document::new();
+pub fn cornell() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let white = document.matte("white", WHITE);
     let red = document.matte("red", RED);
     let green = document.matte("green", GREEN);
@@ -88,7 +88,7 @@ pub fn cornell() -> Document {
         ("right", green, [p(1.0, 0.0, -1.0), p(1.0, 0.0, 1.0), p(1.0, 2.0, 1.0), p(1.0, 2.0, -1.0)]),
     ];
     for (name, material, corners) in walls {
-        let mut mesh = Mesh::new();
+        let mut mesh = TriangleMesh::new();
         mesh.quad(corners);
         document.fixture(name, &mesh, material);
     }
@@ -106,8 +106,8 @@ pub fn cornell() -> Document {
 }
 
 /// A closed room whose walls all give off radiance 1 and reflect `albedo`: radiance is 1 / (1 − albedo) everywhere.
-pub fn furnace(albedo: f64) -> Document {
-    let mut document = Document::new();
+pub fn furnace(albedo: f64) -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let wall = document.emissive("wall", [albedo; 3], [1.0; 3]);
     let room = block(DVec3::new(-1.0, 0.0, -1.5), DVec3::new(1.0, 2.0, 1.5)).inside_out();
     document.fixture("room", &room, wall);
@@ -116,8 +116,8 @@ pub fn furnace(albedo: f64) -> Document {
 }
 
 /// A closed room of albedo 0.5 with a point light of 10 cd: the mean outgoing radiance is known whatever the shape.
-pub fn empty_room() -> Document {
-    let mut document = Document::new();
+pub fn empty_room() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let wall = document.matte("wall", [0.5; 3]);
     let room = block(DVec3::new(-2.0, 0.0, -2.5), DVec3::new(2.0, 3.0, 2.5)).inside_out();
     document.fixture("room", &room, wall);
@@ -127,8 +127,8 @@ pub fn empty_room() -> Document {
 }
 
 /// Two sealed rooms of 2 m; the wall between them is 4 mm thick. The light is in the left one: the right one is black.
-pub fn two_rooms() -> Document {
-    let mut document = Document::new();
+pub fn two_rooms() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let white = document.matte("white", WHITE);
     let half_wall = 0.002;
     for (name, side) in [("lit_room", -1.0_f64), ("dark_room", 1.0)] {
@@ -148,8 +148,8 @@ pub fn two_rooms() -> Document {
 }
 
 /// A point light of 10 cd, 1 m above a plane of albedo 0.5 that fills the image: L = albedo/π · I · cosθ / d².
-pub fn lambert_plane() -> Document {
-    let mut document = Document::new();
+pub fn lambert_plane() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let gray = document.matte("plane", [0.5; 3]);
     let plane = surface(4, 4, false, |x, z| DVec3::new(5.0 * x as f64 - 10.0, 0.0, 10.0 - 5.0 * z as f64));
     document.fixture("plane", &plane, gray);

@@ -1,16 +1,16 @@
 //! Solids and sheets: boxes, lathed profiles, ellipsoids, tubes, arches and picture frames.
 
-use crate::mesh::Mesh;
+use crate::mesh::TriangleMesh;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
 /// A closed box.
-pub fn block(min: DVec3, max: DVec3) -> Mesh {
+pub fn block(min: DVec3, max: DVec3) -> TriangleMesh {
     let p = |x: u8, y: u8, z: u8| {
         let pick = |bit: u8, low: f64, high: f64| if bit == 0 { low } else { high };
         DVec3::new(pick(x, min.x, max.x), pick(y, min.y, max.y), pick(z, min.z, max.z))
     };
-    let mut mesh = Mesh::new();
+    let mut mesh = TriangleMesh::new();
     mesh.quad([p(0, 0, 1), p(1, 0, 1), p(1, 1, 1), p(0, 1, 1)]);
     mesh.quad([p(1, 0, 0), p(0, 0, 0), p(0, 1, 0), p(1, 1, 0)]);
     mesh.quad([p(1, 0, 1), p(1, 0, 0), p(1, 1, 0), p(1, 1, 1)]);
@@ -21,15 +21,15 @@ pub fn block(min: DVec3, max: DVec3) -> Mesh {
 }
 
 /// A box that stands on the floor, by its middle and full extents.
-pub fn standing_block(x: f64, z: f64, size: DVec3) -> Mesh {
+pub fn standing_block(x: f64, z: f64, size: DVec3) -> TriangleMesh {
     let half = DVec3::new(size.x / 2.0, 0.0, size.z / 2.0);
     block(DVec3::new(x, 0.0, z) - half, DVec3::new(x, size.y, z) + half)
 }
 
 /// A grid of `columns` × `rows` quadrilaterals through `at(column, row)`. Its front is where columns run to the right
 /// and rows run up. When `closed`, the last column meets the first.
-pub fn surface(columns: usize, rows: usize, closed: bool, at: impl Fn(usize, usize) -> DVec3) -> Mesh {
-    let mut mesh = Mesh::new();
+pub fn surface(columns: usize, rows: usize, closed: bool, at: impl Fn(usize, usize) -> DVec3) -> TriangleMesh {
+    let mut mesh = TriangleMesh::new();
     let wrap = |column: usize| if closed { column % columns } else { column };
     for row in 0..rows {
         for column in 0..columns {
@@ -47,7 +47,7 @@ pub fn around(index: usize, sides: usize) -> DVec2 {
 }
 
 /// A profile of (radius, height), from the bottom up, turned round +Y. Radius 0 closes an end.
-pub fn lathe(profile: &[(f64, f64)], sides: usize) -> Mesh {
+pub fn lathe(profile: &[(f64, f64)], sides: usize) -> TriangleMesh {
     surface(sides, profile.len() - 1, true, |column, row| {
         let (radius, height) = profile[row];
         let direction = around(column, sides) * radius;
@@ -76,7 +76,7 @@ pub fn smooth_profile(points: &[(f64, f64)], steps: usize) -> Vec<(f64, f64)> {
     out
 }
 
-pub fn ellipsoid(center: DVec3, radii: DVec3, sides: usize, rows: usize) -> Mesh {
+pub fn ellipsoid(center: DVec3, radii: DVec3, sides: usize, rows: usize) -> TriangleMesh {
     surface(sides, rows, true, |column, row| {
         let latitude = PI * (row as f64 / rows as f64 - 0.5);
         let across = if row == 0 || row == rows { DVec2::ZERO } else { around(column, sides) * latitude.cos() };
@@ -85,7 +85,7 @@ pub fn ellipsoid(center: DVec3, radii: DVec3, sides: usize, rows: usize) -> Mesh
 }
 
 /// A round tube along points with radii; radius 0 closes an end. When `closed` the last point joins the first.
-pub fn tube(path: &[(DVec3, f64)], sides: usize, closed: bool) -> Mesh {
+pub fn tube(path: &[(DVec3, f64)], sides: usize, closed: bool) -> TriangleMesh {
     let count = path.len();
     let tangent = |i: usize| {
         let (before, after) = if closed {
@@ -141,10 +141,10 @@ impl Arch {
 
     /// The wall along X, in the middle of Z. Its top is open, to meet a ceiling; so are its ends when
     /// it rests on columns, to meet its neighbours.
-    pub fn wall(&self) -> Mesh {
+    pub fn wall(&self) -> TriangleMesh {
         let depth = self.thickness / 2.0;
         let half = self.width / 2.0;
-        let mut face = Mesh::new();
+        let mut face = TriangleMesh::new();
         let on = |x: f64, y: f64| DVec3::new(x, y, depth);
         for (inner, outer) in [(self.radius, half), (-half, -self.radius)] {
             face.quad([on(inner, self.bottom), on(outer, self.bottom), on(outer, self.top), on(inner, self.top)]);
@@ -180,7 +180,7 @@ impl Arch {
     }
 
     /// A raised moulding round the opening on the +Z side, `width` wide and `depth` proud of the wall.
-    pub fn moulding(&self, width: f64, depth: f64) -> Mesh {
+    pub fn moulding(&self, width: f64, depth: f64) -> TriangleMesh {
         let base = self.thickness / 2.0;
         let profile = [(0.0, base), (0.0, base + depth), (width, base + depth), (width, base)];
         surface(self.segments, profile.len() - 1, false, |segment, row| {
@@ -195,7 +195,7 @@ impl Arch {
 
 /// A picture frame round an opening of `width` × `height` in the XY plane, facing +Z. `profile` gives (distance from
 /// the opening, height above the wall), from the outer back edge over the front to the opening.
-pub fn frame(width: f64, height: f64, profile: &[(f64, f64)]) -> Mesh {
+pub fn frame(width: f64, height: f64, profile: &[(f64, f64)]) -> TriangleMesh {
     let corners = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];
     surface(4, profile.len() - 1, true, |corner, row| {
         let (x, y) = corners[corner];
@@ -205,9 +205,9 @@ pub fn frame(width: f64, height: f64, profile: &[(f64, f64)]) -> Mesh {
 }
 
 /// An upright rectangle in the XY plane, facing +Z, round the origin.
-pub fn panel(width: f64, height: f64) -> Mesh {
+pub fn panel(width: f64, height: f64) -> TriangleMesh {
     let (x, y) = (width / 2.0, height / 2.0);
-    let mut mesh = Mesh::new();
+    let mut mesh = TriangleMesh::new();
     mesh.quad([DVec3::new(-x, -y, 0.0), DVec3::new(x, -y, 0.0), DVec3::new(x, y, 0.0), DVec3::new(-x, y, 0.0)]);
     mesh
 }
@@ -216,9 +216,9 @@ pub fn panel(width: f64, height: f64) -> Mesh {
 pub type Opening = [f64; 4];
 
 /// A wall along +X from the origin, its thickness about the middle of Z, with openings that do not overlap along it.
-pub fn pierced_wall(length: f64, height: f64, thickness: f64, openings: &[Opening]) -> Mesh {
+pub fn pierced_wall(length: f64, height: f64, thickness: f64, openings: &[Opening]) -> TriangleMesh {
     let depth = thickness / 2.0;
-    let mut mesh = Mesh::new();
+    let mut mesh = TriangleMesh::new();
     let mut part = |from: f64, to: f64, low: f64, high: f64| {
         if to > from && high > low {
             mesh.add(block(DVec3::new(from, low, -depth), DVec3::new(to, high, depth)));
@@ -236,9 +236,9 @@ pub fn pierced_wall(length: f64, height: f64, thickness: f64, openings: &[Openin
 }
 
 /// A horizontal rectangle that faces up, in `columns` × `rows` squares that each carry the whole of a texture.
-pub fn tiles(min: DVec3, size: DVec2, columns: usize, rows: usize) -> Mesh {
+pub fn tiles(min: DVec3, size: DVec2, columns: usize, rows: usize) -> TriangleMesh {
     let step = size / DVec2::new(columns as f64, rows as f64);
-    let mut mesh = Mesh::new();
+    let mut mesh = TriangleMesh::new();
     for row in 0..rows {
         for column in 0..columns {
             let low = min + DVec3::new(step.x * column as f64, 0.0, step.y * row as f64);

@@ -1,7 +1,7 @@
 //! A street between two rows of houses under the sun: what lies in the shade has its light from the other side.
 
-use crate::glb::{Document, Material};
-use crate::mesh::Mesh;
+use crate::glb::{GlbBuilder, MaterialIndex};
+use crate::mesh::TriangleMesh;
 use crate::paintings::{self, hash};
 use crate::shapes::{block, ellipsoid, lathe, pierced_wall, standing_block, tiles, tube};
 use glam::{DAffine3, DVec2, DVec3};
@@ -23,13 +23,13 @@ const HOUSE: f64 = 5.0;
 const STOREY: f64 = 3.0;
 const THICK: f64 = 0.4;
 
-pub fn street() -> Document {
-    let mut document = Document::new();
+pub fn street() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let asphalt = document.matte("asphalt", [0.20, 0.20, 0.21]);
     let paving = document.matte("paving", [0.52, 0.50, 0.47]);
     let ground = tiles(DVec3::new(-24.0, 0.0, -32.0), DVec2::new(48.0, 64.0), 6, 8);
     document.fixture("ground", &ground, asphalt);
-    let mut pavements = Mesh::new();
+    let mut pavements = TriangleMesh::new();
     for side in [-1.0, 1.0] {
         let (from, to) = (side * 3.2, side * (HALF_WIDTH + 3.0));
         let (low, high) = (from.min(to), from.max(to));
@@ -44,9 +44,9 @@ pub fn street() -> Document {
     document
 }
 
-fn houses(document: &mut Document) {
+fn houses(document: &mut GlbBuilder) {
     let colors = [[0.70, 0.62, 0.46], [0.62, 0.36, 0.28], [0.72, 0.70, 0.66], [0.46, 0.54, 0.58], [0.68, 0.54, 0.38]];
-    let mut fronts: Vec<Material> =
+    let mut fronts: Vec<MaterialIndex> =
         (0..).zip(colors).map(|(i, color)| document.matte(&format!("front {i}"), color)).collect();
     fronts.push(document.textured("bricks", &paintings::bricks()));
     let inside = document.matte("inside", [0.40, 0.36, 0.32]);
@@ -66,8 +66,8 @@ fn houses(document: &mut Document) {
                 let first = if storey == 0 { [0.6, 1.6, low, high] } else { [0.7, 1.7, low, high] };
                 openings.push(vec![first, [2.2, 3.0, 0.8, 2.3], [3.5, 4.3, 0.8, 2.3]]);
             }
-            let mut front = Mesh::new();
-            let (mut panes, mut trims, mut doors) = (Mesh::new(), Mesh::new(), Mesh::new());
+            let mut front = TriangleMesh::new();
+            let (mut panes, mut trims, mut doors) = (TriangleMesh::new(), TriangleMesh::new(), TriangleMesh::new());
             for (storey, row) in (0u32..).zip(&openings) {
                 let lift = STOREY * f64::from(storey);
                 front.add(pierced_wall(HOUSE, STOREY, THICK, row).moved(DVec3::Y * lift));
@@ -123,7 +123,7 @@ fn houses(document: &mut Document) {
 }
 
 /// Trees, lamps, cars, awnings and a bench.
-fn furniture(document: &mut Document) {
+fn furniture(document: &mut GlbBuilder) {
     let bark = document.matte("bark", [0.28, 0.20, 0.14]);
     let leaves = document.matte("leaves", [0.16, 0.34, 0.09]);
     let iron = document.matte("iron", [0.12, 0.13, 0.14]);
@@ -131,7 +131,7 @@ fn furniture(document: &mut Document) {
     let window = document.matte("windscreen", [0.10, 0.12, 0.14]);
     let mut trunk = tube(&[(DVec3::ZERO, 0.14), (DVec3::Y * 1.4, 0.11), (DVec3::new(0.1, 2.6, 0.05), 0.08)], 10, false);
     trunk.add(tube(&[(DVec3::Y * 1.5, 0.07), (DVec3::new(-0.5, 2.4, 0.2), 0.04)], 8, false));
-    let mut crown = Mesh::new();
+    let mut crown = TriangleMesh::new();
     for k in 0..14u32 {
         let share = |bits: u32| f64::from(hash(k, bits) % 1000) / 500.0 - 1.0;
         let at = DVec3::new(0.8 * share(1), 3.1 + 0.7 * share(2), 0.8 * share(3));
@@ -149,7 +149,7 @@ fn furniture(document: &mut Document) {
     for (x, z) in [(-3.5, 4.0), (3.5, 10.5), (-3.5, -7.0), (3.5, -2.0)] {
         document.place("lamp", lamp, DAffine3::from_translation(DVec3::new(x, 0.14, z)));
     }
-    let mut wheels = Mesh::new();
+    let mut wheels = TriangleMesh::new();
     for (x, z) in [(0.75, 1.2), (-0.75, 1.2), (0.75, -1.2), (-0.75, -1.2)] {
         let wheel = lathe(&[(0.0, -0.1), (0.31, -0.1), (0.31, 0.1), (0.0, 0.1)], 16);
         let pose = DAffine3::from_translation(DVec3::new(x, 0.31, z)) * DAffine3::from_rotation_z(FRAC_PI_2);
@@ -173,7 +173,7 @@ fn furniture(document: &mut Document) {
         let x = side * (HALF_WIDTH - 0.2);
         let out = side * (HALF_WIDTH - 1.5);
         let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-        let mut awning = Mesh::new();
+        let mut awning = TriangleMesh::new();
         awning.quad([p(out, 2.5, z), p(out, 2.5, z + 2.2), p(x, 3.0, z + 2.2), p(x, 3.0, z)]);
         document.fixture("awning", &awning, cloth[i % 2]);
     }

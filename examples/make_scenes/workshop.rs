@@ -1,7 +1,7 @@
 //! A workshop under many small lamps of two kinds, full of things: benches, crates, pipes, shelves with tins and tools.
 
-use crate::glb::Document;
-use crate::mesh::Mesh;
+use crate::glb::GlbBuilder;
+use crate::mesh::TriangleMesh;
 use crate::paintings::hash;
 use crate::shapes::{block, lathe, standing_block, surface, tube};
 use glam::{DAffine3, DVec3};
@@ -21,13 +21,13 @@ const HALF_X: f64 = 6.0;
 const HALF_Z: f64 = 4.0;
 const HEIGHT: f64 = 3.6;
 
-pub fn workshop() -> Document {
-    let mut document = Document::new();
+pub fn workshop() -> GlbBuilder {
+    let mut document = GlbBuilder::new();
     let concrete = document.matte("concrete", [0.46, 0.45, 0.43]);
     let wall = document.matte("limewash", [0.72, 0.70, 0.65]);
     let room = block(DVec3::new(-HALF_X, 0.0, -HALF_Z), DVec3::new(HALF_X, HEIGHT, HALF_Z)).inside_out();
     document.fixture("room", &room, wall);
-    let mut floor = Mesh::new();
+    let mut floor = TriangleMesh::new();
     let (x, z) = (HALF_X, HALF_Z);
     floor.quad([(-x, z), (x, z), (x, -z), (-x, -z)].map(|(x, z)| DVec3::new(x, 0.004, z)));
     document.fixture("floor", &floor, concrete);
@@ -40,7 +40,7 @@ pub fn workshop() -> Document {
 }
 
 /// A tent of four sides over a square lamp that hangs from the ceiling and lights downwards; and tubes along the beams.
-fn lamps(document: &mut Document) {
+fn lamps(document: &mut GlbBuilder) {
     let warm = document.glowing("bulb", [120.0, 84.0, 48.0]);
     let cool = document.glowing("tube", [26.0, 32.0, 36.0]);
     let shade = document.cloth("lampshade", [0.16, 0.34, 0.26]);
@@ -50,7 +50,7 @@ fn lamps(document: &mut Document) {
         let (radius, height) = [(0.2, 0.0), (0.05, 0.16)][row];
         DVec3::new(radius * angle.cos(), height, radius * angle.sin())
     });
-    let mut glow = Mesh::new();
+    let mut glow = TriangleMesh::new();
     let p = |x: f64, z: f64| DVec3::new(x, 0.04, z);
     glow.quad([p(-0.06, -0.06), p(0.06, -0.06), p(0.06, 0.06), p(-0.06, 0.06)]);
     let cord = tube(&[(DVec3::Y * 0.14, 0.008), (DVec3::Y * 1.4, 0.008)], 5, false);
@@ -65,13 +65,13 @@ fn lamps(document: &mut Document) {
         );
         document.place("hanging lamp", lamp, DAffine3::from_translation(at));
     }
-    let mut beams = Mesh::new();
+    let mut beams = TriangleMesh::new();
     for k in -2..=2 {
         let x = 2.4 * f64::from(k);
         beams.add(block(DVec3::new(x - 0.1, HEIGHT - 0.26, -HALF_Z), DVec3::new(x + 0.1, HEIGHT, HALF_Z)));
     }
     document.fixture("beams", &beams, beam);
-    let mut lit = Mesh::new();
+    let mut lit = TriangleMesh::new();
     for (x, z) in [(-2.4, -2.0), (2.4, 2.0), (0.0, 0.0)] {
         let y = HEIGHT - 0.27;
         lit.quad(
@@ -82,7 +82,7 @@ fn lamps(document: &mut Document) {
 }
 
 /// Three workbenches with a vice, a lathe's bed and shelves along the back wall.
-fn benches(document: &mut Document) {
+fn benches(document: &mut GlbBuilder) {
     let wood = document.matte("bench", [0.50, 0.33, 0.18]);
     let steel = document.matte("steel", [0.34, 0.36, 0.38]);
     let green = document.matte("machine", [0.16, 0.34, 0.24]);
@@ -107,7 +107,7 @@ fn benches(document: &mut Document) {
     let spindle = lathe(&[(0.0, 0.0), (0.12, 0.0), (0.12, 0.2), (0.05, 0.22), (0.05, 1.1), (0.0, 1.1)], 20);
     let pose = DAffine3::from_translation(DVec3::new(3.2, 1.05, -3.0)) * DAffine3::from_rotation_z(-FRAC_PI_2);
     document.fixture("spindle", &spindle.transformed(pose), steel);
-    let mut shelves = Mesh::new();
+    let mut shelves = TriangleMesh::new();
     for level in 0..3 {
         let y = 1.35 + 0.5 * f64::from(level);
         shelves.add(block(DVec3::new(-5.6, y, -HALF_Z), DVec3::new(1.0, y + 0.03, -HALF_Z + 0.3)));
@@ -119,12 +119,12 @@ fn benches(document: &mut Document) {
 }
 
 /// Tins and boxes on the shelves and benches, crates and barrels on the floor, pipes along the walls.
-fn clutter(document: &mut Document) {
+fn clutter(document: &mut GlbBuilder) {
     let share = |i: u32, salt: u32| f64::from(hash(i, salt) % 1000) / 1000.0;
     let colors = [[0.58, 0.14, 0.10], [0.62, 0.50, 0.12], [0.14, 0.26, 0.46], [0.58, 0.56, 0.52], [0.22, 0.40, 0.20]];
     for (k, color) in (0u32..).zip(colors) {
         let material = document.matte(&format!("tin {k}"), color);
-        let mut things = Mesh::new();
+        let mut things = TriangleMesh::new();
         for i in (0..120u32).filter(|i| hash(*i, 1) % 5 == k) {
             let size = 0.05 + 0.07 * share(i, 2);
             let at = if i < 80 {
@@ -147,7 +147,7 @@ fn clutter(document: &mut Document) {
         document.fixture(&format!("tins {k}"), &things, material);
     }
     let plank = document.matte("crate", [0.58, 0.44, 0.26]);
-    let mut crate_mesh = Mesh::new();
+    let mut crate_mesh = TriangleMesh::new();
     for side in 0..4 {
         let turn = DAffine3::from_rotation_y(f64::from(side) * FRAC_PI_2);
         for k in 0..4 {
@@ -190,7 +190,7 @@ fn clutter(document: &mut Document) {
         document.place("barrel", barrel, DAffine3::from_translation(DVec3::new(x, 0.0, z)));
     }
     let copper = document.matte("pipe", [0.60, 0.34, 0.22]);
-    let mut pipes = Mesh::new();
+    let mut pipes = TriangleMesh::new();
     for (radius, y, z) in [(0.05, 3.1, 3.85), (0.04, 2.95, 3.88), (0.06, 0.3, 3.86)] {
         pipes.add(tube(&[(DVec3::new(-HALF_X, y, z), radius), (DVec3::new(HALF_X, y, z), radius)], 12, false));
     }

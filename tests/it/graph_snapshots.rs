@@ -2,7 +2,7 @@
 
 use crate::device;
 use crate::support::{files, repository};
-use lightgraph_cli::snapshot::{Options, run_dir};
+use lightgraph_cli::snapshot::{TestOptions, run_dir};
 use std::path::Path;
 
 #[test]
@@ -10,7 +10,7 @@ fn graph_snapshots_hold() {
     // One test at a time on the device; this one opens its own, as the command does.
     let _alone = device::gpu();
     let failures = Path::new(env!("CARGO_TARGET_TMPDIR")).join("graphs");
-    let options = Options { failures, ..Options::default() };
+    let options = TestOptions { failures, ..TestOptions::default() };
     let summary = run_dir(&repository("tests/graphs"), &options).unwrap_or_else(|f| panic!("{f}"));
     assert!(summary.passed(), "{summary}");
 }

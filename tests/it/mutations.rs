@@ -4,9 +4,9 @@ use crate::device;
 use crate::support::{Scratch, repository};
 use lightgraph::Project;
 use lightgraph_cli::snapshot::check::CheckKind;
-use lightgraph_cli::snapshot::file::{self, Setup, Step};
+use lightgraph_cli::snapshot::file::{self, ScriptStep, Setup};
 use lightgraph_cli::snapshot::play::plan_in_the_end;
-use lightgraph_cli::snapshot::{Options, find, run};
+use lightgraph_cli::snapshot::{TestOptions, find, run};
 use std::collections::BTreeSet;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -58,7 +58,7 @@ fn tests_notice_what_is_edited() {
     let mut tests: Vec<Reading> = tests.into_iter().map(Reading::of).collect();
     // The one that looks at most goes first.
     tests.sort_by_key(|t| t.test.0 != "grid_cornell");
-    let options = Options { failures: scratch.path().join("out"), fail_fast: true, ..Options::default() };
+    let options = TestOptions { failures: scratch.path().join("out"), fail_fast: true, ..TestOptions::default() };
     let (mut wrong, all) = (vec![], edits());
     let (start, mut runs) = (Instant::now(), 0);
     // Verdicts on these very files by this very program are kept, so that a run that was cut short goes on.
@@ -146,7 +146,7 @@ impl Reading {
         let start = &read.start;
         let mut setups = vec![start.clone()];
         setups.extend(read.steps.iter().filter_map(|s| match s {
-            Step::Swap(graph) => Some(Setup { graph: graph.clone(), ..start.clone() }),
+            ScriptStep::Swap(graph) => Some(Setup { graph: graph.clone(), ..start.clone() }),
             _ => None,
         }));
         setups.extend(read.checks.iter().filter_map(|c| match &c.kind {

@@ -3,10 +3,10 @@
 use crate::device::gpu;
 use crate::support::{Scratch, repository};
 use lightgraph::internals::fastest::Policy;
-use lightgraph_cli::bench::speed::{Bench, List, Row};
+use lightgraph_cli::bench::speed::{Bench, SpeedList, SpeedRow};
 
 /// The rows beside a program that a script stands for.
-fn rows(name: &str, script: &str) -> Vec<Row> {
+fn rows(name: &str, script: &str) -> Vec<SpeedRow> {
     let folder = Scratch::new(name);
     let peers = folder.path().join("peers");
     std::fs::create_dir_all(&peers).unwrap();
@@ -21,7 +21,7 @@ fn rows(name: &str, script: &str) -> Vec<Row> {
         peers.display()
     );
     std::fs::write(&list, text).unwrap();
-    let list = List::read(&list).unwrap_or_else(|f| panic!("{f}"));
+    let list = SpeedList::read(&list).unwrap_or_else(|f| panic!("{f}"));
     let (root, references) = (repository(""), repository("tests/references"));
     let bench =
         Bench { gpu: &gpu(), root: &root, shaders: &[], references: &references, repeat: 1, fastest: Policy::First };

@@ -4,7 +4,7 @@
 use crate::browser::visited;
 use crate::device;
 use crate::support::{Scratch, repository};
-use lightgraph_cli::snapshot::{Bless, Options, find, report, run};
+use lightgraph_cli::snapshot::{Bless, TestOptions, find, report, run};
 use std::fs;
 
 const GRAPH: &str = r#"Graph(
@@ -74,7 +74,7 @@ fn the_page_works_in_a_browser() {
     let tests = find(&[at("tests")]).unwrap_or_else(|f| panic!("{f}"));
     let summary = {
         let _alone = device::gpu();
-        let options = |bless| Options { bless, failures: at("out"), ..Options::default() };
+        let options = |bless| TestOptions { bless, failures: at("out"), ..TestOptions::default() };
         run(&tests, &options(Bless::All), &mut |_| ());
         fs::write(at("fill.ron"), GRAPH.replace("0.1", "0.8")).unwrap();
         run(&tests, &options(Bless::None), &mut |_| ())

@@ -4,7 +4,7 @@
 use crate::device;
 use crate::support::{Scratch, repository};
 use lightgraph::Gpu;
-use lightgraph_cli::snapshot::{Bless, Open, Options, State, Summary, find, run, run_on};
+use lightgraph_cli::snapshot::{Bless, OpenDevice, Summary, TestOptions, TestState, find, run, run_on};
 use std::fs;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -73,8 +73,8 @@ fn project(name: &str, tests: &[(&str, &str)]) -> Scratch {
     scratch
 }
 
-fn options(scratch: &Scratch, bless: Bless, jobs: usize) -> Options {
-    Options { bless, failures: scratch.path().join("out"), jobs, ..Options::default() }
+fn options(scratch: &Scratch, bless: Bless, jobs: usize) -> TestOptions {
+    TestOptions { bless, failures: scratch.path().join("out"), jobs, ..TestOptions::default() }
 }
 
 fn tests(scratch: &Scratch) -> Vec<(String, std::path::PathBuf)> {
@@ -239,7 +239,7 @@ fn a_lost_device_fails_its_test_and_the_next_opens_another() {
     let _alone = device::gpu();
     let opened = Arc::new(AtomicUsize::new(0));
     let count = opened.clone();
-    let open: Open = Arc::new(move || {
+    let open: OpenDevice = Arc::new(move || {
         let gpu = Gpu::open()?;
         if count.fetch_add(1, Ordering::Relaxed) == 0 {
             gpu.device.destroy();
@@ -247,8 +247,8 @@ fn a_lost_device_fails_its_test_and_the_next_opens_another() {
         Ok(gpu)
     });
     let summary = run_on(&tests(&scratch), &options(&scratch, Bless::None, 1), &open, &mut |_| ());
-    let states: Vec<State> = summary.outcomes.iter().map(|o| o.state()).collect();
-    assert_eq!(states, [State::Failed, State::Passed, State::Passed], "{summary}");
+    let states: Vec<TestState> = summary.outcomes.iter().map(|o| o.state()).collect();
+    assert_eq!(states, [TestState::Failed, TestState::Passed, TestState::Passed], "{summary}");
     assert!(said(&summary, "a").contains("the device is lost"), "{summary}");
     assert_eq!(opened.load(Ordering::Relaxed), 2);
 }
@@ -269,6 +269,6 @@ fn tests_side_by_side_are_told_in_their_order() {
     };
     let alone = told(1);
     assert_eq!(alone.iter().map(|t| t.0.as_str()).collect::<Vec<_>>(), names);
-    assert_eq!(alone[2].1, State::Failed);
+    assert_eq!(alone[2].1, TestState::Failed);
     assert_eq!(told(3), alone);
 }

@@ -3,7 +3,7 @@
 use crate::command::lightgraph;
 use crate::device::gpu;
 use crate::support::{Scratch, files, repository};
-use lightgraph_cli::stress::{Cases, Graph, Options, Report, State, run};
+use lightgraph_cli::stress::{Cases, RowState, StressGraph, StressOptions, StressReport, run};
 use std::fs;
 use std::path::Path;
 
@@ -41,8 +41,8 @@ fn project(name: &str) -> Scratch {
     scratch
 }
 
-fn options(folder: &Path, filter: Option<&str>, seed: u64) -> Options {
-    Options {
+fn options(folder: &Path, filter: Option<&str>, seed: u64) -> StressOptions {
+    StressOptions {
         seconds: None,
         seed,
         quick: true,
@@ -65,11 +65,11 @@ fn no_case_fails() {
     let scratch = Scratch::new("stress-four");
     let paths = ["uniform_grid", "direct", "indirect_shadow", "pathtrace"];
     let paths = paths.map(|name| repository(&format!("graphs/gi/{name}.ron")));
-    let graphs = paths.map(|p| Graph::open(&p, &[]).unwrap_or_else(|f| panic!("{f}")));
+    let graphs = paths.map(|p| StressGraph::open(&p, &[]).unwrap_or_else(|f| panic!("{f}")));
     let options = options(scratch.path(), None, 1);
     let report = run(&gpu, &cases(), &graphs, &options, &mut |_| ()).unwrap_or_else(|f| panic!("{f}"));
-    assert!(report.count(State::Passed) >= 60, "{}", report.table());
-    assert_eq!(report.count(State::Failed), 0, "{}", report.table());
+    assert!(report.count(RowState::Passed) >= 60, "{}", report.table());
+    assert_eq!(report.count(RowState::Failed), 0, "{}", report.table());
 }
 
 /// Of every graph that ships.
@@ -78,27 +78,27 @@ fn no_case_fails() {
 fn the_cases_that_matter_most_hold() {
     let gpu = gpu();
     let scratch = Scratch::new("stress-quick");
-    let open = |p: &std::path::PathBuf| Graph::open(p, &[]).unwrap_or_else(|f| panic!("{f}"));
-    let graphs: Vec<Graph> = files("graphs/gi", &["ron"]).iter().map(open).collect();
+    let open = |p: &std::path::PathBuf| StressGraph::open(p, &[]).unwrap_or_else(|f| panic!("{f}"));
+    let graphs: Vec<StressGraph> = files("graphs/gi", &["ron"]).iter().map(open).collect();
     let options = options(scratch.path(), None, 1);
     let report = run(&gpu, &cases(), &graphs, &options, &mut |_| ()).unwrap_or_else(|f| panic!("{f}"));
     assert!(report.rows.len() > 60, "{} rows", report.rows.len());
-    assert!(report.count(State::Failed) == 0, "{}", report.table());
+    assert!(report.count(RowState::Failed) == 0, "{}", report.table());
     // What is not on this machine is said, here and in the report.
-    for row in report.rows.iter().filter(|r| r.state == State::Absent) {
+    for row in report.rows.iter().filter(|r| r.state == RowState::Absent) {
         println!("{}: absent: {}", row.case, row.notice);
     }
 }
 
 /// Random draws of the wrong graph, until one fails.
-fn failing() -> (Report, Scratch) {
+fn failing() -> (StressReport, Scratch) {
     let gpu = gpu();
     let scratch = project("stress-shrinks");
-    let graphs = [Graph::open(&scratch.path().join("wrong.ron"), &[]).unwrap_or_else(|f| panic!("{f}"))];
+    let graphs = [StressGraph::open(&scratch.path().join("wrong.ron"), &[]).unwrap_or_else(|f| panic!("{f}"))];
     for seed in 1..40 {
         let options = options(scratch.path(), Some("random"), seed);
         let report = run(&gpu, &cases(), &graphs, &options, &mut |_| ()).unwrap_or_else(|f| panic!("{f}"));
-        if report.count(State::Failed) > 0 {
+        if report.count(RowState::Failed) > 0 {
             return (report, scratch);
         }
     }
@@ -108,7 +108,7 @@ fn failing() -> (Report, Scratch) {
 #[test]
 fn a_failure_shrinks_to_what_causes_it_and_says_how_to_run_it_again() {
     let (report, scratch) = failing();
-    let row = report.rows.iter().find(|r| r.state == State::Failed).unwrap();
+    let row = report.rows.iter().find(|r| r.state == RowState::Failed).unwrap();
     let steps: u32 =
         row.setting.strip_prefix("steps=").and_then(|s| s.parse().ok()).unwrap_or_else(|| panic!("{row:?}"));
     assert_eq!(steps, 21, "{}", row.setting);

@@ -6,7 +6,7 @@
 //! - `web`: the page for a browser: where it stands, how it is served
 //! - [`mod@show`]: a plan as JSON, DOT, SVG, and the difference of two
 //! - `base64`: bytes as text, for reports; `paths`: the files that a command line names; `probe_report`: what a probed
-//!   invocation computes, in sections
+//!   invocation computes, in sections; `shard`: parts of work that several machines share
 
 #![forbid(unsafe_code)]
 
@@ -15,6 +15,7 @@ pub mod bench;
 pub mod commands;
 mod paths;
 mod probe_report;
+mod shard;
 pub mod show;
 pub mod snapshot;
 pub mod stress;

@@ -15,14 +15,14 @@ pub struct ProbeReport {
     /// How many invocations there were.
     pub count: u32,
     /// The last of them.
-    pub invocations: Vec<Vec<Section>>,
+    pub invocations: Vec<Vec<ProbeSection>>,
     /// Values that found no room in the probe's buffer.
     pub left_out: usize,
 }
 
 /// Values of one kind, or of one function.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Section {
+pub struct ProbeSection {
     pub title: String,
     /// Names and values.
     pub rows: Vec<(String, String)>,
@@ -70,7 +70,7 @@ impl fmt::Display for ProbeReport {
             if self.invocations.len() > 1 {
                 writeln!(f, "\ninvocation {} of {}", self.number(i), self.count)?;
             }
-            for Section { title, rows } in sections {
+            for ProbeSection { title, rows } in sections {
                 let width = rows.iter().map(|r| r.0.chars().count()).max().unwrap_or(0).min(40);
                 writeln!(f, "{title}")?;
                 for (name, value) in rows {
@@ -86,7 +86,7 @@ impl fmt::Display for ProbeReport {
 }
 
 /// What an invocation did.
-fn sections(probe: &Probe, invocation: &Invocation) -> Vec<Section> {
+fn sections(probe: &Probe, invocation: &Invocation) -> Vec<ProbeSection> {
     let read: Vec<(&Site, &Reading)> = invocation.readings.iter().map(|r| (&probe.sites[r.site], r)).collect();
     let of = |role: Role| rows(read.iter().copied().filter(|(site, _)| site.role == role));
     let mut all = vec![("inputs".to_string(), of(Role::Argument))];
@@ -112,7 +112,7 @@ fn sections(probe: &Probe, invocation: &Invocation) -> Vec<Section> {
     }
     all.push(("output".into(), returned));
     let all = all.into_iter().filter(|(_, rows)| !rows.is_empty());
-    all.map(|(title, rows)| Section { title, rows }).collect()
+    all.map(|(title, rows)| ProbeSection { title, rows }).collect()
 }
 
 /// A row for each value of each site; the last says how often the site was reached.

@@ -1,10 +1,10 @@
 //! Definitions, references and renames: places of symbols as editors ask for them.
 
-use crate::graphs::{self, Settings, is_ron};
-use crate::symbols::{Place, Symbol};
-use crate::text::Columns;
+use crate::graphs::{self, CheckSettings, is_ron};
+use crate::symbols::{Symbol, SymbolPlace};
+use crate::text::ColumnUnit;
 use crate::texts::Texts;
-use crate::told::Told;
+use crate::told::ProtocolFaults;
 use crate::uri;
 use crate::workspace::Workspace;
 use lightgraph::internals::builtin;
@@ -54,17 +54,17 @@ pub fn shader_of(workspace: &mut Workspace, path: &Path) -> Option<(Library, Str
 
 /// Where a symbol is declared. From a declaration, where what it stands for is: an edit of a variant leads to the base,
 /// a variable of a shader to the resource.
-pub fn definition(workspace: &mut Workspace, path: &Path, under: &Under) -> Vec<Place> {
+pub fn definition(workspace: &mut Workspace, path: &Path, under: &Under) -> Vec<SymbolPlace> {
     if let Symbol::File(file) = &under.symbol {
-        return vec![Place { path: file.clone(), range: 0..0, declares: true }];
+        return vec![SymbolPlace { path: file.clone(), range: 0..0, declares: true }];
     }
     let only = BTreeSet::from([under.symbol.clone()]);
-    let here = |p: &&Place| p.path == path && p.range == under.range;
-    let declared: Vec<Place> = workspace.places(&only).into_iter().filter(|p| p.declares).collect();
+    let here = |p: &&SymbolPlace| p.path == path && p.range == under.range;
+    let declared: Vec<SymbolPlace> = workspace.places(&only).into_iter().filter(|p| p.declares).collect();
     let chain = bases(workspace, path);
     // Of a base and its variants the nearest above counts.
-    let rank = |p: &Place| chain.iter().position(|c| *c == p.path).unwrap_or(usize::MAX);
-    let mut others: Vec<Place> = declared.iter().filter(|p| !here(p)).cloned().collect();
+    let rank = |p: &SymbolPlace| chain.iter().position(|c| *c == p.path).unwrap_or(usize::MAX);
+    let mut others: Vec<SymbolPlace> = declared.iter().filter(|p| !here(p)).cloned().collect();
     others.sort_by_key(rank);
     let best = others.first().map(rank);
     others.retain(|p| Some(rank(p)) == best && (best != Some(usize::MAX) || chain.len() < 2 || !is_ron(&p.path)));
@@ -73,7 +73,7 @@ pub fn definition(workspace: &mut Workspace, path: &Path, under: &Under) -> Vec<
     }
     let mut linked = workspace.closure(&under.symbol);
     linked.remove(&under.symbol);
-    let places: Vec<Place> = workspace.places(&linked).into_iter().filter(|p| p.declares).collect();
+    let places: Vec<SymbolPlace> = workspace.places(&linked).into_iter().filter(|p| p.declares).collect();
     // Nothing else: the declaration itself.
     if places.is_empty() { declared } else { places }
 }
@@ -93,9 +93,9 @@ pub fn bases(workspace: &mut Workspace, path: &Path) -> Vec<PathBuf> {
 }
 
 /// Places in the protocol's words; those in files that the program carries are left out.
-pub fn locations(workspace: &mut Workspace, places: &[Place], columns: Columns) -> Vec<Location> {
-    let mut told = Told::new(columns);
-    let mut location = |p: &Place| {
+pub fn locations(workspace: &mut Workspace, places: &[SymbolPlace], columns: ColumnUnit) -> Vec<Location> {
+    let mut told = ProtocolFaults::new(columns);
+    let mut location = |p: &SymbolPlace| {
         let source = text_of(workspace, &p.path)?;
         Some(Location { uri: uri::of(&p.path)?, range: told.lines(&source).range(&p.range) })
     };
@@ -114,8 +114,8 @@ pub fn rename(
     workspace: &mut Workspace,
     under: &Under,
     new: &str,
-    settings: &Settings,
-    columns: Columns,
+    settings: &CheckSettings,
+    columns: ColumnUnit,
 ) -> Result<Vec<(Uri, Vec<TextEdit>)>, String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if !new.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') || !new.chars().all(plain) || new.contains("__")
@@ -143,7 +143,7 @@ pub fn rename(
         by_file.entry(place.path).or_default().push(place.range);
     }
     let (mut edits, mut texts) = (vec![], BTreeMap::new());
-    let mut told = Told::new(columns);
+    let mut told = ProtocolFaults::new(columns);
     for (path, ranges) in &by_file {
         let source = text_of(workspace, path).ok_or_else(|| format!("{} can't be read", path.display()))?;
         let uri = uri::of(path).ok_or("a file has no address")?;
@@ -166,7 +166,11 @@ fn is_carried(path: &Path) -> bool {
 const MOST_TRIED: usize = 24;
 
 /// Checks the graphs that a rename touches: none has more faults after it than before.
-fn verified(workspace: &mut Workspace, edited: &BTreeMap<PathBuf, String>, settings: &Settings) -> Result<(), String> {
+fn verified(
+    workspace: &mut Workspace,
+    edited: &BTreeMap<PathBuf, String>,
+    settings: &CheckSettings,
+) -> Result<(), String> {
     let after = Texts::default();
     for path in workspace.texts.open() {
         if let Some(document) = workspace.texts.document(&path) {
@@ -198,10 +202,10 @@ fn verified(workspace: &mut Workspace, edited: &BTreeMap<PathBuf, String>, setti
 }
 
 /// The range of the name under a cursor, for an editor that is about to ask for another.
-pub fn renamable(workspace: &mut Workspace, under: &Under, path: &Path, columns: Columns) -> Option<Range> {
+pub fn renamable(workspace: &mut Workspace, under: &Under, path: &Path, columns: ColumnUnit) -> Option<Range> {
     if matches!(under.symbol, Symbol::Provided(_) | Symbol::File(_)) {
         return None;
     }
     let source = text_of(workspace, path)?;
-    Some(Told::new(columns).lines(&source).range(&under.range))
+    Some(ProtocolFaults::new(columns).lines(&source).range(&under.range))
 }

@@ -1,7 +1,7 @@
 //! What the server says of itself to an editor.
 
 use crate::semantic;
-use crate::text::Columns;
+use crate::text::ColumnUnit;
 use lsp_types::{
     CodeActionKind, CodeActionOptions, CodeActionProviderCapability, CodeLensOptions, CompletionOptions, OneOf,
     PositionEncodingKind, RenameOptions, SaveOptions, SemanticTokensFullOptions, SemanticTokensOptions,
@@ -9,10 +9,10 @@ use lsp_types::{
     WorkDoneProgressOptions,
 };
 
-pub fn capabilities(columns: Columns) -> ServerCapabilities {
+pub fn capabilities(columns: ColumnUnit) -> ServerCapabilities {
     let encoding = match columns {
-        Columns::Bytes => PositionEncodingKind::UTF8,
-        Columns::Utf16 => PositionEncodingKind::UTF16,
+        ColumnUnit::Bytes => PositionEncodingKind::UTF8,
+        ColumnUnit::Utf16 => PositionEncodingKind::UTF16,
     };
     let sync = TextDocumentSyncOptions {
         open_close: Some(true),

@@ -3,10 +3,10 @@
 //! A change marks the graphs with the changed file; they are checked one after the other, those nearest to the change
 //! first, and what is known is told after each. A change that comes meanwhile starts it over with what is left.
 
-use crate::graphs::{self, Opened, Settings, is_ron, may_be_graph};
-use crate::text::Columns;
+use crate::graphs::{self, CheckSettings, Opened, is_ron, may_be_graph};
+use crate::text::ColumnUnit;
 use crate::texts::Texts;
-use crate::told::Told;
+use crate::told::ProtocolFaults;
 use crate::uri;
 use lightgraph::internals::graph::tree;
 use lightgraph::internals::shader::{Library, survey};
@@ -22,7 +22,7 @@ use std::sync::mpsc::{Receiver, TryRecvError};
 
 /// What has happened to files.
 #[derive(Debug, Default)]
-pub struct Change {
+pub struct FileChanges {
     /// Open documents that were opened, edited or closed.
     pub documents: BTreeSet<PathBuf>,
     /// Files came, went or were written by others: everything is looked at anew.
@@ -32,15 +32,15 @@ pub struct Change {
 /// What sends messages to the editor. One that has gone away hears nothing.
 pub type Send = Box<dyn Fn(Message) + std::marker::Send>;
 
-pub struct Checker {
+pub struct WorkspaceChecker {
     texts: Arc<Texts>,
-    settings: Settings,
+    settings: CheckSettings,
     roots: Vec<PathBuf>,
-    columns: Columns,
+    columns: ColumnUnit,
     send: Send,
     /// The texts of the last graph, with all that was made of them.
     library: Library,
-    graphs: BTreeMap<PathBuf, Known>,
+    graphs: BTreeMap<PathBuf, CheckedGraph>,
     /// Graphs of the workspace, once they were searched.
     found: Option<BTreeSet<PathBuf>>,
     /// Documents that changed since all was checked.
@@ -54,7 +54,7 @@ pub struct Checker {
 
 /// A graph; what is `None` is to be made.
 #[derive(Debug, Default)]
-struct Known {
+struct CheckedGraph {
     opened: Option<Opened>,
     faults: Option<Vec<Diagnostic>>,
 }
@@ -62,9 +62,15 @@ struct Known {
 /// Diagnostics of one file told at most.
 const MOST_TOLD: usize = 1000;
 
-impl Checker {
-    pub fn new(texts: Arc<Texts>, settings: Settings, roots: Vec<PathBuf>, columns: Columns, send: Send) -> Checker {
-        Checker {
+impl WorkspaceChecker {
+    pub fn new(
+        texts: Arc<Texts>,
+        settings: CheckSettings,
+        roots: Vec<PathBuf>,
+        columns: ColumnUnit,
+        send: Send,
+    ) -> WorkspaceChecker {
+        WorkspaceChecker {
             texts,
             settings,
             roots,
@@ -81,7 +87,7 @@ impl Checker {
     }
 
     /// Works until nobody can tell of changes any more.
-    pub fn run(mut self, changes: &Receiver<Change>) {
+    pub fn run(mut self, changes: &Receiver<FileChanges>) {
         while let Ok(change) = changes.recv() {
             self.mark(change);
             loop {
@@ -98,7 +104,7 @@ impl Checker {
     }
 
     /// Forgets what a change makes untrue.
-    fn mark(&mut self, change: Change) {
+    fn mark(&mut self, change: FileChanges) {
         if change.disk {
             self.found = None;
         }
@@ -110,7 +116,7 @@ impl Checker {
         for (path, known) in &mut self.graphs {
             let made_of = |file: &PathBuf| known.opened.as_ref().is_some_and(|o| o.files.contains(file));
             if change.documents.contains(path) || change.documents.iter().any(made_of) {
-                *known = Known::default();
+                *known = CheckedGraph::default();
             }
         }
         for path in change.documents {
@@ -132,7 +138,7 @@ impl Checker {
     }
 
     /// Checks what is to be checked. Returns a change that came before its end.
-    fn work(&mut self, changes: &Receiver<Change>) -> Option<Change> {
+    fn work(&mut self, changes: &Receiver<FileChanges>) -> Option<FileChanges> {
         let open = self.texts.open();
         let mut first: Vec<PathBuf> = open.iter().filter(|p| self.is_graph(p)).cloned().collect();
         // What is edited comes before what is only open.
@@ -233,7 +239,7 @@ impl Checker {
     /// The faults of all graphs, by the file in which each has its place.
     fn told(&self) -> BTreeMap<PathBuf, Vec<lsp_types::Diagnostic>> {
         let mut all: BTreeMap<PathBuf, Vec<lsp_types::Diagnostic>> = BTreeMap::new();
-        let mut told = Told::new(self.columns);
+        let mut told = ProtocolFaults::new(self.columns);
         let mut tell = |graph: &Path, d: &Diagnostic| {
             let (path, diagnostic) = told.diagnostic(graph, d);
             let of_file = all.entry(path).or_default();

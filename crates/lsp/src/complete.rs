@@ -2,9 +2,9 @@
 
 use crate::answers::shader_of;
 use crate::graphs::is_ron;
-use crate::ron::{Frame, Role, Shape, Thing, role, thing, walk};
+use crate::ron::{Bracket, StructKind, TokenShape, WordRole, role, thing, walk};
 use crate::symbols::Symbol;
-use crate::text::{Columns, Lines};
+use crate::text::{ColumnUnit, LineStarts};
 use crate::words::{self, Word, choices, section, word};
 use crate::workspace::Workspace;
 use lightgraph::internals::diag::Source;
@@ -24,7 +24,7 @@ pub fn complete(
     path: &Path,
     source: &Arc<Source>,
     byte: usize,
-    columns: Columns,
+    columns: ColumnUnit,
 ) -> Vec<CompletionItem> {
     let mut offer = Offer { items: vec![], seen: BTreeSet::new() };
     let before = &source.text[..byte];
@@ -33,12 +33,12 @@ pub fn complete(
         if line.trim_start().starts_with("//") {
             return vec![];
         }
-        Graph { workspace, path, offer: &mut offer }.complete(before, byte)
+        GraphCompletion { workspace, path, offer: &mut offer }.complete(before, byte)
     } else {
         shader(workspace, path, line, &mut offer);
         byte - tail(before, |c| c.is_alphanumeric() || c == '_').len()
     };
-    let range = Lines::new(source, columns).range(&(start..byte));
+    let range = LineStarts::new(source, columns).range(&(start..byte));
     for item in &mut offer.items {
         let new_text = item.insert_text.take().unwrap_or_else(|| item.label.clone());
         item.text_edit = Some(CompletionTextEdit::Edit(TextEdit { range, new_text }));
@@ -79,19 +79,19 @@ impl Offer {
     }
 }
 
-struct Graph<'w> {
+struct GraphCompletion<'w> {
     workspace: &'w mut Workspace,
     path: &'w Path,
     offer: &'w mut Offer,
 }
 
-impl Graph<'_> {
+impl GraphCompletion<'_> {
     /// Offers what may stand behind a text; where that begins.
     fn complete(&mut self, before: &str, byte: usize) -> usize {
-        let mut last: Option<(Range<usize>, Shape)> = None;
+        let mut last: Option<(Range<usize>, TokenShape)> = None;
         let frames = walk(before, &mut |token, _| last = Some((token.range.clone(), token.shape)));
-        let open = last.filter(|(range, shape)| range.end == before.len() && *shape != Shape::Close);
-        let in_text = open.as_ref().is_some_and(|o| o.1 == Shape::Text);
+        let open = last.filter(|(range, shape)| range.end == before.len() && *shape != TokenShape::Close);
+        let in_text = open.as_ref().is_some_and(|o| o.1 == TokenShape::Text);
         let typed = open.map_or(byte, |o| o.0.start);
         let around = frames.last().map(|f| (f.open, f.key.is_some()));
         let key = matches!(around, Some((b'{', false)));
@@ -109,8 +109,8 @@ impl Graph<'_> {
         if !in_text {
             self.bare(&frames);
         }
-        match role(&frames, Shape::Text, key) {
-            Role::Expression => {
+        match role(&frames, TokenShape::Text, key) {
+            WordRole::Expression => {
                 self.expression(&frames, quoted, in_text);
                 // Of an expression the last name is completed, in an empty one all.
                 return if in_text {
@@ -124,14 +124,14 @@ impl Graph<'_> {
         typed
     }
 
-    fn fields(&mut self, what: Thing, frame: &Frame) {
+    fn fields(&mut self, what: StructKind, frame: &Bracket) {
         let names: Vec<&str> = match what {
-            Thing::Root => {
+            StructKind::Root => {
                 let fits = |w: &&Word| w.ty == "both" || frame.word == "Variant";
                 section("Sections").iter().filter(fits).map(|w| w.name).collect()
             }
-            Thing::Dirty => vec!["bits", "of"],
-            Thing::Warning => vec!["when", "about"],
+            StructKind::Dirty => vec!["bits", "of"],
+            StructKind::Warning => vec!["when", "about"],
             _ => match what.headings().iter().find_map(|heading| word(heading, frame.word)) {
                 Some(kind) => kind.parts.clone(),
                 // An edit may change a field of whatever the base has.
@@ -139,14 +139,14 @@ impl Graph<'_> {
             },
         };
         for name in names.into_iter().filter(|n| !frame.keys.contains(n)) {
-            let about = if what == Thing::Root { word("Sections", name).map_or("", |w| w.about) } else { "" };
+            let about = if what == StructKind::Root { word("Sections", name).map_or("", |w| w.about) } else { "" };
             self.offer.add(name, CompletionItemKind::FIELD, frame.word, about, Some(format!("{name}: ")));
         }
     }
 
-    fn bare(&mut self, frames: &[Frame]) {
-        match role(frames, Shape::Word, false) {
-            Role::Kind(Thing::Root) => {
+    fn bare(&mut self, frames: &[Bracket]) {
+        match role(frames, TokenShape::Word, false) {
+            WordRole::Kind(StructKind::Root) => {
                 self.offer.add("Graph", CompletionItemKind::CLASS, "a graph", "", Some("Graph(".into()));
                 self.offer.add(
                     "Variant",
@@ -156,7 +156,7 @@ impl Graph<'_> {
                     Some("Variant(".into()),
                 );
             }
-            Role::Kind(Thing::Warning) => {
+            WordRole::Kind(StructKind::Warning) => {
                 self.offer.add(
                     "Warning",
                     CompletionItemKind::CLASS,
@@ -165,7 +165,7 @@ impl Graph<'_> {
                     Some("Warning(".into()),
                 );
             }
-            Role::Kind(Thing::Dirty) => {
+            WordRole::Kind(StructKind::Dirty) => {
                 self.offer.add(
                     "Dirty",
                     CompletionItemKind::CLASS,
@@ -174,12 +174,12 @@ impl Graph<'_> {
                     Some("Dirty(".into()),
                 );
             }
-            Role::Kind(what) => {
+            WordRole::Kind(what) => {
                 for heading in what.headings() {
                     self.offer.words(section(heading), CompletionItemKind::CLASS, "", &|name| format!("{name}("));
                 }
             }
-            Role::Choice => {
+            WordRole::Choice => {
                 let field = thing(frames).and_then(|(at, _)| frames[at].key.as_ref().map(|k| k.0)).unwrap_or("");
                 if field == "format" {
                     self.offer.words(section("Formats"), CompletionItemKind::ENUM_MEMBER, "", &str::to_string);
@@ -192,10 +192,10 @@ impl Graph<'_> {
         }
     }
 
-    fn text(&mut self, role: Role, frames: &[Frame], quoted: &dyn Fn(&str) -> String) {
+    fn text(&mut self, role: WordRole, frames: &[Bracket], quoted: &dyn Fn(&str) -> String) {
         let bind = thing(frames).is_some_and(|(at, _)| frames[at].key.as_ref().is_some_and(|k| k.0 == "bind"));
         match role {
-            Role::Names => {
+            WordRole::Names => {
                 self.declared(&["resources", "inputs"], quoted);
                 if bind {
                     self.declared(&["params", "lets"], quoted);
@@ -205,11 +205,11 @@ impl Graph<'_> {
                 }
             }
             // Of a variant: what its base declares.
-            Role::Declares => {
+            WordRole::Declares => {
                 let section = frames.first().and_then(|f| f.key.as_ref()).map_or("", |k| k.0);
                 self.declared(&[section], quoted);
             }
-            Role::OfPass => {
+            WordRole::OfPass => {
                 for path in self.chain().into_iter().skip(1) {
                     let Some(file) = self.workspace.graph(&path) else { continue };
                     for pass in &file.passes {
@@ -223,13 +223,13 @@ impl Graph<'_> {
                     }
                 }
             }
-            Role::Shader => {
+            WordRole::Shader => {
                 let library = self.workspace.library(self.path);
                 for path in library.files.keys() {
                     self.offer.add(path, CompletionItemKind::FILE, "shader", "", Some(quoted(path)));
                 }
             }
-            Role::Graph => {
+            WordRole::Graph => {
                 let folder = self.path.parent().unwrap_or(Path::new("")).to_path_buf();
                 for path in self.workspace.all() {
                     if let Some(path) = path.strip_prefix(&folder).ok().and_then(Path::to_str) {
@@ -244,15 +244,15 @@ impl Graph<'_> {
                     self.offer.add(&path, CompletionItemKind::FILE, "comes with lightgraph", "", Some(quoted(&path)));
                 }
             }
-            Role::Variable | Role::Entry | Role::Definition => self.of_shader(role, frames, quoted),
-            Role::Input => self.of_graph(frames, "inputs", quoted),
-            Role::Taken => self.of_graph(frames, "outputs", quoted),
-            Role::Parameter => self.of_graph(frames, "params", quoted),
+            WordRole::Variable | WordRole::Entry | WordRole::Definition => self.of_shader(role, frames, quoted),
+            WordRole::Input => self.of_graph(frames, "inputs", quoted),
+            WordRole::Taken => self.of_graph(frames, "outputs", quoted),
+            WordRole::Parameter => self.of_graph(frames, "params", quoted),
             _ => {}
         }
     }
 
-    fn expression(&mut self, frames: &[Frame], quoted: &dyn Fn(&str) -> String, in_text: bool) {
+    fn expression(&mut self, frames: &[Bracket], quoted: &dyn Fn(&str) -> String, in_text: bool) {
         self.declared(&["params", "lets"], quoted);
         if thing(frames).is_some_and(|(at, _)| frames[at].key.as_ref().is_some_and(|k| ["size", "over"].contains(&k.0)))
         {
@@ -299,30 +299,30 @@ impl Graph<'_> {
     }
 
     /// The pass around: what it is called and what it runs.
-    fn pass(&mut self, frames: &[Frame]) -> Option<crate::mentions::Pass> {
+    fn pass(&mut self, frames: &[Bracket]) -> Option<crate::mentions::PassMention> {
         let start = frames[thing(frames)?.0].start;
         let file = self.workspace.graph(self.path)?;
         file.passes.iter().find(|p| p.range.start == start).cloned()
     }
 
-    fn of_shader(&mut self, role: Role, frames: &[Frame], quoted: &dyn Fn(&str) -> String) {
+    fn of_shader(&mut self, role: WordRole, frames: &[Bracket], quoted: &dyn Fn(&str) -> String) {
         let root = self.workspace.root(self.path);
         let library = self.workspace.library(self.path);
         let shader = self.pass(frames).and_then(|p| self.workspace.shader_of(&root, &p));
         let files = match &shader {
             Some(shader) => self.workspace.reachable(&library, std::iter::once(shader.as_str())),
-            None if role == Role::Definition => self.workspace.reach(self.path),
+            None if role == WordRole::Definition => self.workspace.reach(self.path),
             None => return,
         };
         let set = thing(frames).is_some_and(|(at, _)| frames[at].key.as_ref().is_some_and(|k| k.0 == "set"));
         for file in files {
             match role {
-                Role::Definition => {
+                WordRole::Definition => {
                     for name in &file.survey.mentioned {
                         self.offer.add(name, CompletionItemKind::CONSTANT, "definition", "", Some(quoted(name)));
                     }
                 }
-                Role::Entry => {
+                WordRole::Entry => {
                     let own =
                         shader.as_ref().and_then(|s| library.files.get(s)).is_some_and(|s| s.path == file.source.path);
                     for name in file.entries.iter().filter(|_| own) {
@@ -352,7 +352,7 @@ impl Graph<'_> {
         }
     }
 
-    fn of_graph(&mut self, frames: &[Frame], section: &str, quoted: &dyn Fn(&str) -> String) {
+    fn of_graph(&mut self, frames: &[Bracket], section: &str, quoted: &dyn Fn(&str) -> String) {
         let Some(graph) = self.pass(frames).and_then(|p| p.graph) else { return };
         for path in crate::answers::bases(self.workspace, &graph) {
             let Some(file) = self.workspace.graph(&path) else { continue };

@@ -1,6 +1,6 @@
 //! What a graph comes to for the current scene: values, sizes, who writes and reads what.
 
-use crate::graphs::{self, Settings};
+use crate::graphs::{self, CheckSettings};
 use crate::texts::Texts;
 use lightgraph::internals::diag::{Source, Span};
 use lightgraph::internals::graph::expr::{Expr, Val};
@@ -31,7 +31,7 @@ pub struct Computed {
 }
 
 impl Computed {
-    pub fn new(path: &Path, settings: &Settings, texts: &Texts, earlier: &Library) -> Computed {
+    pub fn new(path: &Path, settings: &CheckSettings, texts: &Texts, earlier: &Library) -> Computed {
         let mut out = Computed::default();
         let Ok(project) = graphs::open(path, settings, texts, earlier).project else { return out };
         let facts = settings.facts.clone().unwrap_or_else(|| sample_facts(true));

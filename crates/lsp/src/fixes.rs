@@ -1,14 +1,14 @@
 //! Edits that faults propose: the nearest name, to leave out what nothing uses, what a resource holds at first.
 
 use crate::mentions::GraphFile;
-use crate::text::Lines;
+use crate::text::LineStarts;
 use crate::told::HELP;
 use lightgraph::internals::graph::tree::{self, SyntaxKind, SyntaxNode};
 use lsp_types::{CodeAction, CodeActionKind, CodeActionOrCommand, Diagnostic, TextEdit, Uri, WorkspaceEdit};
 use std::ops::Range;
 
 /// The edits for the faults that an editor shows at a place.
-pub fn fixes(uri: &Uri, lines: &Lines, diagnostics: Vec<Diagnostic>) -> Vec<CodeActionOrCommand> {
+pub fn fixes(uri: &Uri, lines: &LineStarts, diagnostics: Vec<Diagnostic>) -> Vec<CodeActionOrCommand> {
     let mut found = vec![];
     for d in diagnostics.into_iter().filter(|d| d.source.as_deref() == Some("lightgraph")) {
         for (title, range, text) in edits(lines, &d) {
@@ -28,7 +28,7 @@ pub fn fixes(uri: &Uri, lines: &Lines, diagnostics: Vec<Diagnostic>) -> Vec<Code
 }
 
 /// The edits that a fault proposes: what each does, what it replaces, and by what.
-fn edits(lines: &Lines, d: &Diagnostic) -> Vec<(String, Range<usize>, String)> {
+fn edits(lines: &LineStarts, d: &Diagnostic) -> Vec<(String, Range<usize>, String)> {
     let range = lines.byte(d.range.start)..lines.byte(d.range.end);
     let text = &lines.source.text;
     let mut found = vec![];
@@ -70,7 +70,7 @@ fn edits(lines: &Lines, d: &Diagnostic) -> Vec<(String, Range<usize>, String)> {
 }
 
 /// Where a resource of the file takes one more field: behind the last one and its comma.
-fn with_field(lines: &Lines, name: &str, field: &str) -> Option<usize> {
+fn with_field(lines: &LineStarts, name: &str, field: &str) -> Option<usize> {
     let file = GraphFile::new(&lines.source);
     let declared = file.declared.iter().find(|d| d.section == "resources" && d.name == name)?;
     let whole = lines.source.text.get(declared.range.clone())?;
@@ -121,11 +121,11 @@ fn with_comma(text: &str, entry: Range<usize>) -> Range<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::text::Columns;
+    use crate::text::ColumnUnit;
     use lightgraph::internals::diag::Source;
 
     fn fixed(text: &str, at: Range<usize>, message: &str) -> Vec<String> {
-        let lines = Lines::new(&Source::new("a.ron", text), Columns::Utf16);
+        let lines = LineStarts::new(&Source::new("a.ron", text), ColumnUnit::Utf16);
         let d = Diagnostic { range: lines.range(&at), message: message.into(), ..Diagnostic::default() };
         let apply = |(_, range, new): (String, Range<usize>, String)| {
             format!("{}{new}{}", &text[..range.start], &text[range.end..])

@@ -89,14 +89,14 @@ fn below(folder: &Path, depth: usize, looked: &mut usize, graph: &mut dyn FnMut(
 
 /// What the user has set for checks.
 #[derive(Debug, Clone, Default)]
-pub struct Settings {
+pub struct CheckSettings {
     /// Folders of shaders besides the usual ones.
     pub shaders: Vec<PathBuf>,
     /// The facts of the scene that is checked for; `None`: scenes that together have everything and nothing.
     pub facts: Option<Values>,
 }
 
-impl Settings {
+impl CheckSettings {
     pub fn all_facts(&self) -> Vec<Values> {
         self.facts.clone().map_or_else(all_sample_facts, |facts| vec![facts])
     }
@@ -111,7 +111,7 @@ pub struct Opened {
 }
 
 /// Opens a graph from the texts of open documents and files.
-pub fn open(path: &Path, settings: &Settings, texts: &Texts, earlier: &Library) -> Opened {
+pub fn open(path: &Path, settings: &CheckSettings, texts: &Texts, earlier: &Library) -> Opened {
     let read = RefCell::new(BTreeSet::from([path.to_path_buf()]));
     let reader = |path: &Path| -> Checked<Arc<Source>> {
         read.borrow_mut().insert(path.to_path_buf());

@@ -3,8 +3,8 @@
 use crate::answers::{bases, shader_of};
 use crate::computed::Computed;
 use crate::graphs::is_ron;
-use crate::mentions::{Declared, GraphFile};
-use crate::ron::{Role, Shape, Thing, role, walk};
+use crate::mentions::{GraphFile, SectionEntry};
+use crate::ron::{StructKind, TokenShape, WordRole, role, walk};
 use crate::symbols::Symbol;
 use crate::words::{Word, provided, word};
 use crate::workspace::Workspace;
@@ -20,16 +20,18 @@ const MOST_SHOWN: usize = 600;
 pub fn of_language(source: &Arc<Source>, byte: usize) -> Option<String> {
     let mut found = None;
     walk(&source.text, &mut |token, frames| {
-        if found.is_some() || token.shape == Shape::Close || byte < token.range.start || token.range.end < byte {
+        if found.is_some() || token.shape == TokenShape::Close || byte < token.range.start || token.range.end < byte {
             return;
         }
         let said = match role(frames, token.shape, token.key) {
-            Role::Kind(what @ (Thing::Parameter | Thing::Resource | Thing::Input | Thing::Pass)) => {
-                what.headings().iter().find_map(|heading| word(heading, token.text)).map(kind)
+            WordRole::Kind(
+                what @ (StructKind::Parameter | StructKind::Resource | StructKind::Input | StructKind::Pass),
+            ) => what.headings().iter().find_map(|heading| word(heading, token.text)).map(kind),
+            WordRole::Field(StructKind::Root) => {
+                word("Sections", token.text).map(|w| format!("`{}`: {}", w.name, w.about))
             }
-            Role::Field(Thing::Root) => word("Sections", token.text).map(|w| format!("`{}`: {}", w.name, w.about)),
-            Role::Choice => word("Formats", token.text).map(|w| format!("`{}`: {}", w.name, w.about)),
-            Role::Expression => {
+            WordRole::Choice => word("Formats", token.text).map(|w| format!("`{}`: {}", w.name, w.about)),
+            WordRole::Expression => {
                 let names = crate::ron::names(token.text);
                 let inside = byte - token.range.start;
                 let on_name = names.iter().any(|n| n.1.start <= inside && inside <= n.1.end);
@@ -102,7 +104,7 @@ fn declared(
     from: &Path,
     sections: &[&str],
     name: &str,
-) -> Option<(PathBuf, Arc<GraphFile>, Declared)> {
+) -> Option<(PathBuf, Arc<GraphFile>, SectionEntry)> {
     bases(workspace, from).into_iter().find_map(|path| {
         let file = workspace.graph(&path)?;
         let found = file.declared.iter().find(|d| d.name == name && sections.contains(&d.section))?.clone();

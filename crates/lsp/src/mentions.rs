@@ -1,6 +1,6 @@
 //! The names in a graph file, each with its place and what it names.
 
-use crate::ron::{Role, Shape, names, role, thing, walk};
+use crate::ron::{TokenShape, WordRole, names, role, thing, walk};
 use lightgraph::internals::builtin;
 use lightgraph::internals::diag::Source;
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// What a name in a graph file names.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Named {
+pub enum GraphName {
     /// A parameter, let, resource, input, or what a loop or group of alternatives counts.
     Value(String),
     Definition(String),
@@ -29,15 +29,15 @@ pub enum Named {
 }
 
 #[derive(Debug, Clone)]
-pub struct Mention {
+pub struct GraphMention {
     pub range: Range<usize>,
-    pub named: Named,
+    pub named: GraphName,
     pub declares: bool,
 }
 
 /// A pass as the file says it; of a variant perhaps an edit of one of the base's.
 #[derive(Debug, Clone, Default)]
-pub struct Pass {
+pub struct PassMention {
     pub range: Range<usize>,
     /// Empty for edits that keep the base's kind.
     pub kind: String,
@@ -53,7 +53,7 @@ pub struct Pass {
 
 /// A declaration in a section.
 #[derive(Debug, Clone)]
-pub struct Declared {
+pub struct SectionEntry {
     pub section: &'static str,
     pub name: String,
     pub place: Range<usize>,
@@ -66,9 +66,9 @@ pub struct Declared {
 #[derive(Debug)]
 pub struct GraphFile {
     pub source: Arc<Source>,
-    pub mentions: Vec<Mention>,
-    pub passes: Vec<Pass>,
-    pub declared: Vec<Declared>,
+    pub mentions: Vec<GraphMention>,
+    pub passes: Vec<PassMention>,
+    pub declared: Vec<SectionEntry>,
     pub base: Option<PathBuf>,
 }
 
@@ -79,25 +79,25 @@ const COUNTED: [&str; 3] = ["Loop", "For", "Fastest"];
 
 impl GraphFile {
     pub fn new(source: &Arc<Source>) -> GraphFile {
-        let mut reader = Reader { folder: folder(source), ..Reader::default() };
+        let mut reader = MentionReader { folder: folder(source), ..MentionReader::default() };
         walk(&source.text, &mut |token, frames| reader.token(token, frames));
-        let Reader { mut mentions, passes, declared, base, .. } = reader;
+        let MentionReader { mut mentions, passes, declared, base, .. } = reader;
         // Names of passes become known after what is in them.
         let counted: BTreeSet<&str> =
             passes.iter().filter(|p| COUNTED.contains(&p.kind.as_str())).map(|p| p.name.as_str()).collect();
         for mention in &mut mentions {
-            if let Named::Pass(name) = &mention.named
+            if let GraphName::Pass(name) = &mention.named
                 && counted.contains(name.as_str())
             {
-                mention.named = Named::Value(name.clone());
+                mention.named = GraphName::Value(name.clone());
             }
         }
         GraphFile { source: source.clone(), mentions, passes, declared, base }
     }
 
     /// The mention that holds a byte, its ends included.
-    pub fn at(&self, byte: usize) -> Option<&Mention> {
-        let holds = |m: &&Mention| m.range.start <= byte && byte <= m.range.end;
+    pub fn at(&self, byte: usize) -> Option<&GraphMention> {
+        let holds = |m: &&GraphMention| m.range.start <= byte && byte <= m.range.end;
         self.mentions.iter().filter(holds).min_by_key(|m| m.range.len())
     }
 }
@@ -107,19 +107,19 @@ fn folder(source: &Source) -> PathBuf {
 }
 
 #[derive(Default)]
-struct Reader {
+struct MentionReader {
     folder: PathBuf,
-    mentions: Vec<Mention>,
-    passes: Vec<Pass>,
+    mentions: Vec<GraphMention>,
+    passes: Vec<PassMention>,
     /// By the start of a pass: its index.
     open: BTreeMap<usize, usize>,
-    declared: Vec<Declared>,
+    declared: Vec<SectionEntry>,
     base: Option<PathBuf>,
 }
 
-impl Reader {
-    fn token(&mut self, token: &crate::ron::Token, frames: &[crate::ron::Frame]) {
-        if token.shape == Shape::Close {
+impl MentionReader {
+    fn token(&mut self, token: &crate::ron::RonToken, frames: &[crate::ron::Bracket]) {
+        if token.shape == TokenShape::Close {
             if let Some(pass) = self.open.get(&token.range.start) {
                 self.passes[*pass].range = token.range.clone();
             }
@@ -133,22 +133,22 @@ impl Reader {
         let text = token.text.to_string();
         let field = thing(frames).and_then(|(at, _)| frames[at].key.as_ref().map(|k| k.0)).unwrap_or("");
         match role {
-            Role::Declares if token.key => self.declares(field, token, Named::Value(text)),
-            Role::Declares => self.mention(token.range.clone(), Named::Value(text), true),
-            Role::Output => self.declares(field, token, Named::Output(text)),
-            Role::Definition if pass.is_none() => self.declares(field, token, Named::Definition(text)),
-            Role::Definition => self.mention(token.range.clone(), Named::Definition(text), false),
-            Role::Names | Role::Expression => self.names(token),
-            Role::OfPass => self.mention(token.range.clone(), Named::Pass(text), false),
-            Role::Graph => {
+            WordRole::Declares if token.key => self.declares(field, token, GraphName::Value(text)),
+            WordRole::Declares => self.mention(token.range.clone(), GraphName::Value(text), true),
+            WordRole::Output => self.declares(field, token, GraphName::Output(text)),
+            WordRole::Definition if pass.is_none() => self.declares(field, token, GraphName::Definition(text)),
+            WordRole::Definition => self.mention(token.range.clone(), GraphName::Definition(text), false),
+            WordRole::Names | WordRole::Expression => self.names(token),
+            WordRole::OfPass => self.mention(token.range.clone(), GraphName::Pass(text), false),
+            WordRole::Graph => {
                 let path = builtin::join(&self.folder, token.text);
                 match pass {
                     Some(pass) => self.passes[pass].graph = Some(path.clone()),
                     None => self.base = Some(path.clone()),
                 }
-                self.mention(token.range.clone(), Named::Graph(path), false);
+                self.mention(token.range.clone(), GraphName::Graph(path), false);
             }
-            Role::Kind(_) => {
+            WordRole::Kind(_) => {
                 if let Some(declared) = self.declaring(frames).filter(|_| token.kind) {
                     declared.kind = text;
                 }
@@ -162,77 +162,77 @@ impl Reader {
     }
 
     /// The declaration whose value stands in these brackets.
-    fn declaring(&mut self, frames: &[crate::ron::Frame]) -> Option<&mut Declared> {
+    fn declaring(&mut self, frames: &[crate::ron::Bracket]) -> Option<&mut SectionEntry> {
         let [root, map] = frames else { return None };
         let (section, name) = (root.key.as_ref()?, map.key.as_ref()?);
         self.declared.last_mut().filter(|d| d.section == section.0 && d.place == name.1)
     }
 
-    fn of_pass(&mut self, pass: usize, role: Role, token: &crate::ron::Token) {
+    fn of_pass(&mut self, pass: usize, role: WordRole, token: &crate::ron::RonToken) {
         let (text, range) = (token.text.to_string(), token.range.clone());
         match role {
-            Role::Pass => {
+            WordRole::Pass => {
                 self.passes[pass].name.clone_from(&text);
                 self.passes[pass].place = range.clone();
-                self.mention(range, Named::Pass(text), true);
+                self.mention(range, GraphName::Pass(text), true);
             }
-            Role::Shader => {
+            WordRole::Shader => {
                 self.passes[pass].shader = Some(text.clone());
-                self.mention(range, Named::Shader(text), false);
+                self.mention(range, GraphName::Shader(text), false);
             }
-            Role::Entry => self.mention(range, Named::Entry(pass, text), false),
-            Role::Variable => {
+            WordRole::Entry => self.mention(range, GraphName::Entry(pass, text), false),
+            WordRole::Variable => {
                 self.passes[pass].said.insert(text.clone());
-                self.mention(range, Named::Variable(pass, text), false);
+                self.mention(range, GraphName::Variable(pass, text), false);
             }
-            Role::Taken => self.mention(range, Named::Of(self.passes[pass].name.clone(), text), false),
-            Role::Input | Role::Parameter => {
+            WordRole::Taken => self.mention(range, GraphName::Of(self.passes[pass].name.clone(), text), false),
+            WordRole::Input | WordRole::Parameter => {
                 self.passes[pass].said.insert(text.clone());
-                self.mention(range, Named::Given(self.passes[pass].name.clone(), text), false);
+                self.mention(range, GraphName::Given(self.passes[pass].name.clone(), text), false);
             }
             _ => {}
         }
     }
 
-    fn mention(&mut self, range: Range<usize>, named: Named, declares: bool) {
-        self.mentions.push(Mention { range, named, declares });
+    fn mention(&mut self, range: Range<usize>, named: GraphName, declares: bool) {
+        self.mentions.push(GraphMention { range, named, declares });
     }
 
-    fn declares(&mut self, field: &str, token: &crate::ron::Token, named: Named) {
+    fn declares(&mut self, field: &str, token: &crate::ron::RonToken, named: GraphName) {
         let range = token.range.clone();
         // What a variant says of a graph that its base uses.
-        if let (Named::Value(text), Some(dot)) = (&named, token.text.find('.')) {
-            let named = Named::Given(text[..dot].into(), text[dot + 1..].into());
+        if let (GraphName::Value(text), Some(dot)) = (&named, token.text.find('.')) {
+            let named = GraphName::Given(text[..dot].into(), text[dot + 1..].into());
             return self.mention(range.start + dot + 1..range.end, named, false);
         }
         if let Some(section) = SECTIONS.iter().find(|s| **s == field) {
             let (name, place) = (token.text.to_string(), range.clone());
-            self.declared.push(Declared { section, name, place, kind: String::new(), range: range.clone() });
+            self.declared.push(SectionEntry { section, name, place, kind: String::new(), range: range.clone() });
         }
         self.mention(range, named, true);
     }
 
-    fn names(&mut self, token: &crate::ron::Token) {
+    fn names(&mut self, token: &crate::ron::RonToken) {
         for (name, range) in names(token.text) {
             let start = token.range.start + range.start;
             let head = name.split('.').next().unwrap_or(name);
-            self.mention(start..start + head.len(), Named::Value(head.into()), false);
+            self.mention(start..start + head.len(), GraphName::Value(head.into()), false);
             if let Some((_, rest)) = name.split_once('.') {
                 let inner = start + head.len() + 1;
-                self.mention(inner..inner + rest.len(), Named::Of(head.into(), rest.into()), false);
+                self.mention(inner..inner + rest.len(), GraphName::Of(head.into(), rest.into()), false);
             }
         }
     }
 
     /// The innermost pass around, which it may be the first to tell of.
-    fn pass(&mut self, frames: &[crate::ron::Frame]) -> Option<usize> {
-        use crate::ron::Thing;
+    fn pass(&mut self, frames: &[crate::ron::Bracket]) -> Option<usize> {
+        use crate::ron::StructKind;
         let (mut at, mut what) = thing(frames)?;
-        if what == Thing::Dirty {
+        if what == StructKind::Dirty {
             let outer = thing(&frames[..at])?;
             (at, what) = outer;
         }
-        if what != Thing::Pass {
+        if what != StructKind::Pass {
             return None;
         }
         let frame = &frames[at];
@@ -244,7 +244,7 @@ impl Reader {
         let before = before.filter(|_| frames[0].key.as_ref().is_some_and(|k| k.0 == "passes"));
         let (name, place) = before.map_or((String::new(), 0..0), |(name, place)| (name.to_string(), place));
         let end = frame.start..usize::MAX;
-        self.passes.push(Pass { range: end, kind: frame.word.into(), name, place, ..Pass::default() });
+        self.passes.push(PassMention { range: end, kind: frame.word.into(), name, place, ..PassMention::default() });
         self.open.insert(frame.start, self.passes.len() - 1);
         Some(self.passes.len() - 1)
     }

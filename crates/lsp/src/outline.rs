@@ -2,10 +2,10 @@
 
 use crate::computed::Computed;
 use crate::graphs::is_ron;
-use crate::mentions::{GraphFile, Pass};
-use crate::ron::{Role, Shape, role, walk};
+use crate::mentions::{GraphFile, PassMention};
+use crate::ron::{TokenShape, WordRole, role, walk};
 use crate::status::Status;
-use crate::text::Lines;
+use crate::text::LineStarts;
 use lightgraph::internals::shader::survey;
 use lsp_types::{
     CodeLens, Command, DocumentSymbol, FoldingRange, InlayHint, InlayHintKind, InlayHintLabel, SymbolKind,
@@ -18,7 +18,7 @@ fn symbol(
     name: &str,
     detail: &str,
     kind: SymbolKind,
-    lines: &Lines,
+    lines: &LineStarts,
     range: &Range<usize>,
     place: &Range<usize>,
 ) -> DocumentSymbol {
@@ -38,7 +38,7 @@ fn symbol(
 }
 
 /// The declarations and passes of a document, those in others below them.
-pub fn symbols(path: &Path, lines: &Lines) -> Vec<DocumentSymbol> {
+pub fn symbols(path: &Path, lines: &LineStarts) -> Vec<DocumentSymbol> {
     if is_ron(path) {
         let file = GraphFile::new(&lines.source);
         let end = lines.source.text.len();
@@ -99,11 +99,11 @@ fn nested(all: Vec<(Range<usize>, DocumentSymbol)>) -> Vec<DocumentSymbol> {
 }
 
 /// What can be folded: brackets over several lines.
-pub fn folds(path: &Path, lines: &Lines) -> Vec<FoldingRange> {
+pub fn folds(path: &Path, lines: &LineStarts) -> Vec<FoldingRange> {
     let mut ranges = vec![];
     if is_ron(path) {
         walk(&lines.source.text, &mut |token, _| {
-            if token.shape == Shape::Close {
+            if token.shape == TokenShape::Close {
                 ranges.push(token.range.clone());
             }
         });
@@ -127,10 +127,10 @@ pub fn folds(path: &Path, lines: &Lines) -> Vec<FoldingRange> {
 }
 
 /// Beside each pass what it took last and why it ran, where something shows the graph.
-pub fn lenses(path: &Path, lines: &Lines) -> Vec<CodeLens> {
+pub fn lenses(path: &Path, lines: &LineStarts) -> Vec<CodeLens> {
     let Some(status) = Status::read(path) else { return vec![] };
     let file = GraphFile::new(&lines.source);
-    let lens = |pass: &Pass| {
+    let lens = |pass: &PassMention| {
         let title = status.words(&pass.name)?;
         // A command without a name is words alone.
         let command = Command { title, command: String::new(), arguments: None };
@@ -140,7 +140,7 @@ pub fn lenses(path: &Path, lines: &Lines) -> Vec<CodeLens> {
 }
 
 /// What expressions and sizes come to, behind them.
-pub fn hints(lines: &Lines, computed: &Computed, within: &Range<usize>) -> Vec<InlayHint> {
+pub fn hints(lines: &LineStarts, computed: &Computed, within: &Range<usize>) -> Vec<InlayHint> {
     let mut hints = vec![];
     let mut hint = |byte: usize, text: String| {
         if within.contains(&byte) {
@@ -157,8 +157,8 @@ pub fn hints(lines: &Lines, computed: &Computed, within: &Range<usize>) -> Vec<I
         }
     };
     walk(&lines.source.text, &mut |token, frames| {
-        if token.shape == Shape::Text
-            && role(frames, token.shape, token.key) == Role::Expression
+        if token.shape == TokenShape::Text
+            && role(frames, token.shape, token.key) == WordRole::Expression
             && let Some(value) = computed.value_of(token.text)
         {
             hint(token.range.end + 1, format!("= {value}"));

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// An open bracket.
 #[derive(Debug, Clone)]
-pub struct Frame<'t> {
+pub struct Bracket<'t> {
     pub open: u8,
     /// The kind before it: `Draw` of `Draw(…)`.
     pub word: &'t str,
@@ -22,7 +22,7 @@ pub struct Frame<'t> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum TokenShape {
     /// In quotes, which its range leaves out.
     Text,
     Word,
@@ -31,10 +31,10 @@ pub enum Shape {
 }
 
 #[derive(Debug, Clone)]
-pub struct Token<'t> {
+pub struct RonToken<'t> {
     pub text: &'t str,
     pub range: Range<usize>,
-    pub shape: Shape,
+    pub shape: TokenShape,
     /// A colon follows.
     pub key: bool,
     /// A bracket follows: it is a kind.
@@ -42,9 +42,9 @@ pub struct Token<'t> {
 }
 
 /// Calls `f` with each word and the brackets around it; at the end gives the brackets that are open there.
-pub fn walk<'t>(text: &'t str, f: &mut dyn FnMut(&Token<'t>, &[Frame<'t>])) -> Vec<Frame<'t>> {
+pub fn walk<'t>(text: &'t str, f: &mut dyn FnMut(&RonToken<'t>, &[Bracket<'t>])) -> Vec<Bracket<'t>> {
     let bytes = text.as_bytes();
-    let mut frames: Vec<Frame<'t>> = vec![];
+    let mut frames: Vec<Bracket<'t>> = vec![];
     let mut word: Option<Range<usize>> = None;
     let mut at = 0;
     while let Some(byte) = bytes.get(at).copied() {
@@ -55,7 +55,7 @@ pub fn walk<'t>(text: &'t str, f: &mut dyn FnMut(&Token<'t>, &[Frame<'t>])) -> V
             }
             b'"' => {
                 let end = text[at + 1..].find('"').map_or(text.len(), |e| at + 1 + e);
-                let token = token(text, at + 1..end, Shape::Text, (end + 1).min(text.len()));
+                let token = token(text, at + 1..end, TokenShape::Text, (end + 1).min(text.len()));
                 f(&token, &frames);
                 note(&mut frames, &token);
                 word = None;
@@ -64,7 +64,7 @@ pub fn walk<'t>(text: &'t str, f: &mut dyn FnMut(&Token<'t>, &[Frame<'t>])) -> V
             }
             b'(' | b'[' | b'{' => {
                 let kind = word.take().filter(|_| byte == b'(').unwrap_or(at..at);
-                frames.push(Frame {
+                frames.push(Bracket {
                     open: byte,
                     word: &text[kind.clone()],
                     start: kind.start,
@@ -75,8 +75,13 @@ pub fn walk<'t>(text: &'t str, f: &mut dyn FnMut(&Token<'t>, &[Frame<'t>])) -> V
             b')' | b']' | b'}' => {
                 if let Some(frame) = frames.pop() {
                     let range = frame.start..at + 1;
-                    let token =
-                        Token { text: &text[range.clone()], range, shape: Shape::Close, key: false, kind: false };
+                    let token = RonToken {
+                        text: &text[range.clone()],
+                        range,
+                        shape: TokenShape::Close,
+                        key: false,
+                        kind: false,
+                    };
                     f(&token, &frames);
                 }
                 word = None;
@@ -89,7 +94,7 @@ pub fn walk<'t>(text: &'t str, f: &mut dyn FnMut(&Token<'t>, &[Frame<'t>])) -> V
             }
             b if is_word(b) => {
                 let end = at + bytes[at..].iter().position(|b| !is_word(*b)).unwrap_or(bytes.len() - at);
-                let token = token(text, at..end, Shape::Word, end);
+                let token = token(text, at..end, TokenShape::Word, end);
                 f(&token, &frames);
                 note(&mut frames, &token);
                 word = Some(at..end);
@@ -107,21 +112,21 @@ fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'.' | b'+' | b'-') || !byte.is_ascii()
 }
 
-fn token(text: &str, range: Range<usize>, shape: Shape, after: usize) -> Token<'_> {
+fn token(text: &str, range: Range<usize>, shape: TokenShape, after: usize) -> RonToken<'_> {
     let mut at = after;
     loop {
         match text.as_bytes().get(at) {
             Some(b) if b.is_ascii_whitespace() => at += 1,
             Some(b'/') if matches!(text.as_bytes().get(at + 1), Some(b'/' | b'*')) => at = behind_comment(text, at),
             next => {
-                let (key, kind) = (next == Some(&b':'), next == Some(&b'(') && shape == Shape::Word);
-                return Token { text: &text[range.clone()], range, shape, key, kind };
+                let (key, kind) = (next == Some(&b':'), next == Some(&b'(') && shape == TokenShape::Word);
+                return RonToken { text: &text[range.clone()], range, shape, key, kind };
             }
         }
     }
 }
 
-fn note<'t>(frames: &mut [Frame<'t>], token: &Token<'t>) {
+fn note<'t>(frames: &mut [Bracket<'t>], token: &RonToken<'t>) {
     if let Some(frame) = frames.last_mut().filter(|_| token.key) {
         frame.key = Some((token.text, token.range.clone()));
         frame.keys.push(token.text);
@@ -138,7 +143,7 @@ fn behind_comment(text: &str, at: usize) -> usize {
 
 /// What the struct around a word is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Thing {
+pub enum StructKind {
     Root,
     Parameter,
     Resource,
@@ -149,27 +154,27 @@ pub enum Thing {
     Warning,
 }
 
-impl Thing {
+impl StructKind {
     /// The headings of the reference that list its kinds.
     pub fn headings(self) -> &'static [&'static str] {
         match self {
-            Thing::Root => &["Sections"],
-            Thing::Parameter => &["Parameters"],
-            Thing::Resource => &["Resources"],
-            Thing::Input => &["Resources", "Parameters"],
-            Thing::Pass | Thing::Dirty => &["Passes"],
-            Thing::Warning => &["Warnings"],
+            StructKind::Root => &["Sections"],
+            StructKind::Parameter => &["Parameters"],
+            StructKind::Resource => &["Resources"],
+            StructKind::Input => &["Resources", "Parameters"],
+            StructKind::Pass | StructKind::Dirty => &["Passes"],
+            StructKind::Warning => &["Warnings"],
         }
     }
 }
 
 /// What a word of a graph file is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
+pub enum WordRole {
     /// The name of a section, or of a field of a thing.
-    Field(Thing),
+    Field(StructKind),
     /// The kind of a thing, or the value of a field in its place.
-    Kind(Thing),
+    Kind(StructKind),
     /// Declares a parameter, let, resource or input.
     Declares,
     Output,
@@ -199,20 +204,20 @@ pub enum Role {
 const DECLARING: [&str; 4] = ["params", "lets", "resources", "inputs"];
 
 /// The innermost struct around a place and what it is: its place among the brackets.
-pub fn thing(frames: &[Frame]) -> Option<(usize, Thing)> {
+pub fn thing(frames: &[Bracket]) -> Option<(usize, StructKind)> {
     let root = frames.first()?;
     let section = root.key.as_ref().map_or("", |k| k.0);
-    let mut found = (0, Thing::Root);
+    let mut found = (0, StructKind::Root);
     for (i, frame) in frames.iter().enumerate().skip(1).filter(|(_, f)| f.open == b'(') {
         found = match section {
-            "params" if i == 2 => (i, Thing::Parameter),
-            "inputs" if i == 2 && word("Parameters", frame.word).is_some() => (i, Thing::Parameter),
-            "resources" | "inputs" if i == 2 => (i, Thing::Resource),
-            "warnings" if i == 2 => (i, Thing::Warning),
+            "params" if i == 2 => (i, StructKind::Parameter),
+            "inputs" if i == 2 && word("Parameters", frame.word).is_some() => (i, StructKind::Parameter),
+            "resources" | "inputs" if i == 2 => (i, StructKind::Resource),
+            "warnings" if i == 2 => (i, StructKind::Warning),
             "passes" | "before" | "after" | "append" => match &frames[i - 1] {
-                around if around.open != b'(' => (i, Thing::Pass),
+                around if around.open != b'(' => (i, StructKind::Pass),
                 around if frame.word == "Dirty" || around.key.as_ref().is_some_and(|k| k.0 == "only") => {
-                    (i, Thing::Dirty)
+                    (i, StructKind::Dirty)
                 }
                 _ => found,
             },
@@ -223,88 +228,88 @@ pub fn thing(frames: &[Frame]) -> Option<(usize, Thing)> {
 }
 
 /// What a word is for, by the brackets around it. `key`: a colon follows.
-pub fn role(frames: &[Frame], shape: Shape, key: bool) -> Role {
+pub fn role(frames: &[Bracket], shape: TokenShape, key: bool) -> WordRole {
     let Some((at, thing)) = thing(frames) else {
-        return if shape == Shape::Word { Role::Kind(Thing::Root) } else { Role::Other };
+        return if shape == TokenShape::Word { WordRole::Kind(StructKind::Root) } else { WordRole::Other };
     };
     let inner = &frames[at + 1..];
     let struct_ = &frames[at];
     if inner.is_empty() && key {
-        return Role::Field(thing);
+        return WordRole::Field(thing);
     }
     let field = struct_.key.as_ref().map_or("", |k| k.0);
     let in_map = inner.len() == 1 && inner[0].open == b'{';
-    let bare = shape == Shape::Word;
+    let bare = shape == TokenShape::Word;
     match thing {
-        Thing::Root => match field {
-            "about" => Role::Other,
-            "base" => Role::Graph,
-            _ if key && in_map && DECLARING.contains(&field) => Role::Declares,
-            "defines" if key && in_map => Role::Definition,
-            "outputs" if key && in_map => Role::Output,
-            "outputs" if in_map && !bare => Role::Names,
-            "lets" | "defines" if in_map && !bare => Role::Expression,
-            "params" if in_map && bare => Role::Kind(Thing::Parameter),
-            "warnings" if in_map && bare => Role::Kind(Thing::Warning),
-            "resources" if in_map && bare => Role::Kind(Thing::Resource),
-            "inputs" if in_map && bare => Role::Kind(Thing::Input),
-            "passes" | "before" | "after" if key && in_map => Role::OfPass,
-            "passes" | "append" | "before" | "after" if bare => Role::Kind(Thing::Pass),
-            _ => Role::Other,
+        StructKind::Root => match field {
+            "about" => WordRole::Other,
+            "base" => WordRole::Graph,
+            _ if key && in_map && DECLARING.contains(&field) => WordRole::Declares,
+            "defines" if key && in_map => WordRole::Definition,
+            "outputs" if key && in_map => WordRole::Output,
+            "outputs" if in_map && !bare => WordRole::Names,
+            "lets" | "defines" if in_map && !bare => WordRole::Expression,
+            "params" if in_map && bare => WordRole::Kind(StructKind::Parameter),
+            "warnings" if in_map && bare => WordRole::Kind(StructKind::Warning),
+            "resources" if in_map && bare => WordRole::Kind(StructKind::Resource),
+            "inputs" if in_map && bare => WordRole::Kind(StructKind::Input),
+            "passes" | "before" | "after" if key && in_map => WordRole::OfPass,
+            "passes" | "append" | "before" | "after" if bare => WordRole::Kind(StructKind::Pass),
+            _ => WordRole::Other,
         },
-        Thing::Parameter => {
+        StructKind::Parameter => {
             if bare && inner.is_empty() {
-                Role::Choice
+                WordRole::Choice
             } else {
-                Role::Other
+                WordRole::Other
             }
         }
-        Thing::Resource | Thing::Input => match field {
-            "size" | "layers" | "mips" | "count" | "tile" | "members" | "stride" if !bare => Role::Expression,
-            "file" | "element" => Role::Other,
-            _ if bare && inner.is_empty() => Role::Choice,
-            _ => Role::Other,
+        StructKind::Resource | StructKind::Input => match field {
+            "size" | "layers" | "mips" | "count" | "tile" | "members" | "stride" if !bare => WordRole::Expression,
+            "file" | "element" => WordRole::Other,
+            _ if bare && inner.is_empty() => WordRole::Choice,
+            _ => WordRole::Other,
         },
-        Thing::Warning => {
+        StructKind::Warning => {
             if field == "when" && !bare {
-                Role::Expression
+                WordRole::Expression
             } else {
-                Role::Other
+                WordRole::Other
             }
         }
-        Thing::Dirty => {
+        StructKind::Dirty => {
             if bare {
-                Role::Other
+                WordRole::Other
             } else {
-                Role::Names
+                WordRole::Names
             }
         }
-        Thing::Pass => match field {
-            "name" => Role::Pass,
-            "shader" => Role::Shader,
-            "graph" => Role::Graph,
-            "entry" => Role::Entry,
-            "color" | "depth" | "frusta" | "indirect" | "from" | "to" | "target" | "load" if !bare => Role::Names,
-            "clear" | "blend" if key => Role::Names,
-            "blend" if bare => Role::Choice,
-            "bind" if key => Role::Variable,
-            "bind" | "in" if !bare && !key => Role::Names,
-            "in" if key => Role::Input,
-            "out" if key => Role::Taken,
-            "out" if !bare => Role::Declares,
-            "set" if key && struct_.word == "Use" => Role::Parameter,
-            "set" if key => Role::Variable,
-            "defines" | "tune" if key => Role::Definition,
-            "passes" | "of" if bare => Role::Kind(Thing::Pass),
-            "only" if bare => Role::Kind(Thing::Dirty),
+        StructKind::Pass => match field {
+            "name" => WordRole::Pass,
+            "shader" => WordRole::Shader,
+            "graph" => WordRole::Graph,
+            "entry" => WordRole::Entry,
+            "color" | "depth" | "frusta" | "indirect" | "from" | "to" | "target" | "load" if !bare => WordRole::Names,
+            "clear" | "blend" if key => WordRole::Names,
+            "blend" if bare => WordRole::Choice,
+            "bind" if key => WordRole::Variable,
+            "bind" | "in" if !bare && !key => WordRole::Names,
+            "in" if key => WordRole::Input,
+            "out" if key => WordRole::Taken,
+            "out" if !bare => WordRole::Declares,
+            "set" if key && struct_.word == "Use" => WordRole::Parameter,
+            "set" if key => WordRole::Variable,
+            "defines" | "tune" if key => WordRole::Definition,
+            "passes" | "of" if bare => WordRole::Kind(StructKind::Pass),
+            "only" if bare => WordRole::Kind(StructKind::Dirty),
             "when" | "each" | "over" | "factor" | "until" | "count" | "layer" | "views" | "tolerance" | "materials"
             | "vertices" | "instances" | "set" | "defines" | "tune"
                 if !bare =>
             {
-                Role::Expression
+                WordRole::Expression
             }
-            _ if bare && inner.is_empty() => Role::Choice,
-            _ => Role::Other,
+            _ if bare && inner.is_empty() => WordRole::Choice,
+            _ => WordRole::Other,
         },
     }
 }
@@ -334,10 +339,10 @@ pub fn names(text: &str) -> Vec<(&str, Range<usize>)> {
 mod tests {
     use super::*;
 
-    fn roles(text: &str) -> Vec<(&str, Role)> {
+    fn roles(text: &str) -> Vec<(&str, WordRole)> {
         let mut all = vec![];
         walk(text, &mut |t, frames| {
-            if t.shape != Shape::Close {
+            if t.shape != TokenShape::Close {
                 all.push((t.text, role(frames, t.shape, t.key)));
             }
         });
@@ -352,24 +357,24 @@ mod tests {
                 clear: {"r": (0, 0)}, bind: {"v": "r"}, only: Dirty(bits: "b", of: ["r"]))])], outputs: {"o": "r"})"#;
         let found = roles(text);
         for expected in [
-            ("Graph", Role::Kind(Thing::Root)),
-            ("lets", Role::Field(Thing::Root)),
-            ("n", Role::Declares),
-            ("grid.x", Role::Expression),
-            ("r", Role::Declares),
-            ("Texture", Role::Kind(Thing::Resource)),
-            ("format", Role::Field(Thing::Resource)),
-            ("R8Unorm", Role::Choice),
-            ("n", Role::Expression),
-            ("Loop", Role::Kind(Thing::Pass)),
-            ("l", Role::Pass),
-            ("Draw", Role::Kind(Thing::Pass)),
-            ("s.wgsl", Role::Shader),
-            ("r", Role::Names),
-            ("v", Role::Variable),
-            ("bits", Role::Field(Thing::Dirty)),
-            ("b", Role::Names),
-            ("o", Role::Output),
+            ("Graph", WordRole::Kind(StructKind::Root)),
+            ("lets", WordRole::Field(StructKind::Root)),
+            ("n", WordRole::Declares),
+            ("grid.x", WordRole::Expression),
+            ("r", WordRole::Declares),
+            ("Texture", WordRole::Kind(StructKind::Resource)),
+            ("format", WordRole::Field(StructKind::Resource)),
+            ("R8Unorm", WordRole::Choice),
+            ("n", WordRole::Expression),
+            ("Loop", WordRole::Kind(StructKind::Pass)),
+            ("l", WordRole::Pass),
+            ("Draw", WordRole::Kind(StructKind::Pass)),
+            ("s.wgsl", WordRole::Shader),
+            ("r", WordRole::Names),
+            ("v", WordRole::Variable),
+            ("bits", WordRole::Field(StructKind::Dirty)),
+            ("b", WordRole::Names),
+            ("o", WordRole::Output),
         ] {
             assert!(found.contains(&expected), "{expected:?} in {found:?}");
         }
@@ -378,14 +383,14 @@ mod tests {
             before: {"x": [Clear(target: "r")]})"#,
         );
         for expected in [
-            ("b.ron", Role::Graph),
-            ("p", Role::Declares),
-            ("default", Role::Field(Thing::Parameter)),
-            ("x", Role::OfPass),
-            ("when", Role::Field(Thing::Pass)),
-            ("p > 0", Role::Expression),
-            ("Clear", Role::Kind(Thing::Pass)),
-            ("r", Role::Names),
+            ("b.ron", WordRole::Graph),
+            ("p", WordRole::Declares),
+            ("default", WordRole::Field(StructKind::Parameter)),
+            ("x", WordRole::OfPass),
+            ("when", WordRole::Field(StructKind::Pass)),
+            ("p > 0", WordRole::Expression),
+            ("Clear", WordRole::Kind(StructKind::Pass)),
+            ("r", WordRole::Names),
         ] {
             assert!(variant.contains(&expected), "{expected:?} in {variant:?}");
         }

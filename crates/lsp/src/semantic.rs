@@ -1,8 +1,8 @@
 //! Semantic tokens: what the words in the strings of a graph file are, which editors show as text otherwise.
 
 use crate::mentions::GraphFile;
-use crate::ron::{Role, Shape, role, walk};
-use crate::text::Lines;
+use crate::ron::{TokenShape, WordRole, role, walk};
+use crate::text::LineStarts;
 use crate::words::provided;
 use lsp_types::{SemanticToken, SemanticTokenModifier, SemanticTokenType, SemanticTokens, SemanticTokensLegend};
 use std::collections::BTreeMap;
@@ -32,7 +32,7 @@ pub fn legend() -> SemanticTokensLegend {
 }
 
 /// The tokens of a graph file in the protocol's words: each by its distance from the one before.
-pub fn tokens(lines: &Lines) -> SemanticTokens {
+pub fn tokens(lines: &LineStarts) -> SemanticTokens {
     let mut data: Vec<SemanticToken> = vec![];
     let (mut line, mut column) = (0, 0);
     for (range, what, token_modifiers_bitset) in found(lines) {
@@ -52,7 +52,7 @@ pub fn tokens(lines: &Lines) -> SemanticTokens {
 }
 
 /// In the order of the text.
-fn found(lines: &Lines) -> Vec<(Range<usize>, What, u32)> {
+fn found(lines: &LineStarts) -> Vec<(Range<usize>, What, u32)> {
     let file = GraphFile::new(&lines.source);
     let sections: BTreeMap<&str, &str> = file.declared.iter().map(|d| (d.name.as_str(), d.section)).collect();
     let named = |name: &str| match sections.get(name) {
@@ -63,12 +63,12 @@ fn found(lines: &Lines) -> Vec<(Range<usize>, What, u32)> {
     };
     let mut found = vec![];
     walk(&lines.source.text, &mut |token, frames| {
-        if token.shape != Shape::Text || token.text.contains('\n') {
+        if token.shape != TokenShape::Text || token.text.contains('\n') {
             return;
         }
         let start = token.range.start;
         match role(frames, token.shape, token.key) {
-            Role::Expression => {
+            WordRole::Expression => {
                 for (range, what) in words(token.text) {
                     // `grid.x` is a part of what is declared as `grid`.
                     let word = &token.text[range.clone()];
@@ -79,11 +79,11 @@ fn found(lines: &Lines) -> Vec<(Range<usize>, What, u32)> {
                     found.push((start + range.start..start + range.end, what, modifiers));
                 }
             }
-            Role::Names if !token.text.is_empty() => {
+            WordRole::Names if !token.text.is_empty() => {
                 let (what, modifiers) = named(token.text);
                 found.push((token.range.clone(), what, modifiers));
             }
-            Role::Variable if !token.text.is_empty() => found.push((token.range.clone(), What::Property, 0)),
+            WordRole::Variable if !token.text.is_empty() => found.push((token.range.clone(), What::Property, 0)),
             _ => {}
         }
     });
@@ -125,7 +125,7 @@ fn words(text: &str) -> Vec<(Range<usize>, What)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::text::Columns;
+    use crate::text::ColumnUnit;
     use lightgraph::internals::diag::Source;
 
     #[test]
@@ -133,7 +133,7 @@ mod tests {
         let text = r#"Graph(params: {"p": Uint(default: 2)},
             lets: {"n": "max(p, 2) + camera_position.x ? true : grid.y"},
             passes: [Screen(name: "s", bind: {"v": "r"})], about: "p + 2")"#;
-        let lines = Lines::new(&Source::new("a.ron", text), Columns::Utf16);
+        let lines = LineStarts::new(&Source::new("a.ron", text), ColumnUnit::Utf16);
         let all: Vec<(&str, What, u32)> = found(&lines).into_iter().map(|(r, w, m)| (&text[r], w, m)).collect();
         let expected = [
             ("max", What::Function, 0),
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn tokens_are_told_by_their_distances() {
         let text = "Graph(lets: {\n    \"é\": \"1 +\u{1F600} x\",\n    \"b\": \"é\",\n})";
-        let lines = Lines::new(&Source::new("a.ron", text), Columns::Utf16);
+        let lines = LineStarts::new(&Source::new("a.ron", text), ColumnUnit::Utf16);
         let data = tokens(&lines).data;
         let (mut line, mut column) = (0, 0);
         for (token, (range, ..)) in data.iter().zip(found(&lines)) {

@@ -2,12 +2,12 @@
 
 use crate::answers::{self, Under};
 use crate::capabilities::capabilities;
-use crate::checker::{Change, Checker};
+use crate::checker::{FileChanges, WorkspaceChecker};
 use crate::complete::complete;
 use crate::computed::Computed;
 use crate::fixes::fixes;
-use crate::graphs::{Settings, is_ron};
-use crate::text::{Columns, Lines, changed};
+use crate::graphs::{CheckSettings, is_ron};
+use crate::text::{ColumnUnit, LineStarts, changed};
 use crate::texts::Texts;
 use crate::uri;
 use crate::workspace::Workspace;
@@ -56,7 +56,7 @@ pub fn serve() -> Result<(), Box<dyn Error>> {
 /// What a user sets in the editor (`initializationOptions`).
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-struct Options {
+struct EditorOptions {
     /// The scene that graphs are checked for, as of `check --scene`.
     scene: Option<PathBuf>,
     /// Folders of shaders besides the usual ones, as of `--shaders`.
@@ -67,7 +67,7 @@ fn run(connection: Connection) -> Result<(), Box<dyn Error>> {
     let (id, params) = connection.initialize_start()?;
     let params: InitializeParams = serde_json::from_value(params)?;
     let encodings = params.capabilities.general.as_ref().and_then(|g| g.position_encodings.clone()).unwrap_or_default();
-    let columns = if encodings.contains(&PositionEncodingKind::UTF8) { Columns::Bytes } else { Columns::Utf16 };
+    let columns = if encodings.contains(&PositionEncodingKind::UTF8) { ColumnUnit::Bytes } else { ColumnUnit::Utf16 };
     let result = InitializeResult {
         capabilities: capabilities(columns),
         server_info: Some(ServerInfo { name: "lightgraph".into(), version: Some(env!("CARGO_PKG_VERSION").into()) }),
@@ -80,7 +80,7 @@ fn run(connection: Connection) -> Result<(), Box<dyn Error>> {
     // An editor that has gone away hears nothing.
     let send = Box::new(move |message| drop(sender.send(message)));
     let roots = roots(&params);
-    let checker = Checker::new(texts.clone(), settings.clone(), roots.clone(), columns, send);
+    let checker = WorkspaceChecker::new(texts.clone(), settings.clone(), roots.clone(), columns, send);
     thread::Builder::new().name("checker".into()).spawn(move || checker.run(&heard))?;
     let workspace = RefCell::new(Workspace::new(texts.clone(), settings.shaders.clone(), roots));
     // Its other end is dropped with the server.
@@ -123,11 +123,11 @@ fn roots(params: &InitializeParams) -> Vec<PathBuf> {
 }
 
 /// The settings, and what is wrong with them.
-fn settings(options: Option<&Value>) -> (Settings, Option<String>) {
-    let Some(options) = options.filter(|o| !o.is_null()) else { return (Settings::default(), None) };
-    let options = match Options::deserialize(options) {
+fn settings(options: Option<&Value>) -> (CheckSettings, Option<String>) {
+    let Some(options) = options.filter(|o| !o.is_null()) else { return (CheckSettings::default(), None) };
+    let options = match EditorOptions::deserialize(options) {
         Ok(options) => options,
-        Err(e) => return (Settings::default(), Some(format!("the settings of lightgraph can't be read: {e}"))),
+        Err(e) => return (CheckSettings::default(), Some(format!("the settings of lightgraph can't be read: {e}"))),
     };
     let scene = options.scene.as_deref().map(Scene::load);
     let (facts, complaint) = match scene {
@@ -135,23 +135,23 @@ fn settings(options: Option<&Value>) -> (Settings, Option<String>) {
         Some(Ok(loaded)) => (Some(loaded.scene.facts()), None),
         Some(Err(faults)) => (None, Some(format!("the scene can't be read: {}", faults.one_line()))),
     };
-    (Settings { shaders: options.shaders, facts }, complaint)
+    (CheckSettings { shaders: options.shaders, facts }, complaint)
 }
 
 struct Server {
     _alive: Sender<()>,
     connection: Connection,
     texts: Arc<Texts>,
-    changes: Sender<Change>,
-    columns: Columns,
-    settings: Settings,
+    changes: Sender<FileChanges>,
+    columns: ColumnUnit,
+    settings: CheckSettings,
     workspace: RefCell<Workspace>,
     /// What the graph that was asked about last came to.
     computed: RefCell<Option<(PathBuf, Rc<Computed>)>>,
 }
 
 /// What an answer can be: the value of a request, or nothing.
-type Answer = Result<Value, (ErrorCode, String)>;
+type RequestResult = Result<Value, (ErrorCode, String)>;
 
 impl Server {
     fn listen(&self) -> Result<(), Box<dyn Error>> {
@@ -176,7 +176,7 @@ impl Server {
         Ok(())
     }
 
-    fn reply(&self, id: RequestId, answer: Answer) -> Result<(), Box<dyn Error>> {
+    fn reply(&self, id: RequestId, answer: RequestResult) -> Result<(), Box<dyn Error>> {
         let response = match answer {
             Ok(value) => Response::new_ok(id, value),
             Err((code, message)) => Response::new_err(id, code as i32, message),
@@ -207,7 +207,7 @@ impl Server {
     }
 
     fn hear(&self, notification: Notification) {
-        let mut change = Change::default();
+        let mut change = FileChanges::default();
         match notification.method.as_str() {
             DidOpenTextDocument::METHOD => {
                 let Some(p) = read::<lsp_types::DidOpenTextDocumentParams>(notification.params) else { return };
@@ -254,7 +254,7 @@ impl Server {
         let _ = self.changes.send(change);
     }
 
-    fn answer(&self, request: Request) -> Answer {
+    fn answer(&self, request: Request) -> RequestResult {
         let params = request.params;
         match request.method.as_str() {
             Formatting::METHOD => {
@@ -265,7 +265,7 @@ impl Server {
                 let p: lsp_types::CompletionParams = wanted(params)?;
                 let at = p.text_document_position;
                 let found = self.document(&at.text_document.uri).map(|(path, source)| {
-                    let byte = Lines::new(&source, self.columns).byte(at.position);
+                    let byte = LineStarts::new(&source, self.columns).byte(at.position);
                     complete(&mut self.workspace.borrow_mut(), &path, &source, byte, self.columns)
                 });
                 result(found)
@@ -353,9 +353,9 @@ impl Server {
         Some((path, source))
     }
 
-    fn lines(&self, uri: &Uri) -> Option<(PathBuf, Lines)> {
+    fn lines(&self, uri: &Uri) -> Option<(PathBuf, LineStarts)> {
         let (path, source) = self.document(uri)?;
-        Some((path, Lines::new(&source, self.columns)))
+        Some((path, LineStarts::new(&source, self.columns)))
     }
 
     /// What a graph comes to, computed once until something changes.
@@ -393,7 +393,7 @@ impl Server {
     /// What stands under a cursor, and the file.
     fn under(&self, at: &TextDocumentPositionParams) -> Option<(PathBuf, Under)> {
         let (path, source) = self.document(&at.text_document.uri)?;
-        let byte = Lines::new(&source, self.columns).byte(at.position);
+        let byte = LineStarts::new(&source, self.columns).byte(at.position);
         let under = answers::under(&mut self.workspace.borrow_mut(), &path, byte)?;
         Some((path, under))
     }
@@ -406,7 +406,7 @@ impl Server {
 }
 
 /// The edit of the lines that differ, so that cursors elsewhere stay.
-fn edit(source: &Arc<Source>, new: String, columns: Columns) -> Option<TextEdit> {
+fn edit(source: &Arc<Source>, new: String, columns: ColumnUnit) -> Option<TextEdit> {
     let old = &source.text;
     if *old == new {
         return None;
@@ -417,7 +417,7 @@ fn edit(source: &Arc<Source>, new: String, columns: Columns) -> Option<TextEdit>
     let start = same(&mut old.split_inclusive('\n'), &mut new.split_inclusive('\n'));
     let (left, right) = (&old[start..], &new[start..]);
     let behind = same(&mut left.split_inclusive('\n').rev(), &mut right.split_inclusive('\n').rev());
-    let range = Lines::new(source, columns).range(&(start..old.len() - behind));
+    let range = LineStarts::new(source, columns).range(&(start..old.len() - behind));
     Some(TextEdit { range, new_text: right[..right.len() - behind].into() })
 }
 
@@ -429,7 +429,7 @@ fn wanted<P: DeserializeOwned>(params: Value) -> Result<P, (ErrorCode, String)> 
     serde_json::from_value(params).map_err(|e| (ErrorCode::InvalidParams, e.to_string()))
 }
 
-fn result<R: serde::Serialize>(result: R) -> Answer {
+fn result<R: serde::Serialize>(result: R) -> RequestResult {
     serde_json::to_value(result).map_err(|e| (ErrorCode::InternalError, e.to_string()))
 }
 
@@ -443,14 +443,14 @@ mod tests {
             [("a\nb\nc\n", "a\nB\nc\n"), ("a\na\n", "a\n"), ("a", "a\n"), ("", "x\n"), ("x\ny", "x\nü\ny\n")]
         {
             let source = Source::new("a.ron", old);
-            let edit = edit(&source, new.into(), Columns::Utf16).unwrap();
+            let edit = edit(&source, new.into(), ColumnUnit::Utf16).unwrap();
             let change = lsp_types::TextDocumentContentChangeEvent {
                 range: Some(edit.range),
                 range_length: None,
                 text: edit.new_text,
             };
-            assert_eq!(changed(&source, change, Columns::Utf16), new);
+            assert_eq!(changed(&source, change, ColumnUnit::Utf16), new);
         }
-        assert_eq!(edit(&Source::new("a.ron", "a"), "a".into(), Columns::Bytes), None);
+        assert_eq!(edit(&Source::new("a.ron", "a"), "a".into(), ColumnUnit::Bytes), None);
     }
 }

@@ -1,7 +1,7 @@
 //! What names mean across files: a resource in a graph, its variants and the shaders that bind it by name is one
 //! symbol.
 
-use crate::mentions::{self, GraphFile, Named};
+use crate::mentions::{self, GraphFile, GraphName};
 use crate::wgsl::{self, ShaderFile};
 use crate::words::provided;
 use crate::workspace::Workspace;
@@ -41,21 +41,21 @@ impl Symbol {
 
 /// A place where a symbol is named.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
+pub struct SymbolPlace {
     pub path: PathBuf,
     pub range: Range<usize>,
     pub declares: bool,
 }
 
-impl Ord for Place {
-    fn cmp(&self, other: &Place) -> Ordering {
-        let key = |p: &Place| (p.range.start, p.range.end, p.declares);
+impl Ord for SymbolPlace {
+    fn cmp(&self, other: &SymbolPlace) -> Ordering {
+        let key = |p: &SymbolPlace| (p.range.start, p.range.end, p.declares);
         self.path.cmp(&other.path).then_with(|| key(self).cmp(&key(other)))
     }
 }
 
-impl PartialOrd for Place {
-    fn partial_cmp(&self, other: &Place) -> Option<Ordering> {
+impl PartialOrd for SymbolPlace {
+    fn partial_cmp(&self, other: &SymbolPlace) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
@@ -70,33 +70,33 @@ struct Passes {
 
 impl Workspace {
     /// What a name in a graph file means.
-    pub fn of_graph(&mut self, path: &Path, file: &GraphFile, named: &Named) -> Option<Symbol> {
+    pub fn of_graph(&mut self, path: &Path, file: &GraphFile, named: &GraphName) -> Option<Symbol> {
         let root = self.root(path);
         match named {
-            Named::Value(name) if self.used(&root, name).is_some() => Some(Symbol::Pass(root, name.clone())),
-            Named::Value(name) if provided(name).is_some() => Some(Symbol::Provided(name.clone())),
-            Named::Value(name) => Some(Symbol::Value(root, name.clone())),
-            Named::Definition(name) => Some(Symbol::Definition(root, name.clone())),
-            Named::Pass(name) => Some(Symbol::Pass(root, name.clone())),
-            Named::Output(name) => Some(Symbol::Output(root, name.clone())),
-            Named::Of(by, name) => self.of_used(&root, by, name, true),
-            Named::Given(by, name) => self.of_used(&root, by, name, false),
-            Named::Variable(pass, name) => {
+            GraphName::Value(name) if self.used(&root, name).is_some() => Some(Symbol::Pass(root, name.clone())),
+            GraphName::Value(name) if provided(name).is_some() => Some(Symbol::Provided(name.clone())),
+            GraphName::Value(name) => Some(Symbol::Value(root, name.clone())),
+            GraphName::Definition(name) => Some(Symbol::Definition(root, name.clone())),
+            GraphName::Pass(name) => Some(Symbol::Pass(root, name.clone())),
+            GraphName::Output(name) => Some(Symbol::Output(root, name.clone())),
+            GraphName::Of(by, name) => self.of_used(&root, by, name, true),
+            GraphName::Given(by, name) => self.of_used(&root, by, name, false),
+            GraphName::Variable(pass, name) => {
                 let library = self.library(path);
                 let shader = self.shader_of(&root, file.passes.get(*pass)?)?;
                 self.bound(&library, &shader, name).into_iter().next()
             }
-            Named::Entry(pass, name) => {
+            GraphName::Entry(pass, name) => {
                 let library = self.library(path);
                 let shader = self.shader_of(&root, file.passes.get(*pass)?)?;
                 let source = library.files.get(&shader)?;
                 Some(Symbol::Item(PathBuf::from(&source.path), name.clone()))
             }
-            Named::Shader(shader) => {
+            GraphName::Shader(shader) => {
                 let library = self.library(path);
                 Some(Symbol::File(PathBuf::from(&library.files.get(shader)?.path)))
             }
-            Named::Graph(path) => Some(Symbol::File(path.clone())),
+            GraphName::Graph(path) => Some(Symbol::File(path.clone())),
         }
     }
 
@@ -124,7 +124,7 @@ impl Workspace {
     }
 
     /// The shader of a pass; of an edit that of the pass it edits.
-    pub fn shader_of(&mut self, root: &Path, pass: &mentions::Pass) -> Option<String> {
+    pub fn shader_of(&mut self, root: &Path, pass: &mentions::PassMention) -> Option<String> {
         if pass.shader.is_some() {
             return pass.shader.clone();
         }
@@ -133,19 +133,19 @@ impl Workspace {
     }
 
     /// What a name in a shader file means.
-    pub fn of_shader(&mut self, library: &Library, file: &ShaderFile, named: &wgsl::Named) -> Option<Symbol> {
+    pub fn of_shader(&mut self, library: &Library, file: &ShaderFile, named: &wgsl::ShaderName) -> Option<Symbol> {
         let own = PathBuf::from(&file.source.path);
         match named {
-            wgsl::Named::Own(name) => Some(Symbol::Item(own, name.clone())),
-            wgsl::Named::Foreign(module, item) => module_file(library, &format!("{module}::{item}"))
+            wgsl::ShaderName::Own(name) => Some(Symbol::Item(own, name.clone())),
+            wgsl::ShaderName::Foreign(module, item) => module_file(library, &format!("{module}::{item}"))
                 .map(Symbol::File)
                 .or_else(|| Some(Symbol::Item(module_file(library, module)?, item.clone()))),
-            wgsl::Named::Module(name) => Some(Symbol::File(module_file(library, name)?)),
-            wgsl::Named::Member(of, name) => match self.of_shader(library, file, of)? {
+            wgsl::ShaderName::Module(name) => Some(Symbol::File(module_file(library, name)?)),
+            wgsl::ShaderName::Member(of, name) => match self.of_shader(library, file, of)? {
                 Symbol::Item(path, of) => Some(Symbol::Member(path, of, name.clone())),
                 _ => None,
             },
-            wgsl::Named::Definition(name) => Some(Symbol::Asked(own, name.clone())),
+            wgsl::ShaderName::Definition(name) => Some(Symbol::Asked(own, name.clone())),
         }
     }
 
@@ -275,7 +275,7 @@ impl Workspace {
     }
 
     /// Every place where one of these symbols is named.
-    pub fn places(&mut self, symbols: &BTreeSet<Symbol>) -> BTreeSet<Place> {
+    pub fn places(&mut self, symbols: &BTreeSet<Symbol>) -> BTreeSet<SymbolPlace> {
         let names: BTreeSet<String> = symbols.iter().map(|s| s.name().to_string()).collect();
         let mut found = BTreeSet::new();
         let (mut graphs, mut libraries) = (self.all(), BTreeMap::new());
@@ -286,11 +286,11 @@ impl Workspace {
             let Some(file) = self.graph(&path) else { continue };
             for mention in &file.mentions {
                 let text = file.source.text.get(mention.range.clone()).unwrap_or("");
-                let of_file = matches!(mention.named, Named::Shader(_) | Named::Graph(_));
+                let of_file = matches!(mention.named, GraphName::Shader(_) | GraphName::Graph(_));
                 if (of_file || names.contains(text))
                     && self.of_graph(&path, &file, &mention.named).is_some_and(|s| symbols.contains(&s))
                 {
-                    found.insert(Place {
+                    found.insert(SymbolPlace {
                         path: path.clone(),
                         range: mention.range.clone(),
                         declares: mention.declares,
@@ -307,12 +307,12 @@ impl Workspace {
                 let Some(file) = self.shader(&library, &path) else { continue };
                 for mention in &file.mentions {
                     let text = file.source.text.get(mention.range.clone()).unwrap_or("");
-                    let of_file = matches!(mention.named, wgsl::Named::Foreign(..) | wgsl::Named::Module(_));
+                    let of_file = matches!(mention.named, wgsl::ShaderName::Foreign(..) | wgsl::ShaderName::Module(_));
                     if (of_file || names.contains(text))
                         && self.of_shader(&library, &file, &mention.named).is_some_and(|s| symbols.contains(&s))
                     {
                         let path = PathBuf::from(&file.source.path);
-                        found.insert(Place { path, range: mention.range.clone(), declares: mention.declares });
+                        found.insert(SymbolPlace { path, range: mention.range.clone(), declares: mention.declares });
                     }
                 }
             }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// In what columns are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Columns {
+pub enum ColumnUnit {
     Bytes,
     /// The units of UTF-16, which every editor knows.
     Utf16,
@@ -15,16 +15,16 @@ pub enum Columns {
 
 /// Where the lines of a text start.
 #[derive(Debug)]
-pub struct Lines {
+pub struct LineStarts {
     pub source: Arc<Source>,
     starts: Vec<usize>,
-    columns: Columns,
+    columns: ColumnUnit,
 }
 
-impl Lines {
-    pub fn new(source: &Arc<Source>, columns: Columns) -> Lines {
+impl LineStarts {
+    pub fn new(source: &Arc<Source>, columns: ColumnUnit) -> LineStarts {
         let starts = std::iter::once(0).chain(source.text.match_indices('\n').map(|(at, _)| at + 1)).collect();
-        Lines { source: source.clone(), starts, columns }
+        LineStarts { source: source.clone(), starts, columns }
     }
 
     /// The place of a byte; one inside of a character is that of the character.
@@ -33,8 +33,8 @@ impl Lines {
         let line = self.starts.partition_point(|start| *start <= byte).saturating_sub(1);
         let before = &self.source.text[self.starts[line]..byte];
         let column = match self.columns {
-            Columns::Bytes => before.len(),
-            Columns::Utf16 => before.chars().map(char::len_utf16).sum(),
+            ColumnUnit::Bytes => before.len(),
+            ColumnUnit::Utf16 => before.chars().map(char::len_utf16).sum(),
         };
         Position::new(line as u32, column as u32)
     }
@@ -51,8 +51,8 @@ impl Lines {
         let line = line.strip_suffix('\r').unwrap_or(line);
         let wanted = at.character as usize;
         let within = match self.columns {
-            Columns::Bytes => floor(line, wanted),
-            Columns::Utf16 => {
+            ColumnUnit::Bytes => floor(line, wanted),
+            ColumnUnit::Utf16 => {
                 let mut column = 0;
                 let found = line.char_indices().find(|(_, c)| {
                     column += c.len_utf16();
@@ -74,9 +74,9 @@ fn floor(text: &str, byte: usize) -> usize {
 }
 
 /// The text after a change that an editor tells of.
-pub fn changed(source: &Arc<Source>, change: TextDocumentContentChangeEvent, columns: Columns) -> String {
+pub fn changed(source: &Arc<Source>, change: TextDocumentContentChangeEvent, columns: ColumnUnit) -> String {
     let Some(range) = change.range else { return change.text };
-    let (text, lines) = (&source.text, Lines::new(source, columns));
+    let (text, lines) = (&source.text, LineStarts::new(source, columns));
     let (start, end) = (lines.byte(range.start), lines.byte(range.end));
     let mut out = String::with_capacity(text.len() + change.text.len());
     out.push_str(&text[..start.min(end)]);
@@ -92,9 +92,10 @@ mod tests {
     #[test]
     fn places_are_counted_as_the_editor_does() {
         let source = Source::new("a", "ab\r\nü𝄞c\n");
-        for (columns, places) in [(Columns::Utf16, [(1, 1, 6), (1, 3, 10)]), (Columns::Bytes, [(1, 2, 6), (1, 6, 10)])]
+        for (columns, places) in
+            [(ColumnUnit::Utf16, [(1, 1, 6), (1, 3, 10)]), (ColumnUnit::Bytes, [(1, 2, 6), (1, 6, 10)])]
         {
-            let lines = Lines::new(&source, columns);
+            let lines = LineStarts::new(&source, columns);
             for (line, column, byte) in places {
                 assert_eq!(lines.byte(Position::new(line, column)), byte);
                 assert_eq!(lines.position(byte), Position::new(line, column));
@@ -112,9 +113,9 @@ mod tests {
             let change = TextDocumentContentChangeEvent { range, range_length: None, text: new.into() };
             changed(&Source::new("a", text), change, columns)
         };
-        assert_eq!(edit("a\nü b", (1, 1), (1, 2), "—", Columns::Utf16), "a\nü—b");
-        assert_eq!(edit("a\nb", (7, 1), (0, 0), "x", Columns::Utf16), "x");
+        assert_eq!(edit("a\nü b", (1, 1), (1, 2), "—", ColumnUnit::Utf16), "a\nü—b");
+        assert_eq!(edit("a\nb", (7, 1), (0, 0), "x", ColumnUnit::Utf16), "x");
         let whole = TextDocumentContentChangeEvent { range: None, range_length: None, text: "b".into() };
-        assert_eq!(changed(&Source::new("a", "a"), whole, Columns::Bytes), "b");
+        assert_eq!(changed(&Source::new("a", "a"), whole, ColumnUnit::Bytes), "b");
     }
 }

@@ -11,20 +11,20 @@ use std::time::SystemTime;
 /// same source each time it is read.
 #[derive(Debug, Default)]
 pub struct Texts {
-    open: Mutex<BTreeMap<PathBuf, Document>>,
-    disk: Mutex<BTreeMap<PathBuf, Kept>>,
+    open: Mutex<BTreeMap<PathBuf, OpenDocument>>,
+    disk: Mutex<BTreeMap<PathBuf, CachedFile>>,
 }
 
 /// A document that an editor has open.
 #[derive(Debug, Clone)]
-pub struct Document {
+pub struct OpenDocument {
     pub source: Arc<Source>,
     pub version: i32,
 }
 
 /// A file as it was read, and what tells that it has changed since.
 #[derive(Debug)]
-struct Kept {
+struct CachedFile {
     modified: Option<SystemTime>,
     length: u64,
     source: Arc<Source>,
@@ -42,7 +42,7 @@ impl Texts {
     /// A document was opened, or has changed.
     pub fn set(&self, path: &Path, text: String, version: i32) {
         let source = Source::new(path.display().to_string(), text);
-        lock(&self.open).insert(path.into(), Document { source, version });
+        lock(&self.open).insert(path.into(), OpenDocument { source, version });
     }
 
     /// A document was closed: its file counts again.
@@ -55,7 +55,7 @@ impl Texts {
         lock(&self.disk).remove(path);
     }
 
-    pub fn document(&self, path: &Path) -> Option<Document> {
+    pub fn document(&self, path: &Path) -> Option<OpenDocument> {
         lock(&self.open).get(path).cloned()
     }
 
@@ -88,7 +88,7 @@ impl Texts {
             Some(kept) if kept.source.text == source.text => kept.source.clone(),
             _ => source,
         };
-        disk.insert(path.into(), Kept { modified, length, source: source.clone() });
+        disk.insert(path.into(), CachedFile { modified, length, source: source.clone() });
         Ok(source)
     }
 

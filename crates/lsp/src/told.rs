@@ -1,6 +1,6 @@
 //! Faults in the words of the protocol.
 
-use crate::text::{Columns, Lines};
+use crate::text::{ColumnUnit, LineStarts};
 use crate::uri;
 use lightgraph::Diagnostic;
 use lightgraph::internals::diag::{Severity, Source, Span};
@@ -12,14 +12,14 @@ use std::sync::Arc;
 pub const HELP: &str = "help: ";
 
 /// Turns faults into the protocol's; the lines of each text are counted once.
-pub struct Told {
-    columns: Columns,
-    lines: Vec<Lines>,
+pub struct ProtocolFaults {
+    columns: ColumnUnit,
+    lines: Vec<LineStarts>,
 }
 
-impl Told {
-    pub fn new(columns: Columns) -> Told {
-        Told { columns, lines: vec![] }
+impl ProtocolFaults {
+    pub fn new(columns: ColumnUnit) -> ProtocolFaults {
+        ProtocolFaults { columns, lines: vec![] }
     }
 
     /// The file of a fault of a graph, and the fault. One without a place in a file stands at the start of the graph.
@@ -70,9 +70,9 @@ impl Told {
         self.lines(&span.source).range(&(span.start..span.end))
     }
 
-    pub fn lines(&mut self, source: &Arc<Source>) -> &Lines {
+    pub fn lines(&mut self, source: &Arc<Source>) -> &LineStarts {
         let at = self.lines.iter().position(|l| Arc::ptr_eq(&l.source, source)).unwrap_or_else(|| {
-            self.lines.push(Lines::new(source, self.columns));
+            self.lines.push(LineStarts::new(source, self.columns));
             self.lines.len() - 1
         });
         &self.lines[at]

@@ -8,21 +8,21 @@ use std::sync::Arc;
 
 /// What a name in a shader names.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Named {
+pub enum ShaderName {
     /// A declaration at module scope of this file.
     Own(String),
     /// Of another module.
     Foreign(String, String),
     Module(String),
     /// A member of a struct, which is own or foreign.
-    Member(Box<Named>, String),
+    Member(Box<ShaderName>, String),
     Definition(String),
 }
 
 #[derive(Debug, Clone)]
-pub struct Mention {
+pub struct ShaderMention {
     pub range: Range<usize>,
-    pub named: Named,
+    pub named: ShaderName,
     pub declares: bool,
 }
 
@@ -30,9 +30,9 @@ pub struct Mention {
 pub struct ShaderFile {
     pub source: Arc<Source>,
     pub survey: Survey,
-    pub mentions: Vec<Mention>,
+    pub mentions: Vec<ShaderMention>,
     /// Variables that graphs bind, with the struct of uniforms that have one.
-    pub variables: BTreeMap<String, Option<Named>>,
+    pub variables: BTreeMap<String, Option<ShaderName>>,
     /// Members by struct.
     pub members: BTreeMap<String, BTreeSet<String>>,
     /// Functions that are entry points.
@@ -42,7 +42,7 @@ pub struct ShaderFile {
 impl ShaderFile {
     pub fn new(source: &Arc<Source>) -> ShaderFile {
         let survey = survey(source);
-        let mut reader = Reader {
+        let mut reader = ShaderReader {
             survey: &survey,
             mentions: vec![],
             scopes: vec![],
@@ -60,7 +60,7 @@ impl ShaderFile {
     }
 
     /// The mention that holds a byte, its ends included.
-    pub fn at(&self, byte: usize) -> Option<&Mention> {
+    pub fn at(&self, byte: usize) -> Option<&ShaderMention> {
         self.mentions.iter().find(|m| m.range.start <= byte && byte <= m.range.end)
     }
 
@@ -79,7 +79,7 @@ impl ShaderFile {
 }
 
 /// By local name: what an import means.
-type Imported = BTreeMap<String, Named>;
+type Imported = BTreeMap<String, ShaderName>;
 
 fn word(survey: &Survey, at: usize) -> &str {
     survey.words.get(at).map_or("", |w| w.text(&survey.code))
@@ -90,26 +90,26 @@ fn mark(survey: &Survey, at: usize, c: char) -> bool {
 }
 
 /// What a name of a type means: a struct of this file or another's.
-fn typed(survey: &Survey, imported: &Imported, name: &str) -> Option<Named> {
+fn typed(survey: &Survey, imported: &Imported, name: &str) -> Option<ShaderName> {
     match survey.outline.declared.get(name) {
-        Some(declared) if declared.keyword == "struct" => Some(Named::Own(name.into())),
+        Some(declared) if declared.keyword == "struct" => Some(ShaderName::Own(name.into())),
         Some(_) => None,
         None => imported.get(name).cloned().or_else(|| path(imported, name)),
     }
 }
 
 /// What `a::b` means.
-fn path(imported: &Imported, name: &str) -> Option<Named> {
+fn path(imported: &Imported, name: &str) -> Option<ShaderName> {
     let (module, item) = name.rsplit_once("::")?;
     let module = match imported.get(module) {
-        Some(Named::Module(whole)) => whole.clone(),
-        Some(Named::Foreign(outer, inner)) => format!("{outer}::{inner}"),
+        Some(ShaderName::Module(whole)) => whole.clone(),
+        Some(ShaderName::Foreign(outer, inner)) => format!("{outer}::{inner}"),
         _ => module.into(),
     };
-    Some(Named::Foreign(module, item.into()))
+    Some(ShaderName::Foreign(module, item.into()))
 }
 
-fn variables(survey: &Survey, imported: &Imported) -> BTreeMap<String, Option<Named>> {
+fn variables(survey: &Survey, imported: &Imported) -> BTreeMap<String, Option<ShaderName>> {
     let mut found = BTreeMap::new();
     for at in &survey.outline.resources {
         let template = if mark(survey, at + 1, '<') {
@@ -154,23 +154,23 @@ fn entries(survey: &Survey) -> BTreeSet<String> {
 }
 
 /// By name: the struct that a local has, where it is known.
-type Scope = BTreeMap<String, Option<Named>>;
+type Scope = BTreeMap<String, Option<ShaderName>>;
 
-struct Reader<'s> {
+struct ShaderReader<'s> {
     survey: &'s Survey,
-    mentions: Vec<Mention>,
+    mentions: Vec<ShaderMention>,
     scopes: Vec<Scope>,
     /// Locals whose statement has not ended.
-    coming: Vec<(String, Option<Named>)>,
+    coming: Vec<(String, Option<ShaderName>)>,
     /// Of the function whose body is to come.
     params: Scope,
     /// The word that names a local where it is declared.
     declaring: usize,
 }
 
-impl Reader<'_> {
-    fn mention(&mut self, range: Range<usize>, named: Named, declares: bool) {
-        self.mentions.push(Mention { range, named, declares });
+impl ShaderReader<'_> {
+    fn mention(&mut self, range: Range<usize>, named: ShaderName, declares: bool) {
+        self.mentions.push(ShaderMention { range, named, declares });
     }
 
     /// What the imports mean; a path without an item is a module.
@@ -179,16 +179,16 @@ impl Reader<'_> {
         for import in &self.survey.imports {
             let named = match import.path.rsplit_once("::") {
                 // Whether `a::b` is a module or an item of one, the workspace knows.
-                Some((module, item)) => Named::Foreign(module.into(), item.into()),
-                None => Named::Module(import.path.clone()),
+                Some((module, item)) => ShaderName::Foreign(module.into(), item.into()),
+                None => ShaderName::Module(import.path.clone()),
             };
             let last = import.path.rsplit("::").next().map_or(0, str::len);
             let start = import.range.end.saturating_sub(last).max(import.range.start);
-            self.mentions.push(Mention { range: start..import.range.end, named: named.clone(), declares: false });
+            self.mentions.push(ShaderMention { range: start..import.range.end, named: named.clone(), declares: false });
             imported.insert(import.local.clone(), named);
         }
         if let Some((name, range)) = self.survey.module.clone() {
-            self.mention(range, Named::Module(name), true);
+            self.mention(range, ShaderName::Module(name), true);
         }
         imported
     }
@@ -204,14 +204,14 @@ impl Reader<'_> {
             {
                 if ["ifdef", "ifndef", "if"].contains(&pair[0]) && self.survey.mentioned.contains(pair[1]) {
                     let at = start + (pair[1].as_ptr() as usize - line.as_ptr() as usize);
-                    self.mention(at..at + pair[1].len(), Named::Definition(pair[1].into()), false);
+                    self.mention(at..at + pair[1].len(), ShaderName::Definition(pair[1].into()), false);
                 }
             }
             start += line.len();
         }
     }
 
-    fn words(&mut self, imported: &Imported, variables: &BTreeMap<String, Option<Named>>) {
+    fn words(&mut self, imported: &Imported, variables: &BTreeMap<String, Option<ShaderName>>) {
         let survey = self.survey;
         let mut of = String::new();
         for (at, token) in survey.words.iter().enumerate() {
@@ -229,7 +229,7 @@ impl Reader<'_> {
                 TokenKind::Definition => {
                     let name = token.definition(&survey.code);
                     let start = token.range.start + token.text(&survey.code).find(name).unwrap_or(0);
-                    self.mention(start..start + name.len(), Named::Definition(name.into()), false);
+                    self.mention(start..start + name.len(), ShaderName::Definition(name.into()), false);
                 }
                 TokenKind::Name => {
                     match word(survey, at) {
@@ -251,7 +251,7 @@ impl Reader<'_> {
         token: &Token,
         of: &str,
         imported: &Imported,
-        variables: &BTreeMap<String, Option<Named>>,
+        variables: &BTreeMap<String, Option<ShaderName>>,
     ) {
         let survey = self.survey;
         let (name, range) = (word(survey, at), token.range.clone());
@@ -259,7 +259,7 @@ impl Reader<'_> {
             return;
         }
         if survey.outline.members.contains(&at) {
-            return self.mention(range, Named::Member(Box::new(Named::Own(of.into())), name.into()), true);
+            return self.mention(range, ShaderName::Member(Box::new(ShaderName::Own(of.into())), name.into()), true);
         }
         if at > 1 && mark(survey, at - 1, '.') {
             let base = word(survey, at - 2);
@@ -267,7 +267,7 @@ impl Reader<'_> {
             let local = self.scopes.iter().rev().find_map(|s| s.get(base));
             let of = local.or_else(|| variables.get(base)).filter(|_| !behind).cloned().flatten();
             if let Some(of) = of {
-                self.mention(range, Named::Member(Box::new(of), name.into()), false);
+                self.mention(range, ShaderName::Member(Box::new(of), name.into()), false);
             }
             return;
         }
@@ -280,7 +280,7 @@ impl Reader<'_> {
         }
         if let Some(declared) = survey.outline.declared.get(name) {
             let declares = declared.range == range;
-            self.mention(range, Named::Own(name.into()), declares);
+            self.mention(range, ShaderName::Own(name.into()), declares);
         } else if let Some(named) = imported.get(name) {
             self.mention(range, named.clone(), false);
         }
@@ -330,15 +330,16 @@ mod tests {
             let color2 = u.gain + p.b2 * #{N};\n  \
             let x = color; { let color = 1; color; } return b(d) + a::e(color).gain; }\n";
         let file = ShaderFile::new(&Source::new("m.wgsl", text));
-        let found: Vec<(&str, &Named)> = file.mentions.iter().map(|m| (&text[m.range.clone()], &m.named)).collect();
-        let own = |n: &str| Named::Own(n.into());
-        let foreign = |n: &str| Named::Foreign("a".into(), n.into());
-        let member = |n: &str| Named::Member(Box::new(own("U")), n.into());
+        let found: Vec<(&str, &ShaderName)> =
+            file.mentions.iter().map(|m| (&text[m.range.clone()], &m.named)).collect();
+        let own = |n: &str| ShaderName::Own(n.into());
+        let foreign = |n: &str| ShaderName::Foreign("a".into(), n.into());
+        let member = |n: &str| ShaderName::Member(Box::new(own("U")), n.into());
         for expected in [
-            ("m", Named::Module("m".into())),
+            ("m", ShaderName::Module("m".into())),
             ("c", foreign("c")),
-            ("ON", Named::Definition("ON".into())),
-            ("N", Named::Definition("N".into())),
+            ("ON", ShaderName::Definition("ON".into())),
+            ("N", ShaderName::Definition("N".into())),
             ("gain", member("gain")),
             ("b2", member("b2")),
             ("b", foreign("b")),

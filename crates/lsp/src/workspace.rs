@@ -29,7 +29,7 @@ pub struct Workspace {
 }
 
 /// A graph file and what it names.
-pub type Named = (PathBuf, Arc<GraphFile>);
+pub type MentionedFile = (PathBuf, Arc<GraphFile>);
 
 /// What holds until the next change.
 #[derive(Default)]
@@ -37,7 +37,7 @@ struct Now {
     all: Option<BTreeSet<PathBuf>>,
     graphs: BTreeMap<PathBuf, Option<Arc<GraphFile>>>,
     roots: BTreeMap<PathBuf, PathBuf>,
-    families: BTreeMap<PathBuf, Arc<Vec<Named>>>,
+    families: BTreeMap<PathBuf, Arc<Vec<MentionedFile>>>,
     libraries: BTreeMap<Vec<PathBuf>, Library>,
 }
 
@@ -170,7 +170,7 @@ impl Workspace {
     }
 
     /// The graphs with this last base, itself first.
-    pub fn family(&mut self, root: &Path) -> Arc<Vec<Named>> {
+    pub fn family(&mut self, root: &Path) -> Arc<Vec<MentionedFile>> {
         if let Some(family) = self.now.families.get(root) {
             return family.clone();
         }
@@ -180,7 +180,7 @@ impl Workspace {
                 paths.push(path);
             }
         }
-        let family: Arc<Vec<Named>> =
+        let family: Arc<Vec<MentionedFile>> =
             Arc::new(paths.into_iter().filter_map(|path| Some((path.clone(), self.graph(&path)?))).collect());
         self.now.families.insert(root.into(), family.clone());
         family

@@ -15,28 +15,28 @@ const NAP: Duration = Duration::from_micros(100);
 
 /// A frame under way. It needs neither its renderer nor the scene any more.
 #[pyclass(frozen, module = "lightgraph._native")]
-pub struct Flight {
+pub struct FrameInFlight {
     device: Device,
-    state: Mutex<State>,
+    state: Mutex<FlightState>,
     /// Outputs that are the same as before.
     known: Vec<(String, Py<PyAny>)>,
 }
 
-struct State {
+struct FlightState {
     recorded: Frame,
     report: Option<FrameReport>,
-    images: Vec<(String, Arriving)>,
+    images: Vec<(String, PendingOutput)>,
     /// What was found wrong, for whoever asks again.
     failed: Option<lightgraph::Faults>,
 }
 
-enum Arriving {
+enum PendingOutput {
     Under(PendingImage),
     There(Image),
     Taken,
 }
 
-impl State {
+impl FlightState {
     /// Whether everything has arrived. Never waits.
     fn arrived(&mut self, gpu: &Gpu) -> Checked<bool> {
         if let Some(faults) = &self.failed {
@@ -55,9 +55,9 @@ impl State {
         }
         let mut all = self.report.is_some();
         for (_, image) in &mut self.images {
-            if let Arriving::Under(under) = image {
+            if let PendingOutput::Under(under) = image {
                 match under.arrived(gpu)? {
-                    Some(there) => *image = Arriving::There(there),
+                    Some(there) => *image = PendingOutput::There(there),
                     None => all = false,
                 }
             }
@@ -78,20 +78,20 @@ impl State {
     }
 }
 
-impl Flight {
+impl FrameInFlight {
     pub fn new(
         device: Device,
         recorded: Frame,
         images: Vec<(String, PendingImage)>,
         known: Vec<(String, Py<PyAny>)>,
-    ) -> Flight {
-        let images = images.into_iter().map(|(name, image)| (name, Arriving::Under(image))).collect();
-        Flight { device, state: Mutex::new(State { recorded, report: None, images, failed: None }), known }
+    ) -> FrameInFlight {
+        let images = images.into_iter().map(|(name, image)| (name, PendingOutput::Under(image))).collect();
+        FrameInFlight { device, state: Mutex::new(FlightState { recorded, report: None, images, failed: None }), known }
     }
 }
 
 #[pymethods]
-impl Flight {
+impl FrameInFlight {
     /// Whether the result is there.
     fn ready(&self, py: Python<'_>) -> PyResult<bool> {
         usable(py, &self.device)?;
@@ -105,10 +105,11 @@ impl Flight {
         let found = py.detach(|| {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             state.wait(&self.device.gpu)?;
-            let taken = |(name, image): &mut (String, Arriving)| match std::mem::replace(image, Arriving::Taken) {
-                Arriving::There(image) => Some((name.clone(), image)),
-                Arriving::Under(_) | Arriving::Taken => None,
-            };
+            let taken =
+                |(name, image): &mut (String, PendingOutput)| match std::mem::replace(image, PendingOutput::Taken) {
+                    PendingOutput::There(image) => Some((name.clone(), image)),
+                    PendingOutput::Under(_) | PendingOutput::Taken => None,
+                };
             Ok(state.images.iter_mut().filter_map(taken).collect::<Vec<_>>())
         });
         let images = PyDict::new(py);

@@ -29,7 +29,7 @@ mod _native {
     #[pymodule_export]
     use crate::device::{adapter, drain};
     #[pymodule_export]
-    use crate::flight::Flight;
+    use crate::flight::FrameInFlight;
     #[pymodule_export]
     use crate::plan::Plan;
     #[pymodule_export]

@@ -5,7 +5,7 @@ mod stats;
 
 use crate::device::{Device, usable};
 use crate::faults::{listed, raised};
-use crate::flight::Flight;
+use crate::flight::FrameInFlight;
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::values;
@@ -27,12 +27,12 @@ use std::time::Instant;
 pub struct Renderer {
     device: Device,
     // Locked only while the interpreter's lock is let go.
-    state: Mutex<State>,
+    state: Mutex<RendererState>,
     /// By output: what it held when it was read last, and what was given out. Locked for moments only.
     given: Mutex<BTreeMap<String, (Version, Py<PyAny>)>>,
 }
 
-struct State {
+struct RendererState {
     project: Project,
     session: Session,
     /// The number of the next frame.
@@ -49,16 +49,16 @@ struct State {
 }
 
 /// What is read of an output.
-enum Content {
+enum OutputContent {
     Image(Image),
     Words(Vec<u32>),
     /// The same as before.
     Same,
 }
 
-type Given = Vec<(String, Option<Version>, Content)>;
+type VersionedOutputs = Vec<(String, Option<Version>, OutputContent)>;
 
-impl State {
+impl RendererState {
     /// Puts another session in place of this one; where it can't be made, everything stays as it is.
     fn replace(&mut self, device: &Device, project: Option<Project>, settings: Settings) -> Checked<()> {
         let project = project.unwrap_or_else(|| self.project.clone());
@@ -107,15 +107,20 @@ impl State {
     }
 
     /// What outputs hold that is not known already.
-    fn read(&self, device: &Device, names: Vec<String>, known: &BTreeMap<String, Version>) -> Checked<Given> {
+    fn read(
+        &self,
+        device: &Device,
+        names: Vec<String>,
+        known: &BTreeMap<String, Version>,
+    ) -> Checked<VersionedOutputs> {
         let read = |name: String| {
             let version = self.session.version(&name)?;
             let content = if version.is_some() && version.as_ref() == known.get(&name) {
-                Content::Same
+                OutputContent::Same
             } else if self.is_buffer(&name)? {
-                Content::Words(self.session.words(&device.gpu, &name)?)
+                OutputContent::Words(self.session.words(&device.gpu, &name)?)
             } else {
-                Content::Image(self.session.image(&device.gpu, &name)?)
+                OutputContent::Image(self.session.image(&device.gpu, &name)?)
             };
             Ok((name, version, content))
         };
@@ -134,12 +139,12 @@ fn together(all: impl Iterator<Item = Checked<()>>) -> Checked<()> {
 }
 
 impl Renderer {
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, RendererState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Does something with the state, without the interpreter's lock.
-    fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut State) -> Checked<T> + Send) -> PyResult<T> {
+    fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut RendererState) -> Checked<T> + Send) -> PyResult<T> {
         usable(py, &self.device)?;
         let done = py.detach(|| work(&mut self.state()));
         raised(py, done)
@@ -196,7 +201,7 @@ impl Renderer {
             }
             let fresh = session.notices.clone();
             let report = FrameReport::default();
-            Ok(State { project, session, number: 0, time: 0.0, report, call_ms: None, lent: 0, fresh })
+            Ok(RendererState { project, session, number: 0, time: 0.0, report, call_ms: None, lent: 0, fresh })
         });
         let state = Mutex::new(raised(py, made)?);
         Ok(Renderer { device, state, given: Mutex::default() })
@@ -226,10 +231,10 @@ impl Renderer {
         let frame = PyDict::new(py);
         for (name, version, content) in given {
             let array = match (content, known.get(&name)) {
-                (Content::Image(image), _) => values::array(py, image)?,
-                (Content::Words(words), _) => values::words(py, words)?,
-                (Content::Same, Some((_, array))) => array.bind(py).clone(),
-                (Content::Same, None) => continue,
+                (OutputContent::Image(image), _) => values::array(py, image)?,
+                (OutputContent::Words(words), _) => values::words(py, words)?,
+                (OutputContent::Same, Some((_, array))) => array.bind(py).clone(),
+                (OutputContent::Same, None) => continue,
             };
             frame.set_item(&name, &array)?;
             if let Some(version) = version {
@@ -240,7 +245,7 @@ impl Renderer {
     }
 
     /// Begins a frame and waits for nothing.
-    fn submit(&self, py: Python<'_>, time: Option<f32>, outputs: Option<Vec<String>>) -> PyResult<Flight> {
+    fn submit(&self, py: Python<'_>, time: Option<f32>, outputs: Option<Vec<String>>) -> PyResult<FrameInFlight> {
         let known = self.known(py);
         let (recorded, images, same) = self.with(py, |state| {
             let gpu = &self.device.gpu;
@@ -264,7 +269,7 @@ impl Renderer {
             Ok((recorded, images, same))
         })?;
         let same = same.into_iter().filter_map(|name| Some((name.clone(), known.get(&name)?.1.clone_ref(py))));
-        Ok(Flight::new(self.device.clone(), recorded, images, same.collect()))
+        Ok(FrameInFlight::new(self.device.clone(), recorded, images, same.collect()))
     }
 
     /// Sets parameters, by `NAME=VALUE`; all of them or, after a fault, none.
@@ -362,11 +367,11 @@ impl Renderer {
     }
 
     fn move_by(&self, py: Python<'_>, name: String, by: [f32; 3]) -> PyResult<()> {
-        self.with(py, |state| seen::shift(&mut state.session, &name, seen::Step::By(by.into()), state.time))
+        self.with(py, |state| seen::shift(&mut state.session, &name, seen::Movement::By(by.into()), state.time))
     }
 
     fn move_to(&self, py: Python<'_>, name: String, to: [f32; 3]) -> PyResult<()> {
-        self.with(py, |state| seen::shift(&mut state.session, &name, seen::Step::To(to.into()), state.time))
+        self.with(py, |state| seen::shift(&mut state.session, &name, seen::Movement::To(to.into()), state.time))
     }
 
     /// Puts nodes where matrices say, column by column.
@@ -406,12 +411,12 @@ impl Renderer {
     }
 
     /// Sees from a place towards another.
-    fn look(&self, py: Python<'_>, look: seen::Look) -> PyResult<()> {
+    fn look(&self, py: Python<'_>, look: seen::CameraTuple) -> PyResult<()> {
         self.with(py, |state| seen::look(&mut state.session, &look))
     }
 
     /// What is seen.
-    fn seen(&self, py: Python<'_>) -> PyResult<seen::Look> {
+    fn seen(&self, py: Python<'_>) -> PyResult<seen::CameraTuple> {
         self.with(py, |state| seen::seen(&state.session, state.time))
     }
 }

@@ -5,8 +5,8 @@ mod measure;
 mod turn;
 
 use crate::link;
-use crate::looks::{Inspect, Inspected, Score};
-use crate::made::{Made, Other, Wish};
+use crate::looks::{ImageScore, Inspect, Inspected};
+use crate::made::{ComparedImage, PageRequest, PageSession};
 use crate::tell;
 use glam::{Vec2, Vec3};
 use lightgraph::internals::fastest::Measuring;
@@ -32,18 +32,18 @@ pub fn last_panic() -> String {
 }
 
 /// What is shown or is to be: a graph's image, and what it is held against.
-struct Pair {
-    first: Made,
-    second: Option<Other>,
+struct ShownPair {
+    first: PageSession,
+    second: Option<ComparedImage>,
     /// What both were made from.
-    wish: Wish,
+    wish: PageRequest,
     /// When it was made, or shown.
     since: Instant,
     /// The alternatives of the first are timed, or have been.
     measured: bool,
 }
 
-struct Loaded {
+struct LoadedFiles {
     path: PathBuf,
     scene: Arc<Scene>,
     notices: Vec<Diagnostic>,
@@ -57,10 +57,10 @@ pub struct Engine {
     surface: wgpu::Surface<'static>,
     format: wgpu::TextureFormat,
     display: Display,
-    scene: Option<Loaded>,
-    shown: Option<Pair>,
+    scene: Option<LoadedFiles>,
+    shown: Option<ShownPair>,
     /// What the device has not answered for yet.
-    next: Option<Pair>,
+    next: Option<ShownPair>,
     /// Takes the place of the scene's camera.
     view: Option<View>,
     exposure: f32,
@@ -68,7 +68,7 @@ pub struct Engine {
     /// Those of each of the pair that are under way.
     frames: [VecDeque<Frame>; 2],
     arrangement: Arrangement,
-    score: Score,
+    score: ImageScore,
     inspected: Inspected,
     image: Option<PendingImage>,
     image_wanted: bool,
@@ -137,7 +137,7 @@ impl Engine {
             pointer: Pointer::default(),
             frames: Default::default(),
             arrangement: Arrangement::First,
-            score: Score::default(),
+            score: ImageScore::default(),
             inspected: Inspected::default(),
             image: None,
             image_wanted: false,
@@ -354,28 +354,28 @@ impl Engine {
             if self.scene.as_ref().is_some_and(|s| s.path != path) {
                 self.view = None;
             }
-            self.scene = Some(Loaded { path: path.into(), scene: Arc::new(scene), notices, revision });
+            self.scene = Some(LoadedFiles { path: path.into(), scene: Arc::new(scene), notices, revision });
         }
         Ok(())
     }
 
-    fn make(&mut self, wish: &Wish) -> Checked<Value> {
+    fn make(&mut self, wish: &PageRequest) -> Checked<Value> {
         let start = Instant::now();
         self.next = None;
         if self.measuring.take().is_some_and(|measuring| measuring.is_under_way()) {
             self.gpu.forget_answers();
         }
         self.scene(&wish.scene)?;
-        let Some(Loaded { scene, notices, .. }) = &self.scene else { return Ok(json!({})) };
+        let Some(LoadedFiles { scene, notices, .. }) = &self.scene else { return Ok(json!({})) };
         let (gpu, revision, shown) = (&self.gpu, self.revisions[1], self.shown.as_ref());
-        let first = Made::new(gpu, &wish.graph, wish, scene, revision, shown.map(|s| &s.first))?;
+        let first = PageSession::new(gpu, &wish.graph, wish, scene, revision, shown.map(|s| &s.first))?;
         let before = shown.and_then(|s| s.second.as_ref());
-        let second = Other::new(gpu, wish, scene, revision, (&first, before))?;
+        let second = ComparedImage::new(gpu, wish, scene, revision, (&first, before))?;
         let notices: Vec<Diagnostic> = notices.iter().chain(&first.session.notices).cloned().collect();
         let mut told = first.told();
         told["notices"] = tell::diagnostics(&notices);
         told["make_ms"] = json!(start.elapsed().as_secs_f64() * 1e3);
-        self.next = Some(Pair { first, second, wish: wish.clone(), since: start, measured: false });
+        self.next = Some(ShownPair { first, second, wish: wish.clone(), since: start, measured: false });
         Ok(told)
     }
 }

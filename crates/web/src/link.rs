@@ -25,7 +25,7 @@ const LEVEL: u8 = 9;
 /// What somebody shares.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Shared {
+pub struct SharedLink {
     /// Path of the graph in the project.
     pub graph: String,
     pub scene: String,
@@ -74,13 +74,13 @@ pub fn decode(link: &str) -> Result<String, String> {
     serde_json::to_string(&read(&text)?).map_err(|e| e.to_string())
 }
 
-fn read(json: &str) -> Result<Shared, String> {
-    let shared: Shared = serde_json::from_str(json).map_err(|e| format!("the link holds something else: {e}"))?;
+fn read(json: &str) -> Result<SharedLink, String> {
+    let shared: SharedLink = serde_json::from_str(json).map_err(|e| format!("the link holds something else: {e}"))?;
     check(&shared)?;
     Ok(shared)
 }
 
-fn check(shared: &Shared) -> Result<(), String> {
+fn check(shared: &SharedLink) -> Result<(), String> {
     if shared.files.len() > MOST_ENTRIES || shared.params.len() > MOST_ENTRIES {
         return Err(format!("a link holds at most {MOST_ENTRIES} files and parameters"));
     }
@@ -150,7 +150,7 @@ mod tests {
     fn a_link_gives_what_was_shared() {
         let link = encode(SHARED).unwrap();
         assert!(link.bytes().all(|b| LETTERS.contains(&b)), "{link}");
-        let again: Shared = serde_json::from_str(&decode(&link).unwrap()).unwrap();
+        let again: SharedLink = serde_json::from_str(&decode(&link).unwrap()).unwrap();
         assert_eq!(again, serde_json::from_str(SHARED).unwrap());
         assert_eq!(encode(&decode(&link).unwrap()).unwrap(), link);
     }

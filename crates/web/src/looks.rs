@@ -1,7 +1,7 @@
 //! What takes a look at numbers: how far the image is from what it is held against, and what a resource holds. Done
 //! seldom while they change; nothing is waited for.
 
-use crate::made::{Made, Other};
+use crate::made::{ComparedImage, PageSession};
 use lightgraph::internals::gpu::{PendingImage, PendingWords, read_plane_later, read_words_later};
 use lightgraph::internals::image::metrics;
 use lightgraph::internals::image::paint::{Channel, PaintLook, paint};
@@ -37,32 +37,32 @@ impl Due {
 }
 
 /// An image that is read back, or known.
-enum Arriving {
+enum PendingPixels {
     Under(PendingImage),
     There(Arc<Image>),
 }
 
-impl Arriving {
+impl PendingPixels {
     fn arrived(&mut self, gpu: &Gpu) -> Checked<Option<Arc<Image>>> {
-        if let Arriving::Under(pending) = self {
+        if let PendingPixels::Under(pending) = self {
             let Some(image) = pending.arrived(gpu)? else { return Ok(None) };
-            *self = Arriving::There(Arc::new(image));
+            *self = PendingPixels::There(Arc::new(image));
         }
         Ok(match self {
-            Arriving::There(image) => Some(image.clone()),
-            Arriving::Under(_) => None,
+            PendingPixels::There(image) => Some(image.clone()),
+            PendingPixels::Under(_) => None,
         })
     }
 }
 
 /// How far two images are apart.
 #[derive(Default)]
-pub struct Score {
+pub struct ImageScore {
     due: Due,
-    pair: Option<[Arriving; 2]>,
+    pair: Option<[PendingPixels; 2]>,
 }
 
-impl Score {
+impl ImageScore {
     /// One of the images may be another now.
     pub fn changed(&mut self) {
         self.due.changed = true;
@@ -70,23 +70,29 @@ impl Score {
 
     /// Forgets what was under way.
     pub fn reset(&mut self) {
-        *self = Score { due: Due { changed: true, last: None }, pair: None };
+        *self = ImageScore { due: Due { changed: true, last: None }, pair: None };
     }
 
     /// Begins to read both, where that is due.
     ///
     /// # Errors
     /// An image can't be read back.
-    pub fn read(&mut self, gpu: &Gpu, shown: &Made, other: &Other, encoder: &mut wgpu::CommandEncoder) -> Checked<()> {
+    pub fn read(
+        &mut self,
+        gpu: &Gpu,
+        shown: &PageSession,
+        other: &ComparedImage,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Checked<()> {
         if self.pair.is_some() || !self.due.now() {
             return Ok(());
         }
         let first = shown.session.image_later(gpu, encoder, &shown.output)?;
         let second = match other {
-            Other::Graph(made) => Arriving::Under(made.session.image_later(gpu, encoder, &made.output)?),
-            Other::Image { image, .. } => Arriving::There(image.clone()),
+            ComparedImage::Graph(made) => PendingPixels::Under(made.session.image_later(gpu, encoder, &made.output)?),
+            ComparedImage::Image { image, .. } => PendingPixels::There(image.clone()),
         };
-        self.pair = Some([Arriving::Under(first), second]);
+        self.pair = Some([PendingPixels::Under(first), second]);
         Ok(())
     }
 
@@ -123,7 +129,7 @@ pub struct Inspect {
     pub false_color: bool,
 }
 
-enum Reading {
+enum PendingRead {
     Plane(PendingImage),
     Words(PendingWords, u64),
 }
@@ -133,7 +139,7 @@ enum Reading {
 pub struct Inspected {
     pub wanted: Option<Inspect>,
     due: Due,
-    under_way: Option<Reading>,
+    under_way: Option<PendingRead>,
     plane: Option<Image>,
     /// The plane as red, green, blue and alpha, until the page takes it.
     pub pixels: Vec<u8>,
@@ -155,7 +161,7 @@ impl Inspected {
     }
 
     /// Begins to read, where that is due. What is wrong is told as what the resource holds.
-    pub fn read(&mut self, gpu: &Gpu, shown: &Made, encoder: &mut wgpu::CommandEncoder) -> Option<Value> {
+    pub fn read(&mut self, gpu: &Gpu, shown: &PageSession, encoder: &mut wgpu::CommandEncoder) -> Option<Value> {
         let wanted = self.wanted.as_ref()?;
         if self.under_way.is_some() || !shown.session.settings.inspect || !self.due.now() {
             return None;
@@ -174,7 +180,7 @@ impl Inspected {
     pub fn arrived(&mut self, gpu: &Gpu) -> Checked<Option<Value>> {
         let (Some(wanted), Some(reading)) = (&self.wanted, &mut self.under_way) else { return Ok(None) };
         let told = match reading {
-            Reading::Plane(pending) => {
+            PendingRead::Plane(pending) => {
                 let Some(plane) = pending.arrived(gpu)? else { return Ok(None) };
                 let look = PaintLook { channel: wanted.channel, range: wanted.range, false_color: wanted.false_color };
                 let (pixels, extent) = paint(&plane, look);
@@ -187,7 +193,7 @@ impl Inspected {
                 self.plane = Some(plane);
                 told
             }
-            Reading::Words(pending, bytes) => {
+            PendingRead::Words(pending, bytes) => {
                 let Some(words) = pending.arrived(gpu)? else { return Ok(None) };
                 json!({ "bytes": bytes, "words": words })
             }
@@ -197,7 +203,7 @@ impl Inspected {
     }
 }
 
-fn begin(gpu: &Gpu, shown: &Made, wanted: &Inspect, encoder: &mut wgpu::CommandEncoder) -> Checked<Reading> {
+fn begin(gpu: &Gpu, shown: &PageSession, wanted: &Inspect, encoder: &mut wgpu::CommandEncoder) -> Checked<PendingRead> {
     let name = &wanted.resource;
     let resources = &shown.session.plan.resources;
     let Some(at) = resources.iter().position(|r| r.name == *name) else {
@@ -205,11 +211,11 @@ fn begin(gpu: &Gpu, shown: &Made, wanted: &Inspect, encoder: &mut wgpu::CommandE
     };
     match shown.session.memory(ResourceId(at))? {
         Memory::Texture(texture) => {
-            read_plane_later(gpu, (texture, name), wanted.mip, wanted.layer, encoder).map(Reading::Plane)
+            read_plane_later(gpu, (texture, name), wanted.mip, wanted.layer, encoder).map(PendingRead::Plane)
         }
         Memory::Buffer(buffer) => {
             let words = read_words_later(gpu, (buffer, name), MOST_WORDS, encoder)?;
-            Ok(Reading::Words(words, buffer.size()))
+            Ok(PendingRead::Words(words, buffer.size()))
         }
     }
 }

@@ -19,7 +19,7 @@ const MOST_SIDE: u32 = 4096;
 /// What is to be shown.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Wish {
+pub struct PageRequest {
     pub graph: PathBuf,
     pub scene: PathBuf,
     /// In pixels.
@@ -35,14 +35,14 @@ pub struct Wish {
     /// Every resource is kept and can be looked into, which takes memory.
     pub inspect: bool,
     /// What the image is held against.
-    pub against: Option<Against>,
+    pub against: Option<ComparedWith>,
     pub fastest: Policy,
 }
 
 /// What an image is held against.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Against {
+pub enum ComparedWith {
     /// The image of another graph of the same scene, view and parameters, as far as it has them.
     Graph(PathBuf),
     /// An OpenEXR file.
@@ -50,7 +50,7 @@ pub enum Against {
 }
 
 /// A session and what it was made for.
-pub struct Made {
+pub struct PageSession {
     pub project: Project,
     pub session: Session,
     pub output: String,
@@ -59,17 +59,17 @@ pub struct Made {
     revision: u64,
 }
 
-impl Made {
+impl PageSession {
     /// # Errors
     /// Faults of the graph, its parameters and the device.
     pub fn new(
         gpu: &Gpu,
         graph: &Path,
-        wish: &Wish,
+        wish: &PageRequest,
         scene: &Arc<Scene>,
         revision: u64,
-        before: Option<&Made>,
-    ) -> Checked<Made> {
+        before: Option<&PageSession>,
+    ) -> Checked<PageSession> {
         let project = match before {
             Some(made) if made.revision == revision && made.is_of(graph) => made.project.clone(),
             Some(made) => {
@@ -103,7 +103,7 @@ impl Made {
             return Err(Diagnostic::error(format!("`{output}` is no image, and can't be shown")).into());
         };
         showable(gpu, texture, &output)?;
-        Ok(Made { project, session, output, params, revision })
+        Ok(PageSession { project, session, output, params, revision })
     }
 
     pub fn is_of(&self, graph: &Path) -> bool {
@@ -150,63 +150,65 @@ fn showable(gpu: &Gpu, texture: &wgpu::Texture, name: &str) -> Checked<()> {
 }
 
 /// What the image is held against, ready to be drawn.
-pub enum Other {
-    Graph(Box<Made>),
+pub enum ComparedImage {
+    Graph(Box<PageSession>),
     Image { path: PathBuf, texture: wgpu::Texture, image: Arc<Image>, revision: u64 },
 }
 
-impl Other {
+impl ComparedImage {
     /// # Errors
     /// Faults of the graph, or of the file.
     pub fn new(
         gpu: &Gpu,
-        wish: &Wish,
+        wish: &PageRequest,
         scene: &Arc<Scene>,
         revision: u64,
-        (shown, before): (&Made, Option<&Other>),
-    ) -> Checked<Option<Other>> {
+        (shown, before): (&PageSession, Option<&ComparedImage>),
+    ) -> Checked<Option<ComparedImage>> {
         match &wish.against {
             None => Ok(None),
-            Some(Against::Graph(path)) => {
+            Some(ComparedWith::Graph(path)) => {
                 let before = match before {
-                    Some(Other::Graph(made)) if made.is_of(path) => made,
+                    Some(ComparedImage::Graph(made)) if made.is_of(path) => made,
                     // Their shaders have most in common.
                     _ => shown,
                 };
                 // Its own output of this name.
-                let wish = Wish { output: Some(shown.output.clone()), inspect: false, ..wish.clone() };
-                let made = Made::new(gpu, path, &wish, scene, revision, Some(before))?;
-                Ok(Some(Other::Graph(Box::new(made))))
+                let wish = PageRequest { output: Some(shown.output.clone()), inspect: false, ..wish.clone() };
+                let made = PageSession::new(gpu, path, &wish, scene, revision, Some(before))?;
+                Ok(Some(ComparedImage::Graph(Box::new(made))))
             }
-            Some(Against::Image(wanted)) => {
-                if let Some(Other::Image { path, texture, image, revision: of }) = before
+            Some(ComparedWith::Image(wanted)) => {
+                if let Some(ComparedImage::Image { path, texture, image, revision: of }) = before
                     && (path, *of) == (wanted, revision)
                 {
                     let (path, texture, image) = (path.clone(), texture.clone(), image.clone());
-                    return Ok(Some(Other::Image { path, texture, image, revision }));
+                    return Ok(Some(ComparedImage::Image { path, texture, image, revision }));
                 }
                 let path = wanted;
                 let image = Arc::new(read_exr(path)?);
                 let texture = upload_shown(gpu, &image, &path.display().to_string())?;
-                Ok(Some(Other::Image { path: path.clone(), texture, image, revision }))
+                Ok(Some(ComparedImage::Image { path: path.clone(), texture, image, revision }))
             }
         }
     }
 
     /// # Errors
-    /// As [`Made::image`].
+    /// As [`PageSession::image`].
     pub fn image(&self) -> Checked<&wgpu::Texture> {
         match self {
-            Other::Graph(made) => made.image(),
-            Other::Image { texture, .. } => Ok(texture),
+            ComparedImage::Graph(made) => made.image(),
+            ComparedImage::Image { texture, .. } => Ok(texture),
         }
     }
 
     /// Whether the other one is of the same graph or file.
-    pub fn is_like(&self, other: &Other) -> bool {
+    pub fn is_like(&self, other: &ComparedImage) -> bool {
         match (self, other) {
-            (Other::Graph(a), Other::Graph(b)) => a.project.graph.files.first() == b.project.graph.files.first(),
-            (Other::Image { path: a, .. }, Other::Image { path: b, .. }) => a == b,
+            (ComparedImage::Graph(a), ComparedImage::Graph(b)) => {
+                a.project.graph.files.first() == b.project.graph.files.first()
+            }
+            (ComparedImage::Image { path: a, .. }, ComparedImage::Image { path: b, .. }) => a == b,
             _ => false,
         }
     }

@@ -8,7 +8,7 @@ pub(super) struct Code<'f> {
     pub block: Block,
 }
 
-type ExprHandle = Handle<Expression>;
+pub(super) type ExprHandle = Handle<Expression>;
 
 impl Code<'_> {
     /// What is there from the start of the function: literals, variables, arguments.

@@ -2,14 +2,12 @@
 
 use super::super::{Stage, write::plain};
 use super::instrument::{Facts, RUN_COUNT, Sites};
-use super::ir::Code;
+use super::ir::{Code, ExprHandle};
 use super::{FIRST, MOST_WORDS, Number, RUNS, Role, Site, ValueShape};
 use naga::{
     AddressSpace, AtomicFunction, BinaryOperator, Binding, Block, BuiltIn, Expression, Function, FunctionArgument,
     GlobalVariable, Handle, Scalar, ScalarKind, Span, Statement, SwitchCase, Type, TypeInner, UniqueArena, VectorSize,
 };
-
-type ExprHandle = Handle<Expression>;
 
 /// By which argument an invocation knows itself.
 pub(super) struct Identity {

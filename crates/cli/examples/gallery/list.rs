@@ -9,14 +9,14 @@ use std::path::Path;
 pub struct Gallery {
     /// Pixels along a side of what tables measure: those of the references.
     pub size: u32,
-    pub tables: Vec<Table>,
-    pub pictures: Vec<Picture>,
+    pub tables: Vec<GalleryTable>,
+    pub pictures: Vec<TilePicture>,
 }
 
 /// A line a graph, a column a scene.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Table {
+pub struct GalleryTable {
     pub name: String,
     /// The files that it stands in.
     pub files: Vec<String>,
@@ -27,12 +27,12 @@ pub struct Table {
     pub set: String,
     /// The output that is compared.
     pub output: String,
-    pub rows: Vec<Row>,
+    pub rows: Vec<TableRow>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct TableRow {
     pub graph: String,
     /// On top of the table's.
     #[serde(default)]
@@ -54,7 +54,7 @@ pub struct Row {
 /// Tiles side by side, in docs/images/NAME.png.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Picture {
+pub struct TilePicture {
     pub name: String,
     /// Width and height of a tile in pixels.
     pub size: (u32, u32),

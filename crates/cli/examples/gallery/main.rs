@@ -9,7 +9,7 @@ mod sheet;
 
 use lightgraph::internals::image::file::write_atomically;
 use lightgraph::{Checked, Diagnostic, Faults, Gpu};
-use list::{Gallery, Table};
+use list::{Gallery, GalleryTable};
 use measure::Bench;
 use std::path::Path;
 
@@ -43,7 +43,7 @@ fn run(chosen: &[String]) -> Checked<()> {
 }
 
 /// A table's text, as Markdown: a line a graph; error and time a scene.
-fn measured(table: &Table, bench: &mut Bench<'_>) -> Checked<String> {
+fn measured(table: &GalleryTable, bench: &mut Bench<'_>) -> Checked<String> {
     let short = |scene: &str| scene.split(['.', ':']).next().unwrap_or(scene).to_string();
     let described = table.rows.iter().any(|r| !r.what.is_empty());
     let scenes = table.scenes.iter().map(|s| short(s)).collect::<Vec<_>>().join(" | ");

@@ -1,9 +1,9 @@
 //! Renders a graph once, and says what it took and how far it is from the reference.
 
-use crate::list::{Row, Table};
+use crate::list::{GalleryTable, TableRow};
 use lightgraph::internals::image::metrics::compare;
 use lightgraph::{Checked, Diagnostic, Gpu, Image, Project, Scene, Session, Settings};
-use lightgraph_cli::bench::references::{Manifest, References};
+use lightgraph_cli::bench::references::{Manifest, ReferenceSet};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -15,14 +15,14 @@ pub struct Bench<'a> {
     size: u32,
     manifest: Manifest,
     scenes: BTreeMap<String, Arc<Scene>>,
-    runs: BTreeMap<String, Rendered>,
+    runs: BTreeMap<String, MeasuredFrame>,
 }
 
 /// What pictures and figures are made of.
 const OUTPUTS: [&str; 2] = ["color", "indirect"];
 
 /// The images by output, and the seconds that the frame took.
-type Rendered = (BTreeMap<String, Image>, f64);
+type MeasuredFrame = (BTreeMap<String, Image>, f64);
 
 impl Bench<'_> {
     pub fn new(gpu: &Gpu, size: u32) -> Checked<Bench<'_>> {
@@ -31,7 +31,7 @@ impl Bench<'_> {
     }
 
     /// Error and time of a row on a scene, as text.
-    pub fn cell(&mut self, table: &Table, row: &Row, scene: &str) -> Checked<String> {
+    pub fn cell(&mut self, table: &GalleryTable, row: &TableRow, scene: &str) -> Checked<String> {
         let size = [self.size; 2];
         let set = |more: &str| format!("{} {more}", table.set);
         let (image, seconds) = self.rendered(&row.graph, scene, &set(&row.set), &table.output, size)?;
@@ -55,7 +55,7 @@ impl Bench<'_> {
         let views = self.manifest.views();
         let named = scene.split_once(':').map(|(_, camera)| camera.to_string());
         let camera = named.or_else(|| views.into_iter().find(|(s, _)| s == name).and_then(|(_, camera)| camera));
-        let References { all, hit, .. } = self.manifest.load(name, camera.as_deref(), [self.size; 2], &mut vec![])?;
+        let ReferenceSet { all, hit, .. } = self.manifest.load(name, camera.as_deref(), [self.size; 2], &mut vec![])?;
         let found = all.into_iter().find(|r| r.output == output && r.only_when.is_empty());
         let missing = || Diagnostic::error(format!("{scene} has no reference for `{output}`"));
         Ok((found.ok_or_else(missing)?.image, hit))
@@ -81,7 +81,7 @@ impl Bench<'_> {
             .ok_or_else(|| Diagnostic::error(format!("{graph} has no output `{output}` that the gallery shows")).into())
     }
 
-    fn run(&mut self, graph: &str, scene: &str, set: &str, size: [u32; 2]) -> Checked<Rendered> {
+    fn run(&mut self, graph: &str, scene: &str, set: &str, size: [u32; 2]) -> Checked<MeasuredFrame> {
         let project = Project::open(&Path::new("graphs/gi").join(format!("{graph}.ron")), &[])?;
         let known = |text: &&str| {
             let name = text.split('=').next().unwrap_or(text);

@@ -1,6 +1,6 @@
 //! Pictures of tiles side by side.
 
-use crate::list::{Picture, Tile};
+use crate::list::{Tile, TilePicture};
 use crate::measure::Bench;
 use lightgraph::internals::image::exr::read_exr;
 use lightgraph::internals::image::png::{ToneMap, write_png};
@@ -11,7 +11,7 @@ use std::path::Path;
 /// White pixels between tiles.
 const GAP: u32 = 4;
 
-pub fn draw(picture: &Picture, bench: &mut Bench<'_>) -> Checked<()> {
+pub fn draw(picture: &TilePicture, bench: &mut Bench<'_>) -> Checked<()> {
     let count = picture.tiles.len() as u32;
     let columns = if picture.columns == 0 { count } else { picture.columns };
     let (width, height) = picture.size;

@@ -5,10 +5,9 @@
 //! others, and what they find is joined by number.
 
 use super::results::hash;
+use crate::shard::Shard;
 use lightgraph::{Checked, Diagnostic};
 use serde::{Deserialize, Serialize};
-use std::fmt;
-use std::str::FromStr;
 
 /// Parameters and values, as `--set` takes them.
 pub type Setting = Vec<(String, String)>;
@@ -47,48 +46,6 @@ pub fn jobs(views: usize, settings: &[Vec<Setting>], peers: usize) -> Vec<Job> {
     all.enumerate().map(|(number, (view, work))| Job { number, view, work }).collect()
 }
 
-/// One of several parts of a bench: `2/8` is the second of eight.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Shard {
-    /// From 1.
-    pub number: usize,
-    pub of: usize,
-}
-
-/// Shards at most: more is a slip.
-const MOST_SHARDS: usize = 10_000;
-
-impl Shard {
-    pub const WHOLE: Shard = Shard { number: 1, of: 1 };
-
-    /// Whether a job, by number, is this shard's. Jobs are dealt out to and fro: the groups of a graph often come
-    /// cheap and dear in turn, and no shard should get the dear ones alone.
-    pub fn has(self, job: usize) -> bool {
-        let (round, place) = (job / self.of, job % self.of);
-        let owner = if round % 2 == 0 { place } else { self.of - 1 - place };
-        owner + 1 == self.number
-    }
-}
-
-impl fmt::Display for Shard {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.number, self.of)
-    }
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Shard, String> {
-        let parts = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
-        let shard = parts.map(|(number, of)| Shard { number, of });
-        let fits = |s: &Shard| (1..=s.of).contains(&s.number) && s.of <= MOST_SHARDS;
-        shard
-            .filter(fits)
-            .ok_or_else(|| format!("write it as 2/8: the second of eight parts, of {MOST_SHARDS} at most"))
-    }
-}
-
 /// What a part of a bench holds, for those who join parts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
@@ -123,8 +80,7 @@ impl Part {
     pub fn check(&self, shown: &str, entries: usize) -> Checked<()> {
         let own = |d: &Done| d.job < self.jobs && self.shard.has(d.job);
         let counted = self.done.iter().try_fold(0usize, |n, d| n.checked_add(d.entries));
-        let shard = (1..=self.shard.of).contains(&self.shard.number) && self.shard.of <= MOST_SHARDS;
-        if shard && self.done.iter().all(own) && counted.is_some_and(|n| n <= entries) {
+        if self.shard.exists() && self.done.iter().all(own) && counted.is_some_and(|n| n <= entries) {
             return Ok(());
         }
         let d = Diagnostic::error(format!("{shown} holds no part of a bench: its jobs and entries disagree"));
@@ -157,15 +113,6 @@ mod tests {
             let sizes = (1..=of).map(|number| all.iter().filter(|j| Shard { number, of }.has(j.number)).count());
             let (least, most) = sizes.fold((usize::MAX, 0), |(a, b), n| (a.min(n), b.max(n)));
             assert!(most - least <= 1, "{of} shards of {least} to {most} jobs");
-        }
-    }
-
-    #[test]
-    fn shards_are_read() {
-        assert_eq!("2/8".parse(), Ok(Shard { number: 2, of: 8 }));
-        assert_eq!(Shard { number: 2, of: 8 }.to_string(), "2/8");
-        for bad in ["", "2", "0/3", "4/3", "1/0", "a/b", "-1/2", "1/99999", "1/2/3"] {
-            assert!(bad.parse::<Shard>().is_err(), "{bad}");
         }
     }
 

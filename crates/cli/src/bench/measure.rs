@@ -5,7 +5,7 @@
 //! many frames come before an image is compared never depends on how long they take, so that errors are the same in
 //! every repeat of a bench. Further rounds, with other settings' in between, add to the times alone.
 
-use super::references::References;
+use super::references::ReferenceSet;
 use super::results::{Entry, PassTime, Phase, PhaseTimes, Spread};
 use super::score::{change, mean, score};
 use glam::Vec3;
@@ -27,7 +27,7 @@ pub struct Target<'a> {
     pub size: [u32; 2],
     /// What the sweep sets, as `NAME`, `VALUE`.
     pub setting: &'a [(String, String)],
-    pub references: &'a References,
+    pub references: &'a ReferenceSet,
     /// Stages of start-up that came before: milliseconds to open the device, read the graph and the scene.
     pub start_up_ms: &'a BTreeMap<String, f64>,
     /// See [`Entry::inputs`].
@@ -53,7 +53,7 @@ pub struct Measured<'a> {
     /// Outputs by name: the last that nothing moved in.
     pub images: BTreeMap<String, Image>,
     /// What rendered it, for more frames. `None` after a fault, and of other renderers.
-    pub subject: Option<Subject<'a>>,
+    pub subject: Option<MeasuredSetting<'a>>,
 }
 
 /// The output that a viewer sees.
@@ -118,7 +118,7 @@ fn run<'a>(
     effort: Effort<'_>,
     entry: &mut Entry,
     images: &mut BTreeMap<String, Image>,
-) -> Checked<Subject<'a>> {
+) -> Checked<MeasuredSetting<'a>> {
     let declared = target.project.graph.outputs.iter().map(|o| o.0.value.clone());
     let wanted = |o: &String| o == SEEN || target.references.all.iter().any(|r| r.output == *o);
     let outputs: Vec<String> = declared.filter(wanted).collect();
@@ -139,14 +139,15 @@ fn run<'a>(
     entry.start_up_ms.insert("prepare".into(), start.elapsed().as_secs_f64() * 1e3);
     (entry.bytes, entry.bytes_without_sharing) = session.plan.bytes();
 
-    let mut runner = Runner { gpu, session, frame: 0, motions: Motions::of(target.scene), places: Places::default() };
-    let once = Taken::of(runner.frame(Shift::default())?);
+    let mut runner =
+        CountedSession { gpu, session, frame: 0, motions: Motions::of(target.scene), places: Places::default() };
+    let once = PhaseFrames::of(runner.frame(Shift::default())?);
     entry.phases.extend(once.times(Phase::First, &runner.session.plan));
     *images = runner.images(&outputs)?;
     entry.scores = score(images, target.references, &entry.params)?;
     let carries = runner.session.plan.resources.iter().any(|r| r.history);
     if effort.phases.contains(&Phase::Still) {
-        let mut still = Taken::default();
+        let mut still = PhaseFrames::default();
         for _ in 0..effort.repeat.max(1) {
             still.add(runner.frame(Shift::default())?);
         }
@@ -164,7 +165,7 @@ fn run<'a>(
     let mut begun = vec![];
     for &phase in &moving {
         let before = runner.seen(images)?;
-        let taken = Taken::of(runner.step(phase, Places::turned)?);
+        let taken = PhaseFrames::of(runner.step(phase, Places::turned)?);
         let change_percent = before.map(|before| change(&before, &runner.session.image(gpu, SEEN)?)).transpose()?;
         let mut scores = vec![];
         if carries {
@@ -192,17 +193,17 @@ fn run<'a>(
         entry.leak = Some(dark? / lit?).filter(|l| l.is_finite());
         runner.session.settings.camera = target.camera.map(String::from);
     }
-    Ok(Subject { runner, moving })
+    Ok(MeasuredSetting { runner, moving })
 }
 
 /// A setting that was measured and can go on.
-pub struct Subject<'a> {
-    runner: Runner<'a>,
+pub struct MeasuredSetting<'a> {
+    runner: CountedSession<'a>,
     /// The phases in which something moves that are measured.
     moving: Vec<Phase>,
 }
 
-impl Subject<'_> {
+impl MeasuredSetting<'_> {
     /// Another round: of each phase in which something moves a frame more. In the second round a frame before them in
     /// which nothing is held, as in the first one; by then the driver has compiled everything. False: what went wrong
     /// is the entry's `fault`.
@@ -220,11 +221,11 @@ impl Subject<'_> {
         let mut found = vec![];
         if first {
             self.runner.session.forget();
-            let once = Taken::of(self.runner.frame(Shift::default())?);
+            let once = PhaseFrames::of(self.runner.frame(Shift::default())?);
             found.extend(once.times(Phase::First, &self.runner.session.plan));
         }
         for phase in &self.moving {
-            let once = Taken::of(self.runner.go_on(*phase)?);
+            let once = PhaseFrames::of(self.runner.go_on(*phase)?);
             found.extend(once.times(*phase, &self.runner.session.plan));
         }
         Ok(found)
@@ -232,7 +233,7 @@ impl Subject<'_> {
 }
 
 /// A session that counts its frames.
-struct Runner<'a> {
+struct CountedSession<'a> {
     gpu: &'a Gpu,
     session: Session,
     frame: u32,
@@ -240,7 +241,7 @@ struct Runner<'a> {
     places: Places,
 }
 
-impl Runner<'_> {
+impl CountedSession<'_> {
     /// Milliseconds, the report, and what set its steps off.
     fn frame(&mut self, shift: Shift) -> Checked<(f64, FrameReport, Vec<String>)> {
         self.session.shift = shift;
@@ -282,7 +283,7 @@ impl Runner<'_> {
 
 /// The frames of a phase.
 #[derive(Default)]
-struct Taken {
+struct PhaseFrames {
     /// Milliseconds.
     walls: Vec<f64>,
     reports: Vec<FrameReport>,
@@ -290,9 +291,9 @@ struct Taken {
     causes: Vec<String>,
 }
 
-impl Taken {
-    fn of((ms, report, causes): (f64, FrameReport, Vec<String>)) -> Taken {
-        Taken { walls: vec![ms], reports: vec![report], causes }
+impl PhaseFrames {
+    fn of((ms, report, causes): (f64, FrameReport, Vec<String>)) -> PhaseFrames {
+        PhaseFrames { walls: vec![ms], reports: vec![report], causes }
     }
 
     fn add(&mut self, (ms, report, causes): (f64, FrameReport, Vec<String>)) {
@@ -307,7 +308,7 @@ impl Taken {
 
     /// The statistics; `None` of no frames.
     fn times(&self, phase: Phase, plan: &Plan) -> Option<PhaseTimes> {
-        let Taken { walls, reports, causes } = self;
+        let PhaseFrames { walls, reports, causes } = self;
         let last = reports.last()?;
         let totals: Option<Vec<f64>> = reports.iter().map(|r| r.steps.iter().map(|s| s.gpu_ms).sum()).collect();
         let steps_run = last.steps.len() as u32;

@@ -1,9 +1,10 @@
 //! Joins the parts of a bench that machines have measured.
 
 use super::host::Machine;
-use super::jobs::{Part, Shard};
+use super::jobs::Part;
 use super::report;
 use super::results::{Entry, JOURNAL, Results};
+use crate::shard::Shard;
 use lightgraph::{Checked, Diagnostic, Faults};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! All scenes in one plot: geometric means, so that every scene weighs the same however bright or large it is.
 
 use super::front::front;
-use super::report::{METRICS, View, number, of, views};
+use super::report::{METRICS, SceneView, number, of, views};
 use super::results::{Entry, Phase, Results};
 use serde_json::{Map, Value, json};
 
@@ -15,9 +15,9 @@ fn least(metric: &str) -> f64 {
 /// `output` has. Scenes with less than half the entries of another, of which only a few things were asked, don't count.
 /// `None` for fewer than two scenes.
 pub fn overview(results: &Results, output: &str) -> Option<Value> {
-    let scored = |v: &View| of(results, v).iter().any(|e| e.score(output, Phase::First).is_some());
+    let scored = |v: &SceneView| of(results, v).iter().any(|e| e.score(output, Phase::First).is_some());
     // Means over times of two machines would be of neither.
-    let counts = |v: &&View| v.machine == results.machine && scored(v);
+    let counts = |v: &&SceneView| v.machine == results.machine && scored(v);
     let mut scenes: Vec<Vec<&Entry>> = views(results).iter().filter(counts).map(|v| of(results, v)).collect();
     let most = scenes.iter().map(Vec::len).max().unwrap_or(0);
     scenes.retain(|entries| 2 * entries.len() >= most);

@@ -8,7 +8,7 @@
 //! installed or can't render the scene; the reason is the last line of its error stream.
 
 use super::measure::SEEN;
-use super::references::References;
+use super::references::ReferenceSet;
 use super::results::{Absent, Entry, Phase, PhaseTimes, Spread};
 use super::score::score;
 use lightgraph::internals::files;
@@ -42,7 +42,7 @@ impl Peer {
 
 /// A line of its output.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-struct Line {
+struct PeerLine {
     renderer: String,
     version: String,
     #[serde(default)]
@@ -56,12 +56,12 @@ struct Line {
 
 /// What a peer is asked to render.
 #[derive(Debug, Clone, Copy)]
-pub struct Job<'a> {
+pub struct PeerJob<'a> {
     pub scene_file: &'a Path,
     pub scene: &'a str,
     pub camera: Option<&'a str>,
     pub size: [u32; 2],
-    pub references: &'a References,
+    pub references: &'a ReferenceSet,
     /// A folder for its images.
     pub folder: &'a Path,
     /// Numbers of its settings, from 1; none: all of them.
@@ -96,10 +96,10 @@ pub fn find(folder: &Path) -> Checked<Vec<Peer>> {
 }
 
 /// A row, and the images it came with, by quantity.
-pub type Rendered = (Entry, BTreeMap<String, Image>);
+pub type PeerResult = (Entry, BTreeMap<String, Image>);
 
 /// Runs a peer on a scene. Its entries; or that it is absent, and why.
-pub fn run(peer: &Peer, job: Job<'_>) -> Result<Vec<Rendered>, Absent> {
+pub fn run(peer: &Peer, job: PeerJob<'_>) -> Result<Vec<PeerResult>, Absent> {
     let absent = |why: String| Absent { name: peer.name.clone(), why };
     let Some((program, first)) = peer.command.split_first() else { return Err(absent("its command is empty".into())) };
     let mut command = Command::new(program);
@@ -122,8 +122,8 @@ pub fn run(peer: &Peer, job: Job<'_>) -> Result<Vec<Rendered>, Absent> {
     lines.map(|l| entry(l, job).map_err(|Faults(f)| absent(f.into_iter().map(|d| d.message).collect()))).collect()
 }
 
-fn entry(line: &str, job: Job<'_>) -> Checked<(Entry, BTreeMap<String, Image>)> {
-    let line: Line = serde_json::from_str(line)
+fn entry(line: &str, job: PeerJob<'_>) -> Checked<(Entry, BTreeMap<String, Image>)> {
+    let line: PeerLine = serde_json::from_str(line)
         .map_err(|e| Diagnostic::error(format!("a line of its output is no result: {e}: {line}")))?;
     let mut images = BTreeMap::from([(SEEN.to_string(), read_exr(&line.image)?)]);
     for (output, value) in &line.rest {
@@ -196,8 +196,8 @@ mod tests {
         Peer { name: "other".into(), command, settings: vec![] }
     }
 
-    fn job<'a>(folder: &'a TempDir, references: &'a References) -> Job<'a> {
-        Job {
+    fn job<'a>(folder: &'a TempDir, references: &'a ReferenceSet) -> PeerJob<'a> {
+        PeerJob {
             scene_file: Path::new("s.glb"),
             scene: "s",
             camera: None,
@@ -218,7 +218,7 @@ mod tests {
             r#"echo noise; echo '{{"renderer": "R", "version": "1", "settings": {{"n": 4}}, "seconds": 0.5, "image": "{0}", "indirect": "{0}"}}'"#,
             path.display()
         );
-        let references = References::default();
+        let references = ReferenceSet::default();
         let found = run(&peer(&line), job(&folder, &references)).unwrap();
         assert_eq!(found.len(), 1);
         assert_eq!(
@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn what_is_not_installed_is_absent_with_its_reason() {
         let folder = TempDir::new().unwrap();
-        let references = References::default();
+        let references = ReferenceSet::default();
         let absent = run(&peer("echo not installed >&2; exit 4"), job(&folder, &references)).unwrap_err();
         assert!(absent.why.ends_with("not installed"), "{}", absent.why);
         let absent = run(&peer("echo '{\"renderer\": 1}'"), job(&folder, &references)).unwrap_err();

@@ -79,7 +79,7 @@ pub struct Comparison {
     #[serde(default)]
     pub leaks: Vec<Leak>,
     #[serde(default)]
-    pub published: Vec<Published>,
+    pub published: Vec<PublishedTime>,
 }
 
 /// Two cameras: what one sees should be nothing, relative to the other.
@@ -92,7 +92,7 @@ pub struct Leak {
 
 /// A time that others have published for a scene of the same size, to set ours beside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Published {
+pub struct PublishedTime {
     pub scene: String,
     pub phase: Phase,
     /// The heading of passes it is of; `None`: the whole frame.
@@ -104,7 +104,7 @@ pub struct Published {
 
 /// A reference in memory.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reference {
+pub struct LoadedReference {
     pub output: String,
     /// Parameters that a setting must have for it to apply; empty: always.
     pub only_when: Vec<(String, String)>,
@@ -117,8 +117,8 @@ pub struct Reference {
 
 /// All references of one scene and camera for one size.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct References {
-    pub all: Vec<Reference>,
+pub struct ReferenceSet {
+    pub all: Vec<LoadedReference>,
     /// Which pixels see a surface.
     pub hit: Option<Vec<bool>>,
     pub leak: Option<Leak>,
@@ -159,9 +159,9 @@ impl Manifest {
         camera: Option<&str>,
         size: [u32; 2],
         notices: &mut Vec<Diagnostic>,
-    ) -> Checked<References> {
+    ) -> Checked<ReferenceSet> {
         let leak = self.comparison.leaks.iter().find(|l| l.scene == scene).cloned();
-        let mut found = References { leak, ..References::default() };
+        let mut found = ReferenceSet { leak, ..ReferenceSet::default() };
         let mut faults = vec![];
         for listed in self.entries.iter().filter(|e| e.scene == scene && e.camera.as_deref() == camera) {
             let origin = [listed.renderer.as_deref(), listed.version.as_deref()];
@@ -197,7 +197,7 @@ impl Manifest {
 
     fn add(
         &self,
-        found: &mut References,
+        found: &mut ReferenceSet,
         key: &str,
         image: Image,
         origin: &str,
@@ -207,7 +207,13 @@ impl Manifest {
         let text = self.comparison.outputs.get(key).map_or(key, String::as_str);
         match output(text) {
             Some((output, only_when)) => {
-                found.all.push(Reference { output, only_when, image, origin: origin.to_string(), stderr_percent });
+                found.all.push(LoadedReference {
+                    output,
+                    only_when,
+                    image,
+                    origin: origin.to_string(),
+                    stderr_percent,
+                });
             }
             None => {
                 let path = self.folder.join("comparison.json");
@@ -239,7 +245,7 @@ fn output(text: &str) -> Option<(String, Vec<(String, String)>)> {
     Some((output.trim().to_string(), conditions.collect::<Option<_>>()?))
 }
 
-impl Reference {
+impl LoadedReference {
     /// Whether it applies to a setting.
     pub fn applies(&self, params: &BTreeMap<String, String>) -> bool {
         self.only_when.iter().all(|(name, value)| params.get(name) == Some(value))

@@ -94,7 +94,7 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
         // What was left out or failed in one run says nothing of the other.
         .filter(|(before, after)| before.fault.is_none() && after.fault.is_none())
         .collect();
-    let mut timed: BTreeMap<_, Vec<Timed<'_>>> = BTreeMap::new();
+    let mut timed: BTreeMap<_, Vec<SettingTimes<'_>>> = BTreeMap::new();
     for (before, after) in both {
         let machines = (old.machine_of(before), new.machine_of(after));
         found.row(&name(before), &before.scores, &after.scores);
@@ -108,7 +108,7 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
             found.row(&format!("{}, {}", name(before), old.phase.word()), &old.scores, &new.scores);
             let place = (&before.scene, &before.camera, before.size, old.phase, machines);
             let ms = [old, new].map(|times| times.quick_ms());
-            timed.entry(place).or_default().push(Timed { entry: before, phase: old.phase, ms });
+            timed.entry(place).or_default().push(SettingTimes { entry: before, phase: old.phase, ms });
         }
     }
     found.other.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -121,7 +121,7 @@ pub fn repeated(old: &Results, new: &Results) -> Repeated {
 }
 
 /// How quick a setting's frames are in a phase.
-struct Timed<'a> {
+struct SettingTimes<'a> {
     entry: &'a Entry,
     phase: Phase,
     /// Before and after.
@@ -153,7 +153,7 @@ impl Repeated {
         self.other.extend(most);
     }
 
-    fn pair(&mut self, a: &Timed<'_>, b: &Timed<'_>) {
+    fn pair(&mut self, a: &SettingTimes<'_>, b: &SettingTimes<'_>) {
         let (fast, slow) = if a.ms[0] <= b.ms[0] { (a, b) } else { (b, a) };
         // Of a time of zero nothing is a multiple.
         if slow.ms[0] <= fast.ms[0] * APART || fast.ms.iter().chain(&slow.ms).any(|ms| *ms <= 0.0) {
@@ -168,7 +168,7 @@ impl Repeated {
         order.reversed += usize::from(fast.ms[1] > slow.ms[1] * APART);
         let factor = (slow.ms[0] / fast.ms[0]) * (fast.ms[1] / slow.ms[1]);
         if self.worst.as_ref().is_none_or(|w| factor > w.0) {
-            let took = |t: &Timed<'_>| format!("{} took {:.3} and {:.3} ms", name(t.entry), t.ms[0], t.ms[1]);
+            let took = |t: &SettingTimes<'_>| format!("{} took {:.3} and {:.3} ms", name(t.entry), t.ms[0], t.ms[1]);
             self.worst = Some((factor, format!("{}: {}; {}", fast.phase.word(), took(fast), took(slow))));
         }
     }

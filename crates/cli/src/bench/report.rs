@@ -88,18 +88,18 @@ pub fn text(results: &Results) -> String {
 
 /// A scene by a camera, on a machine: times of two are not held against each other.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct View {
+pub(super) struct SceneView {
     pub scene: String,
     pub camera: Option<String>,
     pub machine: Machine,
 }
 
 /// Scenes, cameras and machines in the order of the entries.
-pub(super) fn views(results: &Results) -> Vec<View> {
-    let mut views: Vec<View> = vec![];
+pub(super) fn views(results: &Results) -> Vec<SceneView> {
+    let mut views: Vec<SceneView> = vec![];
     for e in &results.entries {
         let machine = results.machine_of(e).clone();
-        let view = View { scene: e.scene.clone(), camera: e.camera.clone(), machine };
+        let view = SceneView { scene: e.scene.clone(), camera: e.camera.clone(), machine };
         if !views.contains(&view) {
             views.push(view);
         }
@@ -107,13 +107,13 @@ pub(super) fn views(results: &Results) -> Vec<View> {
     views
 }
 
-pub(super) fn of<'a>(results: &'a Results, view: &View) -> Vec<&'a Entry> {
+pub(super) fn of<'a>(results: &'a Results, view: &SceneView) -> Vec<&'a Entry> {
     let here = |e: &&Entry| e.scene == view.scene && e.camera == view.camera && *results.machine_of(e) == view.machine;
     results.entries.iter().filter(here).collect()
 }
 
 /// What a view is called; with its machine, where there are others.
-fn label(results: &Results, view: &View) -> String {
+fn label(results: &Results, view: &SceneView) -> String {
     let camera = view.camera.as_ref().map_or(String::new(), |camera| format!(", camera {camera}"));
     let alone = results.entries.iter().all(|e| *results.machine_of(e) == results.machine);
     let machine = if alone { String::new() } else { format!(", on {}", view.machine.shown()) };

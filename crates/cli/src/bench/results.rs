@@ -2,7 +2,7 @@
 
 use super::host::{Host, Machine};
 use super::jobs::Part;
-use super::references::Published;
+use super::references::PublishedTime;
 use super::score::Score;
 use flate2::read::MultiGzDecoder;
 use lightgraph::internals::files;
@@ -35,7 +35,7 @@ pub struct Results {
     /// The output whose errors a report shows first.
     pub main_output: Option<String>,
     /// Times of others to set ours beside.
-    pub published: Vec<Published>,
+    pub published: Vec<PublishedTime>,
     pub entries: Vec<Entry>,
     /// Other renderers that were asked for and gave nothing.
     pub absent: Vec<Absent>,

@@ -1,6 +1,6 @@
 //! An output against its references, in numbers.
 
-use super::references::{Reference, References};
+use super::references::{LoadedReference, ReferenceSet};
 use lightgraph::internals::image::flip::flip;
 use lightgraph::internals::image::metrics::{Metrics, compare};
 use lightgraph::internals::parallel;
@@ -36,16 +36,16 @@ pub struct Score {
 /// As [`compare`]: an output that holds a NaN, say.
 pub fn score(
     images: &BTreeMap<String, Image>,
-    references: &References,
+    references: &ReferenceSet,
     params: &BTreeMap<String, String>,
 ) -> Checked<Vec<Score>> {
     let applying = references.all.iter().filter(|r| r.applies(params) && mean(&r.image) != 0.0);
-    let pairs: Vec<(&Image, &Reference)> = applying.filter_map(|r| Some((images.get(&r.output)?, r))).collect();
+    let pairs: Vec<(&Image, &LoadedReference)> = applying.filter_map(|r| Some((images.get(&r.output)?, r))).collect();
     let one = |i: usize| one(pairs[i].0, pairs[i].1, references.hit.as_deref());
     parallel::each(0..pairs.len(), one).into_iter().collect()
 }
 
-fn one(image: &Image, reference: &Reference, hit: Option<&[bool]>) -> Checked<Score> {
+fn one(image: &Image, reference: &LoadedReference, hit: Option<&[bool]>) -> Checked<Score> {
     let metrics = compare(image, &reference.image, None)?;
     let (rmse, block) = (metrics.rmse_percent, metrics.block_rmse_percent);
     Ok(Score {
@@ -97,7 +97,7 @@ mod tests {
             ("level".to_string(), Image::filled(16, 16, &[0.9]).unwrap()),
             ("noise".to_string(), Image::new(16, 16, 1, checker).unwrap()),
         ]);
-        let reference = |output: &str| Reference {
+        let reference = |output: &str| LoadedReference {
             output: output.into(),
             only_when: vec![],
             image: Image::filled(16, 16, &[1.0]).unwrap(),
@@ -105,7 +105,7 @@ mod tests {
             stderr_percent: None,
         };
         let all = vec![reference("level"), reference("noise"), reference("absent")];
-        let scores = score(&images, &References { all, ..References::default() }, &BTreeMap::new()).unwrap();
+        let scores = score(&images, &ReferenceSet { all, ..ReferenceSet::default() }, &BTreeMap::new()).unwrap();
         assert_eq!(scores.len(), 2);
         assert!(scores[0].fine_percent < 1e-3 && (scores[0].metrics.block_rmse_percent - 10.0).abs() < 1e-3);
         assert!(scores[1].metrics.block_rmse_percent < 1e-3 && (scores[1].fine_percent - 10.0).abs() < 1e-3);

@@ -5,12 +5,12 @@ use lightgraph::{Checked, Diagnostic, Faults};
 /// Axes of parameters, in the order written.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Sweep {
-    pub axes: Vec<Axis>,
+    pub axes: Vec<SweepAxis>,
 }
 
 /// A parameter and the values it takes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Axis {
+pub struct SweepAxis {
     pub name: String,
     /// As `--set NAME=VALUE` takes them.
     pub values: Vec<String>,
@@ -36,7 +36,7 @@ impl Sweep {
             } else if sweep.axes.iter().any(|a| a.name == name) {
                 faults.push(Diagnostic::error(format!("the sweep names `{name}` twice")));
             } else {
-                sweep.axes.push(Axis { name: name.to_string(), values });
+                sweep.axes.push(SweepAxis { name: name.to_string(), values });
             }
         }
         let settings = sweep.axes.iter().try_fold(1usize, |n, a| n.checked_mul(a.values.len()));

@@ -26,7 +26,7 @@ pub struct Candidate {
 
 /// What a user asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wish {
+pub enum TuneGoal {
     /// The least error within so many milliseconds.
     Budget(f64),
     /// The least time with no more error, in percent.
@@ -58,16 +58,16 @@ pub fn unbeaten(all: &[Candidate]) -> Vec<usize> {
 }
 
 /// The one that serves a wish best. `None`: none does.
-pub fn choose(all: &[Candidate], wish: Wish) -> Option<usize> {
+pub fn choose(all: &[Candidate], wish: TuneGoal) -> Option<usize> {
     let curve = unbeaten(all).into_iter();
     match wish {
         // Along the curve time rises and error falls.
-        Wish::Budget(ms) => curve.rev().find(|i| all[*i].ms <= ms),
-        Wish::Error(percent) => {
+        TuneGoal::Budget(ms) => curve.rev().find(|i| all[*i].ms <= ms),
+        TuneGoal::Error(percent) => {
             let mut curve = curve;
             curve.find(|i| all[*i].rmse <= percent)
         }
-        Wish::Balance => {
+        TuneGoal::Balance => {
             let product = |i: &usize| all[*i].ms * all[*i].rmse;
             curve.min_by(|a, b| product(a).total_cmp(&product(b)))
         }
@@ -109,13 +109,13 @@ mod tests {
         let all = all();
         let named = |wish| choose(&all, wish).map(|i| all[i].graph.as_str());
         assert_eq!(unbeaten(&all), [1, 3, 0]);
-        assert_eq!(named(Wish::Budget(50.0)), Some("middle"));
-        assert_eq!(named(Wish::Budget(5.0)), None);
-        assert_eq!(named(Wish::Error(6.0)), Some("middle"));
-        assert_eq!(named(Wish::Error(2.0)), Some("slow"));
-        assert_eq!(named(Wish::Error(1.0)), None);
-        assert_eq!(named(Wish::Balance), Some("middle"));
-        assert_eq!(choose(&[], Wish::Balance), None);
+        assert_eq!(named(TuneGoal::Budget(50.0)), Some("middle"));
+        assert_eq!(named(TuneGoal::Budget(5.0)), None);
+        assert_eq!(named(TuneGoal::Error(6.0)), Some("middle"));
+        assert_eq!(named(TuneGoal::Error(2.0)), Some("slow"));
+        assert_eq!(named(TuneGoal::Error(1.0)), None);
+        assert_eq!(named(TuneGoal::Balance), Some("middle"));
+        assert_eq!(choose(&[], TuneGoal::Balance), None);
     }
 
     #[test]

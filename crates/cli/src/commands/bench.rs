@@ -1,15 +1,16 @@
 //! `lightgraph bench`: run time against error, for graphs, scenes and settings.
 
-use super::course::{Asked, Lists, Named, View, course};
+use super::course::{Asked, CameraView, Lists, NamedGraph, course};
 use super::page::publish;
 use super::{Failure, ShaderFolders, shards, size};
 use crate::bench::host::Machine;
-use crate::bench::jobs::{Part, Shard, jobs};
+use crate::bench::jobs::{Part, jobs};
 use crate::bench::peers;
 use crate::bench::references::Manifest;
 use crate::bench::results::{Phase, Results};
 use crate::bench::sweep::Sweep;
 use crate::paths::{is_whole, ron_files};
+use crate::shard::Shard;
 use lightgraph::internals::fastest::Policy;
 use lightgraph::{Checked, Diagnostic, Faults, Gpu, Project};
 use std::collections::BTreeSet;
@@ -18,7 +19,7 @@ use std::time::Instant;
 
 /// Times every graph on every scene at many settings, compares the images with references and writes a report.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct BenchArgs {
     /// Graph files, or folders that hold some, separated by commas
     #[arg(long, value_name = "FILES", value_delimiter = ',', default_value = "graphs/gi")]
     pub graphs: Vec<PathBuf>,
@@ -125,7 +126,7 @@ const USUAL: &str = "grid=2,4,6;face=8,16;bounces=1,4;samples=1,4,16,64";
 /// # Errors
 /// Faults of files, graphs, scenes and settings before anything runs; no adapter. What a single setting does wrong is
 /// kept in its results.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &BenchArgs) -> Result<u8, Failure> {
     if let Some(list) = &args.speed {
         return super::speed::run(args, list);
     }
@@ -177,9 +178,9 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     publish(args, &results, &args.out, old.as_ref())
 }
 
-fn graphs(args: &Args) -> Checked<Vec<Named>> {
+fn graphs(args: &BenchArgs) -> Checked<Vec<NamedGraph>> {
     let paths = ron_files(&args.graphs)?;
-    let (mut graphs, mut faults): (Vec<Named>, Vec<Diagnostic>) = (vec![], vec![]);
+    let (mut graphs, mut faults): (Vec<NamedGraph>, Vec<Diagnostic>) = (vec![], vec![]);
     for path in &paths {
         let start = Instant::now();
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
@@ -194,7 +195,7 @@ fn graphs(args: &Args) -> Checked<Vec<Named>> {
                 if let Some(first) = graphs.first() {
                     project.texts = project.texts.after(&first.project.texts);
                 }
-                graphs.push(Named { name, project, ms: start.elapsed().as_secs_f64() * 1e3 });
+                graphs.push(NamedGraph { name, project, ms: start.elapsed().as_secs_f64() * 1e3 });
             }
             Err(Faults(more)) => faults.extend(more),
         }
@@ -203,7 +204,7 @@ fn graphs(args: &Args) -> Checked<Vec<Named>> {
 }
 
 /// An axis that no graph has is a slip.
-fn check_axes(sweep: &Sweep, graphs: &[Named]) -> Checked<()> {
+fn check_axes(sweep: &Sweep, graphs: &[NamedGraph]) -> Checked<()> {
     let names: Vec<&str> =
         graphs.iter().flat_map(|g| g.project.graph.params.iter().map(|(n, _)| n.value.as_str())).collect();
     let unknown = sweep.axes.iter().filter(|a| !names.contains(&a.name.as_str()));
@@ -226,7 +227,7 @@ fn check_axes(sweep: &Sweep, graphs: &[Named]) -> Checked<()> {
     Faults::check(faults, ())
 }
 
-fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
+fn views(args: &BenchArgs, manifest: &Manifest) -> Result<Vec<CameraView>, Failure> {
     let named = args.scenes.iter().map(|text| match text.split_once(':') {
         Some((scene, camera)) => (scene.to_string(), Some(camera.to_string())),
         None => {
@@ -248,7 +249,7 @@ fn views(args: &Args, manifest: &Manifest) -> Result<Vec<View>, Failure> {
         true => PathBuf::from(scene),
         false => Path::new("scenes").join(scene),
     };
-    Ok(all.into_iter().map(|(scene, camera)| View { path: path(&scene), camera }).collect())
+    Ok(all.into_iter().map(|(scene, camera)| CameraView { path: path(&scene), camera }).collect())
 }
 
 /// The scenes of a folder, by their names without endings.

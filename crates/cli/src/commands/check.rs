@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Reports every fault of graphs and their shaders.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct CheckArgs {
     /// Graph files, or folders that hold some
     #[arg(value_name = "GRAPH", required = true)]
     pub graphs: Vec<PathBuf>,
@@ -34,7 +34,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Only faults that concern no graph, such as a scene that can't be read.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     let facts = match &args.scene {
         Some(path) => vec![Scene::load(path)?.scene.facts()],
         None => all_sample_facts(),
@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 ///
 /// # Errors
 /// Parameters that the graph has not, or not with such values.
-fn check(path: &Path, args: &Args, facts: &[Values], earlier: &Library) -> Checked<Vec<Diagnostic>> {
+fn check(path: &Path, args: &CheckArgs, facts: &[Values], earlier: &Library) -> Checked<Vec<Diagnostic>> {
     let project = match Project::open_with(path, &args.shaders.folders, &Source::read, earlier) {
         Ok(project) => project,
         Err(Faults(faults)) => return Ok(faults),

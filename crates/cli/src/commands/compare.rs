@@ -18,7 +18,7 @@ use std::{
 /// Compares an image with a reference: relative errors of linear light, and HDR-FLIP.
 #[derive(Debug, Clone, clap::Args)]
 #[command(group = clap::ArgGroup::new("masks").args(["mask_normal", "mask_gradient"]).multiple(true))]
-pub struct Args {
+pub struct CompareArgs {
     /// The image to judge (EXR)
     #[arg(value_name = "A")]
     pub test: PathBuf,
@@ -50,7 +50,7 @@ pub struct Args {
 
 /// What is printed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct CompareReport {
     /// Relative and absolute errors.
     #[serde(flatten)]
     pub metrics: Metrics,
@@ -64,13 +64,13 @@ pub struct Report {
 ///
 /// # Errors
 /// A fault for each file that can't be read, and those of [`compare`], [`flip`] and the masks.
-pub fn run(args: &Args) -> Checked<u8> {
+pub fn run(args: &CompareArgs) -> Checked<u8> {
     let (test, reference) = read_both(&args.test, &args.reference)?;
     if let Some(path) = &args.difference {
         write_difference(args, path, &test, &reference)?;
     }
     let mask = mask(args, &reference)?;
-    let report = Report {
+    let report = CompareReport {
         metrics: compare(&test, &reference, mask.as_deref())?,
         flip: flip(&test, &reference, mask.as_deref())?,
         of_pixels: test.pixel_count() as u64,
@@ -100,7 +100,7 @@ fn read_both(a: &Path, b: &Path) -> Checked<(Image, Image)> {
     }
 }
 
-fn write_difference(args: &Args, path: &Path, test: &Image, reference: &Image) -> Checked<()> {
+fn write_difference(args: &CompareArgs, path: &Path, test: &Image, reference: &Image) -> Checked<()> {
     let shown = difference(test, reference)?;
     let metadata = [
         ("test", args.test.display().to_string()),
@@ -112,7 +112,7 @@ fn write_difference(args: &Args, path: &Path, test: &Image, reference: &Image) -
 }
 
 /// The pixels to compare; nothing when no mask is asked for.
-fn mask(args: &Args, reference: &Image) -> Checked<Option<Vec<bool>>> {
+fn mask(args: &CompareArgs, reference: &Image) -> Checked<Option<Vec<bool>>> {
     let mut mask: Option<Vec<bool>> = None;
     if let (Some(normal), Some(depth), Some(albedo)) = (&args.mask_normal, &args.mask_depth, &args.mask_albedo) {
         let (normal, depth) = read_both(normal, depth)?;
@@ -128,7 +128,7 @@ fn mask(args: &Args, reference: &Image) -> Checked<Option<Vec<bool>>> {
     mask.map(|mask| grow(&mask, reference.width, reference.height, args.mask_grow)).transpose()
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for CompareReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let m = &self.metrics;
         writeln!(f, "pixels compared  {} of {}", m.pixels, self.of_pixels)?;
@@ -153,10 +153,10 @@ mod tests {
     #[derive(Parser)]
     struct Command {
         #[command(flatten)]
-        args: Args,
+        args: CompareArgs,
     }
 
-    fn args(words: &[&str]) -> Args {
+    fn args(words: &[&str]) -> CompareArgs {
         Command::try_parse_from([&["compare"], words].concat()).unwrap().args
     }
 
@@ -215,7 +215,7 @@ mod tests {
     fn the_table_names_unit_and_sign() {
         let image = |v| Image::filled(1, 1, &[v]).unwrap();
         let metrics = compare(&image(0.75), &image(1.0), None).unwrap();
-        let text = Report { metrics, flip: 0.25, of_pixels: 1 }.to_string();
+        let text = CompareReport { metrics, flip: 0.25, of_pixels: 1 }.to_string();
         for line in [
             "pixels compared  1 of 1",
             "RMSE             25.000 %",

@@ -1,15 +1,16 @@
 //! What a bench does one after the other: rounds over scenes, graphs and settings, and what comes of them.
 
-use super::bench::Args;
+use super::bench::BenchArgs;
 use super::notices;
 use crate::bench::host::Host;
-use crate::bench::jobs::{Done, Job, Setting, Shard, Work};
-use crate::bench::measure::{Effort, Measured, Subject, Target, measure, planned};
+use crate::bench::jobs::{Done, Job, Setting, Work};
+use crate::bench::measure::{Effort, Measured, MeasuredSetting, Target, measure, planned};
 use crate::bench::peers;
-use crate::bench::references::{Manifest, References};
+use crate::bench::references::{Manifest, ReferenceSet};
 use crate::bench::report;
 use crate::bench::results::{Entry, Journal, Phase, Results, hash};
 use crate::bench::sweep::Sweep;
+use crate::shard::Shard;
 use lightgraph::internals::{builtin, files};
 use lightgraph::{Checked, Diagnostic, Gpu, Project, Scene};
 use std::collections::BTreeMap;
@@ -19,14 +20,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A graph under its name.
-pub(super) struct Named {
+pub(super) struct NamedGraph {
     pub name: String,
     pub project: Project,
     /// Milliseconds to read it.
     pub ms: f64,
 }
 
-impl Named {
+impl NamedGraph {
     /// Its own defaults, then what a sweep sets of it.
     pub fn settings(&self, sweep: &Sweep) -> Vec<Setting> {
         let mut all = vec![vec![]];
@@ -37,7 +38,7 @@ impl Named {
 }
 
 /// A scene file and the camera it is seen by.
-pub(super) struct View {
+pub(super) struct CameraView {
     pub path: PathBuf,
     pub camera: Option<String>,
 }
@@ -45,15 +46,15 @@ pub(super) struct View {
 /// What a bench goes over, and the jobs that name it by index.
 #[derive(Clone, Copy)]
 pub(super) struct Lists<'a> {
-    pub views: &'a [View],
-    pub graphs: &'a [Named],
+    pub views: &'a [CameraView],
+    pub graphs: &'a [NamedGraph],
     pub peers: &'a [peers::Peer],
     pub jobs: &'a [Job],
 }
 
 /// What is asked for, all of it read.
 pub(super) struct Asked<'a> {
-    pub args: &'a Args,
+    pub args: &'a BenchArgs,
     pub gpu: &'a Gpu,
     /// Milliseconds it took to open.
     pub device_ms: f64,
@@ -107,17 +108,17 @@ struct Course<'a> {
 }
 
 /// A loaded view.
-struct Place<'a> {
-    view: &'a View,
+struct LoadedView<'a> {
+    view: &'a CameraView,
     scene: &'a Arc<Scene>,
-    references: &'a References,
+    references: &'a ReferenceSet,
 }
 
 /// A setting that takes part in further rounds.
-struct Held<'a> {
+struct Contender<'a> {
     /// The index of its entry.
     entry: usize,
-    subject: Subject<'a>,
+    subject: MeasuredSetting<'a>,
 }
 
 /// Bytes that held settings take on the device at most. When they have more, their rounds come at once.
@@ -143,7 +144,7 @@ impl<'a> Course<'a> {
         let mut notes = vec![];
         let references = manifest.load(&loaded.scene.name, view.camera.as_deref(), args.size, &mut notes)?;
         let scene = Arc::new(loaded.scene);
-        let place = Place { view, scene: &scene, references: &references };
+        let place = LoadedView { view, scene: &scene, references: &references };
         notices(&notes);
         self.reference_pictures(&place)?;
         let (mut held, mut slow) = (vec![], BTreeMap::new());
@@ -193,9 +194,9 @@ impl<'a> Course<'a> {
     fn setting(
         &mut self,
         target: &Target<'_>,
-        place: &Place<'_>,
+        place: &LoadedView<'_>,
         slow: &mut Option<Slow>,
-        held: &mut Vec<Held<'a>>,
+        held: &mut Vec<Contender<'a>>,
     ) -> Checked<()> {
         let Asked { args, sweep, .. } = *self.asked;
         self.progress.set_message(format!("{} on {}", target.graph, target.scene.name));
@@ -208,7 +209,7 @@ impl<'a> Course<'a> {
                 *slow = Some(Slow { setting: target.setting.to_vec(), seconds });
             }
             let entry = self.results.entries.len() - 1;
-            held.extend(subject.map(|subject| Held { entry, subject }));
+            held.extend(subject.map(|subject| Contender { entry, subject }));
             if held.iter().map(|h| self.results.entries[h.entry].bytes).sum::<u64>() > MOST_HELD {
                 self.rounds(std::mem::take(held))?;
             }
@@ -218,7 +219,7 @@ impl<'a> Course<'a> {
     }
 
     /// The further rounds of some settings, in turn: what slows the machine down for a while then slows all of them.
-    fn rounds(&mut self, mut held: Vec<Held<'a>>) -> Checked<()> {
+    fn rounds(&mut self, mut held: Vec<Contender<'a>>) -> Checked<()> {
         let more = self.asked.args.rounds - 1;
         self.progress.inc_length(u64::from(more) * held.len() as u64);
         for _ in 0..more {
@@ -234,9 +235,9 @@ impl<'a> Course<'a> {
 
     /// Measures a setting, if no earlier run did, and adds its entry. Seconds of its slowest frame; what takes part in
     /// further rounds.
-    fn one(&mut self, target: &Target<'_>, place: &Place<'_>) -> Checked<(f64, Option<Subject<'a>>)> {
+    fn one(&mut self, target: &Target<'_>, place: &LoadedView<'_>) -> Checked<(f64, Option<MeasuredSetting<'a>>)> {
         let plan = planned(target)?;
-        let Args { rounds, brief, .. } = *self.asked.args;
+        let BenchArgs { rounds, brief, .. } = *self.asked.args;
         let same = |e: &Entry| e.key() == plan.key() && e.inputs == plan.inputs && e.fault.is_none();
         let done = |e: &Entry| same(e) && (e.rounds >= rounds || e.round_seconds() > brief);
         if let Some(at) = self.kept.iter().position(done) {
@@ -266,7 +267,7 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    fn add(&mut self, measured: Measured<'_>, place: &Place<'_>) -> Checked<()> {
+    fn add(&mut self, measured: Measured<'_>, place: &LoadedView<'_>) -> Checked<()> {
         let Measured { mut entry, images, subject: _ } = measured;
         entry.host = Some(Host::now(&self.results.machine));
         entry.picture = report::pictures(&self.asked.args.out, &entry, &images, place.references)?;
@@ -275,7 +276,7 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    fn peer(&mut self, peer: &peers::Peer, place: &Place<'_>) -> Checked<()> {
+    fn peer(&mut self, peer: &peers::Peer, place: &LoadedView<'_>) -> Checked<()> {
         self.progress.set_message(format!("{} on {}", peer.name, place.scene.name));
         let origin = format!("peer {}", peer.name);
         let camera = place.view.camera.as_deref();
@@ -290,7 +291,7 @@ impl<'a> Course<'a> {
         } else {
             let folder =
                 self.asked.args.out.join("peers").join(format!("{} {}", place.scene.name, camera.unwrap_or("")).trim());
-            let job = peers::Job {
+            let job = peers::PeerJob {
                 scene_file: &place.view.path,
                 scene: &place.scene.name,
                 camera,
@@ -318,7 +319,7 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    fn reference_pictures(&self, place: &Place<'_>) -> Checked<()> {
+    fn reference_pictures(&self, place: &LoadedView<'_>) -> Checked<()> {
         report::reference_pictures(
             &self.asked.args.out,
             &place.scene.name,
@@ -329,7 +330,7 @@ impl<'a> Course<'a> {
 }
 
 fn effort<'a>(asked: &Asked<'a>) -> Effort<'a> {
-    let Args { phases, repeat, seconds, .. } = asked.args;
+    let BenchArgs { phases, repeat, seconds, .. } = asked.args;
     Effort { repeat: *repeat, seconds: *seconds, phases: if phases.is_empty() { &Phase::ALL } else { phases } }
 }
 
@@ -339,7 +340,7 @@ fn longest(entry: &Entry) -> f64 {
 }
 
 /// A hash of all that an entry is made from.
-fn inputs(graph: &Named, scene_files: &[PathBuf], commit: Option<&str>) -> Checked<String> {
+fn inputs(graph: &NamedGraph, scene_files: &[PathBuf], commit: Option<&str>) -> Checked<String> {
     let mut parts: Vec<Vec<u8>> = vec![env!("CARGO_PKG_VERSION").into(), commit.unwrap_or("").into()];
     // What comes with the binary is that of its version.
     let graph_files = graph.project.graph.files.iter().filter(|f| !builtin::is_builtin(f));

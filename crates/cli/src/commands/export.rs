@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Writes a graph for others to look at.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct ExportArgs {
     #[command(subcommand)]
     pub to: To,
 }
@@ -54,7 +54,7 @@ pub struct WebArgs {
 
 /// What the page is told of what it shows.
 #[derive(Debug, serde::Serialize)]
-struct Told<'a> {
+struct PageData<'a> {
     graph: &'a str,
     scene: &'a str,
     camera: Option<&'a str>,
@@ -67,7 +67,7 @@ struct Told<'a> {
 ///
 /// # Errors
 /// Faults of files, graph, scene and device; a folder that holds something; no page; no adapter.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &ExportArgs) -> Result<u8, Failure> {
     let To::Web(args) = &args.to;
     let taken = std::fs::read_dir(&args.out).map_or(args.out.exists(), |mut entries| entries.next().is_some());
     if taken {
@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         all.insert(name_in("scenes", path, folder), read(path)?);
     }
     let scene = loaded.files.first().map(|f| name_in("scenes", f, folder)).unwrap_or_default();
-    let told = Told {
+    let told = PageData {
         graph: &graph,
         scene: &scene,
         camera: args.camera.as_deref(),

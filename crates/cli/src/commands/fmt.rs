@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Brings RON files into the one layout: comments, empty lines and what shares a line stay.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct FmtArgs {
     /// Files, or folders of which every `.ron` file below is taken; `-` reads the input stream and prints
     #[arg(value_name = "PATH", required = true)]
     pub paths: Vec<PathBuf>,
@@ -25,7 +25,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Files that can't be read or written.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
     let mut code = 0;
     for path in &args.paths {
         if path == Path::new("-") {

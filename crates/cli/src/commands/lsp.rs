@@ -5,7 +5,7 @@ use lightgraph::{Diagnostic, Faults};
 
 /// Serves one editor by the Language Server Protocol, until it says goodbye.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct LspArgs {
     /// Accepted for editors that name the way they speak; there is no other
     #[arg(long)]
     pub stdio: bool,
@@ -13,7 +13,7 @@ pub struct Args {
 
 /// # Errors
 /// The editor breaks the protocol or goes away without a word.
-pub fn run(_: &Args) -> Result<u8, Failure> {
+pub fn run(_: &LspArgs) -> Result<u8, Failure> {
     let gone = |e| Faults::from(Diagnostic::error(format!("the editor can't be served: {e}")));
     lightgraph_lsp::serve().map_err(gone)?;
     Ok(0)

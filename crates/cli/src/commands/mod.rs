@@ -64,37 +64,37 @@ pub struct Cli {
 #[derive(Debug, clap::Subcommand)]
 pub enum Command {
     /// Render a graph without a window
-    Render(render::Args),
+    Render(render::RenderArgs),
     /// Open a window on a graph, with live reload
-    View(view::Args),
+    View(view::ViewArgs),
     /// Render again whenever the graph, its shaders or the scene change
-    Watch(watch::Args),
+    Watch(watch::WatchArgs),
     /// Report every fault of graphs and their shaders; needs no adapter
-    Check(check::Args),
+    Check(check::CheckArgs),
     /// Lay graph, scene and test files out in one way
-    Fmt(fmt::Args),
+    Fmt(fmt::FmtArgs),
     /// Serve editors over the standard streams: what `check` and `fmt` say, while you type
-    Lsp(lsp::Args),
+    Lsp(lsp::LspArgs),
     /// Print what a graph compiles to; needs no adapter
-    Plan(plan::Args),
+    Plan(plan::PlanArgs),
     /// Ask one invocation of a pass what it computes: inputs, uniforms, every `let`, outputs
-    Probe(probe::Args),
+    Probe(probe::ProbeArgs),
     /// Compare two images
-    Compare(compare::Args),
+    Compare(compare::CompareArgs),
     /// Run graph snapshot tests
-    Test(test::Args),
+    Test(test::TestArgs),
     /// Make a project of your own, with graphs and shaders to edit
-    New(new::Args),
+    New(new::NewArgs),
     /// Write a graph and a scene as a page for a browser
-    Export(export::Args),
+    Export(export::ExportArgs),
     /// Serve the playground, or an exported page, to a browser on this machine
-    Serve(serve::Args),
+    Serve(serve::ServeArgs),
     /// Measure run time against error
-    Bench(bench::Args),
+    Bench(bench::BenchArgs),
     /// Choose the graph and the setting that suit a scene, a machine and a size
-    Tune(tune::Args),
+    Tune(tune::TuneArgs),
     /// Try every graph under what a scene or a parameter can do, against known answers
-    Stress(stress::Args),
+    Stress(stress::StressArgs),
 }
 
 /// Why a command did not do its work.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Makes a project: a graph to edit, the built-in graphs and shaders, a scene, a test, a workflow for CI,
 /// settings for an editor.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct NewArgs {
     /// A folder that is empty or not there yet
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
@@ -20,7 +20,7 @@ pub struct Args {
 ///
 /// # Errors
 /// The folder holds something, or can't be written to.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &NewArgs) -> Result<u8, Failure> {
     let shown = args.folder.display();
     let taken = match std::fs::read_dir(&args.folder) {
         Ok(mut entries) => entries.next().is_some(),

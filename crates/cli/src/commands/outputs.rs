@@ -36,7 +36,7 @@ pub struct OutputArgs {
 
 /// What there is to say of files that were written.
 #[derive(Debug, Default)]
-pub struct Written {
+pub struct WrittenFiles {
     /// What is wrong in the images: warnings or, where the user is strict, errors. The files are there to be looked at.
     pub wrong: Vec<Diagnostic>,
     /// By file: what was done to show it, after its name; empty for nothing.
@@ -92,9 +92,9 @@ impl OutputArgs {
     ///
     /// # Errors
     /// Outputs that hold no image, files that can't be written.
-    pub fn write(&self, gpu: &Gpu, session: &Session, files: &[(String, PathBuf)]) -> Checked<Written> {
+    pub fn write(&self, gpu: &Gpu, session: &Session, files: &[(String, PathBuf)]) -> Checked<WrittenFiles> {
         let metadata = metadata(gpu, session);
-        let mut written = Written::default();
+        let mut written = WrittenFiles::default();
         let mut images: BTreeMap<&str, Image> = BTreeMap::new();
         for (output, path) in files {
             let id = session.plan.outputs.iter().find(|o| o.0 == *output).map(|o| o.1);

@@ -1,6 +1,6 @@
 //! `lightgraph bench --page`: what kept results say, measuring nothing; and how every bench ends.
 
-use super::bench::Args;
+use super::bench::BenchArgs;
 use super::{Failure, print};
 use crate::bench::against::against;
 use crate::bench::report;
@@ -12,7 +12,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// Results that can't be read, a page that can't be written.
-pub fn run(args: &Args, kept: &Path) -> Result<u8, Failure> {
+pub fn run(args: &BenchArgs, kept: &Path) -> Result<u8, Failure> {
     let old = args.against.as_deref().map(Results::read).transpose()?;
     let results = Results::read(kept)?;
     // Their pictures are named relative to the file.
@@ -24,7 +24,7 @@ pub fn run(args: &Args, kept: &Path) -> Result<u8, Failure> {
 ///
 /// # Errors
 /// A page that can't be written.
-pub fn publish(args: &Args, results: &Results, pictures: &Path, old: Option<&Results>) -> Result<u8, Failure> {
+pub fn publish(args: &BenchArgs, results: &Results, pictures: &Path, old: Option<&Results>) -> Result<u8, Failure> {
     let page = args.out.join("report.html");
     write_atomically(&page, report::html(results, pictures, args.images)?.as_bytes())?;
     print(&report::text(results));

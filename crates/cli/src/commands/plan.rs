@@ -25,7 +25,7 @@ pub enum Format {
 
 /// Prints the plan of a graph.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct PlanArgs {
     /// The graph file
     #[arg(value_name = "GRAPH")]
     pub graph: PathBuf,
@@ -58,7 +58,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Faults of the graphs or the scene.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &PlanArgs) -> Result<u8, Failure> {
     if args.fastest.fastest.contains(&Which::Rest(Policy::Measure)) {
         let d = Diagnostic::error("`plan` has no device to measure alternatives on");
         return Err(Failure::Usage(
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 /// A plan for a scene, or for one of many sorts of things.
-fn planned(args: &Args, graph: &Path, scene: Option<&Scene>) -> Result<Planned, Failure> {
+fn planned(args: &PlanArgs, graph: &Path, scene: Option<&Scene>) -> Result<Planned, Failure> {
     let project = Project::open(graph, &args.shaders.folders)?;
     let (limits, features) = sample_device();
     let request = Request {

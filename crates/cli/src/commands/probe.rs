@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// Asks one invocation of a pass what it computes.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct ProbeArgs {
     /// The graph file
     #[arg(value_name = "GRAPH", default_value = super::DEFAULT_GRAPH)]
     pub graph: PathBuf,
@@ -48,7 +48,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Faults of files, graph, scene and device; a pass that can't be probed; a place where nothing ran; no adapter.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &ProbeArgs) -> Result<u8, Failure> {
     let project = Project::open(&args.graph, &args.shaders.folders)?;
     let params = project.params(&args.set).map_err(Failure::Usage)?;
     let loaded = scene_or_none(args.scene.as_deref(), &args.additions)?;

@@ -4,7 +4,7 @@ use super::additions::AdditionArgs;
 use super::capture::{self, Capture};
 use super::fastest::FastestArgs;
 use super::film::{Film, is_film};
-use super::outputs::{OutputArgs, Written, is_numbered, number, output_names};
+use super::outputs::{OutputArgs, WrittenFiles, is_numbered, number, output_names};
 use super::stats::{FrameStats, Stats};
 use super::trace::Trace;
 use super::{Failure, ShaderFolders, needs_no_scene, notices, print, scene_or_none, size, table};
@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// Renders a graph without a window.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct RenderArgs {
     /// The graph file
     #[arg(value_name = "GRAPH", default_value = super::DEFAULT_GRAPH)]
     pub graph: PathBuf,
@@ -73,7 +73,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Faults of files, graph, scene and device; wrong usage; no adapter.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
     let mut trace = Trace::new();
     let mut project = Project::open(&args.graph, &args.shaders.folders)?;
     trace.lap("graph");
@@ -134,7 +134,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     progress.finish_and_clear();
     let filmed = films.finish()?;
     let last: Vec<(String, PathBuf)> = files.iter().filter(|f| !is_numbered(&f.1)).cloned().collect();
-    let Written { wrong: more, exposed } = args.outputs.write(&gpu, &session, &last)?;
+    let WrittenFiles { wrong: more, exposed } = args.outputs.write(&gpu, &session, &last)?;
     wrong.extend(more);
     if !args.outputs.strict {
         notices(&wrong);

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 /// Serves the playground, or a page that `export web` has made, until it is interrupted.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct ServeArgs {
     /// The folder of the page; without it, the playground that `make web` has made
     #[arg(value_name = "DIR")]
     pub folder: Option<PathBuf>,
@@ -24,7 +24,7 @@ pub struct Args {
 ///
 /// # Errors
 /// There is no page, or the port is taken.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &ServeArgs) -> Result<u8, Failure> {
     let folder = match &args.folder {
         Some(folder) if folder.is_dir() => folder.clone(),
         Some(folder) => {

@@ -1,12 +1,13 @@
 //! `lightgraph bench` on several machines: the list of jobs, a script for Slurm, the parts joined.
 
-use super::bench::Args;
+use super::bench::BenchArgs;
 use super::course::Lists;
 use super::page::publish;
 use super::{Failure, print};
-use crate::bench::jobs::{Setting, Shard, Work};
+use crate::bench::jobs::{Setting, Work};
 use crate::bench::merge::merge;
 use crate::bench::results::{Phase, Results};
+use crate::shard::Shard;
 use clap::ValueEnum;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -39,11 +40,11 @@ fn shown(setting: &Setting) -> String {
 }
 
 /// What tells two benches apart besides their jobs: parts of one may be joined.
-pub fn made_of(args: &Args, lists: &Lists<'_>, commit: Option<String>) -> Vec<String> {
+pub fn made_of(args: &BenchArgs, lists: &Lists<'_>, commit: Option<String>) -> Vec<String> {
     let scenes = lists.views.iter().map(|view| scene(&view.path, view.camera.as_deref()));
     let graphs = lists.graphs.iter().map(|graph| graph.name.clone());
     let peers = lists.peers.iter().map(|peer| peer.name.clone());
-    let Args { size, phases, repeat, rounds, seconds, brief, patience, fastest, .. } = args;
+    let BenchArgs { size, phases, repeat, rounds, seconds, brief, patience, fastest, .. } = args;
     let effort = format!("{size:?} {phases:?} {repeat} {rounds} {seconds} {brief} {patience:?} {fastest:?}");
     let program = [env!("CARGO_PKG_VERSION").to_string(), commit.unwrap_or_default(), effort];
     program.into_iter().chain(scenes).chain(graphs).chain(peers).collect()
@@ -53,7 +54,7 @@ pub fn made_of(args: &Args, lists: &Lists<'_>, commit: Option<String>) -> Vec<St
 ///
 /// # Errors
 /// Parts that are not those of one bench, or not all of them; files that can't be written.
-pub fn merge_parts(args: &Args) -> Result<u8, Failure> {
+pub fn merge_parts(args: &BenchArgs) -> Result<u8, Failure> {
     let old = args.against.as_deref().map(Results::read).transpose()?;
     let results = merge(&args.merge, &args.out)?;
     results.write(&args.out)?;
@@ -64,7 +65,7 @@ pub fn merge_parts(args: &Args) -> Result<u8, Failure> {
 }
 
 /// Prints a script for `sbatch`: an array of so many parts, each into a folder of its own, which `--merge` joins.
-pub fn slurm(args: &Args, parts: u32) {
+pub fn slurm(args: &BenchArgs, parts: u32) {
     let out = args.out.display().to_string();
     let words: Vec<String> = words(args).iter().map(|w| quoted(w)).collect();
     let folder = quoted(&format!("{}/shard-", out.trim_end_matches('/')));
@@ -87,7 +88,7 @@ lightgraph bench {words} \
 }
 
 /// The options that say what is measured, as the command line takes them.
-fn words(args: &Args) -> Vec<String> {
+fn words(args: &BenchArgs) -> Vec<String> {
     let list = |all: &[std::path::PathBuf]| all.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(",");
     let number = |n: f64| n.to_string();
     let [width, height] = args.size;
@@ -132,7 +133,7 @@ mod tests {
     use crate::commands::{Cli, Command};
     use clap::Parser;
 
-    fn args(words: &[&str]) -> Args {
+    fn args(words: &[&str]) -> BenchArgs {
         match Cli::parse_from([&["lightgraph", "bench"], words].concat()).command {
             Command::Bench(args) => args,
             other => panic!("{other:?}"),

@@ -1,9 +1,9 @@
 //! `lightgraph bench --speed`: how fast, as ratios in one run.
 
-use super::bench::{Args, commit};
+use super::bench::{BenchArgs, commit};
 use super::{Failure, print};
 use crate::bench::host::Machine;
-use crate::bench::speed::{Bench, List, Rows, rows};
+use crate::bench::speed::{Bench, SpeedList, SpeedRows, rows};
 use lightgraph::Gpu;
 use std::path::Path;
 
@@ -12,8 +12,8 @@ use std::path::Path;
 /// # Errors
 /// A list, graph or scene that can't be read; no adapter. A figure that misses what it is held to is no fault: machines
 /// differ.
-pub fn run(args: &Args, list: &Path) -> Result<u8, Failure> {
-    let list = List::read(list)?;
+pub fn run(args: &BenchArgs, list: &Path) -> Result<u8, Failure> {
+    let list = SpeedList::read(list)?;
     let gpu = Gpu::open()?;
     if gpu.is_software() {
         print(&format!("{}: a software driver; no time here is a GPU's\n", gpu.info.name));
@@ -27,8 +27,12 @@ pub fn run(args: &Args, list: &Path) -> Result<u8, Failure> {
         fastest: args.fastest,
     };
     let found = bench.run(&list, &mut |row| print(&rows::line(row)))?;
-    let all =
-        Rows { version: env!("CARGO_PKG_VERSION").into(), commit: commit(), machine: Machine::of(&gpu), rows: found };
+    let all = SpeedRows {
+        version: env!("CARGO_PKG_VERSION").into(),
+        commit: commit(),
+        machine: Machine::of(&gpu),
+        rows: found,
+    };
     all.write(&args.out)?;
     print(&format!("wrote {}\n", args.out.join("speed.html").display()));
     Ok(0)

@@ -16,7 +16,7 @@ pub struct Stats {
     pub adapter: Adapter,
     /// Milliseconds of each stage before the first frame.
     pub start_up_ms: BTreeMap<&'static str, f64>,
-    pub bytes: Bytes,
+    pub bytes: MemoryUse,
     pub frames: Vec<FrameStats>,
 }
 
@@ -32,7 +32,7 @@ pub struct Adapter {
 
 /// Bytes of textures and buffers that the graph declares.
 #[derive(Debug, Clone, Serialize)]
-pub struct Bytes {
+pub struct MemoryUse {
     pub allocated: u64,
     pub without_sharing: u64,
 }
@@ -64,12 +64,12 @@ pub struct StepStats {
     pub cpu_ms: f64,
     /// Of a draw that leaves out what its members don't see.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub triangles: Option<Triangles>,
+    pub triangles: Option<TriangleCounts>,
 }
 
 /// What a draw over several views sets up.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub struct Triangles {
+pub struct TriangleCounts {
     pub drawn: u64,
     /// All of the scene, once for each member.
     pub whole: u64,
@@ -102,7 +102,7 @@ impl Stats {
                 software: gpu.is_software(),
             },
             start_up_ms,
-            bytes: Bytes { allocated, without_sharing },
+            bytes: MemoryUse { allocated, without_sharing },
             frames: vec![],
         }
     }
@@ -124,7 +124,7 @@ impl FrameStats {
                 instances: t.instances,
                 gpu_ms: t.gpu_ms,
                 cpu_ms: t.cpu_ms,
-                triangles: triangles.get(&t.step).map(|(drawn, whole)| Triangles { drawn: *drawn, whole: *whole }),
+                triangles: triangles.get(&t.step).map(|(drawn, whole)| TriangleCounts { drawn: *drawn, whole: *whole }),
             })
         });
         let left_out = plan.steps.iter().enumerate().filter(|(i, _)| !report.steps.iter().any(|t| t.step == *i));

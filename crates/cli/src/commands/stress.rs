@@ -2,13 +2,13 @@
 
 use super::{Failure, ShaderFolders, print};
 use crate::paths::{is_whole, ron_files};
-use crate::stress::{self, Cases, Graph, Options, State};
+use crate::stress::{self, Cases, RowState, StressGraph, StressOptions};
 use lightgraph::{Checked, Diagnostic, Faults, Gpu};
 use std::path::PathBuf;
 
 /// Runs every graph through cases whose answers are known, random parameters, a long flight and other adapters.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct StressArgs {
     /// Graph files, or folders that hold some, separated by commas
     #[arg(long, value_name = "FILES", value_delimiter = ',', default_value = "graphs/gi")]
     pub graphs: Vec<PathBuf>,
@@ -38,13 +38,13 @@ pub struct Args {
 ///
 /// # Errors
 /// Faults of the cases and graphs; no adapter; files that can't be written.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &StressArgs) -> Result<u8, Failure> {
     let cases = Cases::read(&args.cases)?;
     let graphs = graphs(args)?;
     let program = std::env::current_exe()
         .map_err(|e| Faults::from(Diagnostic::error(format!("can't find the program's own file: {e}"))))?;
     let gpu = Gpu::open()?;
-    let options = Options {
+    let options = StressOptions {
         seconds: args.seconds,
         seed: args.seed,
         quick: args.quick,
@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
         shaders: args.shaders.folders.clone(),
     };
     let report = stress::run(&gpu, &cases, &graphs, &options, &mut |row| {
-        if row.state == State::Failed {
+        if row.state == RowState::Failed {
             let number = |x: Option<f64>| x.map_or("-".to_string(), |x| format!("{x:e}"));
             print(&format!(
                 "FAIL {}, {} {}: error {} over {}: {}\n",
@@ -71,16 +71,16 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     report.write(&args.out)?;
     print(&report.table());
     print(&format!("wrote {}\n", args.out.join("report.html").display()));
-    Ok(u8::from(report.count(State::Failed) > 0))
+    Ok(u8::from(report.count(RowState::Failed) > 0))
 }
 
 /// The graphs that are meant, all of them or none.
-fn graphs(args: &Args) -> Checked<Vec<Graph>> {
+fn graphs(args: &StressArgs) -> Checked<Vec<StressGraph>> {
     let paths = ron_files(&args.graphs)?;
     let mut faults = vec![];
     let mut graphs = vec![];
     for path in &paths {
-        match Graph::open(path, &args.shaders.folders) {
+        match StressGraph::open(path, &args.shaders.folders) {
             Ok(graph) if is_whole(&args.graphs, path, &graph.project.graph) => graphs.push(graph),
             Ok(_) => {}
             Err(f) => faults.extend(f.0),

@@ -5,20 +5,20 @@ use std::fmt::Write;
 
 /// Pass by pass: runs, device and host time; then what was left out, loops and totals.
 pub fn steps(plan: &Plan, report: &FrameReport) -> String {
-    struct Row {
+    struct StepRow {
         name: String,
         runs: u32,
         gpu: Option<f64>,
         cpu: f64,
     }
     // Members of a set and stages of a reduction are summed under their pass.
-    let mut rows: Vec<Row> = vec![];
+    let mut rows: Vec<StepRow> = vec![];
     for t in &report.steps {
         let Some(step) = plan.steps.get(t.step) else { continue };
         let row = match rows.iter_mut().find(|r| r.name == step.pass) {
             Some(row) => row,
             None => {
-                rows.push(Row { name: step.pass.clone(), runs: 0, gpu: Some(0.0), cpu: 0.0 });
+                rows.push(StepRow { name: step.pass.clone(), runs: 0, gpu: Some(0.0), cpu: 0.0 });
                 let last = rows.len() - 1;
                 &mut rows[last]
             }

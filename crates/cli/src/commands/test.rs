@@ -1,14 +1,15 @@
 //! `lightgraph test`: graph snapshot tests.
 
 use super::{Failure, notices, print};
-use crate::snapshot::{self, Bless, Options, Shard, State, junit, report};
+use crate::shard::Shard;
+use crate::snapshot::{self, Bless, TestOptions, TestState, junit, report};
 use lightgraph::internals::image::file::write_atomically;
 use lightgraph::{Diagnostic, Faults};
 use std::path::PathBuf;
 
 /// Runs graph snapshot tests: each says what a graph renders and what must hold.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct TestArgs {
     /// Test files, or folders of them
     #[arg(value_name = "PATH", default_value = "tests/graphs")]
     pub paths: Vec<PathBuf>,
@@ -18,8 +19,8 @@ pub struct Args {
     /// Run only tests whose names hold this
     #[arg(long, value_name = "TEXT")]
     pub filter: Option<String>,
-    /// Run the I-th of N equal parts of the tests
-    #[arg(long, value_name = "I/N")]
+    /// Run one part of several, such as 2/8
+    #[arg(long, value_name = "K/N")]
     pub shard: Option<Shard>,
     /// Run this many tests at a time, each with a device of its own
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
@@ -45,14 +46,14 @@ pub struct Args {
 ///
 /// # Errors
 /// No test is selected; no adapter, where nothing else failed; files that can't be read or written.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &TestArgs) -> Result<u8, Failure> {
     let tests = selection(args)?;
     let bless = match args.bless.as_deref() {
         None => Bless::None,
         Some("") => Bless::All,
         Some(name) => Bless::Named(name.into()),
     };
-    let options = Options {
+    let options = TestOptions {
         bless,
         failures: args.failures.clone(),
         jobs: args.jobs.into(),
@@ -75,7 +76,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     let counts = summary.to_string();
     print(&format!("{}\n", counts.lines().last().unwrap_or_default()));
     match summary.no_adapter {
-        Some(d) if summary.outcomes.iter().all(|o| o.state() != State::Failed) => Err(Failure::NoAdapter(d)),
+        Some(d) if summary.outcomes.iter().all(|o| o.state() != TestState::Failed) => Err(Failure::NoAdapter(d)),
         Some(d) => {
             notices(&[d]);
             Ok(1)
@@ -85,7 +86,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 /// The tests that are meant.
-fn selection(args: &Args) -> Result<Vec<(String, PathBuf)>, Failure> {
+fn selection(args: &TestArgs) -> Result<Vec<(String, PathBuf)>, Failure> {
     let all = snapshot::find(&args.paths)?;
     let names: Vec<String> = all.iter().map(|t| t.0.clone()).collect();
     let empty = |what: String, name: &str| {
@@ -104,9 +105,9 @@ fn selection(args: &Args) -> Result<Vec<(String, PathBuf)>, Failure> {
     }
     if let Some(shard) = args.shard {
         let count = tests.len();
-        tests = shard.of(tests);
+        tests = tests.into_iter().enumerate().filter(|(i, _)| shard.has(*i)).map(|(_, test)| test).collect();
         if tests.is_empty() {
-            let what = format!("part {} of {} is empty: there are {count} tests", shard.index, shard.count);
+            let what = format!("shard {shard} is empty: there are {count} tests");
             return Err(empty(what, "").into());
         }
     }

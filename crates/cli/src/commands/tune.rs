@@ -3,11 +3,11 @@
 use super::additions::AdditionArgs;
 use super::{Failure, ShaderFolders, notices, print, print_data, size};
 use crate::bench::measure::{Effort, Target, measure};
-use crate::bench::references::{Reference, References};
+use crate::bench::references::{LoadedReference, ReferenceSet};
 use crate::bench::results::{Entry, Phase};
 use crate::bench::score::change;
 use crate::bench::sweep::Sweep;
-use crate::bench::tune::{Candidate, Wish, choose, unbeaten, variant};
+use crate::bench::tune::{Candidate, TuneGoal, choose, unbeaten, variant};
 use crate::paths::{is_whole, ron_files};
 use lightgraph::internals::builtin;
 use lightgraph::internals::fastest::Policy;
@@ -23,7 +23,7 @@ use std::time::Instant;
 /// Measures graphs and settings on a scene against a path tracer's image, and writes the one that serves best as a
 /// variant.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct TuneArgs {
     /// The scene: a glTF, GLB or scene RON; its ending may be left out
     #[arg(long, value_name = "SCENE")]
     pub scene: PathBuf,
@@ -86,11 +86,11 @@ const PATIENCE: f64 = 4.0;
 ///
 /// # Errors
 /// Faults of files, graphs, scene and device; no adapter; nothing serves the wish.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &TuneArgs) -> Result<u8, Failure> {
     let wish = match (args.budget, args.error) {
-        (Some(ms), _) => Wish::Budget(ms),
-        (_, Some(percent)) => Wish::Error(percent),
-        _ => Wish::Balance,
+        (Some(ms), _) => TuneGoal::Budget(ms),
+        (_, Some(percent)) => TuneGoal::Error(percent),
+        _ => TuneGoal::Balance,
     };
     let sweep = Sweep::parse(&args.sweep).map_err(Failure::Usage)?;
     let graphs = graphs(args)?;
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
                 continue;
             }
             let Some(found) = tuner.measured(path, project, &setting)? else { continue };
-            if matches!(wish, Wish::Budget(ms) if found.ms > PATIENCE * ms) && !setting.is_empty() {
+            if matches!(wish, TuneGoal::Budget(ms) if found.ms > PATIENCE * ms) && !setting.is_empty() {
                 slow = Some(setting);
             }
             all.push(found);
@@ -161,7 +161,7 @@ fn based(graph: &str, variant: &Path) -> String {
     way.to_string_lossy().replace('\\', "/")
 }
 
-fn graphs(args: &Args) -> Checked<Vec<(PathBuf, Project)>> {
+fn graphs(args: &TuneArgs) -> Checked<Vec<(PathBuf, Project)>> {
     let usual = || USUAL.map(|name| PathBuf::from(format!("{}graphs/gi/{name}.ron", builtin::PREFIX))).to_vec();
     let paths = if args.graphs.is_empty() { usual() } else { ron_files(&args.graphs)? };
     let (mut graphs, mut faults) = (vec![], vec![]);
@@ -187,7 +187,7 @@ fn settings(project: &Project, sweep: &Sweep) -> Vec<Vec<(String, String)>> {
 
 /// What all are held against, and how good it is.
 struct Truth {
-    references: References,
+    references: ReferenceSet,
     frames: u32,
     seconds: f64,
     /// In percent of the mean.
@@ -195,7 +195,7 @@ struct Truth {
 }
 
 /// The path tracer's image, until it is good enough or time is up.
-fn truth(args: &Args, gpu: &Gpu, scene: &Arc<Scene>) -> Checked<Truth> {
+fn truth(args: &TuneArgs, gpu: &Gpu, scene: &Arc<Scene>) -> Checked<Truth> {
     let project = Project::open(Path::new(TRUTH), &[])?;
     let outputs = Some(vec![COMPARED.to_string()]);
     let settings = Settings { size: args.size, camera: args.camera.clone(), outputs, ..Settings::default() };
@@ -216,23 +216,23 @@ fn truth(args: &Args, gpu: &Gpu, scene: &Arc<Scene>) -> Checked<Truth> {
         image = now;
     }
     let seconds = start.elapsed().as_secs_f64();
-    let reference = Reference {
+    let reference = LoadedReference {
         output: COMPARED.into(),
         only_when: vec![],
         image,
         origin: "path tracer".into(),
         stderr_percent: Some(stderr),
     };
-    let references = References { all: vec![reference], ..References::default() };
+    let references = ReferenceSet { all: vec![reference], ..ReferenceSet::default() };
     Ok(Truth { references, frames, seconds, stderr })
 }
 
 /// What all candidates share.
 struct Tuner<'a> {
-    args: &'a Args,
+    args: &'a TuneArgs,
     gpu: &'a Gpu,
     scene: &'a Arc<Scene>,
-    references: References,
+    references: ReferenceSet,
 }
 
 impl Tuner<'_> {
@@ -303,18 +303,18 @@ fn table(all: &[Candidate]) -> String {
     text
 }
 
-fn unserved(all: &[Candidate], wish: Wish) -> Faults {
+fn unserved(all: &[Candidate], wish: TuneGoal) -> Faults {
     let curve = unbeaten(all);
     let (Some(quickest), Some(closest)) = (curve.first(), curve.last()) else {
         return Diagnostic::error("no graph could be measured on this scene").into();
     };
     let d = match wish {
-        Wish::Error(percent) => {
+        TuneGoal::Error(percent) => {
             let c = &all[*closest];
             let text = format!("nothing measured errs by {percent} % or less: the best is {:.1} %", c.rmse);
             Diagnostic::error(text).help(format!("{} at {}; --sweep tries more settings", c.graph, c.setting_text()))
         }
-        Wish::Budget(_) | Wish::Balance => {
+        TuneGoal::Budget(_) | TuneGoal::Balance => {
             let c = &all[*quickest];
             let text = format!("nothing measured renders a frame in time: the fastest takes {:.1} ms", c.ms);
             let help = "ask for a smaller --size, or give --sweep cheaper settings";

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// Opens a window on a graph.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct ViewArgs {
     /// The graph file, or a glTF or GLB for its scene; without a graph, final_gather for a scene that is given, or else
     /// the first of `graphs`
     #[arg(value_name = "GRAPH")]
@@ -60,16 +60,16 @@ pub struct Args {
 /// # Errors
 /// Wrong usage, no display or adapter. Faults of files are shown in the window, and waited out.
 #[cfg(feature = "window")]
-pub fn run(args: &Args) -> Result<u8, Failure> {
-    use crate::view::{Against, Choice, Ended, LINKED, Link, Script, Start};
+pub fn run(args: &ViewArgs) -> Result<u8, Failure> {
+    use crate::view::{ComparedTo, Ended, LINKED, Link, Script, ViewChoice, WindowStart};
     use lightgraph::Project;
 
     let (graph, scene) = given(args);
     let linked = PathBuf::from(LINKED);
     let scene = scene.or(args.link.filter(|_| args.restore.is_none()).map(|_| &linked));
     let mut choice = match &args.restore {
-        Some(path) => Choice::load(path)?,
-        None => Choice::new(first(graph.as_ref(), "graphs", "GRAPH")?, first(scene, "scenes", "--scene")?),
+        Some(path) => ViewChoice::load(path)?,
+        None => ViewChoice::new(first(graph.as_ref(), "graphs", "GRAPH")?, first(scene, "scenes", "--scene")?),
     };
     if let Some(graph) = graph {
         choice.graph = graph;
@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     }
     if let Some(path) = &args.against {
         let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        choice.compare.against = if exr { Against::Image(path.clone()) } else { Against::Graph(path.clone()) };
+        choice.compare.against = if exr { ComparedTo::Image(path.clone()) } else { ComparedTo::Graph(path.clone()) };
     }
     if let Some(text) = &args.pixels {
         choice.resolution = resolution(text)?;
@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
     if let Some(link) = &link {
         super::print(&format!("{}\n", link.text()));
     }
-    let start = Start {
+    let start = WindowStart {
         choice,
         shaders: args.shaders.folders.clone(),
         additions: args.additions.additions()?,
@@ -126,7 +126,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 /// # Errors
 /// Always: this program has none.
 #[cfg(not(feature = "window"))]
-pub fn run(_: &Args) -> Result<u8, Failure> {
+pub fn run(_: &ViewArgs) -> Result<u8, Failure> {
     let d = lightgraph::Diagnostic::error("this lightgraph was built without its window");
     Err(Failure::Usage(d.help("build it with `--features window`, or use `lightgraph watch`").into()))
 }
@@ -134,7 +134,7 @@ pub fn run(_: &Args) -> Result<u8, Failure> {
 /// The graph and the scene that the arguments name: a glTF in the graph's place is a scene. Without a graph it is the
 /// one that `render` takes, too.
 #[cfg(feature = "window")]
-fn given(args: &Args) -> (Option<PathBuf>, Option<&PathBuf>) {
+fn given(args: &ViewArgs) -> (Option<PathBuf>, Option<&PathBuf>) {
     let is_scene = |path: &&PathBuf| path.extension().is_some_and(|e| e == "glb" || e == "gltf");
     let scene = args.scene.as_ref().or(args.graph.as_ref().filter(is_scene));
     let graph = args.graph.as_ref().filter(|path| !is_scene(path)).cloned();

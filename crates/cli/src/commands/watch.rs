@@ -5,7 +5,7 @@
 
 use super::capture;
 use super::film::is_film;
-use super::outputs::{Written, number, output_names};
+use super::outputs::{WrittenFiles, number, output_names};
 use super::render;
 use super::trace::Trace;
 use super::{Failure, needs_no_scene, notices, print, scene_or_none};
@@ -23,9 +23,9 @@ use std::time::Instant;
 #[derive(Debug, Clone, clap::Args)]
 // `render`'s arguments form a group of the same name.
 #[group(skip)]
-pub struct Args {
+pub struct WatchArgs {
     #[command(flatten)]
-    pub render: render::Args,
+    pub render: render::RenderArgs,
     /// End after this many reloads, good or bad
     #[arg(long, value_name = "N")]
     pub reloads: Option<u32>,
@@ -35,7 +35,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Wrong usage, no adapter, or file events that the system does not give. Faults of files are shown, and waited out.
-pub fn run(args: &Args) -> Result<u8, Failure> {
+pub fn run(args: &WatchArgs) -> Result<u8, Failure> {
     let gpu = Gpu::open()?;
     let (send, changes) = mpsc::channel();
     let mut watcher = Watcher::new(move |files| {
@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 /// What a reload made.
-struct Made {
+struct Reloaded {
     session: Session,
     /// What to print of it.
     line: String,
@@ -80,7 +80,7 @@ struct Made {
 }
 
 /// Loads everything, renders one frame and writes the files. Also returns the folders to watch, good or bad.
-fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf>, Checked<Made>) {
+fn make(args: &WatchArgs, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf>, Checked<Reloaded>) {
     let args = &args.render;
     let mut folders = folders(&args.graph, args.scene.as_deref(), &args.shaders.folders);
     let made = (|| {
@@ -117,7 +117,7 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
         let frame_ms = trace.frame(0, &session, &report);
         note(&args.graph, &session, &report);
         let files: Vec<(String, PathBuf)> = files.into_iter().map(|(o, path)| (o, number(&path, 0))).collect();
-        let Written { wrong, exposed } = args.outputs.write(gpu, &session, &files)?;
+        let WrittenFiles { wrong, exposed } = args.outputs.write(gpu, &session, &files)?;
         let named = |((_, path), exposed): (&(String, PathBuf), &String)| format!("{}{exposed}", path.display());
         let names: Vec<String> = files.iter().zip(&exposed).map(named).collect();
         let files_ms = trace.lap("files");
@@ -135,7 +135,7 @@ fn make(args: &Args, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<PathBuf
             ran(&session, &report),
             files_ms,
         );
-        Ok(Made { session, line, files: files.into_iter().map(|f| f.1).collect() })
+        Ok(Reloaded { session, line, files: files.into_iter().map(|f| f.1).collect() })
     })();
     (folders, made)
 }

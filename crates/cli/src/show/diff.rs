@@ -27,11 +27,11 @@ pub fn diff(a: &Plan, b: &Plan) -> String {
     out
 }
 
-type Named = [(String, String)];
+type NamedTexts = [(String, String)];
 
 /// The entries that differ, by name, in the order of `b`, those of `a` alone at the end.
-fn section(out: &mut String, title: &str, a: &Named, b: &Named) {
-    let entries = |list: &Named| -> BTreeMap<String, Vec<String>> {
+fn section(out: &mut String, title: &str, a: &NamedTexts, b: &NamedTexts) {
+    let entries = |list: &NamedTexts| -> BTreeMap<String, Vec<String>> {
         let mut map: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for (name, text) in list {
             map.entry(name.clone()).or_default().push(text.clone());
@@ -101,8 +101,8 @@ fn passes(plan: &Plan) -> Vec<(String, String)> {
 }
 
 /// The passes that both have, where they stand in another order.
-fn order(out: &mut String, a: &Named, b: &Named) {
-    let common = |of: &Named, other: &Named| -> Vec<String> {
+fn order(out: &mut String, a: &NamedTexts, b: &NamedTexts) {
+    let common = |of: &NamedTexts, other: &NamedTexts| -> Vec<String> {
         of.iter().filter(|(n, _)| other.iter().any(|(m, _)| m == n)).map(|(n, _)| n.clone()).collect()
     };
     let (old, new) = (common(a, b), common(b, a));

@@ -19,7 +19,7 @@ const PAD: f32 = 18.0;
 const TITLE: f32 = 26.0;
 
 /// How much room a pass takes, and where on its lower edge its ports sit, from its left.
-pub(super) struct Extent {
+pub(super) struct BoxExtent {
     pub width: f32,
     pub height: f32,
     /// Port, distance from the left.
@@ -60,7 +60,7 @@ pub(super) struct NetworkLayout {
 }
 
 /// Lays out a network whose passes take `extents`.
-pub(super) fn layout(net: &Network, extents: &[Extent]) -> NetworkLayout {
+pub(super) fn layout(net: &Network, extents: &[BoxExtent]) -> NetworkLayout {
     block(net, extents, &net.items, 0.0)
 }
 
@@ -90,7 +90,7 @@ struct PortPath {
 struct Block<'n> {
     /// From the upper edge to the first row.
     top: f32,
-    extents: &'n [Extent],
+    extents: &'n [BoxExtent],
     parts: Vec<BlockPart>,
     ways: BTreeMap<usize, PortPath>,
     /// By part.
@@ -101,7 +101,7 @@ struct Block<'n> {
 }
 
 /// The rows of one block, `top` below its upper edge.
-fn block(net: &Network, extents: &[Extent], items: &[NetworkItem], top: f32) -> NetworkLayout {
+fn block(net: &Network, extents: &[BoxExtent], items: &[NetworkItem], top: f32) -> NetworkLayout {
     let mut parts = vec![];
     let mut home: BTreeMap<usize, usize> = BTreeMap::new();
     for (i, item) in items.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! A plan as a picture, before anybody draws it: boxes with names, frames and wires, each with its place.
 
-use super::layout::{Extent, NetworkLayout, layout};
+use super::layout::{BoxExtent, NetworkLayout, layout};
 pub use super::layout::{Rect, WireLine};
 use super::network::{Network, NetworkPass, network};
 use lightgraph::internals::plan::{Plan, ResourceId, StepId};
@@ -54,7 +54,7 @@ pub struct PortBox {
 /// Each of the `collapsed` sub-graphs is one box.
 pub fn picture(plan: &Plan, collapsed: &BTreeSet<String>) -> Picture {
     let net = network(plan, collapsed);
-    let extents: Vec<Extent> = net.passes.iter().map(|p| extent(&net, p)).collect();
+    let extents: Vec<BoxExtent> = net.passes.iter().map(|p| extent(&net, p)).collect();
     let NetworkLayout { width, height, passes, loops, wires, .. } = layout(&net, &extents);
     let boxes = passes.into_iter().filter_map(|(i, rect)| {
         let (pass, extent) = (net.passes.get(i)?, extents.get(i)?);
@@ -78,7 +78,7 @@ pub fn picture(plan: &Plan, collapsed: &BTreeSet<String>) -> Picture {
 }
 
 /// The room of a pass: its name, its kind and shader, what it reads from before, and its ports in a row.
-pub(super) fn extent(net: &Network, pass: &NetworkPass) -> Extent {
+pub(super) fn extent(net: &Network, pass: &NetworkPass) -> BoxExtent {
     let chars = |text: &str| text.chars().count() as f32;
     let words = (chars(&pass.name) * TITLE).max(chars(&about(pass)) * SMALL).max(chars(&carried(pass)) * SMALL);
     let mut ports = vec![];
@@ -94,7 +94,7 @@ pub(super) fn extent(net: &Network, pass: &NetworkPass) -> Extent {
     ports.iter_mut().for_each(|p| p.1 += shift);
     let lines = if pass.carried.is_empty() { 0.0 } else { 15.0 };
     let foot = if pass.ports.is_empty() { 0.0 } else { PORT + 4.0 };
-    Extent { width, height: 42.0 + lines + foot, ports }
+    BoxExtent { width, height: 42.0 + lines + foot, ports }
 }
 
 fn port_width(resource: &str) -> f32 {

@@ -1,6 +1,6 @@
 //! What a test holds, and how it is judged.
 
-use super::file::Run;
+use super::file::ScriptRun;
 use super::play::Played;
 use lightgraph::internals::diag::Span;
 use lightgraph::internals::graph::ast::Name;
@@ -34,18 +34,18 @@ pub enum CheckKind {
     /// Every pixel has this value, up to a share of it.
     Constant { output: Name, value: [f64; 3], tolerance: f64 },
     /// The image is its own mirror image.
-    Symmetric { output: Name, axis: Axis, limits: Limits },
+    Symmetric { output: Name, axis: MirrorAxis, limits: Limits },
     /// The mean is at most that of another run, times 1 + `slack`.
-    NotBrighter { output: Name, than: Run, slack: f64 },
+    NotBrighter { output: Name, than: ScriptRun, slack: f64 },
     /// The image is `factor` times that of another run.
-    Times { output: Name, factor: f64, of: Run, limits: Limits },
+    Times { output: Name, factor: f64, of: ScriptRun, limits: Limits },
     /// Every frame equals one that runs all steps, bit for bit.
     Incremental,
 }
 
 /// What a mirror swaps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
+pub enum MirrorAxis {
     LeftRight,
     TopBottom,
 }
@@ -207,14 +207,14 @@ pub fn not_brighter(image: &Image, other: &Image, slack: f64) -> Result<(), Stri
 }
 
 /// The mirror image.
-pub fn mirrored(image: &Image, axis: Axis) -> Image {
+pub fn mirrored(image: &Image, axis: MirrorAxis) -> Image {
     let mut out = image.clone();
     for layer in 0..image.layers {
         for y in 0..image.height {
             for x in 0..image.width {
                 let (from_x, from_y) = match axis {
-                    Axis::LeftRight => (image.width - 1 - x, y),
-                    Axis::TopBottom => (x, image.height - 1 - y),
+                    MirrorAxis::LeftRight => (image.width - 1 - x, y),
+                    MirrorAxis::TopBottom => (x, image.height - 1 - y),
                 };
                 if let (Some(to), Some(from)) = (out.pixel_mut(layer, x, y), image.pixel(layer, from_x, from_y)) {
                     to.copy_from_slice(from);
@@ -264,8 +264,8 @@ mod tests {
     #[test]
     fn mirrors_swap_what_their_axis_says() {
         let red = |i: Image| i.rgb().map(|p| p[0]).collect::<Vec<_>>();
-        assert_eq!(red(mirrored(&ramp(), Axis::LeftRight)), [2.0, 1.0, 4.0, 3.0]);
-        assert_eq!(red(mirrored(&ramp(), Axis::TopBottom)), [3.0, 4.0, 1.0, 2.0]);
+        assert_eq!(red(mirrored(&ramp(), MirrorAxis::LeftRight)), [2.0, 1.0, 4.0, 3.0]);
+        assert_eq!(red(mirrored(&ramp(), MirrorAxis::TopBottom)), [3.0, 4.0, 1.0, 2.0]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The test file: RON to a [`Test`]. Gathers every fault.
 
-use super::check::{Axis, Check, CheckKind, Limits};
+use super::check::{Check, CheckKind, Limits, MirrorAxis};
 use glam::Vec3;
 use lightgraph::internals::builtin;
 use lightgraph::internals::diag::{Source, Span};
@@ -20,7 +20,7 @@ pub struct Test {
     pub about: String,
     pub span: Span,
     pub start: Setup,
-    pub steps: Vec<Step>,
+    pub steps: Vec<ScriptStep>,
     /// A test that takes longer hangs.
     pub time_limit: Duration,
     /// At least one.
@@ -66,7 +66,7 @@ pub struct File {
 
 /// A line of the script.
 #[derive(Debug, Clone)]
-pub enum Step {
+pub enum ScriptStep {
     /// Renders `count` frames; the clock goes on by `step` seconds after each.
     Frames {
         count: u32,
@@ -87,7 +87,7 @@ pub enum Step {
 
 /// Another run of the same script: what it begins with instead.
 #[derive(Debug, Clone)]
-pub struct Run {
+pub struct ScriptRun {
     pub graph: Option<File>,
     pub scene: Option<File>,
     pub camera: Option<Name>,
@@ -95,7 +95,7 @@ pub struct Run {
     pub light: Option<f32>,
 }
 
-impl Run {
+impl ScriptRun {
     /// The setup with this run's parts in place of its own.
     pub fn of(&self, setup: &Setup) -> Setup {
         let mut setup = setup.clone();
@@ -162,7 +162,7 @@ impl Parser<'_> {
         let light = self.positive(&mut f, "light").unwrap_or(1.0);
         let time_limit = f.get("time_limit").map_or(Some(TIME_LIMIT), |n| self.whole(n, 1.0, 86_400.0));
         let steps = f.get("steps");
-        let listed: Vec<Step> = self.reader.list(steps).iter().filter_map(|n| self.step(n)).collect();
+        let listed: Vec<ScriptStep> = self.reader.list(steps).iter().filter_map(|n| self.step(n)).collect();
         let checks = self.reader.need(&mut f, "checks");
         let places = self.reader.list(checks);
         let checks: Vec<Check> = places.iter().filter_map(|n| self.check(n)).collect();
@@ -172,12 +172,12 @@ impl Parser<'_> {
             self.reader.fault(Diagnostic::error("a test without checks would always pass").at(&node.span, ""));
         }
         if let (Some(n), Some(last)) = (steps, listed.last())
-            && !matches!(last, Step::Frames { .. })
+            && !matches!(last, ScriptStep::Frames { .. })
         {
             let d = Diagnostic::error("nothing is rendered after the last step").at(&n.span, "");
             self.reader.fault(d.help("end with `Frames()`"));
         }
-        let once = || vec![Step::Frames { count: 1, step: 0.0 }];
+        let once = || vec![ScriptStep::Frames { count: 1, step: 0.0 }];
         Some(Test {
             path: path.to_path_buf(),
             about: about?,
@@ -198,23 +198,26 @@ impl Parser<'_> {
         })
     }
 
-    fn step(&mut self, node: &SyntaxNode) -> Option<Step> {
+    fn step(&mut self, node: &SyntaxNode) -> Option<ScriptStep> {
         let (kind, mut f) = self.reader.named(node, &["Frames", "Move", "Set", "Swap", "Resize", "Edit", "Restore"])?;
         let step = match kind {
             "Frames" => {
                 let count = f.get("count").map_or(Some(1.0), |n| self.whole(n, 1.0, 10_000.0));
                 let step = f.get("step").map_or(Some(0.0), |n| self.reader.number(n));
-                count.zip(step).map(|(count, step)| Step::Frames { count: count as u32, step: step as f32 })
+                count.zip(step).map(|(count, step)| ScriptStep::Frames { count: count as u32, step: step as f32 })
             }
             "Move" => self.moved(&mut f, node),
-            "Set" => self.reader.need(&mut f, "params").map(|n| Step::Set(self.params(Some(n)))),
-            "Swap" => self.reader.need(&mut f, "graph").and_then(|n| self.file(n)).map(Step::Swap),
-            "Resize" => self.reader.need(&mut f, "size").and_then(|n| self.size(n)).map(Step::Resize),
+            "Set" => self.reader.need(&mut f, "params").map(|n| ScriptStep::Set(self.params(Some(n)))),
+            "Swap" => self.reader.need(&mut f, "graph").and_then(|n| self.file(n)).map(ScriptStep::Swap),
+            "Resize" => self.reader.need(&mut f, "size").and_then(|n| self.size(n)).map(ScriptStep::Resize),
             "Edit" => {
                 let [shader, from, to] = ["shader", "from", "to"].map(|name| self.needed_text(&mut f, name));
-                shader.zip(from).zip(to).map(|((shader, from), to)| Step::Edit(Edit { shader, from, to: to.value }))
+                shader
+                    .zip(from)
+                    .zip(to)
+                    .map(|((shader, from), to)| ScriptStep::Edit(Edit { shader, from, to: to.value }))
             }
-            _ => self.needed_text(&mut f, "shader").map(Step::Restore),
+            _ => self.needed_text(&mut f, "shader").map(ScriptStep::Restore),
         };
         self.reader.finish(&f);
         step
@@ -225,12 +228,12 @@ impl Parser<'_> {
     }
 
     /// What is restored must have been edited.
-    fn restored(&mut self, steps: &[Step]) {
+    fn restored(&mut self, steps: &[ScriptStep]) {
         let mut edited: Vec<&str> = vec![];
         for step in steps {
             match step {
-                Step::Edit(edit) => edited.push(&edit.shader.value),
-                Step::Restore(shader) => {
+                ScriptStep::Edit(edit) => edited.push(&edit.shader.value),
+                ScriptStep::Restore(shader) => {
                     if !edited.contains(&shader.value.as_str()) {
                         let d = Diagnostic::error(format!("`{}` is not edited before", shader.value));
                         self.reader.fault(d.at(&shader.span, "").nearest(&shader.value, edited.iter().copied()));
@@ -243,14 +246,14 @@ impl Parser<'_> {
     }
 
     /// `Move(camera: (x, y, z))`, `Move(lights: …)` or `Move(node: "name", by: …)`.
-    fn moved(&mut self, f: &mut Fields, node: &SyntaxNode) -> Option<Step> {
+    fn moved(&mut self, f: &mut Fields, node: &SyntaxNode) -> Option<ScriptStep> {
         let (camera, lights, name) = (f.get("camera"), f.get("lights"), f.get("node"));
         match (camera, lights, name) {
-            (Some(n), None, None) => self.vector(n).map(Step::MoveCamera),
-            (None, Some(n), None) => self.vector(n).map(Step::MoveLights),
+            (Some(n), None, None) => self.vector(n).map(ScriptStep::MoveCamera),
+            (None, Some(n), None) => self.vector(n).map(ScriptStep::MoveLights),
             (None, None, Some(n)) => {
                 let by = self.reader.need(f, "by").and_then(|n| self.vector(n));
-                self.reader.text(n).zip(by).map(|(name, by)| Step::MoveNode(name, by))
+                self.reader.text(n).zip(by).map(|(name, by)| ScriptStep::MoveNode(name, by))
             }
             _ => {
                 let d = Diagnostic::error("`Move` moves one of `camera`, `lights` and `node`").at(&node.span, "");
@@ -318,9 +321,9 @@ impl Parser<'_> {
             }
             "Symmetric" => {
                 let (output, limits) = (self.output(f), self.limits(f));
-                let axes = [("LeftRight", Axis::LeftRight), ("TopBottom", Axis::TopBottom)];
+                let axes = [("LeftRight", MirrorAxis::LeftRight), ("TopBottom", MirrorAxis::TopBottom)];
                 let axis = self.reader.need(f, "axis");
-                let axis = self.reader.word(axis, &axes, Axis::LeftRight);
+                let axis = self.reader.word(axis, &axes, MirrorAxis::LeftRight);
                 CheckKind::Symmetric { output: output?, axis, limits: limits? }
             }
             "NotBrighter" => {
@@ -337,9 +340,9 @@ impl Parser<'_> {
         })
     }
 
-    fn run(&mut self, node: &SyntaxNode) -> Option<Run> {
+    fn run(&mut self, node: &SyntaxNode) -> Option<ScriptRun> {
         let (_, mut f) = self.reader.named(node, &["Run"])?;
-        let run = Run {
+        let run = ScriptRun {
             graph: f.get("graph").and_then(|n| self.file(n)),
             scene: f.get("scene").and_then(|n| self.file(n)),
             camera: f.get("camera").and_then(|n| self.reader.text(n)),

@@ -1,18 +1,18 @@
 //! One test: plays what its checks need and judges them in order.
 
 use super::check::{self, Check, CheckKind};
-use super::file::{Run, Setup, Test};
+use super::file::{ScriptRun, Setup, Test};
 use super::play::{Played, plan_in_the_end, play};
-use super::reference::{Compared, References, failure, flat};
-use super::{Failure, Options, Outcome};
+use super::reference::{Compared, ReferenceFiles, failure, flat};
+use super::{FailedCheck, TestOptions, TestOutcome};
 use lightgraph::internals::graph::ast::Name;
 use lightgraph::{Checked, Gpu, Image};
 use std::sync::atomic::AtomicBool;
 
 /// Judges every check that can be run here. Nothing is written once it is too late.
-pub fn judge(test: &Test, gpu: Option<&Gpu>, options: &Options, late: &AtomicBool, outcome: &mut Outcome) {
+pub fn judge(test: &Test, gpu: Option<&Gpu>, options: &TestOptions, late: &AtomicBool, outcome: &mut TestOutcome) {
     let name = outcome.name.clone();
-    let files = References { test, name: &name, options, late };
+    let files = ReferenceFiles { test, name: &name, options, late };
     let mut played: Option<Played> = None;
     // Files that can't be used, and devices that are lost, fail every check that renders in the same way.
     let mut hopeless = false;
@@ -41,7 +41,7 @@ pub fn judge(test: &Test, gpu: Option<&Gpu>, options: &Options, late: &AtomicBoo
             Ok(Compared::Equal) => outcome.held.push(title),
             Ok(Compared::Blessed(what)) => outcome.blessed.push(what),
             Ok(Compared::Differs(failure)) => {
-                outcome.failures.push(Failure { reason: check.reason.clone(), ..failure });
+                outcome.failures.push(FailedCheck { reason: check.reason.clone(), ..failure });
             }
             Err(faults) => {
                 outcome.fail(&title, &faults);
@@ -55,7 +55,7 @@ fn with_frames(
     test: &Test,
     gpu: &Gpu,
     check: &Check,
-    files: &References,
+    files: &ReferenceFiles,
     played: &mut Option<Played>,
 ) -> Checked<Compared> {
     let title = check.kind.title();
@@ -69,7 +69,7 @@ fn with_frames(
     };
     let first = played.insert(first);
     let image = |output: &Name| image(first, output);
-    let other = |run: &Run, output: &Name| another(test, gpu, run.of(&test.start), output);
+    let other = |run: &ScriptRun, output: &Name| another(test, gpu, run.of(&test.start), output);
     Ok(match &check.kind {
         CheckKind::Image { output, limits, per_adapter } => {
             let stem = match per_adapter {
@@ -143,13 +143,13 @@ fn image<'a>(played: &'a Played, output: &Name) -> Checked<&'a Image> {
 fn compared(title: &str, result: Result<(), String>) -> Compared {
     match result {
         Ok(()) => Compared::Equal,
-        Err(why) => Compared::Differs(Failure { blessable: false, ..failure(title, why, vec![]) }),
+        Err(why) => Compared::Differs(FailedCheck { blessable: false, ..failure(title, why, vec![]) }),
     }
 }
 
 /// A failure with pictures of what was compared.
 fn shown(
-    files: &References,
+    files: &ReferenceFiles,
     stem: &str,
     title: &str,
     result: Result<(), String>,
@@ -158,7 +158,7 @@ fn shown(
 ) -> Checked<Compared> {
     let Err(why) = result else { return Ok(Compared::Equal) };
     let pictures = files.pictures(stem, &flat(actual)?, Some(&flat(expected)?))?;
-    Ok(Compared::Differs(Failure { blessable: false, ..failure(title, why, pictures) }))
+    Ok(Compared::Differs(FailedCheck { blessable: false, ..failure(title, why, pictures) }))
 }
 
 /// A name as part of a file's name.

@@ -1,11 +1,12 @@
 //! Results as JUnit XML, which CI services read.
 
-use super::{Outcome, State, Summary};
+use super::{Summary, TestOutcome, TestState};
 use std::fmt::Write;
 
 /// The whole file: one suite, a case a test. A test that could not be run in full counts as skipped.
 pub fn xml(summary: &Summary) -> String {
-    let (all, failed, skipped) = (summary.outcomes.len(), summary.count(State::Failed), summary.count(State::NotRun));
+    let (all, failed, skipped) =
+        (summary.outcomes.len(), summary.count(TestState::Failed), summary.count(TestState::NotRun));
     let seconds: f64 = summary.outcomes.iter().map(|o| o.seconds).sum();
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     // Writing to a string can't fail.
@@ -17,7 +18,7 @@ pub fn xml(summary: &Summary) -> String {
     out + "</testsuite>\n"
 }
 
-fn case(out: &mut String, outcome: &Outcome) {
+fn case(out: &mut String, outcome: &TestOutcome) {
     let (name, file) = (escaped(&outcome.name), escaped(&outcome.path.display().to_string()));
     let _ = write!(
         out,
@@ -25,13 +26,13 @@ fn case(out: &mut String, outcome: &Outcome) {
         outcome.seconds
     );
     let body: String = match outcome.state() {
-        State::Passed => String::new(),
-        State::Failed => {
+        TestState::Passed => String::new(),
+        TestState::Failed => {
             let titles: Vec<&str> = outcome.failures.iter().map(|f| f.title.as_str()).collect();
             let message = escaped(&titles.join(", "));
             format!("    <failure message=\"{message}\">{}</failure>\n", escaped(&outcome.to_string()))
         }
-        State::NotRun => {
+        TestState::NotRun => {
             format!("    <skipped message=\"no adapter for: {}\"/>\n", escaped(&outcome.not_run.join(", ")))
         }
     };
@@ -61,12 +62,12 @@ pub fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::{Failure, Outcome, Summary};
+    use super::super::{FailedCheck, Summary, TestOutcome};
     use super::*;
 
     /// One that passes, one that fails, one that was not run.
     pub fn sample() -> Summary {
-        let outcome = |name: &str| Outcome {
+        let outcome = |name: &str| TestOutcome {
             name: name.into(),
             path: format!("{name}.ron").into(),
             about: "About <this>.".into(),
@@ -76,15 +77,15 @@ pub(super) mod tests {
             blessed: vec![],
             not_run: vec![],
         };
-        let failure = Failure {
+        let failure = FailedCheck {
             title: "mean of `color`".into(),
             why: "0.5 < 1 & so on".into(),
             reason: "half".into(),
             pictures: vec![],
             blessable: false,
         };
-        let failed = Outcome { failures: vec![failure], ..outcome("b") };
-        let not_run = Outcome { not_run: vec!["steps".into()], ..outcome("c") };
+        let failed = TestOutcome { failures: vec![failure], ..outcome("b") };
+        let not_run = TestOutcome { not_run: vec!["steps".into()], ..outcome("c") };
         Summary { outcomes: vec![outcome("a"), failed, not_run], ..Summary::default() }
     }
 

@@ -53,9 +53,9 @@ pub mod report;
 mod run;
 mod select;
 
-pub use reference::{Bless, Picture};
-pub use run::{Open, run, run_on};
-pub use select::{Shard, find};
+pub use reference::{Bless, TestPicture};
+pub use run::{OpenDevice, run, run_on};
+pub use select::find;
 
 use lightgraph::{Checked, Diagnostic, Faults};
 use std::fmt;
@@ -63,7 +63,7 @@ use std::path::{Path, PathBuf};
 
 /// How tests are run.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct TestOptions {
     pub bless: Bless,
     /// Where a failed test leaves images and texts, in a folder of its own.
     pub failures: PathBuf,
@@ -76,15 +76,15 @@ pub struct Options {
 }
 
 /// One test at a time, nothing blessed, failures in `out/test`.
-impl Default for Options {
-    fn default() -> Options {
-        Options { bless: Bless::None, failures: "out/test".into(), jobs: 1, fail_fast: false, watch: false }
+impl Default for TestOptions {
+    fn default() -> TestOptions {
+        TestOptions { bless: Bless::None, failures: "out/test".into(), jobs: 1, fail_fast: false, watch: false }
     }
 }
 
 /// A test that was run.
 #[derive(Debug, Clone)]
-pub struct Outcome {
+pub struct TestOutcome {
     /// Its path below the folder it was found in, without the ending.
     pub name: String,
     pub path: PathBuf,
@@ -92,7 +92,7 @@ pub struct Outcome {
     pub seconds: f64,
     /// Titles of the checks that hold.
     pub held: Vec<String>,
-    pub failures: Vec<Failure>,
+    pub failures: Vec<FailedCheck>,
     /// What was blessed: what changed of which reference.
     pub blessed: Vec<String>,
     /// Titles of the checks that an adapter would be needed for.
@@ -101,14 +101,14 @@ pub struct Outcome {
 
 /// A check that does not hold.
 #[derive(Debug, Clone)]
-pub struct Failure {
+pub struct FailedCheck {
     pub title: String,
     /// By how much, or what is wrong.
     pub why: String,
     /// The reason that the test gives for its numbers.
     pub reason: String,
     /// What to look at.
-    pub pictures: Vec<Picture>,
+    pub pictures: Vec<TestPicture>,
     /// Whether blessing would make it hold.
     pub blessable: bool,
 }
@@ -116,7 +116,7 @@ pub struct Failure {
 /// All tests of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
-    pub outcomes: Vec<Outcome>,
+    pub outcomes: Vec<TestOutcome>,
     /// Name and driver of the adapter.
     pub adapter: Option<String>,
     /// Why checks were not run.
@@ -125,7 +125,7 @@ pub struct Summary {
 
 /// Whether a test holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
+pub enum TestState {
     Passed,
     Failed,
     /// Nothing failed, but not everything could be run.
@@ -136,13 +136,13 @@ pub enum State {
 ///
 /// # Errors
 /// The folder can't be read, or holds no test.
-pub fn run_dir(folder: &Path, options: &Options) -> Checked<Summary> {
+pub fn run_dir(folder: &Path, options: &TestOptions) -> Checked<Summary> {
     Ok(run(&find(&[folder.to_path_buf()])?, options, &mut |_| ()))
 }
 
-impl Outcome {
-    fn new(name: &str, path: &Path) -> Outcome {
-        Outcome {
+impl TestOutcome {
+    fn new(name: &str, path: &Path) -> TestOutcome {
+        TestOutcome {
             name: name.into(),
             path: path.into(),
             about: String::new(),
@@ -155,16 +155,16 @@ impl Outcome {
     }
 
     /// Whether it holds.
-    pub fn state(&self) -> State {
+    pub fn state(&self) -> TestState {
         match (self.failures.is_empty(), self.not_run.is_empty()) {
-            (false, _) => State::Failed,
-            (true, false) => State::NotRun,
-            (true, true) => State::Passed,
+            (false, _) => TestState::Failed,
+            (true, false) => TestState::NotRun,
+            (true, true) => TestState::Passed,
         }
     }
 
     fn fail(&mut self, title: &str, faults: &Faults) {
-        self.failures.push(Failure {
+        self.failures.push(FailedCheck {
             title: title.into(),
             why: faults.to_string().trim_end().into(),
             reason: String::new(),
@@ -176,24 +176,24 @@ impl Outcome {
 
 impl Summary {
     /// How many tests are in a state.
-    pub fn count(&self, state: State) -> usize {
+    pub fn count(&self, state: TestState) -> usize {
         self.outcomes.iter().filter(|o| o.state() == state).count()
     }
 
     /// Whether every check of every test was run and holds.
     pub fn passed(&self) -> bool {
-        !self.outcomes.is_empty() && self.count(State::Passed) == self.outcomes.len()
+        !self.outcomes.is_empty() && self.count(TestState::Passed) == self.outcomes.len()
     }
 }
 
 /// One line, and what is wrong below it.
-impl fmt::Display for Outcome {
+impl fmt::Display for TestOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let word = match (self.state(), self.blessed.is_empty()) {
-            (State::Passed, true) => "ok",
-            (State::Passed, false) => "blessed",
-            (State::Failed, _) => "FAILED",
-            (State::NotRun, _) => "not run",
+            (TestState::Passed, true) => "ok",
+            (TestState::Passed, false) => "blessed",
+            (TestState::Failed, _) => "FAILED",
+            (TestState::NotRun, _) => "not run",
         };
         writeln!(
             f,
@@ -242,11 +242,11 @@ fn quoted(path: &Path) -> String {
 /// All that did not pass, and the counts.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for outcome in self.outcomes.iter().filter(|o| o.state() != State::Passed) {
+        for outcome in self.outcomes.iter().filter(|o| o.state() != TestState::Passed) {
             write!(f, "{outcome}")?;
         }
-        write!(f, "{} passed, {} failed", self.count(State::Passed), self.count(State::Failed))?;
-        match self.count(State::NotRun) {
+        write!(f, "{} passed, {} failed", self.count(TestState::Passed), self.count(TestState::Failed))?;
+        match self.count(TestState::NotRun) {
             0 => writeln!(f),
             n => writeln!(f, ", {n} not run in full"),
         }

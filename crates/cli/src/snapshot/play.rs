@@ -1,6 +1,6 @@
 //! Plays a test's script: on a device to images and counts, without one to the plan in the end.
 
-use super::file::{Edit, Setup, Step, replace};
+use super::file::{Edit, ScriptStep, Setup, replace};
 use lightgraph::internals::diag::{Source, Span};
 use lightgraph::internals::gpu::LoopReport;
 use lightgraph::internals::graph::ast::Name;
@@ -33,7 +33,7 @@ pub struct Played {
 ///
 /// # Errors
 /// Faults of the files, with their places; those of the device; with `verify` also contents that differ.
-pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: bool) -> Checked<Played> {
+pub fn play(gpu: &Gpu, setup: &Setup, steps: &[ScriptStep], outputs: &[Name], verify: bool) -> Checked<Played> {
     let mut now = setup.clone();
     let scene = scene_of(setup)?;
     let mut session: Option<Session> = None;
@@ -43,7 +43,7 @@ pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: 
         Played { images: BTreeMap::new(), ran: BTreeSet::new(), left_out: BTreeSet::new(), loops: BTreeMap::new() };
     for step in steps {
         match step {
-            Step::Frames { count, step } => {
+            ScriptStep::Frames { count, step } => {
                 let mut running = match session.take() {
                     Some(running) if !stale => running,
                     previous => open(gpu, &now, scene.clone(), outputs, verify, previous.as_ref())?,
@@ -59,12 +59,16 @@ pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: 
                 }
                 session = Some(running);
             }
-            Step::MoveCamera(by) => shift.cameras += *by,
-            Step::MoveLights(by) => shift.lights += *by,
-            Step::MoveNode(name, by) => {
+            ScriptStep::MoveCamera(by) => shift.cameras += *by,
+            ScriptStep::MoveLights(by) => shift.lights += *by,
+            ScriptStep::MoveNode(name, by) => {
                 shift.nodes.push((node(&scene, name)?, *by));
             }
-            Step::Set(_) | Step::Swap(_) | Step::Resize(_) | Step::Edit(_) | Step::Restore(_) => {
+            ScriptStep::Set(_)
+            | ScriptStep::Swap(_)
+            | ScriptStep::Resize(_)
+            | ScriptStep::Edit(_)
+            | ScriptStep::Restore(_) => {
                 // Another plan, as after a reload.
                 stale = true;
                 now.change(step);
@@ -83,7 +87,7 @@ pub fn play(gpu: &Gpu, setup: &Setup, steps: &[Step], outputs: &[Name], verify: 
 ///
 /// # Errors
 /// Faults of the files, with their places.
-pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
+pub fn plan_in_the_end(setup: &Setup, steps: &[ScriptStep]) -> Checked<Plan> {
     let mut now = setup.clone();
     steps.iter().for_each(|s| now.change(s));
     let project = project_of(&now)?;
@@ -109,14 +113,17 @@ pub fn plan_in_the_end(setup: &Setup, steps: &[Step]) -> Checked<Plan> {
 
 impl Setup {
     /// What a step changes of it; frames and moves change nothing.
-    fn change(&mut self, step: &Step) {
+    fn change(&mut self, step: &ScriptStep) {
         match step {
-            Step::Set(params) => replace(&mut self.params, params),
-            Step::Swap(graph) => self.graph = graph.clone(),
-            Step::Resize(size) => self.size = *size,
-            Step::Edit(edit) => self.edits.push(edit.clone()),
-            Step::Restore(shader) => self.edits.retain(|e| e.shader.value != shader.value),
-            Step::Frames { .. } | Step::MoveCamera(_) | Step::MoveLights(_) | Step::MoveNode(..) => {}
+            ScriptStep::Set(params) => replace(&mut self.params, params),
+            ScriptStep::Swap(graph) => self.graph = graph.clone(),
+            ScriptStep::Resize(size) => self.size = *size,
+            ScriptStep::Edit(edit) => self.edits.push(edit.clone()),
+            ScriptStep::Restore(shader) => self.edits.retain(|e| e.shader.value != shader.value),
+            ScriptStep::Frames { .. }
+            | ScriptStep::MoveCamera(_)
+            | ScriptStep::MoveLights(_)
+            | ScriptStep::MoveNode(..) => {}
         }
     }
 }

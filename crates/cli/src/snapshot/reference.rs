@@ -2,7 +2,7 @@
 
 use super::check::Limits;
 use super::file::Test;
-use super::{Failure, Options};
+use super::{FailedCheck, TestOptions};
 use lightgraph::internals::files;
 use lightgraph::internals::image::difference::difference;
 use lightgraph::internals::image::exr::{Precision, read_exr, write_exr};
@@ -24,7 +24,7 @@ pub enum Bless {
 
 /// A picture to look at.
 #[derive(Debug, Clone)]
-pub struct Picture {
+pub struct TestPicture {
     pub name: &'static str,
     pub png: PathBuf,
 }
@@ -32,7 +32,7 @@ pub struct Picture {
 /// The result of a comparison with a file.
 pub enum Compared {
     Equal,
-    Differs(Failure),
+    Differs(FailedCheck),
     /// What changed.
     Blessed(String),
 }
@@ -41,15 +41,15 @@ pub enum Compared {
 const LARGEST: u64 = 64 << 10;
 
 /// The files of one test.
-pub struct References<'a> {
+pub struct ReferenceFiles<'a> {
     pub test: &'a Test,
     pub name: &'a str,
-    pub options: &'a Options,
+    pub options: &'a TestOptions,
     /// The test has run out of time, and failed: no file may change any more.
     pub late: &'a AtomicBool,
 }
 
-impl References<'_> {
+impl ReferenceFiles<'_> {
     /// Compares a text with the reference of this ending.
     ///
     /// # Errors
@@ -125,7 +125,7 @@ impl References<'_> {
     ///
     /// # Errors
     /// Files that can't be written.
-    pub fn pictures(&self, stem: &str, actual: &Image, expected: Option<&Image>) -> Checked<Vec<Picture>> {
+    pub fn pictures(&self, stem: &str, actual: &Image, expected: Option<&Image>) -> Checked<Vec<TestPicture>> {
         self.in_time()?;
         let none = BTreeMap::new();
         // Images of another size have no difference to show.
@@ -139,7 +139,7 @@ impl References<'_> {
             let map = if name == "difference" { ToneMap::None } else { ToneMap::default() };
             write_exr(&png.with_extension("exr"), &[("", image)], Precision::Float, &none)?;
             write_png(&png, image, map, 0.0, &none)?;
-            pictures.push(Picture { name, png });
+            pictures.push(TestPicture { name, png });
         }
         Ok(pictures)
     }
@@ -174,8 +174,8 @@ pub fn flat(image: &Image) -> Checked<Image> {
     Image::new(image.width, image.height.saturating_mul(image.layers), 3, image.rgb().flatten().collect())
 }
 
-pub fn failure(title: &str, why: String, pictures: Vec<Picture>) -> Failure {
-    Failure { title: title.into(), why, reason: String::new(), pictures, blessable: true }
+pub fn failure(title: &str, why: String, pictures: Vec<TestPicture>) -> FailedCheck {
+    FailedCheck { title: title.into(), why, reason: String::new(), pictures, blessable: true }
 }
 
 fn unreadable(path: &Path, e: &std::io::Error) -> Diagnostic {

@@ -2,7 +2,7 @@
 //! other with a slider between them.
 
 use super::junit::escaped;
-use super::{Failure, Outcome, State, Summary};
+use super::{FailedCheck, Summary, TestOutcome, TestState};
 use crate::base64::base64;
 use lightgraph::internals::files;
 use lightgraph::{Checked, Diagnostic};
@@ -18,7 +18,7 @@ const SCRIPT: &str = include_str!("report.js");
 /// An image of a failed test can't be read.
 pub fn html(summary: &Summary) -> Checked<String> {
     let (passed, failed, not_run) =
-        (summary.count(State::Passed), summary.count(State::Failed), summary.count(State::NotRun));
+        (summary.count(TestState::Passed), summary.count(TestState::Failed), summary.count(TestState::NotRun));
     let mut out = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <title>{failed} failed, {passed} passed</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
@@ -31,7 +31,7 @@ pub fn html(summary: &Summary) -> Checked<String> {
     if let Some(d) = &summary.no_adapter {
         let _ = writeln!(out, "<p>{}</p>", escaped(&d.message));
     }
-    let order = [State::Failed, State::NotRun, State::Passed];
+    let order = [TestState::Failed, TestState::NotRun, TestState::Passed];
     for state in order {
         for outcome in summary.outcomes.iter().filter(|o| o.state() == state) {
             test(&mut out, outcome)?;
@@ -41,11 +41,11 @@ pub fn html(summary: &Summary) -> Checked<String> {
     Ok(out)
 }
 
-fn test(out: &mut String, outcome: &Outcome) -> Checked<()> {
+fn test(out: &mut String, outcome: &TestOutcome) -> Checked<()> {
     let (class, word) = match outcome.state() {
-        State::Passed => ("passed", "passed"),
-        State::Failed => ("failed", "failed"),
-        State::NotRun => ("not-run", "not run in full"),
+        TestState::Passed => ("passed", "passed"),
+        TestState::Failed => ("failed", "failed"),
+        TestState::NotRun => ("not-run", "not run in full"),
     };
     let _ = writeln!(
         out,
@@ -65,7 +65,7 @@ fn test(out: &mut String, outcome: &Outcome) -> Checked<()> {
     Ok(())
 }
 
-fn failed(out: &mut String, failure: &Failure) -> Checked<()> {
+fn failed(out: &mut String, failure: &FailedCheck) -> Checked<()> {
     let _ = writeln!(out, "<h3>{}</h3>\n<pre>{}</pre>", escaped(&failure.title), escaped(&failure.why));
     if !failure.reason.is_empty() {
         let _ = writeln!(out, "<p>The limit’s reason: {}</p>", escaped(&failure.reason));

@@ -2,7 +2,7 @@
 //! is left to itself with its device, and another takes its place.
 
 use super::file::{self, Test};
-use super::{Options, Outcome, Summary, judge};
+use super::{Summary, TestOptions, TestOutcome, judge};
 use lightgraph::internals::gpu::OpenError;
 use lightgraph::{Diagnostic, Faults, Gpu};
 use std::collections::BTreeMap;
@@ -14,17 +14,22 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 /// Opens a device for a thread.
-pub type Open = Arc<dyn Fn() -> Result<Gpu, OpenError> + Send + Sync>;
+pub type OpenDevice = Arc<dyn Fn() -> Result<Gpu, OpenError> + Send + Sync>;
 
 /// Runs tests, as [`super::find`] gives them, on the best adapter; `told` hears of each when it is over, in their
 /// order. What goes wrong in one test, a device that is lost or hangs too, fails that test only.
-pub fn run(tests: &[(String, PathBuf)], options: &Options, told: &mut dyn FnMut(&Outcome)) -> Summary {
-    let open: Open = Arc::new(Gpu::open);
+pub fn run(tests: &[(String, PathBuf)], options: &TestOptions, told: &mut dyn FnMut(&TestOutcome)) -> Summary {
+    let open: OpenDevice = Arc::new(Gpu::open);
     run_on(tests, options, &open, told)
 }
 
 /// As [`run`], on devices that `open` gives.
-pub fn run_on(tests: &[(String, PathBuf)], options: &Options, open: &Open, told: &mut dyn FnMut(&Outcome)) -> Summary {
+pub fn run_on(
+    tests: &[(String, PathBuf)],
+    options: &TestOptions,
+    open: &OpenDevice,
+    told: &mut dyn FnMut(&TestOutcome),
+) -> Summary {
     let mut summary = Summary::default();
     let next = AtomicUsize::new(0);
     let (send, receive) = channel();
@@ -43,7 +48,7 @@ pub fn run_on(tests: &[(String, PathBuf)], options: &Options, open: &Open, told:
             });
         }
         drop(send);
-        let mut early: BTreeMap<usize, Answer> = BTreeMap::new();
+        let mut early: BTreeMap<usize, TestAnswer> = BTreeMap::new();
         for (index, answer) in receive {
             early.insert(index, answer);
             while let Some(answer) = early.remove(&summary.outcomes.len()) {
@@ -58,20 +63,20 @@ pub fn run_on(tests: &[(String, PathBuf)], options: &Options, open: &Open, told:
 }
 
 /// What a test came to, and where.
-struct Answer {
-    outcome: Outcome,
+struct TestAnswer {
+    outcome: TestOutcome,
     adapter: Option<String>,
     no_adapter: Option<Diagnostic>,
 }
 
 /// Runs one test with a thread that may be there already.
-fn one(slot: &mut Option<Worker>, name: &str, path: &Path, options: &Options, open: &Open) -> Answer {
+fn one(slot: &mut Option<Worker>, name: &str, path: &Path, options: &TestOptions, open: &OpenDevice) -> TestAnswer {
     let start = Instant::now();
-    let mut outcome = Outcome::new(name, path);
+    let mut outcome = TestOutcome::new(name, path);
     let mut answer = match file::load(path) {
         Err(faults) => {
             outcome.fail("file", &faults);
-            Answer { outcome, adapter: None, no_adapter: None }
+            TestAnswer { outcome, adapter: None, no_adapter: None }
         }
         Ok(mut test) => {
             test.start.watch = options.watch;
@@ -83,7 +88,7 @@ fn one(slot: &mut Option<Worker>, name: &str, path: &Path, options: &Options, op
                 if let Some(worker) = slot.take() {
                     worker.late.store(true, Ordering::Relaxed);
                 }
-                Answer { outcome, adapter: None, no_adapter: None }
+                TestAnswer { outcome, adapter: None, no_adapter: None }
             })
         }
     };
@@ -93,21 +98,21 @@ fn one(slot: &mut Option<Worker>, name: &str, path: &Path, options: &Options, op
 
 /// A thread with a device of its own, opened when a test renders.
 struct Worker {
-    ask: Sender<(Test, Outcome)>,
-    answers: Receiver<Answer>,
+    ask: Sender<(Test, TestOutcome)>,
+    answers: Receiver<TestAnswer>,
     /// Nobody waits any more: nothing is to be written.
     late: Arc<AtomicBool>,
     thread: JoinHandle<()>,
 }
 
 impl Worker {
-    fn start(options: Options, open: Open) -> Worker {
-        let (ask, asked) = channel::<(Test, Outcome)>();
+    fn start(options: TestOptions, open: OpenDevice) -> Worker {
+        let (ask, asked) = channel::<(Test, TestOutcome)>();
         let (answer, answers) = channel();
         let late = Arc::new(AtomicBool::new(false));
         let stop = late.clone();
         let thread = thread::spawn(move || {
-            let mut device = Device::default();
+            let mut device = TestDevice::default();
             for (test, outcome) in asked {
                 let given = device.judge(&test, outcome, &options, &open, &stop);
                 if answer.send(given).is_err() {
@@ -120,7 +125,7 @@ impl Worker {
 
     /// # Errors
     /// No answer within the limit.
-    fn judge(&self, test: Test, outcome: Outcome, limit: Duration) -> Result<Answer, Diagnostic> {
+    fn judge(&self, test: Test, outcome: TestOutcome, limit: Duration) -> Result<TestAnswer, Diagnostic> {
         // A thread that is gone shows when the answer is asked for.
         let _ = self.ask.send((test, outcome));
         self.answers.recv_timeout(limit).map_err(|e| match e {
@@ -142,20 +147,20 @@ impl Worker {
 }
 
 #[derive(Default)]
-struct Device {
+struct TestDevice {
     gpu: Option<Gpu>,
     none: Option<Diagnostic>,
 }
 
-impl Device {
+impl TestDevice {
     fn judge(
         &mut self,
         test: &Test,
-        mut outcome: Outcome,
-        options: &Options,
-        open: &Open,
+        mut outcome: TestOutcome,
+        options: &TestOptions,
+        open: &OpenDevice,
         late: &AtomicBool,
-    ) -> Answer {
+    ) -> TestAnswer {
         if test.checks.iter().any(|c| c.kind.renders()) && self.gpu.is_none() && self.none.is_none() {
             match open() {
                 Ok(gpu) => self.gpu = Some(gpu),
@@ -170,13 +175,13 @@ impl Device {
         answer
     }
 
-    fn answer(&self, outcome: Outcome) -> Answer {
+    fn answer(&self, outcome: TestOutcome) -> TestAnswer {
         let adapter = self.gpu.as_ref().map(|gpu| format!("{}, {}", gpu.info.name, gpu.info.driver_info));
-        Answer { outcome, adapter, no_adapter: self.none.clone() }
+        TestAnswer { outcome, adapter, no_adapter: self.none.clone() }
     }
 }
 
-fn failed(mut outcome: Outcome, faults: &Faults) -> Outcome {
+fn failed(mut outcome: TestOutcome, faults: &Faults) -> TestOutcome {
     outcome.fail("device", faults);
     outcome
 }

@@ -3,34 +3,6 @@
 use crate::paths::gather;
 use lightgraph::{Checked, Diagnostic};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
-
-/// The part `index` (from 1) of `count` parts: every `count`th test.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    pub index: usize,
-    pub count: usize,
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Shard, String> {
-        let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-        match parts {
-            Some((index, count)) if index >= 1 && index <= count => Ok(Shard { index, count }),
-            _ => Err("write it as I/N with 1 ≤ I ≤ N, such as 1/4".into()),
-        }
-    }
-}
-
-impl Shard {
-    /// Its tests.
-    pub fn of<T>(self, tests: Vec<T>) -> Vec<T> {
-        let mine = |i: &usize| i % self.count == self.index - 1;
-        tests.into_iter().enumerate().filter(|(i, _)| mine(i)).map(|(_, t)| t).collect()
-    }
-}
 
 /// The tests of files and folders, by name: each `.ron` in a folder or below it is one. The name is the path below the
 /// folder, or the file's own, without the ending.
@@ -73,17 +45,6 @@ fn name(path: &Path, root: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn shards_share_all_tests_and_overlap_nowhere() {
-        let all: Vec<u32> = (0..10).collect();
-        let mut joined: Vec<u32> = (1..=3).flat_map(|index| Shard { index, count: 3 }.of(all.clone())).collect();
-        joined.sort();
-        assert_eq!(joined, all);
-        for bad in ["0/3", "4/3", "1", "a/b", "1/0"] {
-            assert!(bad.parse::<Shard>().is_err(), "{bad}");
-        }
-    }
 
     #[test]
     fn no_tests_are_a_fault() {

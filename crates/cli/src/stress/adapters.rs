@@ -3,9 +3,9 @@
 //! A driver is chosen when the Vulkan loader starts, so every other one gets a process of its own.
 
 use super::case::Cases;
-use super::report::{Row, State};
-use super::run::{Graph, difference_but};
-use super::{Options, finish};
+use super::report::{CaseRow, RowState};
+use super::run::{StressGraph, difference_but};
+use super::{StressOptions, finish};
 use lightgraph::internals::gpu::ADAPTER_VARIABLE;
 use lightgraph::internals::image::file::write_atomically;
 use lightgraph::{Checked, Diagnostic, Gpu, Image, Scene, Session, Settings};
@@ -21,7 +21,7 @@ const SWIFTSHADER: [&str; 3] = [
 ];
 
 /// Another way to render.
-struct Other {
+struct OtherAdapter {
     name: String,
     /// Set for the process.
     variables: Vec<(&'static str, String)>,
@@ -34,10 +34,10 @@ struct Other {
 pub(super) fn rows(
     gpu: &Gpu,
     cases: &Cases,
-    graphs: &[&Graph],
-    options: &Options,
+    graphs: &[&StressGraph],
+    options: &StressOptions,
     stop: &mut dyn FnMut() -> bool,
-) -> Checked<Vec<Row>> {
+) -> Checked<Vec<CaseRow>> {
     let folder = &options.folder;
     let (bytes, description) = cases.adapters.scene.bytes(&Default::default())?;
     let file = folder.join("adapters.glb");
@@ -48,8 +48,8 @@ pub(super) fn rows(
     let (others, absent) = others(gpu);
     let mut rows = vec![];
     for (name, why) in absent {
-        let mut row = Row::new("adapter", &format!("adapter: {name}"), "", "");
-        row.state = State::Absent;
+        let mut row = CaseRow::new("adapter", &format!("adapter: {name}"), "", "");
+        row.state = RowState::Absent;
         row.note(&why);
         rows.push(row);
     }
@@ -57,14 +57,14 @@ pub(super) fn rows(
         let ours = match image(gpu, cases, graph, &file) {
             Ok(image) => image,
             Err(faults) => {
-                let mut row = Row::new("adapter", "adapter: ours", &graph.name, "");
+                let mut row = CaseRow::new("adapter", "adapter: ours", &graph.name, "");
                 row.fail(&faults.one_line());
                 rows.push(row);
                 continue;
             }
         };
         for other in &others {
-            let mut row = Row::new("adapter", &format!("adapter: {}", other.name), &graph.name, "");
+            let mut row = CaseRow::new("adapter", &format!("adapter: {}", other.name), &graph.name, "");
             if stop() {
                 rows.push(row.left());
                 continue;
@@ -86,13 +86,13 @@ pub(super) fn rows(
 }
 
 /// What else there is, and what there is not.
-fn others(gpu: &Gpu) -> (Vec<Other>, Vec<(String, String)>) {
+fn others(gpu: &Gpu) -> (Vec<OtherAdapter>, Vec<(String, String)>) {
     let mut found = vec![];
     let mut absent = vec![];
     match SWIFTSHADER.iter().find(|p| PathBuf::from(p).is_file()) {
         Some(path) if !gpu.info.name.contains("SwiftShader") => {
             let variables = ["VK_ICD_FILENAMES", "VK_DRIVER_FILES"].map(|v| (v, (*path).to_string()));
-            found.push(Other { name: "SwiftShader".into(), variables: variables.into() });
+            found.push(OtherAdapter { name: "SwiftShader".into(), variables: variables.into() });
         }
         Some(_) => {}
         None => absent.push(("SwiftShader".to_string(), "Debian's package `chromium` is not installed".to_string())),
@@ -103,13 +103,13 @@ fn others(gpu: &Gpu) -> (Vec<Other>, Vec<(String, String)>) {
         let known = info.name == gpu.info.name || found.iter().any(|o| o.name == info.name);
         if !known {
             let variables = vec![(ADAPTER_VARIABLE, info.name.clone())];
-            found.push(Other { name: info.name, variables });
+            found.push(OtherAdapter { name: info.name, variables });
         }
     }
     (found, absent)
 }
 
-fn image(gpu: &Gpu, cases: &Cases, graph: &Graph, scene: &Path) -> Checked<Image> {
+fn image(gpu: &Gpu, cases: &Cases, graph: &StressGraph, scene: &Path) -> Checked<Image> {
     let output = &cases.adapters.output;
     let settings = Settings {
         params: graph.project.params(&graph.texts(&cases.settings))?,
@@ -123,14 +123,14 @@ fn image(gpu: &Gpu, cases: &Cases, graph: &Graph, scene: &Path) -> Checked<Image
 }
 
 fn elsewhere(
-    options: &Options,
+    options: &StressOptions,
     cases: &Cases,
-    graph: &Graph,
+    graph: &StressGraph,
     scene: &Path,
     out: &Path,
-    other: &Other,
+    other: &OtherAdapter,
 ) -> Checked<Image> {
-    let Options { program, shaders, .. } = options;
+    let StressOptions { program, shaders, .. } = options;
     let size = format!("{}x{}", cases.adapters.size.0, cases.adapters.size.1);
     let mut command = Command::new(program);
     command.arg("render").arg(&graph.path).arg("--scene").arg(scene).args(["--size", &size]);

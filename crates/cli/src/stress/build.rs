@@ -6,14 +6,14 @@ use serde_json::{Value, json};
 
 /// Triangles in a space of their own.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Mesh {
+pub(super) struct MeshBuilder {
     pub positions: Vec<[f32; 3]>,
     /// As many as positions, or none: flat shading.
     pub normals: Vec<[f32; 3]>,
     pub indices: Vec<u32>,
 }
 
-impl Mesh {
+impl MeshBuilder {
     /// Corners counter-clockwise as seen from the front.
     pub fn quad(&mut self, corners: [DVec3; 4]) {
         let first = self.positions.len() as u32;
@@ -22,7 +22,7 @@ impl Mesh {
     }
 
     /// The six sides of a box, each facing outward, in the order −x +x −y +y −z +z.
-    pub fn sides(low: DVec3, high: DVec3) -> [Mesh; 6] {
+    pub fn sides(low: DVec3, high: DVec3) -> [MeshBuilder; 6] {
         let p = |x: usize, y: usize, z: usize| {
             let pick = |i: usize, a: f64, b: f64| if i == 0 { a } else { b };
             DVec3::new(pick(x, low.x, high.x), pick(y, low.y, high.y), pick(z, low.z, high.z))
@@ -36,20 +36,20 @@ impl Mesh {
             [p(0, 0, 1), p(1, 0, 1), p(1, 1, 1), p(0, 1, 1)],
         ]
         .map(|corners| {
-            let mut mesh = Mesh::default();
+            let mut mesh = MeshBuilder::default();
             mesh.quad(corners);
             mesh
         })
     }
 
     /// Seen from the other side.
-    pub fn inside_out(mut self) -> Mesh {
+    pub fn inside_out(mut self) -> MeshBuilder {
         self.indices.chunks_exact_mut(3).for_each(|t| t.swap(1, 2));
         self.normals.iter_mut().flatten().for_each(|x| *x = -*x);
         self
     }
 
-    pub fn add(&mut self, other: &Mesh) {
+    pub fn add(&mut self, other: &MeshBuilder) {
         let first = self.positions.len() as u32;
         self.positions.extend(&other.positions);
         self.normals.extend(&other.normals);
@@ -58,7 +58,7 @@ impl Mesh {
 
     /// A sphere round the origin, facing outward, with smooth normals: an icosahedron whose triangles were cut in
     /// four `cuts` times.
-    pub fn sphere(radius: f64, cuts: u32) -> Mesh {
+    pub fn sphere(radius: f64, cuts: u32) -> MeshBuilder {
         let t = f64::midpoint(1.0, 5.0_f64.sqrt());
         let mut corners: Vec<DVec3> = [
             (-1.0, t, 0.0),
@@ -113,7 +113,7 @@ impl Mesh {
             }
             faces = finer;
         }
-        Mesh {
+        MeshBuilder {
             positions: corners.iter().map(|c| (*c * radius).as_vec3().to_array()).collect(),
             normals: corners.iter().map(|c| c.as_vec3().to_array()).collect(),
             indices: faces.into_iter().flatten().collect(),
@@ -121,8 +121,8 @@ impl Mesh {
     }
 
     /// `n` × `n` squares of two triangles on the plane y = 0, `edge` metres in all, facing up.
-    pub fn field(n: u32, edge: f64) -> Mesh {
-        let mut mesh = Mesh::default();
+    pub fn field(n: u32, edge: f64) -> MeshBuilder {
+        let mut mesh = MeshBuilder::default();
         for z in 0..=n {
             for x in 0..=n {
                 let at = |i: u32| ((f64::from(i) / f64::from(n) - 0.5) * edge) as f32;
@@ -143,7 +143,7 @@ impl Mesh {
 
 /// How a whole scene is placed: x ↦ translation + turn · (scale · x).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Placing {
+pub(super) struct ScenePlacement {
     pub translation: DVec3,
     pub turn: DQuat,
     pub scale: f64,
@@ -151,7 +151,7 @@ pub(super) struct Placing {
 
 /// A glTF file under construction. Every node hangs from one root.
 #[derive(Debug, Default)]
-pub(super) struct Document {
+pub(super) struct GltfBuilder {
     nodes: Vec<Value>,
     meshes: Vec<Value>,
     materials: Vec<Value>,
@@ -164,7 +164,7 @@ pub(super) struct Document {
     gloss: Vec<(String, f64, f64)>,
 }
 
-impl Document {
+impl GltfBuilder {
     /// A material with a name of its own.
     pub fn material(&mut self, albedo: f64, emission: f64, gloss: Option<(f64, f64)>) -> usize {
         let name = format!("material {}", self.materials.len());
@@ -187,7 +187,7 @@ impl Document {
     }
 
     /// A mesh at a node of its own; `node` may hold a transform.
-    pub fn mesh(&mut self, mesh: &Mesh, material: usize, mut node: Value) {
+    pub fn mesh(&mut self, mesh: &MeshBuilder, material: usize, mut node: Value) {
         let floats = |rows: &[[f32; 3]]| rows.iter().flatten().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
         let position = self.accessor(&floats(&mesh.positions), 5126, mesh.positions.len(), "VEC3");
         let mut attributes = json!({"POSITION": position});
@@ -228,7 +228,7 @@ impl Document {
     }
 
     /// A GLB, and the text of the scene RON where it needs one.
-    pub fn finish(self, root: Option<Placing>) -> (Vec<u8>, Option<String>) {
+    pub fn finish(self, root: Option<ScenePlacement>) -> (Vec<u8>, Option<String>) {
         let mut nodes = self.nodes;
         let children: Vec<usize> = (0..nodes.len()).collect();
         let mut top = json!({"name": "all", "children": children});

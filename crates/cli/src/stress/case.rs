@@ -1,7 +1,7 @@
 //! The file of cases: what is rendered, and what must come out.
 
-use super::number::{Names, Number};
-use super::shape::Shape;
+use super::number::{CaseNames, Formula};
+use super::shape::SceneShape;
 use lightgraph::internals::diag::{Source, Span};
 use lightgraph::{Checked, Diagnostic};
 use serde::Deserialize;
@@ -48,7 +48,7 @@ pub(super) struct Unfit {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Random {
-    pub scene: Shape,
+    pub scene: SceneShape,
     /// Pixels.
     pub size: (u32, u32),
     /// How much larger than under `settings` all parameters together may be: the product of each one's growth.
@@ -63,7 +63,7 @@ pub(super) struct Random {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Fly {
-    pub scene: Shape,
+    pub scene: SceneShape,
     pub size: (u32, u32),
     pub frames: u32,
     /// Parameters in place of those of [`Cases::settings`].
@@ -76,7 +76,7 @@ pub(super) struct Fly {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Adapters {
-    pub scene: Shape,
+    pub scene: SceneShape,
     pub size: (u32, u32),
     pub output: String,
     /// Root-mean-square difference over the root-mean-square of the image.
@@ -96,7 +96,7 @@ pub(super) struct Case {
     /// Rendered even where time is short: its first combination, with the graphs of a quick run.
     #[serde(default)]
     pub quick: bool,
-    pub scene: Shape,
+    pub scene: SceneShape,
     /// One run for every combination.
     #[serde(default)]
     pub over: BTreeMap<String, Vec<String>>,
@@ -127,7 +127,7 @@ pub(super) struct Case {
     pub expect: Expect,
     /// How far the answer may be off.
     #[serde(default)]
-    pub bound: Number,
+    pub bound: Formula,
     /// By graph: another expected value, bound or number of frames.
     #[serde(default)]
     pub instead: BTreeMap<String, Instead>,
@@ -154,9 +154,9 @@ pub(super) enum Graphs {
 #[serde(deny_unknown_fields)]
 pub(super) struct Instead {
     #[serde(default)]
-    pub value: Option<Number>,
+    pub value: Option<Formula>,
     #[serde(default)]
-    pub bound: Option<Number>,
+    pub bound: Option<Formula>,
     #[serde(default)]
     pub frames: Option<u32>,
     #[serde(default)]
@@ -170,23 +170,23 @@ pub(super) enum Expect {
     /// Nothing more.
     Finite,
     /// Every channel of every pixel has this value, within a relative bound.
-    Uniform { output: String, value: Number },
+    Uniform { output: String, value: Formula },
     /// The mean of all channels of all pixels has it.
-    Mean { output: String, value: Number },
+    Mean { output: String, value: Formula },
     /// The image is `gain` times that of another scene or setting: root-mean-square difference over root-mean-square.
     Like {
         output: String,
         #[serde(default)]
-        scene: Option<Box<Shape>>,
+        scene: Option<Box<SceneShape>>,
         #[serde(default)]
         set: BTreeMap<String, String>,
         #[serde(default)]
-        gain: Option<Number>,
+        gain: Option<Formula>,
     },
     /// The mean over what another camera sees, over the mean of this one's, is at most the bound.
     Dark { output: String, camera: String },
     /// The sum of all values of an output.
-    Total { output: String, value: Number },
+    Total { output: String, value: Formula },
     /// One output holds the sum of another's values, channel by channel: the error over the sum of the magnitudes.
     SumOf { sum: String, terms: String },
     /// The part of an output that is below zero, over the whole, is at most the bound.
@@ -228,14 +228,14 @@ impl Cases {
 
 impl Case {
     /// The names of every run, with their values.
-    pub fn runs(&self) -> Vec<Names> {
+    pub fn runs(&self) -> Vec<CaseNames> {
         if !self.only.is_empty() {
             let run = |values: &Vec<String>| self.over.keys().cloned().zip(values.iter().cloned()).collect();
             return self.only.iter().map(run).collect();
         }
-        let mut runs = vec![Names::new()];
+        let mut runs = vec![CaseNames::new()];
         for (name, values) in &self.over {
-            let with = |names: &Names, value: &String| {
+            let with = |names: &CaseNames, value: &String| {
                 let mut names = names.clone();
                 names.insert(name.clone(), value.clone());
                 names
@@ -267,7 +267,7 @@ impl Case {
 }
 
 /// `NAME=VALUE` for the settings, later ones before earlier, names of `over` replaced.
-pub(super) fn settings(layers: &[&BTreeMap<String, String>], names: &Names) -> BTreeMap<String, String> {
+pub(super) fn settings(layers: &[&BTreeMap<String, String>], names: &CaseNames) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     for (name, value) in layers.iter().copied().flatten() {
         all.insert(name.clone(), names.get(value).unwrap_or(value).clone());

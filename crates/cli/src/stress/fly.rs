@@ -3,9 +3,9 @@
 
 use super::case::Cases;
 use super::dice::Dice;
-use super::report::{Report, Row, State};
-use super::run::{Graph, difference};
-use super::{Options, finish};
+use super::report::{CaseRow, RowState, StressReport};
+use super::run::{StressGraph, difference};
+use super::{StressOptions, finish};
 use glam::Vec3;
 use lightgraph::internals::scene::Shift;
 use lightgraph::internals::value::Values;
@@ -30,7 +30,7 @@ const MEMORY_SLACK: f64 = 16.0 * 1024.0 * 1024.0;
 ///
 /// # Errors
 /// The process can't be started, or says what went wrong.
-pub(super) fn elsewhere(graph: &Graph, options: &Options, seconds: Option<f64>) -> Checked<Vec<Row>> {
+pub(super) fn elsewhere(graph: &StressGraph, options: &StressOptions, seconds: Option<f64>) -> Checked<Vec<CaseRow>> {
     let folder = options.folder.join(format!("flight of {}", graph.name));
     let mut command = Command::new(&options.program);
     command.args(["stress", "--filter", "flight", "--seed", &options.seed.to_string()]);
@@ -54,23 +54,23 @@ pub(super) fn elsewhere(graph: &Graph, options: &Options, seconds: Option<f64>) 
     }
     // 1: something failed, as its rows say.
     finish(&mut command, &[0, 1]).map_err(fault)?;
-    Ok(Report::read(&folder)?.rows)
+    Ok(StressReport::read(&folder)?.rows)
 }
 
 /// One flight.
-pub(super) struct Flight<'a> {
+pub(super) struct FlightRun<'a> {
     /// Of this device alone, so that what it counts is this flight's.
     pub instance: &'a wgpu::Instance,
     pub gpu: &'a Gpu,
     pub cases: &'a Cases,
-    pub graph: &'a Graph,
+    pub graph: &'a StressGraph,
     pub seed: u64,
     pub frames: u32,
 }
 
 /// What a flight left behind.
 #[derive(Debug, Default)]
-struct Trace {
+struct FlightTrace {
     /// Of the images at every look.
     hashes: Vec<u64>,
     frames: u32,
@@ -81,21 +81,21 @@ struct Trace {
     finite: bool,
 }
 
-impl Flight<'_> {
+impl FlightRun<'_> {
     /// Flies twice, and compares. The first flight ends early when `half` says so, the second when `stop` does.
     ///
     /// # Errors
     /// What the device or a reload reports.
-    pub fn rows(&self, half: &mut dyn FnMut() -> bool, stop: &mut dyn FnMut() -> bool) -> Checked<Vec<Row>> {
+    pub fn rows(&self, half: &mut dyn FnMut() -> bool, stop: &mut dyn FnMut() -> bool) -> Checked<Vec<CaseRow>> {
         let start = Instant::now();
         let first = self.fly(self.frames, half)?;
         let seconds = start.elapsed().as_secs_f64();
         if first.frames == 0 {
-            return Ok(vec![Row::new("fly-through", "flight", &self.graph.name, "").left()]);
+            return Ok(vec![CaseRow::new("fly-through", "flight", &self.graph.name, "").left()]);
         }
         let setting = format!("{} frames", first.frames);
         let row = |case: &str| {
-            let mut row = Row::new("fly-through", case, &self.graph.name, &setting);
+            let mut row = CaseRow::new("fly-through", case, &self.graph.name, &setting);
             row.seconds = seconds;
             if first.frames < self.frames {
                 row.note(&format!("{} were asked for; time ran out", self.frames));
@@ -125,13 +125,13 @@ impl Flight<'_> {
                 let most = (bytes * MEMORY).max(bytes + MEMORY_SLACK) / mib;
                 memory.judge(Some(bytes / mib), Some(bytes_after / mib), bytes_after / mib, most);
                 if second.frames == 0 {
-                    memory.state = State::Left;
+                    memory.state = RowState::Left;
                     memory.note("no time was left for a second flight");
                 }
             }
             _ => {
                 for row in [&mut memory, &mut objects] {
-                    row.state = State::Absent;
+                    row.state = RowState::Absent;
                     row.note("this system does not say");
                 }
             }
@@ -139,7 +139,7 @@ impl Flight<'_> {
         let differs = first.hashes.iter().zip(&second.hashes).position(|(a, b)| a != b);
         match differs {
             Some(i) => again.fail(&format!("other bits at frame {}", (i as u32 + 1) * STRIDE)),
-            None if second.hashes.is_empty() => again.state = State::Left,
+            None if second.hashes.is_empty() => again.state = RowState::Left,
             None => {
                 again.note(&format!("the same bits at {} looks over {} frames", second.hashes.len(), second.frames))
             }
@@ -147,7 +147,7 @@ impl Flight<'_> {
         Ok(vec![finite, drift, memory, objects, again])
     }
 
-    fn fly(&self, frames: u32, stop: &mut dyn FnMut() -> bool) -> Checked<Trace> {
+    fn fly(&self, frames: u32, stop: &mut dyn FnMut() -> bool) -> Checked<FlightTrace> {
         let loaded = self.cases.fly.scene.load(&Default::default(), &self.cases.folder)?;
         let mut settings = self.cases.settings.clone();
         settings.extend(self.cases.fly.set.clone());
@@ -160,7 +160,7 @@ impl Flight<'_> {
             dice: Dice::new(self.seed, &self.graph.name),
             frame: 0,
         };
-        let mut trace = Trace { finite: true, ..Trace::default() };
+        let mut trace = FlightTrace { finite: true, ..FlightTrace::default() };
         let first = plane.home()?;
         trace.begun = self.held();
         for i in 0..frames {
@@ -186,7 +186,7 @@ impl Flight<'_> {
 
 /// A session in flight.
 struct Plane<'a> {
-    flight: &'a Flight<'a>,
+    flight: &'a FlightRun<'a>,
     scene: Scene,
     project: Project,
     /// The parameters that it starts with.
@@ -274,7 +274,7 @@ impl Plane<'_> {
     }
 }
 
-impl Flight<'_> {
+impl FlightRun<'_> {
     /// Bytes that the process holds, and objects that the device does; `None` where nobody says.
     fn held(&self) -> Option<(f64, usize)> {
         // What was dropped goes when the device is asked next.

@@ -1,7 +1,7 @@
 //! Graphs side by side: shaders are compiled on one core each, so that one graph after the other would leave the others
 //! idle.
 
-use super::report::{Row, Rows};
+use super::report::{CaseRow, CaseRows};
 use lightgraph::{Checked, Faults, Gpu};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
@@ -11,7 +11,7 @@ const MOST: usize = 4;
 
 /// What a turn does: with a device of the lane's own, its number, its share of the time that is left, and whom to give
 /// its rows to.
-pub(super) type Turn<'t> = dyn Fn(&Gpu, usize, f64, &mut dyn FnMut(Vec<Row>)) -> Checked<()> + Sync + 't;
+pub(super) type Turn<'t> = dyn Fn(&Gpu, usize, f64, &mut dyn FnMut(Vec<CaseRow>)) -> Checked<()> + Sync + 't;
 
 /// How many turns are taken at once.
 fn count(turns: usize) -> usize {
@@ -22,7 +22,7 @@ fn count(turns: usize) -> usize {
 ///
 /// # Errors
 /// Those of the turns, and no further device; all of them.
-pub(super) fn turns(gpu: &Gpu, number: usize, rows: &mut Rows<'_>, turn: &Turn<'_>) -> Checked<Vec<Row>> {
+pub(super) fn turns(gpu: &Gpu, number: usize, rows: &mut CaseRows<'_>, turn: &Turn<'_>) -> Checked<Vec<CaseRow>> {
     let lanes = count(number);
     let next = AtomicUsize::new(0);
     let (send, receive) = mpsc::channel();
@@ -51,7 +51,7 @@ pub(super) fn turns(gpu: &Gpu, number: usize, rows: &mut Rows<'_>, turn: &Turn<'
             });
         }
         drop(send);
-        let mut found: Vec<Vec<Row>> = vec![vec![]; number];
+        let mut found: Vec<Vec<CaseRow>> = vec![vec![]; number];
         let mut faults = vec![];
         for (i, result) in receive {
             match result {

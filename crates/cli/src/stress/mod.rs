@@ -19,19 +19,19 @@ mod run;
 mod shape;
 
 pub use case::Cases;
-pub use report::{Report, Row, State};
-pub use run::Graph;
+pub use report::{CaseRow, RowState, StressReport};
+pub use run::StressGraph;
 
 use case::Case;
 use lightgraph::{Checked, Faults, Gpu};
-use report::{Rows, Wanted, caught_up};
+use report::{CaseRows, RunSelection, caught_up};
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// How much is run.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct StressOptions {
     /// Time to spend; `None`: all cases, and random parameters once.
     pub seconds: Option<f64>,
     /// Of everything random.
@@ -63,30 +63,30 @@ const QUICK_FRAMES: u32 = 300;
 pub fn run(
     gpu: &Gpu,
     cases: &Cases,
-    graphs: &[Graph],
-    options: &Options,
-    told: &mut dyn FnMut(&Row),
-) -> Checked<Report> {
+    graphs: &[StressGraph],
+    options: &StressOptions,
+    told: &mut dyn FnMut(&CaseRow),
+) -> Checked<StressReport> {
     // What an adapter is known to draw wrongly says nothing of the graph.
-    let unfit = |g: &Graph| cases.unfit.iter().find(|u| u.graph == g.name && gpu.info.name.contains(&u.adapter));
-    let run = Run {
+    let unfit = |g: &StressGraph| cases.unfit.iter().find(|u| u.graph == g.name && gpu.info.name.contains(&u.adapter));
+    let run = StressRun {
         gpu,
         cases,
         graphs: graphs.iter().filter(|g| unfit(g).is_none()).collect(),
         options,
         start: Instant::now(),
     };
-    let mut rows = Rows::new(told);
+    let mut rows = CaseRows::new(told);
     for unfit in graphs.iter().filter_map(unfit) {
-        let mut row = Row::new("case", "all", &unfit.graph, "");
-        row.state = State::Absent;
+        let mut row = CaseRow::new("case", "all", &unfit.graph, "");
+        row.state = RowState::Absent;
         row.note(&unfit.why);
         rows.keep(vec![row]);
     }
     run.own_graphs(&mut rows)?;
     run.graph_by_graph(&mut rows)?;
     if run.chosen("adapters") {
-        let taken: Vec<&Graph> = run.graphs.iter().copied().filter(|g| run.takes_cases(g)).collect();
+        let taken: Vec<&StressGraph> = run.graphs.iter().copied().filter(|g| run.takes_cases(g)).collect();
         let mut stop = run.after(SHARES[1]);
         rows.keep(adapters::rows(gpu, cases, &taken, options, &mut stop)?);
     }
@@ -97,7 +97,7 @@ pub fn run(
         run.more_draws(&mut rows)?;
     }
     let info = &gpu.info;
-    Ok(Report {
+    Ok(StressReport {
         version: env!("CARGO_PKG_VERSION").into(),
         adapter: format!("{}, {}", info.name, info.driver_info),
         software: gpu.is_software(),
@@ -119,15 +119,15 @@ fn finish(command: &mut Command, codes: &[i32]) -> Result<(), String> {
 }
 
 /// A run under way.
-struct Run<'a> {
+struct StressRun<'a> {
     gpu: &'a Gpu,
     cases: &'a Cases,
-    graphs: Vec<&'a Graph>,
-    options: &'a Options,
+    graphs: Vec<&'a StressGraph>,
+    options: &'a StressOptions,
     start: Instant,
 }
 
-impl Run<'_> {
+impl StressRun<'_> {
     /// Whether a share of the time is over, whenever it is asked.
     fn after(&self, share: f64) -> impl FnMut() -> bool + use<> {
         let (start, seconds) = (self.start, self.options.seconds);
@@ -144,25 +144,30 @@ impl Run<'_> {
         self.options.filter.as_deref().is_none_or(|f| name.contains(f))
     }
 
-    fn takes_cases(&self, graph: &Graph) -> bool {
+    fn takes_cases(&self, graph: &StressGraph) -> bool {
         !self.options.quick || self.cases.quick.contains(&graph.name)
     }
 
     /// The cases with graphs of their own, and those of the loader.
-    fn own_graphs(&self, rows: &mut Rows<'_>) -> Checked<()> {
+    fn own_graphs(&self, rows: &mut CaseRows<'_>) -> Checked<()> {
         let shaders: Vec<PathBuf> = self.cases.shaders.iter().map(|p| self.cases.folder.join(p)).collect();
         for case in self.cases.cases.iter().filter(|c| self.chosen(&c.name)) {
             let path = case.graph.as_ref().map(|p| self.cases.folder.join(p));
             let own = match (&path, &case.variant) {
-                (Some(path), Some(over)) => Some(Graph::varied(path, &case.name, over, &shaders)?),
-                (Some(path), None) => Some(Graph::open(path, &shaders)?),
+                (Some(path), Some(over)) => Some(StressGraph::varied(path, &case.name, over, &shaders)?),
+                (Some(path), None) => Some(StressGraph::open(path, &shaders)?),
                 (None, _) => None,
             };
             let any = self.graphs.first().copied().filter(|_| case.is_of_the_loader());
             if let Some(graph) = own.as_ref().or(any) {
                 let runs = if self.options.quick { 0..usize::from(case.quick) } else { 0..usize::MAX };
                 let mut stop = self.after(SHARES[0]);
-                rows.keep(run::Runner::new(self.gpu, self.cases).case(case, graph, (&runs, Wanted::All), &mut stop));
+                rows.keep(run::Runner::new(self.gpu, self.cases).case(
+                    case,
+                    graph,
+                    (&runs, RunSelection::All),
+                    &mut stop,
+                ));
             }
         }
         Ok(())
@@ -170,20 +175,20 @@ impl Run<'_> {
 
     /// All graphs get an equal part of the time. What is left out for it has another turn, as long as others leave some
     /// of theirs.
-    fn graph_by_graph(&self, rows: &mut Rows<'_>) -> Checked<()> {
+    fn graph_by_graph(&self, rows: &mut CaseRows<'_>) -> Checked<()> {
         let all: Vec<usize> = (0..self.graphs.len()).collect();
-        let mut found = self.turns(&all, Wanted::All, rows)?;
+        let mut found = self.turns(&all, RunSelection::All, rows)?;
         let mut over = self.after(SHARES[0]);
         while !over() {
             let has_left = |i: &usize| {
-                let of = |row: &&Row| row.graph == self.graphs[*i].name;
-                found.iter().filter(of).any(|row| row.state == State::Left)
+                let of = |row: &&CaseRow| row.graph == self.graphs[*i].name;
+                found.iter().filter(of).any(|row| row.state == RowState::Left)
             };
             let again: Vec<usize> = all.iter().copied().filter(has_left).collect();
             if again.is_empty() {
                 break;
             }
-            let more = self.turns(&again, Wanted::Left(&found), rows)?;
+            let more = self.turns(&again, RunSelection::Left(&found), rows)?;
             caught_up(&mut found, more);
         }
         rows.all.extend(found);
@@ -192,7 +197,7 @@ impl Run<'_> {
 
     /// The cases and random parameters of some graphs, one graph after the other, so that a case takes over what the
     /// one before built.
-    fn turns(&self, graphs: &[usize], wanted: Wanted<'_>, rows: &mut Rows<'_>) -> Checked<Vec<Row>> {
+    fn turns(&self, graphs: &[usize], wanted: RunSelection<'_>, rows: &mut CaseRows<'_>) -> Checked<Vec<CaseRow>> {
         lanes::turns(self.gpu, graphs.len(), rows, &|gpu, turn, part, give| {
             let i = graphs[turn];
             let graph = self.graphs[i];
@@ -209,7 +214,7 @@ impl Run<'_> {
                 give(runner.case(case, graph, (&(usize::from(case.quick)..usize::MAX), wanted), &mut stop));
             }
             if self.chosen("random") {
-                let Options { seed, folder, .. } = self.options;
+                let StressOptions { seed, folder, .. } = self.options;
                 let mut drawer = random::Drawer::new(gpu, self.cases, graph, *seed, folder)?;
                 if !self.options.quick {
                     give(drawer.ends(&self.graphs[..i], wanted, &mut stop));
@@ -222,11 +227,11 @@ impl Run<'_> {
 
     /// All at once, where there are several, so that what ends early leaves the others its cores; each in a process of
     /// its own, whose memory is nobody else's.
-    fn flights(&self, rows: &mut Rows<'_>) -> Checked<()> {
-        let flying: Vec<&Graph> =
+    fn flights(&self, rows: &mut CaseRows<'_>) -> Checked<()> {
+        let flying: Vec<&StressGraph> =
             self.graphs.iter().copied().filter(|g| self.cases.fly.graphs.contains(&g.name)).collect();
-        let failed = |graph: &Graph, faults: &Faults| {
-            let mut row = Row::new("fly-through", "flight", &graph.name, "");
+        let failed = |graph: &StressGraph, faults: &Faults| {
+            let mut row = CaseRow::new("fly-through", "flight", &graph.name, "");
             row.fail(&faults.one_line());
             vec![row]
         };
@@ -251,14 +256,14 @@ impl Run<'_> {
     }
 
     /// In this process.
-    fn flight(&self, graph: &Graph) -> Checked<Vec<Row>> {
+    fn flight(&self, graph: &StressGraph) -> Checked<Vec<CaseRow>> {
         let mut half = self.after(self.part(0.5, SHARES[2]));
         let mut stop = self.after(SHARES[2]);
         let instance = Gpu::instance();
         let gpu = Gpu::open_for(&instance, Some(&self.gpu.info.name), None).map_err(Faults::from)?;
         let frames = if self.options.quick { QUICK_FRAMES } else { self.cases.fly.frames };
         let (cases, seed) = (self.cases, self.options.seed);
-        fly::Flight { instance: &instance, gpu: &gpu, cases, graph, seed, frames }.rows(&mut half, &mut stop)
+        fly::FlightRun { instance: &instance, gpu: &gpu, cases, graph, seed, frames }.rows(&mut half, &mut stop)
     }
 
     /// From now to a share of the time; `None` without an end.
@@ -267,7 +272,7 @@ impl Run<'_> {
     }
 
     /// Random parameters from the seeds after this one, until the time is over.
-    fn more_draws(&self, rows: &mut Rows<'_>) -> Checked<()> {
+    fn more_draws(&self, rows: &mut CaseRows<'_>) -> Checked<()> {
         if self.options.seconds.is_none() {
             return Ok(());
         }
@@ -280,7 +285,7 @@ impl Run<'_> {
                 if !stop() {
                     let folder = &self.options.folder;
                     let mut drawer = random::Drawer::new(gpu, self.cases, self.graphs[i], seed, folder)?;
-                    give(drawer.draw(Wanted::All, &mut stop).into_iter().collect());
+                    give(drawer.draw(RunSelection::All, &mut stop).into_iter().collect());
                 }
                 Ok(())
             })?;

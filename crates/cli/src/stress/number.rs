@@ -7,31 +7,31 @@ use lightgraph::{Checked, Diagnostic};
 use std::collections::BTreeMap;
 
 /// What a case varies, and further names for its formulas.
-pub(super) type Names = BTreeMap<String, String>;
+pub(super) type CaseNames = BTreeMap<String, String>;
 
 /// A number, or a formula over names.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(untagged)]
-pub(super) enum Number {
+pub(super) enum Formula {
     Value(f64),
     Formula(String),
 }
 
-impl Default for Number {
-    fn default() -> Number {
-        Number::Value(0.0)
+impl Default for Formula {
+    fn default() -> Formula {
+        Formula::Value(0.0)
     }
 }
 
-impl Number {
+impl Formula {
     /// The value.
     ///
     /// # Errors
     /// A formula that is none, or uses a name that nothing gives.
-    pub fn value(&self, names: &Names) -> Checked<f64> {
+    pub fn value(&self, names: &CaseNames) -> Checked<f64> {
         match self {
-            Number::Value(v) => Ok(*v),
-            Number::Formula(text) => formula(text, names),
+            Formula::Value(v) => Ok(*v),
+            Formula::Formula(text) => formula(text, names),
         }
     }
 }
@@ -40,7 +40,7 @@ impl Number {
 ///
 /// # Errors
 /// As [`Number::value`].
-pub(super) fn vector(v: &(Number, Number, Number), names: &Names) -> Checked<DVec3> {
+pub(super) fn vector(v: &(Formula, Formula, Formula), names: &CaseNames) -> Checked<DVec3> {
     Ok(DVec3::new(v.0.value(names)?, v.1.value(names)?, v.2.value(names)?))
 }
 
@@ -49,7 +49,7 @@ pub(super) fn vector(v: &(Number, Number, Number), names: &Names) -> Checked<DVe
 ///
 /// # Errors
 /// As [`Number::value`].
-pub(super) fn formula(text: &str, names: &Names) -> Checked<f64> {
+pub(super) fn formula(text: &str, names: &CaseNames) -> Checked<f64> {
     let source = Source::new("formula", text);
     let e = Expr::parse(&Span::whole(&source), text)?;
     let val = e.eval(&|name| match name {

@@ -7,8 +7,8 @@
 
 use super::case::Cases;
 use super::dice::Dice;
-use super::report::{Row, Wanted};
-use super::run::Graph;
+use super::report::{CaseRow, RunSelection};
+use super::run::StressGraph;
 use glam::{UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
 use lightgraph::internals::graph::ast::Param;
 use lightgraph::internals::graph::expr::Val;
@@ -29,7 +29,7 @@ const SHRINKS: usize = 60;
 /// Draws for one graph.
 pub(super) struct Drawer<'a> {
     gpu: &'a Gpu,
-    graph: &'a Graph,
+    graph: &'a StressGraph,
     scene: Arc<Scene>,
     size: [u32; 2],
     growth: f64,
@@ -58,7 +58,7 @@ impl<'a> Drawer<'a> {
     ///
     /// # Errors
     /// The scene can't be made or written; the small settings are no good.
-    pub fn new(gpu: &'a Gpu, cases: &Cases, graph: &'a Graph, seed: u64, folder: &Path) -> Checked<Drawer<'a>> {
+    pub fn new(gpu: &'a Gpu, cases: &Cases, graph: &'a StressGraph, seed: u64, folder: &Path) -> Checked<Drawer<'a>> {
         let (bytes, description) = cases.random.scene.bytes(&Default::default())?;
         let file = folder.join("random.glb");
         write_atomically(&file, &bytes)?;
@@ -87,12 +87,17 @@ impl<'a> Drawer<'a> {
 
     /// Every parameter at either end of its range, as far as there is room, the others at their small settings. Of one
     /// that a graph before this one has just so, one end, the graphs in turn.
-    pub fn ends(&mut self, before: &[&Graph], wanted: Wanted<'_>, stop: &mut dyn FnMut() -> bool) -> Vec<Row> {
+    pub fn ends(
+        &mut self,
+        before: &[&StressGraph],
+        wanted: RunSelection<'_>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Vec<CaseRow> {
         let mut rows = vec![];
         let params: Vec<(String, Param)> =
             self.graph.project.graph.params.iter().map(|(n, p)| (n.value.clone(), p.clone())).collect();
         for (name, param) in &params {
-            let same = |g: &&&Graph| {
+            let same = |g: &&&StressGraph| {
                 let mut theirs = g.project.graph.params.iter();
                 theirs.any(|(n, p)| n.value == *name && (p.min, p.max) == (param.min, param.max))
             };
@@ -115,7 +120,7 @@ impl<'a> Drawer<'a> {
     }
 
     /// One vector of parameters.
-    pub fn draw(&mut self, wanted: Wanted<'_>, stop: &mut dyn FnMut() -> bool) -> Option<Row> {
+    pub fn draw(&mut self, wanted: RunSelection<'_>, stop: &mut dyn FnMut() -> bool) -> Option<CaseRow> {
         let params = &self.graph.project.graph.params;
         let mut order: Vec<usize> = (0..params.len()).collect();
         for i in (1..order.len()).rev() {
@@ -157,8 +162,14 @@ impl<'a> Drawer<'a> {
         plan_for(&self.graph.project, &self.scene, &settings, self.gpu)
     }
 
-    fn row(&mut self, case: &str, values: &Values, wanted: Wanted<'_>, stop: &mut dyn FnMut() -> bool) -> Option<Row> {
-        let mut row = Row::new("random", case, &self.graph.name, &self.shown(values));
+    fn row(
+        &mut self,
+        case: &str,
+        values: &Values,
+        wanted: RunSelection<'_>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<CaseRow> {
+        let mut row = CaseRow::new("random", case, &self.graph.name, &self.shown(values));
         if !wanted.has(&row) {
             return None;
         }

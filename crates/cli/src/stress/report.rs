@@ -11,7 +11,7 @@ const STYLE: &str = include_str!("report.css");
 
 /// Everything of a run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Report {
+pub struct StressReport {
     pub version: String,
     /// Name and driver.
     pub adapter: String,
@@ -19,12 +19,12 @@ pub struct Report {
     pub software: bool,
     pub seed: u64,
     pub seconds: f64,
-    pub rows: Vec<Row>,
+    pub rows: Vec<CaseRow>,
 }
 
 /// One run of a case on a graph.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Row {
+pub struct CaseRow {
     /// `case`, `random`, `fly-through` or `adapter`.
     pub part: String,
     pub case: String,
@@ -38,29 +38,29 @@ pub struct Row {
     /// As the case defines it; mostly relative.
     pub error: Option<f64>,
     pub bound: Option<f64>,
-    pub state: State,
+    pub state: RowState,
     pub notice: String,
     pub seconds: f64,
 }
 
 /// Rows of a run under way.
-pub(super) struct Rows<'t> {
-    pub all: Vec<Row>,
+pub(super) struct CaseRows<'t> {
+    pub all: Vec<CaseRow>,
     /// Hears of each when it is known.
-    told: &'t mut dyn FnMut(&Row),
+    told: &'t mut dyn FnMut(&CaseRow),
 }
 
-impl<'t> Rows<'t> {
-    pub fn new(told: &'t mut dyn FnMut(&Row)) -> Rows<'t> {
-        Rows { all: vec![], told }
+impl<'t> CaseRows<'t> {
+    pub fn new(told: &'t mut dyn FnMut(&CaseRow)) -> CaseRows<'t> {
+        CaseRows { all: vec![], told }
     }
 
-    pub fn tell(&mut self, rows: &[Row]) {
+    pub fn tell(&mut self, rows: &[CaseRow]) {
         rows.iter().for_each(&mut *self.told);
     }
 
     /// Tells them as well.
-    pub fn keep(&mut self, rows: Vec<Row>) {
+    pub fn keep(&mut self, rows: Vec<CaseRow>) {
         self.tell(&rows);
         self.all.extend(rows);
     }
@@ -68,24 +68,24 @@ impl<'t> Rows<'t> {
 
 /// The runs that have their turn: all of them, or those that others had left no time for.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Wanted<'a> {
+pub(super) enum RunSelection<'a> {
     All,
-    Left(&'a [Row]),
+    Left(&'a [CaseRow]),
 }
 
-impl Wanted<'_> {
-    pub fn has(self, run: &Row) -> bool {
+impl RunSelection<'_> {
+    pub fn has(self, run: &CaseRow) -> bool {
         match self {
-            Wanted::All => true,
-            Wanted::Left(rows) => rows.iter().any(|row| row.state == State::Left && row.is_of(run)),
+            RunSelection::All => true,
+            RunSelection::Left(rows) => rows.iter().any(|row| row.state == RowState::Left && row.is_of(run)),
         }
     }
 }
 
 /// Puts rows in the places of those that were left out.
-pub(super) fn caught_up(rows: &mut [Row], more: Vec<Row>) {
+pub(super) fn caught_up(rows: &mut [CaseRow], more: Vec<CaseRow>) {
     for new in more {
-        if let Some(row) = rows.iter_mut().find(|row| row.state == State::Left && row.is_of(&new)) {
+        if let Some(row) = rows.iter_mut().find(|row| row.state == RowState::Left && row.is_of(&new)) {
             *row = new;
         }
     }
@@ -94,7 +94,7 @@ pub(super) fn caught_up(rows: &mut [Row], more: Vec<Row>) {
 /// How a row ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum State {
+pub enum RowState {
     Passed,
     Failed,
     /// What it needs is not on this machine.
@@ -103,21 +103,21 @@ pub enum State {
     Left,
 }
 
-impl State {
+impl RowState {
     /// As tables show it.
     pub fn word(self) -> &'static str {
         match self {
-            State::Passed => "pass",
-            State::Failed => "FAIL",
-            State::Absent => "absent",
-            State::Left => "left out",
+            RowState::Passed => "pass",
+            RowState::Failed => "FAIL",
+            RowState::Absent => "absent",
+            RowState::Left => "left out",
         }
     }
 }
 
-impl Row {
-    pub(super) fn new(part: &str, case: &str, graph: &str, setting: &str) -> Row {
-        Row {
+impl CaseRow {
+    pub(super) fn new(part: &str, case: &str, graph: &str, setting: &str) -> CaseRow {
+        CaseRow {
             part: part.into(),
             case: case.into(),
             about: String::new(),
@@ -127,7 +127,7 @@ impl Row {
             got: None,
             error: None,
             bound: None,
-            state: State::Passed,
+            state: RowState::Passed,
             notice: String::new(),
             seconds: 0.0,
         }
@@ -142,20 +142,20 @@ impl Row {
     }
 
     /// Left out for lack of time.
-    pub(super) fn left(self) -> Row {
-        Row { state: State::Left, notice: "no time was left".into(), ..self }
+    pub(super) fn left(self) -> CaseRow {
+        CaseRow { state: RowState::Left, notice: "no time was left".into(), ..self }
     }
 
     /// Whether it is of the same run.
-    pub(super) fn is_of(&self, other: &Row) -> bool {
-        fn key(row: &Row) -> [&str; 4] {
+    pub(super) fn is_of(&self, other: &CaseRow) -> bool {
+        fn key(row: &CaseRow) -> [&str; 4] {
             [&row.part, &row.case, &row.graph, &row.setting]
         }
         key(self) == key(other)
     }
 
     pub(super) fn fail(&mut self, why: &str) {
-        self.state = State::Failed;
+        self.state = RowState::Failed;
         self.note(why);
     }
 
@@ -163,7 +163,7 @@ impl Row {
     pub(super) fn judge(&mut self, expected: Option<f64>, got: Option<f64>, error: f64, bound: f64) {
         (self.expected, self.got, self.error, self.bound) = (expected, got, Some(error), Some(bound));
         if error.is_nan() || error > bound {
-            self.state = State::Failed;
+            self.state = RowState::Failed;
         }
     }
 
@@ -176,12 +176,12 @@ impl Row {
     }
 }
 
-impl Report {
+impl StressReport {
     /// Reads the `results.json` of a folder.
     ///
     /// # Errors
     /// A file that can't be read or holds something else.
-    pub(super) fn read(folder: &Path) -> Checked<Report> {
+    pub(super) fn read(folder: &Path) -> Checked<StressReport> {
         let path = folder.join("results.json");
         let fault = |why: String| Diagnostic::error(format!("can't read {}: {why}", path.display()));
         let text = files::read_text(&path, files::TABLE).map_err(|e| fault(e.to_string()))?;
@@ -189,7 +189,7 @@ impl Report {
     }
 
     /// How many rows are in a state.
-    pub fn count(&self, state: State) -> usize {
+    pub fn count(&self, state: RowState) -> usize {
         self.rows.iter().filter(|r| r.state == state).count()
     }
 
@@ -216,10 +216,10 @@ impl Report {
         let _ = writeln!(
             out,
             "{} passed, {} failed, {} absent, {} left out for lack of time; {:.0} s on {}",
-            self.count(State::Passed),
-            self.count(State::Failed),
-            self.count(State::Absent),
-            self.count(State::Left),
+            self.count(RowState::Passed),
+            self.count(RowState::Failed),
+            self.count(RowState::Absent),
+            self.count(RowState::Left),
             self.seconds,
             self.adapter
         );
@@ -227,13 +227,13 @@ impl Report {
     }
 
     /// Of each case and graph the row that is nearest to failing, or has, and how many there are.
-    fn worst(&self) -> Vec<(&Row, usize)> {
-        let mut groups: Vec<(&Row, usize)> = vec![];
-        let rank = |r: &Row| {
+    fn worst(&self) -> Vec<(&CaseRow, usize)> {
+        let mut groups: Vec<(&CaseRow, usize)> = vec![];
+        let rank = |r: &CaseRow| {
             let state = match r.state {
-                State::Passed => 0,
-                State::Absent | State::Left => 1,
-                State::Failed => 2,
+                RowState::Passed => 0,
+                RowState::Absent | RowState::Left => 1,
+                RowState::Failed => 2,
             };
             let near = r.error.zip(r.bound).map_or(0.0, |(e, b)| if e == 0.0 { 0.0 } else { e / b });
             (state, near)
@@ -265,13 +265,13 @@ impl Report {
 
     /// One page without outside files.
     fn html(&self) -> String {
-        let (failed, passed) = (self.count(State::Failed), self.count(State::Passed));
+        let (failed, passed) = (self.count(RowState::Failed), self.count(RowState::Passed));
         let mut out = format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>stress: {failed} failed, {passed} \
              passed</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{failed} failed, {passed} passed, {} absent, {} \
              left out</h1>\n<p>lightgraph {}, {}{}, seed {}, {:.0} s</p>\n",
-            self.count(State::Absent),
-            self.count(State::Left),
+            self.count(RowState::Absent),
+            self.count(RowState::Left),
             escaped(&self.version),
             escaped(&self.adapter),
             if self.software { " (a software driver)" } else { "" },
@@ -287,16 +287,16 @@ impl Report {
     }
 }
 
-fn table<'r>(out: &mut String, rows: impl Iterator<Item = &'r Row>) {
+fn table<'r>(out: &mut String, rows: impl Iterator<Item = &'r CaseRow>) {
     let head = ["case", "graph", "setting", "expected", "got", "error", "bound", "verdict", "notice", "seconds"];
     let head: String = head.iter().map(|h| format!("<th>{h}</th>")).collect();
     let _ = writeln!(out, "<table>\n<tr>{head}</tr>");
     for r in rows {
         let number = |x: Option<f64>| format!("<td class=\"number\">{}</td>", x.map_or(String::new(), short));
         let class = match r.state {
-            State::Passed => "passed",
-            State::Failed => "failed",
-            State::Absent | State::Left => "absent",
+            RowState::Passed => "passed",
+            RowState::Failed => "failed",
+            RowState::Absent | RowState::Left => "absent",
         };
         let _ = writeln!(
             out,
@@ -333,16 +333,16 @@ mod tests {
 
     #[test]
     fn rows_that_were_left_out_are_caught_up_with_in_their_places() {
-        let row = |setting: &str| Row::new("case", "sizes", "a graph", setting);
+        let row = |setting: &str| CaseRow::new("case", "sizes", "a graph", setting);
         let mut rows = vec![row("n=1"), row("n=2").left(), row("n=3").left()];
-        let wanted = Wanted::Left(&rows);
+        let wanted = RunSelection::Left(&rows);
         let runs = ["n=1", "n=2", "n=3"].map(|setting| wanted.has(&row(setting)));
         assert_eq!(runs, [false, true, true]);
-        assert!(Wanted::All.has(&row("n=1")) && !wanted.has(&Row::new("random", "sizes", "a graph", "n=2")));
+        assert!(RunSelection::All.has(&row("n=1")) && !wanted.has(&CaseRow::new("random", "sizes", "a graph", "n=2")));
         let mut again = row("n=3");
         again.fail("too dark");
         caught_up(&mut rows, vec![again, row("n=2").left()]);
         let states: Vec<_> = rows.iter().map(|r| (r.setting.as_str(), r.state)).collect();
-        assert_eq!(states, [("n=1", State::Passed), ("n=2", State::Left), ("n=3", State::Failed)]);
+        assert_eq!(states, [("n=1", RowState::Passed), ("n=2", RowState::Left), ("n=3", RowState::Failed)]);
     }
 }

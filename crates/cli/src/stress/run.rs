@@ -1,9 +1,9 @@
 //! A case on a graph: renders, judges, makes a row.
 
 use super::case::{Case, Cases, Expect, settings};
-use super::number::{Names, Number};
-use super::report::{Row, State, Wanted};
-use super::shape::Shape;
+use super::number::{CaseNames, Formula};
+use super::report::{CaseRow, RowState, RunSelection};
+use super::shape::SceneShape;
 use lightgraph::internals::diag::{Severity, Source};
 use lightgraph::internals::plan::lint::prune;
 use lightgraph::internals::scene::Loaded;
@@ -15,25 +15,25 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// A graph under its file's name.
-pub struct Graph {
+pub struct StressGraph {
     pub name: String,
     pub path: PathBuf,
     pub project: Project,
 }
 
-impl Graph {
+impl StressGraph {
     /// # Errors
     /// Faults of the file and its shaders.
-    pub fn open(path: &Path, shaders: &[PathBuf]) -> Checked<Graph> {
+    pub fn open(path: &Path, shaders: &[PathBuf]) -> Checked<StressGraph> {
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Ok(Graph { name, path: path.into(), project: Project::open(path, shaders)? })
+        Ok(StressGraph { name, path: path.into(), project: Project::open(path, shaders)? })
     }
 
     /// A variant of a file that stands in no file of its own.
     ///
     /// # Errors
     /// As [`Graph::open`], and those of what is laid over it.
-    pub(super) fn varied(base: &Path, name: &str, over: &str, shaders: &[PathBuf]) -> Checked<Graph> {
+    pub(super) fn varied(base: &Path, name: &str, over: &str, shaders: &[PathBuf]) -> Checked<StressGraph> {
         let file = base.file_name().unwrap_or_default().to_string_lossy();
         let path = base.with_file_name(format!("{name}.ron"));
         let text = format!("Variant(base: \"{file}\", about: \"{name}\", {over})");
@@ -44,7 +44,7 @@ impl Graph {
         let mut graph = lightgraph::internals::graph::load(&path, &read)?;
         let texts = Library::load(shaders)?;
         prune(&mut graph, &texts);
-        Ok(Graph { name: name.into(), path: path.clone(), project: Project { graph, texts } })
+        Ok(StressGraph { name: name.into(), path: path.clone(), project: Project { graph, texts } })
     }
 
     /// Whether it has a parameter.
@@ -80,7 +80,7 @@ pub(super) struct Runner<'a> {
 
 /// What one image is made of.
 struct Take<'a> {
-    scene: &'a Shape,
+    scene: &'a SceneShape,
     set: &'a BTreeMap<String, String>,
     camera: Option<&'a str>,
     outputs: &'a [&'a str],
@@ -96,14 +96,14 @@ impl<'a> Runner<'a> {
     pub fn case(
         &mut self,
         case: &Case,
-        graph: &Graph,
-        (runs, wanted): (&Range<usize>, Wanted<'_>),
+        graph: &StressGraph,
+        (runs, wanted): (&Range<usize>, RunSelection<'_>),
         stop: &mut dyn FnMut() -> bool,
-    ) -> Vec<Row> {
+    ) -> Vec<CaseRow> {
         let mut rows = vec![];
         for names in case.runs().into_iter().take(runs.end).skip(runs.start) {
             let setting: Vec<String> = names.iter().map(|(n, v)| format!("{n}={v}")).collect();
-            let mut row = Row::new("case", &case.name, &graph.name, &setting.join(" "));
+            let mut row = CaseRow::new("case", &case.name, &graph.name, &setting.join(" "));
             row.about.clone_from(&case.about);
             if !wanted.has(&row) {
                 continue;
@@ -122,7 +122,7 @@ impl<'a> Runner<'a> {
         rows
     }
 
-    fn judge(&mut self, case: &Case, graph: &Graph, names: &Names, row: &mut Row) -> Checked<()> {
+    fn judge(&mut self, case: &Case, graph: &StressGraph, names: &CaseNames, row: &mut CaseRow) -> Checked<()> {
         if let Expect::Refused { says } = &case.expect {
             match case.scene.load(names, &self.cases.folder) {
                 Ok(_) => row.fail("the loader takes the scene"),
@@ -134,7 +134,7 @@ impl<'a> Runner<'a> {
             return Ok(());
         }
         let instead = case.instead.get(&graph.name).cloned().unwrap_or_default();
-        let expected = |value: &Number| instead.value.as_ref().unwrap_or(value).value(names);
+        let expected = |value: &Formula| instead.value.as_ref().unwrap_or(value).value(names);
         let bound = instead.bound.as_ref().unwrap_or(&case.bound).value(names)?;
         let set = settings(&[&self.cases.settings, &case.set], names);
         let take = |outputs| Take { scene: &case.scene, set: &set, camera: case.camera.as_deref(), outputs };
@@ -206,7 +206,7 @@ impl<'a> Runner<'a> {
         if let Some(says) = &case.says {
             row.judge_text(says, &text.join("; "));
         }
-        if let (State::Passed, Some(limit)) = (row.state, case.limit_of(&graph.name)) {
+        if let (RowState::Passed, Some(limit)) = (row.state, case.limit_of(&graph.name)) {
             row.note(&format!("known limit: {limit}"));
         }
         let told = notices.iter().filter(|d| d.severity != Severity::Note);
@@ -214,7 +214,14 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    fn shoot(&mut self, case: &Case, graph: &Graph, names: &Names, take: &Take<'_>, row: &mut Row) -> Checked<Shot> {
+    fn shoot(
+        &mut self,
+        case: &Case,
+        graph: &StressGraph,
+        names: &CaseNames,
+        take: &Take<'_>,
+        row: &mut CaseRow,
+    ) -> Checked<Shot> {
         let loaded = take.scene.load(names, &self.cases.folder)?;
         if let Some(output) = take.outputs.iter().find(|o| !graph.has_output(o)) {
             return Err(Diagnostic::error(format!("the graph has no output `{output}`")).into());
@@ -235,7 +242,7 @@ impl<'a> Runner<'a> {
         Ok(shot)
     }
 
-    fn render(&mut self, graph: &Graph, loaded: Loaded, settings: Settings, frames: u32) -> Checked<Shot> {
+    fn render(&mut self, graph: &StressGraph, loaded: Loaded, settings: Settings, frames: u32) -> Checked<Shot> {
         // What a resource keeps from frame to frame belongs to the scene that it came from.
         let previous = self.last.take().filter(|s| s.plan.resources.iter().all(|r| !r.history));
         let mut session = Session::after(self.gpu, &graph.project, loaded.scene, settings, previous.as_ref())?;

@@ -1,7 +1,7 @@
 //! The scenes of cases: rooms, spheres and what goes wrong in them, by a few words of data.
 
-use super::build::{Document, Mesh, Placing};
-use super::number::{Names, Number, vector};
+use super::build::{GltfBuilder, MeshBuilder, ScenePlacement};
+use super::number::{CaseNames, Formula, vector};
 use glam::{DQuat, DVec3};
 use lightgraph::internals::scene::Loaded;
 use lightgraph::{Checked, Scene};
@@ -15,25 +15,25 @@ type Point = (f64, f64, f64);
 /// What is in a scene.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) enum Shape {
+pub(super) enum SceneShape {
     /// A closed room round (0, 1, 0), facing inward; its camera is called `inside`.
     Room(Box<Room>),
     /// Two sealed rooms of 2 m beside each other with a wall of this thickness between them (metres), a lamp of 1.5 cd
     /// in the left one; cameras `lit` and `dark`.
-    Rooms { wall: Number, albedo: Number },
+    Rooms { wall: Formula, albedo: Formula },
     /// A sphere of 1 m round the origin, facing inward, with a point light in its middle; its camera is called
     /// `inside`.
-    Sphere { albedo: Number, intensity: Number, cuts: u32 },
+    Sphere { albedo: Formula, intensity: Formula, cuts: u32 },
     /// Another, moved.
     Placed {
-        of: Box<Shape>,
+        of: Box<SceneShape>,
         #[serde(default)]
-        translation: (Number, Number, Number),
+        translation: (Formula, Formula, Formula),
         /// Axis and degrees.
         #[serde(default)]
         turn: (f64, f64, f64, f64),
         #[serde(default = "one")]
-        scale: Number,
+        scale: Formula,
     },
     /// A file, relative to that of the cases.
     File(PathBuf),
@@ -45,25 +45,25 @@ pub(super) enum Shape {
 pub(super) struct Room {
     /// Along x, y, z, metres.
     #[serde(default = "usual_size")]
-    pub size: (Number, Number, Number),
+    pub size: (Formula, Formula, Formula),
     /// Of all walls, or of each (−x +x −y +y −z +z).
-    pub albedo: Vec<Number>,
+    pub albedo: Vec<Formula>,
     /// Radiance; a formula may use `albedo` and `specular`, those of the wall.
     #[serde(default)]
-    pub emission: Number,
+    pub emission: Formula,
     /// Phong strength and exponent of the walls.
     #[serde(default)]
-    pub specular: Number,
+    pub specular: Formula,
     #[serde(default = "one")]
-    pub shininess: Number,
+    pub shininess: Formula,
     #[serde(default)]
-    pub lights: Vec<Light>,
+    pub lights: Vec<LightShape>,
     /// Corners of a solid block in it, as white as the first wall.
     #[serde(default)]
     pub block: Option<(Point, Point)>,
     /// Radiance of a patch of a square centimetre and its place, facing down.
     #[serde(default)]
-    pub hot: Option<(Number, Point)>,
+    pub hot: Option<(Formula, Point)>,
     #[serde(default)]
     pub odd: Vec<Odd>,
     #[serde(default = "usual_eye")]
@@ -75,19 +75,19 @@ pub(super) struct Room {
 /// A light in the scene's own units.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Light {
+pub(super) struct LightShape {
     #[serde(default)]
     pub kind: Kind,
-    pub at: (Number, Number, Number),
+    pub at: (Formula, Formula, Formula),
     #[serde(default)]
-    pub to: (Number, Number, Number),
+    pub to: (Formula, Formula, Formula),
     /// Candela or lux.
-    pub intensity: Number,
+    pub intensity: Formula,
     /// Of a spot's cone, radians.
     #[serde(default)]
-    pub inner: Number,
+    pub inner: Formula,
     #[serde(default = "one")]
-    pub outer: Number,
+    pub outer: Formula,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
@@ -121,12 +121,12 @@ pub(super) enum Odd {
     Million,
 }
 
-fn one() -> Number {
-    Number::Value(1.0)
+fn one() -> Formula {
+    Formula::Value(1.0)
 }
 
-fn usual_size() -> (Number, Number, Number) {
-    (Number::Value(2.0), Number::Value(2.0), Number::Value(3.0))
+fn usual_size() -> (Formula, Formula, Formula) {
+    (Formula::Value(2.0), Formula::Value(2.0), Formula::Value(3.0))
 }
 
 fn usual_eye() -> (f64, f64, f64) {
@@ -138,16 +138,16 @@ fn usual_target() -> (f64, f64, f64) {
 }
 
 /// A scene's bytes as a GLB, and the text of its scene RON.
-pub(super) type Bytes = (Vec<u8>, Option<String>);
+pub(super) type SceneBytes = (Vec<u8>, Option<String>);
 
-impl Shape {
+impl SceneShape {
     /// The scene, read as every file is.
     ///
     /// # Errors
     /// Formulas that can't be computed, and whatever the loader refuses.
-    pub fn load(&self, names: &Names, folder: &Path) -> Checked<Loaded> {
+    pub fn load(&self, names: &CaseNames, folder: &Path) -> Checked<Loaded> {
         match self {
-            Shape::File(path) => Scene::load(&folder.join(path)),
+            SceneShape::File(path) => Scene::load(&folder.join(path)),
             _ => {
                 let (bytes, description) = self.bytes(names)?;
                 Scene::from_bytes(&bytes, "case", description.as_deref())
@@ -159,50 +159,51 @@ impl Shape {
     ///
     /// # Errors
     /// Formulas that can't be computed.
-    pub fn bytes(&self, names: &Names) -> Checked<Bytes> {
+    pub fn bytes(&self, names: &CaseNames) -> Checked<SceneBytes> {
         self.placed(names, None)
     }
 
-    fn placed(&self, names: &Names, placing: Option<Placing>) -> Checked<Bytes> {
+    fn placed(&self, names: &CaseNames, placing: Option<ScenePlacement>) -> Checked<SceneBytes> {
         let unit = placing.map_or(1.0, |p| p.scale);
         let document = match self {
-            Shape::Room(room) => room.document(names, unit)?,
-            Shape::Rooms { wall, albedo } => rooms(wall.value(names)?, albedo.value(names)?, unit),
-            Shape::Sphere { albedo, intensity, cuts } => {
-                let mut d = Document::default();
+            SceneShape::Room(room) => room.document(names, unit)?,
+            SceneShape::Rooms { wall, albedo } => rooms(wall.value(names)?, albedo.value(names)?, unit),
+            SceneShape::Sphere { albedo, intensity, cuts } => {
+                let mut d = GltfBuilder::default();
                 let material = d.material(albedo.value(names)?, 0.0, None);
-                d.mesh(&Mesh::sphere(1.0, *cuts).inside_out(), material, json!({}));
+                d.mesh(&MeshBuilder::sphere(1.0, *cuts).inside_out(), material, json!({}));
                 let candela = intensity.value(names)? * unit * unit;
                 d.light(json!({"type": "point", "intensity": candela}), DVec3::ZERO, DVec3::NEG_Y);
                 d.camera("inside", DVec3::new(0.3, 0.1, 0.2), DVec3::new(-1.0, -0.3, -0.5), unit);
                 d
             }
-            Shape::Placed { of, translation, turn, scale } => {
+            SceneShape::Placed { of, translation, turn, scale } => {
                 let axis = DVec3::new(turn.0, turn.1, turn.2).try_normalize().unwrap_or(DVec3::Y);
                 let turn = DQuat::from_axis_angle(axis, turn.3.to_radians());
-                let placing = Placing { translation: vector(translation, names)?, turn, scale: scale.value(names)? };
+                let placing =
+                    ScenePlacement { translation: vector(translation, names)?, turn, scale: scale.value(names)? };
                 return of.placed(names, Some(placing));
             }
-            Shape::File(_) => Document::default(),
+            SceneShape::File(_) => GltfBuilder::default(),
         };
         Ok(document.finish(placing))
     }
 }
 
 impl Room {
-    fn document(&self, names: &Names, unit: f64) -> Checked<Document> {
-        let mut d = Document::default();
+    fn document(&self, names: &CaseNames, unit: f64) -> Checked<GltfBuilder> {
+        let mut d = GltfBuilder::default();
         let size = vector(&self.size, names)?;
         let (low, high) =
             (DVec3::new(-size.x / 2.0, 0.0, -size.z / 2.0), DVec3::new(size.x / 2.0, size.y, size.z / 2.0));
         let specular = self.specular.value(names)?;
         let gloss = (specular > 0.0).then_some((specular, self.shininess.value(names)?));
-        let walls = Mesh::sides(low, high).map(Mesh::inside_out);
+        let walls = MeshBuilder::sides(low, high).map(MeshBuilder::inside_out);
         let mut first = None;
         if let [albedo] = self.albedo.as_slice() {
             let material = self.wall(&mut d, albedo.value(names)?, specular, gloss, names)?;
             first = Some(material);
-            let mut all = Mesh::default();
+            let mut all = MeshBuilder::default();
             walls.iter().for_each(|w| all.add(w));
             d.mesh(&all, material, json!({}));
         } else {
@@ -214,15 +215,15 @@ impl Room {
         }
         let first = first.unwrap_or(0);
         if let Some((a, b)) = self.block {
-            let mut block = Mesh::default();
-            Mesh::sides(a.into(), b.into()).iter().for_each(|s| block.add(s));
+            let mut block = MeshBuilder::default();
+            MeshBuilder::sides(a.into(), b.into()).iter().for_each(|s| block.add(s));
             d.mesh(&block, first, json!({}));
         }
         if let Some((radiance, at)) = &self.hot {
             let material = d.material(0.0, radiance.value(names)?, None);
             let at = DVec3::from(*at);
             let corner = |x: f64, z: f64| at + DVec3::new(x, 0.0, z) * 0.005;
-            let mut patch = Mesh::default();
+            let mut patch = MeshBuilder::default();
             patch.quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
             d.mesh(&patch, material, json!({}));
         }
@@ -238,11 +239,11 @@ impl Room {
 
     fn wall(
         &self,
-        d: &mut Document,
+        d: &mut GltfBuilder,
         albedo: f64,
         specular: f64,
         gloss: Option<(f64, f64)>,
-        names: &Names,
+        names: &CaseNames,
     ) -> Checked<usize> {
         let mut own = names.clone();
         own.insert("albedo".into(), albedo.to_string());
@@ -251,8 +252,8 @@ impl Room {
     }
 }
 
-impl Light {
-    fn add(&self, d: &mut Document, names: &Names, unit: f64) -> Checked<()> {
+impl LightShape {
+    fn add(&self, d: &mut GltfBuilder, names: &CaseNames, unit: f64) -> Checked<()> {
         let intensity = self.intensity.value(names)?;
         // Candela grow with the square of a length, so that a larger scene looks the same.
         let light = match self.kind {
@@ -270,9 +271,9 @@ impl Light {
 }
 
 impl Odd {
-    fn add(self, d: &mut Document, material: usize, low: DVec3, high: DVec3) {
+    fn add(self, d: &mut GltfBuilder, material: usize, low: DVec3, high: DVec3) {
         let middle = (low + high) / 2.0;
-        let mut sheet = Mesh::field(4, 0.5);
+        let mut sheet = MeshBuilder::field(4, 0.5);
         let at = |p: DVec3| json!({"translation": p.to_array()});
         match self {
             Odd::NoArea => {
@@ -294,31 +295,31 @@ impl Odd {
                 d.mesh(&sheet.inside_out(), material, at(middle));
             }
             Odd::Mirrored => {
-                let mut block = Mesh::default();
-                Mesh::sides(DVec3::splat(-0.2), DVec3::splat(0.2)).iter().for_each(|s| block.add(s));
+                let mut block = MeshBuilder::default();
+                MeshBuilder::sides(DVec3::splat(-0.2), DVec3::splat(0.2)).iter().for_each(|s| block.add(s));
                 d.mesh(&block, material, json!({"translation": middle.to_array(), "scale": [-1, 1, 1]}));
             }
             Odd::Squeezed => {
-                let ball = Mesh::sphere(0.4, 2);
+                let ball = MeshBuilder::sphere(0.4, 2);
                 d.mesh(&ball, material, json!({"translation": middle.to_array(), "scale": [0.01, 1.0, 0.1]}));
             }
             Odd::Triangle => {
                 sheet.indices.truncate(3);
                 d.mesh(&sheet, material, at(middle));
             }
-            Odd::Million => d.mesh(&Mesh::field(708, 0.5), material, at(middle)),
+            Odd::Million => d.mesh(&MeshBuilder::field(708, 0.5), material, at(middle)),
         }
     }
 }
 
-fn rooms(wall: f64, albedo: f64, unit: f64) -> Document {
-    let mut d = Document::default();
+fn rooms(wall: f64, albedo: f64, unit: f64) -> GltfBuilder {
+    let mut d = GltfBuilder::default();
     let material = d.material(albedo, 0.0, None);
     for side in [-1.0, 1.0] {
         let (near, far) = (side * wall / 2.0, side * (wall / 2.0 + 2.0));
         let (low, high) = (DVec3::new(near.min(far), 0.0, -1.0), DVec3::new(near.max(far), 2.0, 1.0));
-        let mut room = Mesh::default();
-        Mesh::sides(low, high).iter().for_each(|s| room.add(s));
+        let mut room = MeshBuilder::default();
+        MeshBuilder::sides(low, high).iter().for_each(|s| room.add(s));
         d.mesh(&room.inside_out(), material, json!({}));
     }
     let lamp = json!({"type": "point", "intensity": 1.5 * unit * unit});

@@ -1,15 +1,15 @@
 //! The event loop: winit's events in, panels and frames out.
 
-use super::canvas::Canvas;
-use super::choice::{Against, Choice};
-use super::engine::Engine;
-use super::feed::{Feed, PassTimes, Rendered, Told};
+use super::canvas::TexturePainter;
+use super::choice::{ComparedTo, ViewChoice};
+use super::engine::StageThread;
+use super::feed::{Feed, PassTimes, ShownFrame, ViewState};
 use super::link::{self, Link};
-use super::panels::{self, Seen};
+use super::panels::{self, PanelContext};
 use super::save::{Saved, nothing};
 use super::script::{Act, Moment, Script};
-use super::stage::{Stage, Wish};
-use super::state::State;
+use super::stage::{FrameRequest, ViewStage};
+use super::state::PanelState;
 use super::surface::{Paint, Screen, fitting};
 use super::variants;
 use lightgraph::internals::diag::render;
@@ -30,8 +30,8 @@ use winit::window::{Window, WindowId};
 
 /// What the window opens with.
 #[derive(Debug)]
-pub struct Start {
-    pub choice: Choice,
+pub struct WindowStart {
+    pub choice: ViewChoice,
     /// Folders of shaders besides the usual ones.
     pub shaders: Vec<PathBuf>,
     /// What scenes get besides their files.
@@ -64,7 +64,7 @@ pub enum Ended {
 ///
 /// # Errors
 /// No display, no adapter for it, a script that does not come about.
-pub fn run(start: Start) -> Result<Vec<String>, Ended> {
+pub fn run(start: WindowStart) -> Result<Vec<String>, Ended> {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|e| Ended::NoDisplay(no_display(&e)))?;
     let proxy = event_loop.create_proxy();
     if let Some(link) = &start.link {
@@ -77,7 +77,7 @@ pub fn run(start: Start) -> Result<Vec<String>, Ended> {
     }
     let (tell, hear) = channel();
     let mut app = App {
-        state: State::new(start.choice.clone()),
+        state: PanelState::new(start.choice.clone()),
         feed: Feed::default(),
         scenes: scenes_beside(&start),
         start,
@@ -119,34 +119,34 @@ fn context() -> egui::Context {
 struct Wake;
 
 struct App {
-    start: Start,
-    state: State,
+    start: WindowStart,
+    state: PanelState,
     feed: Feed,
     scenes: Vec<PathBuf>,
-    window: Option<Open>,
+    window: Option<OpenWindow>,
     context: egui::Context,
     proxy: EventLoopProxy<Wake>,
-    tell: Sender<Told>,
-    hear: Receiver<Told>,
+    tell: Sender<ViewState>,
+    hear: Receiver<ViewState>,
     /// The last wish that the engine got.
-    wish: Option<Wish>,
+    wish: Option<FrameRequest>,
     serial: u64,
     /// Since when time runs, and what it was then.
     clock: Option<(Instant, f32)>,
     /// When to paint again, if nothing happens.
     repaint: Option<Instant>,
     /// The last frame that editors were told of, and when.
-    noted: Option<(Instant, Arc<Rendered>)>,
+    noted: Option<(Instant, Arc<ShownFrame>)>,
     /// How often a lost device was replaced.
     reopened: u32,
     ended: Option<Ended>,
 }
 
 /// An open window with all that belongs to its device.
-struct Open {
+struct OpenWindow {
     // In this order they are dropped: the engine uses the device, the screen the window.
-    engine: Engine,
-    canvas: Canvas,
+    engine: StageThread,
+    canvas: TexturePainter,
     screen: Screen,
     input: egui_winit::State,
     gpu: Arc<Gpu>,
@@ -179,7 +179,7 @@ impl ApplicationHandler<Wake> for App {
             WindowEvent::CloseRequested => self.end(event_loop, None),
             WindowEvent::RedrawRequested => self.redraw(event_loop),
             WindowEvent::DroppedFile(path) => {
-                self.state.edit("against", |c| c.compare.against = Against::Image(path));
+                self.state.edit("against", |c| c.compare.against = ComparedTo::Image(path));
                 open.window.request_redraw();
             }
             event => {
@@ -213,7 +213,7 @@ impl ApplicationHandler<Wake> for App {
 }
 
 impl App {
-    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<Open, Ended> {
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<OpenWindow, Ended> {
         let display = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
         // A script says the size that its pictures have.
         let display = display.filter(|_| self.start.script.is_none()).map(|d| d.size().into());
@@ -227,7 +227,7 @@ impl App {
     }
 
     /// Opens a device for a window, and all that runs on it.
-    fn open_on(&mut self, window: Arc<Window>) -> Result<Open, Ended> {
+    fn open_on(&mut self, window: Arc<Window>) -> Result<OpenWindow, Ended> {
         let instance = Gpu::instance();
         let surface = instance.create_surface(window.clone()).map_err(|e| {
             let d = Diagnostic::error(format!("can't draw to the window: {e}"));
@@ -252,15 +252,15 @@ impl App {
             let _ = tell.send(told);
             let _ = proxy.send_event(Wake);
         };
-        let Start { shaders, additions, fastest, watch, .. } = &self.start;
-        let stage = Stage::new(gpu.clone(), shaders.clone(), additions.clone(), *fastest, *watch);
-        let engine = Engine::start(stage, told).map_err(Ended::Faults)?;
+        let WindowStart { shaders, additions, fastest, watch, .. } = &self.start;
+        let stage = ViewStage::new(gpu.clone(), shaders.clone(), additions.clone(), *fastest, *watch);
+        let engine = StageThread::start(stage, told).map_err(Ended::Faults)?;
         let most = gpu.limits.max_texture_dimension_2d as usize;
         let id = egui::ViewportId::ROOT;
         let input = egui_winit::State::new(self.context.clone(), id, &window, None, None, Some(most));
         let software = if gpu.is_software() { " (software)" } else { "" };
         let adapter = format!("{}{software}", gpu.info.name);
-        Ok(Open { engine, canvas: Canvas::new(&gpu), screen, input, gpu, window, adapter })
+        Ok(OpenWindow { engine, canvas: TexturePainter::new(&gpu), screen, input, gpu, window, adapter })
     }
 
     fn end(&mut self, event_loop: &ActiveEventLoop, why: Option<Ended>) {
@@ -302,7 +302,7 @@ impl App {
         let link = self.start.link.as_ref().map(Link::text);
         let image = open.canvas.main(&open.gpu, &mut open.screen.renderer, told, choice);
         let previews = open.canvas.previews(&open.gpu, &mut open.screen.renderer, told, choice);
-        let seen = Seen {
+        let seen = PanelContext {
             feed: &self.feed,
             image,
             previews: &previews,
@@ -475,7 +475,7 @@ fn first(faults: &Faults) -> String {
 }
 
 /// The scenes to choose from.
-fn scenes_beside(start: &Start) -> Vec<PathBuf> {
+fn scenes_beside(start: &WindowStart) -> Vec<PathBuf> {
     let folder = start.choice.scene.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let linked = start.link.is_some().then(|| PathBuf::from(link::NAME));
     variants::scenes(folder).into_iter().chain(linked).collect()

@@ -1,7 +1,7 @@
 //! Images of linear light as textures that the panels can show.
 
-use super::choice::{Choice, Layout};
-use super::feed::Told;
+use super::choice::{SplitLayout, ViewChoice};
+use super::feed::ViewState;
 use lightgraph::Gpu;
 use lightgraph::internals::gpu::{Arrangement, Display, DisplayLook};
 use std::collections::BTreeMap;
@@ -14,32 +14,32 @@ const PREVIEW: u32 = 160;
 
 /// A texture that panels can show.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shown {
+pub struct ShownTexture {
     pub id: egui::TextureId,
     /// In pixels.
     pub size: [u32; 2],
 }
 
 /// Turns linear images into what panels show.
-pub struct Canvas {
+pub struct TexturePainter {
     display: Display,
-    main: Option<Painted>,
-    previews: BTreeMap<PathBuf, Painted>,
+    main: Option<PaintedTexture>,
+    previews: BTreeMap<PathBuf, PaintedTexture>,
     /// What is recorded and not yet handed over.
     recorded: Vec<wgpu::CommandBuffer>,
 }
 
-struct Painted {
+struct PaintedTexture {
     texture: wgpu::Texture,
-    shown: Shown,
+    shown: ShownTexture,
     /// What it was painted from.
     source: (wgpu::Texture, Option<wgpu::Texture>, u64, DisplayLook),
 }
 
-impl Canvas {
-    pub fn new(gpu: &Gpu) -> Canvas {
+impl TexturePainter {
+    pub fn new(gpu: &Gpu) -> TexturePainter {
         let display = Display::new(gpu, FORMAT);
-        Canvas { display, main: None, previews: BTreeMap::new(), recorded: vec![] }
+        TexturePainter { display, main: None, previews: BTreeMap::new(), recorded: vec![] }
     }
 
     /// What is to be submitted before the panels are drawn. Each submission waits for the frame that the engine waits
@@ -53,15 +53,15 @@ impl Canvas {
         &mut self,
         gpu: &Gpu,
         renderer: &mut egui_wgpu::Renderer,
-        told: &Told,
-        choice: &Choice,
-    ) -> Option<Shown> {
+        told: &ViewState,
+        choice: &ViewChoice,
+    ) -> Option<ShownTexture> {
         let first = told.image.as_ref()?;
         let arrangement = match (choice.compare.layout, &told.other) {
             (_, None) => Arrangement::First,
-            (Layout::Split(at), _) => Arrangement::Split(at),
-            (Layout::Difference(full), _) => Arrangement::Difference(full),
-            (Layout::Other, _) => Arrangement::Second,
+            (SplitLayout::Split(at), _) => Arrangement::Split(at),
+            (SplitLayout::Difference(full), _) => Arrangement::Difference(full),
+            (SplitLayout::Other, _) => Arrangement::Second,
         };
         let look = DisplayLook { arrangement, ..plain(choice, told) };
         let size = [first.width(), first.height()];
@@ -78,9 +78,9 @@ impl Canvas {
         &mut self,
         gpu: &Gpu,
         renderer: &mut egui_wgpu::Renderer,
-        told: &Told,
-        choice: &Choice,
-    ) -> BTreeMap<PathBuf, Shown> {
+        told: &ViewState,
+        choice: &ViewChoice,
+    ) -> BTreeMap<PathBuf, ShownTexture> {
         let look = plain(choice, told);
         let old = std::mem::take(&mut self.previews);
         let mut shown = BTreeMap::new();
@@ -104,15 +104,15 @@ impl Canvas {
         &mut self,
         gpu: &Gpu,
         renderer: &mut egui_wgpu::Renderer,
-        old: Option<&Painted>,
+        old: Option<&PaintedTexture>,
         size: [u32; 2],
         source: (wgpu::Texture, Option<wgpu::Texture>, u64, DisplayLook),
-    ) -> Painted {
+    ) -> PaintedTexture {
         if let Some(old) = old
             && old.source == source
             && old.shown.size == size
         {
-            return Painted { texture: old.texture.clone(), shown: old.shown, source };
+            return PaintedTexture { texture: old.texture.clone(), shown: old.shown, source };
         }
         let (texture, shown) = match old {
             Some(old) if old.shown.size == size => (old.texture.clone(), old.shown),
@@ -132,18 +132,18 @@ impl Canvas {
                     }
                     None => renderer.register_native_texture(&gpu.device, &view, wgpu::FilterMode::Nearest),
                 };
-                (texture, Shown { id, size })
+                (texture, ShownTexture { id, size })
             }
         };
         let images = [&source.0, source.1.as_ref().unwrap_or(&source.0)];
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         self.display.draw(gpu, &mut encoder, images, source.3, &texture.create_view(&Default::default()));
         self.recorded.push(encoder.finish());
-        Painted { texture, shown, source }
+        PaintedTexture { texture, shown, source }
     }
 }
 
-fn plain(choice: &Choice, told: &Told) -> DisplayLook {
+fn plain(choice: &ViewChoice, told: &ViewState) -> DisplayLook {
     DisplayLook { stops: choice.stops(told.automatic), tone_map: choice.tone_map, arrangement: Arrangement::First }
 }
 

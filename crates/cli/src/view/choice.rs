@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// What is seen, and how.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Choice {
+pub struct ViewChoice {
     pub graph: PathBuf,
     pub scene: PathBuf,
     /// Parameters that were set; they hold for every graph that has them.
@@ -77,13 +77,13 @@ impl Resolution {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Compare {
-    pub against: Against,
-    pub layout: Layout,
+    pub against: ComparedTo,
+    pub layout: SplitLayout,
 }
 
 /// What the image is held against.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Against {
+pub enum ComparedTo {
     #[default]
     Nothing,
     /// Another graph, on the same scene from the same place.
@@ -94,7 +94,7 @@ pub enum Against {
 
 /// How two images share the window.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Layout {
+pub enum SplitLayout {
     /// The other one right of this share of the width.
     Split(f32),
     /// How much they differ: blue too dark, red too bright, by this gain.
@@ -103,16 +103,16 @@ pub enum Layout {
     Other,
 }
 
-impl Default for Layout {
-    fn default() -> Layout {
-        Layout::Split(0.5)
+impl Default for SplitLayout {
+    fn default() -> SplitLayout {
+        SplitLayout::Split(0.5)
     }
 }
 
-impl Choice {
+impl ViewChoice {
     /// A graph on a scene, as both say.
-    pub fn new(graph: PathBuf, scene: PathBuf) -> Choice {
-        Choice {
+    pub fn new(graph: PathBuf, scene: PathBuf) -> ViewChoice {
+        ViewChoice {
             graph,
             scene,
             params: Values::new(),
@@ -162,7 +162,7 @@ impl Choice {
     ///
     /// # Errors
     /// The file can't be read, or holds something else.
-    pub fn load(path: &Path) -> Checked<Choice> {
+    pub fn load(path: &Path) -> Checked<ViewChoice> {
         let source = Source::read(path)?;
         ron::from_str(&source.text).map_err(|e| {
             let message = format!("{}:{}: {}", path.display(), e.span.start, e.code);
@@ -187,10 +187,10 @@ mod tests {
     use lightgraph::internals::scene::{CameraPose, Lens};
     use lightgraph::internals::value::Value;
 
-    fn full() -> Choice {
+    fn full() -> ViewChoice {
         let place = CameraPose { position: Vec3::new(1.0, 2.0, 3.5), forward: Vec3::NEG_Z, up: Vec3::Y };
         let lens = Lens::Perspective { yfov: 0.75, near: 0.125, far: None };
-        Choice {
+        ViewChoice {
             params: Values::from([
                 ("bias".into(), Value::Float(0.25)),
                 ("grid".into(), Value::UVec3([1, 2, 3].into())),
@@ -202,8 +202,8 @@ mod tests {
             time: 1.5,
             exposure: Exposure::Stops(-1.0),
             resolution: Resolution::Fixed([128, 64]),
-            compare: Compare { against: Against::Image("a b.exr".into()), layout: Layout::Difference(4.0) },
-            ..Choice::new("g.ron".into(), "s.glb".into())
+            compare: Compare { against: ComparedTo::Image("a b.exr".into()), layout: SplitLayout::Difference(4.0) },
+            ..ViewChoice::new("g.ron".into(), "s.glb".into())
         }
     }
 
@@ -212,7 +212,7 @@ mod tests {
         let path = std::env::temp_dir().join(format!("lightgraph-choice-{}.ron", std::process::id()));
         let choice = full();
         choice.save(&path).unwrap();
-        let loaded = Choice::load(&path);
+        let loaded = ViewChoice::load(&path);
         std::fs::remove_file(&path).unwrap();
         assert_eq!(loaded.unwrap(), choice);
     }
@@ -221,7 +221,7 @@ mod tests {
     fn a_file_of_another_kind_is_refused_with_its_place() {
         let path = std::env::temp_dir().join(format!("lightgraph-no-choice-{}.ron", std::process::id()));
         std::fs::write(&path, "(graph: \"a\", scene: \"b\", colour: 3)").unwrap();
-        let text = Choice::load(&path).unwrap_err().to_string();
+        let text = ViewChoice::load(&path).unwrap_err().to_string();
         std::fs::remove_file(&path).unwrap();
         assert!(text.contains(".ron:1:"), "{text}");
         assert!(text.contains("colour"), "{text}");

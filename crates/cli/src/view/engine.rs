@@ -1,7 +1,7 @@
 //! The stage on a thread of its own: the window never waits for a frame.
 
-use super::feed::Told;
-use super::stage::{Stage, Wish};
+use super::feed::ViewState;
+use super::stage::{FrameRequest, ViewStage};
 use lightgraph::internals::reload::{LONGEST, TOGETHER, Watcher};
 use lightgraph::{Diagnostic, Faults};
 use std::collections::BTreeSet;
@@ -12,58 +12,63 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 /// What the thread is told.
-enum Message {
-    Wish(Box<Wish>),
+enum StageMessage {
+    Wish(Box<FrameRequest>),
     Changed(BTreeSet<PathBuf>),
     End,
 }
 
 /// A running stage.
-pub struct Engine {
-    send: Sender<Message>,
+pub struct StageThread {
+    send: Sender<StageMessage>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Engine {
+impl StageThread {
     /// Starts a stage. `tell` is called on its thread.
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(stage: Stage, tell: impl FnMut(Told) + Send + 'static) -> Result<Engine, Faults> {
+    pub fn start(stage: ViewStage, tell: impl FnMut(ViewState) + Send + 'static) -> Result<StageThread, Faults> {
         let (send, receive) = channel();
         let to = send.clone();
         let watcher = Watcher::new(move |files| {
             // Nobody listens any more only when the window has closed.
-            let _ = to.send(Message::Changed(files));
+            let _ = to.send(StageMessage::Changed(files));
         });
         let work = move || run(stage, watcher, &receive, tell);
         let thread = std::thread::Builder::new().name("engine".into()).spawn(work);
         let thread = thread.map_err(|e| Diagnostic::error(format!("can't start a thread: {e}")))?;
-        Ok(Engine { send, thread: Some(thread) })
+        Ok(StageThread { send, thread: Some(thread) })
     }
 
     /// Says what is to be shown from now on. False when the thread has ended.
-    pub fn wish(&self, wish: Wish) -> bool {
-        self.send.send(Message::Wish(Box::new(wish))).is_ok()
+    pub fn wish(&self, wish: FrameRequest) -> bool {
+        self.send.send(StageMessage::Wish(Box::new(wish))).is_ok()
     }
 }
 
-impl Drop for Engine {
+impl Drop for StageThread {
     /// Waits for the frame that is under way.
     fn drop(&mut self) {
-        let _ = self.send.send(Message::End);
+        let _ = self.send.send(StageMessage::End);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
     }
 }
 
-fn run(mut stage: Stage, watcher: Result<Watcher, Faults>, receive: &Receiver<Message>, mut tell: impl FnMut(Told)) {
+fn run(
+    mut stage: ViewStage,
+    watcher: Result<Watcher, Faults>,
+    receive: &Receiver<StageMessage>,
+    mut tell: impl FnMut(ViewState),
+) {
     let (mut watcher, mut blind) = match watcher {
         Ok(watcher) => (Some(watcher), vec![]),
         Err(f) => (None, f.0),
     };
-    let mut wish: Option<Box<Wish>> = None;
+    let mut wish: Option<Box<FrameRequest>> = None;
     let mut rest = true;
     loop {
         // The newest wish counts; those before it were overtaken.
@@ -71,12 +76,12 @@ fn run(mut stage: Stage, watcher: Result<Watcher, Faults>, receive: &Receiver<Me
         let mut next = if rest { receive.recv().map_err(|_| TryRecvError::Disconnected) } else { receive.try_recv() };
         loop {
             match next {
-                Ok(Message::Wish(w)) => wish = Some(w),
-                Ok(Message::Changed(files)) => {
+                Ok(StageMessage::Wish(w)) => wish = Some(w),
+                Ok(StageMessage::Changed(files)) => {
                     stage.changed(&files);
                     first_change.get_or_insert_with(Instant::now);
                 }
-                Ok(Message::End) | Err(TryRecvError::Disconnected) => return,
+                Ok(StageMessage::End) | Err(TryRecvError::Disconnected) => return,
                 Err(TryRecvError::Empty) => break,
             }
             // Files that are saved together come to rest one after the other.

@@ -17,7 +17,7 @@ pub const HISTORY: usize = 120;
 
 /// All there is to show at one moment.
 #[derive(Debug, Clone, Default)]
-pub struct Told {
+pub struct ViewState {
     /// The number of the wish that this answers.
     pub serial: u64,
     /// Nothing more will come before something else is wished for.
@@ -35,14 +35,14 @@ pub struct Told {
     /// How often each of the two was rendered since it was last changed.
     pub frames: [u32; 2],
     /// The frame that this tells of; `None` where none was rendered.
-    pub frame: Option<Arc<Rendered>>,
+    pub frame: Option<Arc<ShownFrame>>,
     /// Everything that stands in the way of what was wished for.
     pub faults: Arc<Vec<Diagnostic>>,
     /// The checks in shaders that do not hold in what is shown.
     pub checks: Arc<Vec<Diagnostic>>,
     pub notices: Arc<Vec<Diagnostic>>,
-    pub score: Option<Arc<Score>>,
-    pub inspected: Option<Arc<Inspected>>,
+    pub score: Option<Arc<ShownScore>>,
+    pub inspected: Option<Arc<ResourceView>>,
     pub probed: Option<Arc<ProbeAnswer>>,
     pub variants: Arc<Vec<Variant>>,
     /// The last image of each graph that is ready to be switched to, and a count of its contents.
@@ -71,7 +71,7 @@ pub struct Subject {
 
 /// A frame and why its steps ran.
 #[derive(Debug, Clone)]
-pub struct Rendered {
+pub struct ShownFrame {
     pub report: FrameReport,
     /// By step.
     pub why: Vec<Why>,
@@ -79,7 +79,7 @@ pub struct Rendered {
 
 /// How far the image is from the other one.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Score {
+pub enum ShownScore {
     Metrics(Metrics),
     /// It can't be said.
     Fault(String),
@@ -87,16 +87,16 @@ pub enum Score {
 
 /// A resource as it is now.
 #[derive(Debug)]
-pub struct Inspected {
+pub struct ResourceView {
     pub name: String,
     pub id: ResourceId,
     pub mip: u32,
     pub layer: u32,
-    pub content: Content,
+    pub content: ResourceContent,
 }
 
 #[derive(Debug)]
-pub enum Content {
+pub enum ResourceContent {
     Plane(Image),
     /// The first words of a buffer, and how many bytes it has.
     Words(Vec<u32>, u64),
@@ -130,7 +130,7 @@ impl Remade {
 /// The last that was told, and times of the frames before.
 #[derive(Debug, Default)]
 pub struct Feed {
-    pub told: Told,
+    pub told: ViewState,
     /// By pass, in the order of the plan.
     pub passes: Vec<PassTimes>,
     /// Of whole frames, newest last: milliseconds on the device (as far as known), and from call to end.
@@ -156,7 +156,7 @@ pub struct PassTimes {
 
 impl Feed {
     /// Takes in what was told.
-    pub fn take(&mut self, told: Told) {
+    pub fn take(&mut self, told: ViewState) {
         let same = match (&self.told.subject, &told.subject) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (a, b) => a.is_none() == b.is_none(),
@@ -175,16 +175,16 @@ impl Feed {
         self.told = told;
     }
 
-    fn add(&mut self, frame: &Rendered, plan: &Plan) {
-        struct Sum {
+    fn add(&mut self, frame: &ShownFrame, plan: &Plan) {
+        struct ErrorSum {
             ran: usize,
             gpu: Option<f64>,
             cpu: f64,
         }
-        let mut sums: BTreeMap<&str, Sum> = BTreeMap::new();
+        let mut sums: BTreeMap<&str, ErrorSum> = BTreeMap::new();
         for time in &frame.report.steps {
             let Some(step) = plan.steps.get(time.step) else { continue };
-            let sum = sums.entry(&step.pass).or_insert(Sum { ran: 0, gpu: Some(0.0), cpu: 0.0 });
+            let sum = sums.entry(&step.pass).or_insert(ErrorSum { ran: 0, gpu: Some(0.0), cpu: 0.0 });
             sum.ran += 1;
             sum.gpu = sum.gpu.zip(time.gpu_ms).map(|(a, b)| a + b);
             sum.cpu += time.cpu_ms;

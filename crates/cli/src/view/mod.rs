@@ -30,8 +30,8 @@ mod surface;
 mod undo;
 mod variants;
 
-pub use app::{Ended, Start, run};
-pub use choice::{Against, Choice, Compare, Layout, Resolution};
+pub use app::{Ended, WindowStart, run};
+pub use choice::{Compare, ComparedTo, Resolution, SplitLayout, ViewChoice};
 pub use link::{Link, NAME as LINKED};
 pub use script::Script;
 pub use variants::scenes;

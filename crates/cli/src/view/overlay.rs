@@ -1,8 +1,8 @@
 //! Faults over the image, or the checks in shaders that do not hold in it: all of them, with their places, until they
 //! are mended.
 
-use super::feed::Told;
-use super::state::State;
+use super::feed::ViewState;
+use super::state::PanelState;
 use egui::{Color32, Pos2, Rect, RichText, ScrollArea, StrokeKind, TextStyle, UiBuilder};
 use lightgraph::Diagnostic;
 use lightgraph::internals::diag::render;
@@ -15,7 +15,7 @@ const RED: Color32 = Color32::from_rgb(0xe5, 0x48, 0x4d);
 const AMBER: Color32 = Color32::from_rgb(0xf5, 0xa6, 0x23);
 
 /// Shows the faults of what was wished for, over the last good image; without any, what its shaders say of themselves.
-pub fn show(ui: &mut egui::Ui, state: &mut State, told: &Told, image: Rect) {
+pub fn show(ui: &mut egui::Ui, state: &mut PanelState, told: &ViewState, image: Rect) {
     let (list, title, color) = match (told.faults.is_empty(), told.checks.is_empty()) {
         (false, _) => (&told.faults, title(&told.faults, told.image.is_some()), RED),
         (true, false) => (&told.checks, "shaders report of this frame".to_string(), AMBER),

@@ -10,7 +10,7 @@ const REACH: f32 = 0.03;
 
 /// Something that can be dragged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Thing {
+pub enum Draggable {
     /// Index into the scene's lights.
     Light(usize),
     /// Index into the scene's nodes.
@@ -19,15 +19,15 @@ pub enum Thing {
 
 /// The thing under a place of the image, and the point of it that is seen there. Lights come first: their marks
 /// lie on the image.
-pub fn thing(scene: &Scene, pose: &Pose, view: View, aspect: f32, at: Vec2) -> Option<(Thing, Vec3)> {
+pub fn thing(scene: &Scene, pose: &Pose, view: View, aspect: f32, at: Vec2) -> Option<(Draggable, Vec3)> {
     let near = pose.lights.iter().enumerate().filter_map(|(i, light)| {
         let offset = (project(view, aspect, light.position)? - at) * Vec2::new(aspect, 1.0);
         (offset.length() <= REACH).then_some((offset.length(), i, light.position))
     });
     if let Some((_, light, point)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        return Some((Thing::Light(light), point));
+        return Some((Draggable::Light(light), point));
     }
-    surface(scene, pose, view, aspect, at).map(|(node, point)| (Thing::Node(node), point))
+    surface(scene, pose, view, aspect, at).map(|(node, point)| (Draggable::Node(node), point))
 }
 
 /// The node whose surface is seen at a place of the image, and the point there.
@@ -141,7 +141,7 @@ mod tests {
         let pose = scene.pose(0.0);
         let light = pose.lights[0].position;
         let Some(at) = project(view, 1.5, light) else { panic!("the lamp is in front of the camera") };
-        assert_eq!(thing(&scene, &pose, view, 1.5, at), Some((Thing::Light(0), light)));
+        assert_eq!(thing(&scene, &pose, view, 1.5, at), Some((Draggable::Light(0), light)));
         let by = Vec2::new(0.1, -0.05);
         let shift = Shift { single_lights: vec![(0, drag(view, 1.5, light, by))], ..Shift::default() };
         let moved = scene.pose_shifted(0.0, &shift).lights[0].position;

@@ -1,7 +1,7 @@
 //! Files that the window writes: pictures, parameters as a variant, the whole choice.
 
-use super::choice::{Choice, Layout};
-use super::feed::Told;
+use super::choice::{SplitLayout, ViewChoice};
+use super::feed::ViewState;
 use super::state::Save;
 use lightgraph::internals::gpu;
 use lightgraph::internals::image::difference;
@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 pub struct Saved<'a> {
     pub gpu: &'a Gpu,
     pub adapter: &'a str,
-    pub choice: &'a Choice,
-    pub told: &'a Told,
+    pub choice: &'a ViewChoice,
+    pub told: &'a ViewState,
     /// Where pictures and states go.
     pub folder: &'a Path,
 }
@@ -64,11 +64,11 @@ impl Saved<'_> {
         let Some(other) = &told.other else { return Ok((image, shown.0, shown.1)) };
         let other = self.read(Some(other))?;
         match choice.compare.layout {
-            Layout::Other => image = other,
-            Layout::Difference(_) => {
+            SplitLayout::Other => image = other,
+            SplitLayout::Difference(_) => {
                 return Ok((difference::difference(&image, &other)?.image, ToneMap::None, 0.0));
             }
-            Layout::Split(at) => {
+            SplitLayout::Split(at) => {
                 let first = (at * image.width as f32).round() as u32;
                 for y in 0..image.height {
                     for x in first..image.width {

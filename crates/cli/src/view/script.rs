@@ -23,8 +23,8 @@
 //! NAME`, `output NAME`, `image`, `light N`, `split line`, `against NAME`, `save picture`, `tab …`, `port NAME` (in the
 //! compiled graph), `channel R`, `undo` and so on.
 
-use super::feed::Told;
-use super::state::State;
+use super::feed::ViewState;
+use super::state::PanelState;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use lightgraph::internals::diag::{Source, render};
 use lightgraph::internals::image::file::write_atomically;
@@ -39,7 +39,7 @@ const PATIENCE: Duration = Duration::from_secs(90);
 const MOVES: usize = 12;
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-enum Step {
+enum WindowStep {
     Rest,
     Faults(String),
     Mended,
@@ -102,8 +102,8 @@ pub enum Act {
 
 /// What the window says of itself between two steps.
 pub struct Moment<'a> {
-    pub state: &'a State,
-    pub told: &'a Told,
+    pub state: &'a PanelState,
+    pub told: &'a ViewState,
     /// The last wish is what was told of, and nothing more will come.
     pub rest: bool,
     /// A window's size in pixels.
@@ -113,7 +113,7 @@ pub struct Moment<'a> {
 /// Steps, and how far they are played.
 #[derive(Debug)]
 pub struct Script {
-    steps: Vec<Step>,
+    steps: Vec<WindowStep>,
     at: usize,
     /// Events of the step that were not given yet, one frame's each.
     queue: Vec<Vec<Event>>,
@@ -134,7 +134,7 @@ impl Script {
     /// It can't be read, or is no list of steps.
     pub fn load(path: &Path) -> Checked<Script> {
         let source = Source::read(path)?;
-        let steps: Vec<Step> = ron::from_str(&source.text)
+        let steps: Vec<WindowStep> = ron::from_str(&source.text)
             .map_err(|e| Diagnostic::error(format!("{}:{}: {}", path.display(), e.span.start, e.code)))?;
         let now = Instant::now();
         Ok(Script { steps, at: 0, queue: vec![], begun: false, waited: 0, since: now, changed: now, log: vec![] })
@@ -163,23 +163,23 @@ impl Script {
         let mut events = vec![];
         let done = match &step {
             // A change makes its wish in the frame after its events, and what came of it may move parts in the next.
-            Step::Rest => {
+            WindowStep::Rest => {
                 self.waited = if now.rest && !first { self.waited + 1 } else { 0 };
                 self.waited > 2
             }
-            Step::Faults(part) => {
+            WindowStep::Faults(part) => {
                 let told: Vec<Diagnostic> = now.told.faults.iter().chain(&*now.told.checks).cloned().collect();
                 !told.is_empty() && render(&told).contains(part.as_str())
             }
-            Step::Mended => now.rest && now.told.faults.is_empty() && now.told.checks.is_empty(),
-            Step::Other(frame) => now.told.frames[1] >= *frame && now.told.score.is_some(),
-            Step::Wait(frames) => {
+            WindowStep::Mended => now.rest && now.told.faults.is_empty() && now.told.checks.is_empty(),
+            WindowStep::Other(frame) => now.told.frames[1] >= *frame && now.told.score.is_some(),
+            WindowStep::Wait(frames) => {
                 self.waited += 1;
                 self.waited > *frames
             }
-            Step::File(path) => path.exists(),
-            Step::Click(on) => self.pointer(now, on, &[(0.5, 0.5)], PointerButton::Primary, &mut events),
-            Step::ClickAt { on, at, ctrl } => {
+            WindowStep::File(path) => path.exists(),
+            WindowStep::Click(on) => self.pointer(now, on, &[(0.5, 0.5)], PointerButton::Primary, &mut events),
+            WindowStep::ClickAt { on, at, ctrl } => {
                 let done = self.pointer(now, on, &[*at], PointerButton::Primary, &mut events);
                 if let (true, [after, click]) = (*ctrl, &mut self.queue[..]) {
                     click.insert(0, Event::ModifiersChanged(Modifiers::COMMAND | Modifiers::CTRL));
@@ -187,11 +187,11 @@ impl Script {
                 }
                 done
             }
-            Step::Answer(words) => now.told.probed.as_ref().is_some_and(|probed| match &probed.answer {
+            WindowStep::Answer(words) => now.told.probed.as_ref().is_some_and(|probed| match &probed.answer {
                 Ok(answer) => answer.to_string().contains(words.as_str()),
                 Err(faults) => render(&faults.0).contains(words.as_str()),
             }),
-            Step::Drag { on, from, to, button } => {
+            WindowStep::Drag { on, from, to, button } => {
                 let mut way = vec![*from];
                 for i in 1..=MOVES {
                     let share = i as f32 / MOVES as f32;
@@ -204,7 +204,7 @@ impl Script {
                 };
                 self.pointer(now, on, &way, button, &mut events)
             }
-            Step::Key { key: name, ctrl } => {
+            WindowStep::Key { key: name, ctrl } => {
                 let Some(key) = Key::from_name(name) else {
                     return Err(Diagnostic::error(format!("the script names no key with `{name}`")).into());
                 };
@@ -214,31 +214,31 @@ impl Script {
                 events = vec![press(true)];
                 true
             }
-            Step::Replace { file, text, by } => {
+            WindowStep::Replace { file, text, by } => {
                 replace(file, text, by)?;
                 true
             }
-            Step::Size(width, height) => {
+            WindowStep::Size(width, height) => {
                 if first {
                     act = Act::Size(*width, *height);
                 }
                 now.size == [*width, *height]
             }
-            Step::Shot(path) => {
+            WindowStep::Shot(path) => {
                 if first {
                     act = Act::Shot(path.clone());
                 }
                 !first
             }
-            Step::Save(path) => {
+            WindowStep::Save(path) => {
                 now.state.now().save(path)?;
                 true
             }
-            Step::LoseDevice => {
+            WindowStep::LoseDevice => {
                 act = Act::LoseDevice;
                 true
             }
-            Step::Close => {
+            WindowStep::Close => {
                 act = Act::Close;
                 true
             }
@@ -249,13 +249,13 @@ impl Script {
         Ok((events, act))
     }
 
-    fn finish(&mut self, step: &Step) {
+    fn finish(&mut self, step: &WindowStep) {
         match step {
-            Step::Rest | Step::Faults(_) | Step::Mended | Step::Answer(_) => {
+            WindowStep::Rest | WindowStep::Faults(_) | WindowStep::Mended | WindowStep::Answer(_) => {
                 let ms = self.changed.elapsed().as_secs_f64() * 1e3;
                 self.log.push(format!("step {}: {step:?} after {ms:.0} ms", self.at + 1));
             }
-            Step::Shot(_) | Step::Save(_) | Step::Wait(_) => {}
+            WindowStep::Shot(_) | WindowStep::Save(_) | WindowStep::Wait(_) => {}
             _ => {
                 self.changed = Instant::now();
                 self.log.push(format!("step {}: {step:?}", self.at + 1));
@@ -309,7 +309,7 @@ fn replace(file: &Path, text: &str, by: &str) -> Checked<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::choice::Choice;
+    use crate::view::choice::ViewChoice;
 
     fn script(text: &str) -> Script {
         let path = std::env::temp_dir().join(format!("lightgraph-script-{}-{}.ron", std::process::id(), text.len()));
@@ -322,10 +322,11 @@ mod tests {
     #[test]
     fn a_drag_presses_moves_and_lets_go_on_the_named_part() {
         let mut s = script("[Drag(on: \"a\", from: (0.0, 0.5), to: (1.0, 0.5)), Close]");
-        let mut state = State::new(Choice::new("g".into(), "s".into()));
-        let told = Told::default();
-        let play =
-            |s: &mut Script, state: &State| s.play(&Moment { state, told: &told, rest: true, size: [9, 9] }).unwrap();
+        let mut state = PanelState::new(ViewChoice::new("g".into(), "s".into()));
+        let told = ViewState::default();
+        let play = |s: &mut Script, state: &PanelState| {
+            s.play(&Moment { state, told: &told, rest: true, size: [9, 9] }).unwrap()
+        };
         assert_eq!(play(&mut s, &state), (vec![], Act::Nothing), "the part is not there yet");
         state.mark("a", egui::Rect::from_min_max(Pos2::new(10.0, 0.0), Pos2::new(30.0, 4.0)));
         let mut events = vec![];

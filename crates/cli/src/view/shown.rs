@@ -6,7 +6,7 @@ use lightgraph::{Checked, Gpu, Image};
 use std::path::Path;
 
 /// An image from a file, and its texture.
-pub(super) struct Reference {
+pub(super) struct ReferenceImage {
     pub image: Image,
     pub texture: wgpu::Texture,
 }
@@ -41,8 +41,8 @@ fn texture(gpu: &Gpu, size: wgpu::Extent3d, format: wgpu::TextureFormat) -> wgpu
 }
 
 /// An EXR file, and its texture.
-pub(super) fn reference(gpu: &Gpu, path: &Path) -> Checked<Reference> {
+pub(super) fn reference(gpu: &Gpu, path: &Path) -> Checked<ReferenceImage> {
     let image = read_exr(path)?;
     let texture = upload_shown(gpu, &image, &path.display().to_string())?;
-    Ok(Reference { image, texture })
+    Ok(ReferenceImage { image, texture })
 }

@@ -6,12 +6,12 @@ mod looks;
 mod probe;
 mod scene;
 
-use super::choice::{Against, Choice, Layout};
-use super::feed::{Remade, Rendered, Subject, Told};
+use super::choice::{ComparedTo, SplitLayout, ViewChoice};
+use super::feed::{Remade, ShownFrame, Subject, ViewState};
 use super::link::Linked;
-use super::shown::{Reference, reference};
+use super::shown::{ReferenceImage, reference};
 use super::variants::{self, Variant};
-use kept::{Kept, Key, output};
+use kept::{KeptSession, Key, output};
 use lightgraph::internals::fastest::Policy;
 use lightgraph::internals::gpu::Timing;
 use lightgraph::internals::image::exposure::Exposure;
@@ -26,7 +26,7 @@ use lightgraph::{Checked, Faults, Gpu, Plan, Project, Session, Settings};
 use looks::Looks;
 use probe::LastAnswer;
 pub use probe::{Ask, ProbedPlace};
-use scene::Loaded;
+use scene::LoadedScene;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -37,9 +37,9 @@ const MOST_KEPT: u64 = 1 << 30;
 
 /// What is to be shown.
 #[derive(Debug, Clone)]
-pub struct Wish {
+pub struct FrameRequest {
     pub serial: u64,
-    pub choice: Choice,
+    pub choice: ViewChoice,
     /// Width and height to render, in pixels.
     pub size: [u32; 2],
     /// Seconds, for scenes and shaders that move.
@@ -49,7 +49,7 @@ pub struct Wish {
     /// The output to show; `None`: `color`, or else the graph's first.
     pub output: Option<String>,
     /// A resource to look into.
-    pub inspect: Option<Inspect>,
+    pub inspect: Option<ResourcePart>,
     /// An invocation to ask what it computes.
     pub ask: Option<Ask>,
     /// Make all variants ready to be switched to.
@@ -60,24 +60,24 @@ pub struct Wish {
 
 /// A part of a resource.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Inspect {
+pub struct ResourcePart {
     pub resource: String,
     pub mip: u32,
     /// A layer, a cube's face (6 for each cube) or a slice.
     pub layer: u32,
 }
 
-impl Wish {
+impl FrameRequest {
     /// Whether another one asks for the same.
-    pub fn asks_the_same(&self, other: &Wish) -> bool {
-        let asked = |w: &Wish| {
+    pub fn asks_the_same(&self, other: &FrameRequest) -> bool {
+        let asked = |w: &FrameRequest| {
             let mut choice = w.choice.clone();
             // The window alone cares for these; what exposes by itself has to look at the image.
             if choice.exposure != Exposure::Auto {
                 choice.exposure = Exposure::Stops(0.0);
             }
             choice.tone_map = ToneMap::None;
-            choice.compare.layout = Layout::default();
+            choice.compare.layout = SplitLayout::default();
             let looks = (w.output.clone(), w.inspect.clone(), w.ask.clone());
             let linked = w.linked.as_ref().map(Arc::as_ptr);
             (choice, w.size, w.time.to_bits(), w.pointer, looks, w.prepare, linked)
@@ -87,7 +87,7 @@ impl Wish {
 }
 
 /// Everything between a wish and what is told.
-pub struct Stage {
+pub struct ViewStage {
     gpu: Arc<Gpu>,
     shaders: Vec<PathBuf>,
     /// What scenes get besides their files.
@@ -95,11 +95,11 @@ pub struct Stage {
     /// Which alternatives of graphs run, and whether the numbers that steps leave are checked.
     fastest: Policy,
     watch: bool,
-    scene: Option<Loaded>,
-    kept: Vec<Kept>,
+    scene: Option<LoadedScene>,
+    kept: Vec<KeptSession>,
     /// What was tried in vain, so that it is not tried again before something changes.
     vain: Vec<(Key, Faults)>,
-    reference: Option<(PathBuf, Checked<Reference>)>,
+    reference: Option<(PathBuf, Checked<ReferenceImage>)>,
     variants: Arc<Vec<Variant>>,
     /// The graph that is shown; it stays when another can't be made.
     shown: Option<PathBuf>,
@@ -111,9 +111,9 @@ pub struct Stage {
     revision: u64,
 }
 
-impl Stage {
-    pub fn new(gpu: Arc<Gpu>, shaders: Vec<PathBuf>, additions: Additions, fastest: Policy, watch: bool) -> Stage {
-        Stage {
+impl ViewStage {
+    pub fn new(gpu: Arc<Gpu>, shaders: Vec<PathBuf>, additions: Additions, fastest: Policy, watch: bool) -> ViewStage {
+        ViewStage {
             gpu,
             shaders,
             additions,
@@ -152,19 +152,19 @@ impl Stage {
     }
 
     /// The folders whose files matter for a choice.
-    pub fn folders(&self, choice: &Choice) -> BTreeSet<PathBuf> {
+    pub fn folders(&self, choice: &ViewChoice) -> BTreeSet<PathBuf> {
         let mut all = folders(&choice.graph, Some(&choice.scene), &self.shaders);
         all.extend(self.scene.iter().flat_map(|s| &s.files).filter_map(|f| folder_of(f)));
-        if let Against::Graph(path) = &choice.compare.against {
+        if let ComparedTo::Graph(path) = &choice.compare.against {
             all.extend(folders(path, Some(&choice.scene), &self.shaders));
         }
         all
     }
 
     /// Goes one frame towards what is wished for. `early` is called with what can be shown before that.
-    pub fn advance(&mut self, wish: &Wish, early: &mut dyn FnMut(Told)) -> Told {
+    pub fn advance(&mut self, wish: &FrameRequest, early: &mut dyn FnMut(ViewState)) -> ViewState {
         let mut faults = vec![];
-        let mut told = Told { serial: wish.serial, ..Told::default() };
+        let mut told = ViewState { serial: wish.serial, ..ViewState::default() };
         if self.variants.is_empty() {
             self.variants = Arc::new(variants::beside(&wish.choice.graph));
         }
@@ -176,7 +176,11 @@ impl Stage {
         if self.shown.as_ref() != Some(&graph)
             && let Some(kept) = self.find(&graph)
         {
-            early(self.tell(Told { subject: Some(kept.subject.clone()), image: kept.image.clone(), ..told.clone() }));
+            early(self.tell(ViewState {
+                subject: Some(kept.subject.clone()),
+                image: kept.image.clone(),
+                ..told.clone()
+            }));
         }
         match self.make(&graph, wish, &mut remade) {
             Ok(()) => self.shown = Some(graph),
@@ -213,7 +217,7 @@ impl Stage {
             notices.extend(kept.session.notices.iter().cloned());
             told.notices = Arc::new(notices);
         }
-        if let Against::Graph(path) = &wish.choice.compare.against {
+        if let ComparedTo::Graph(path) = &wish.choice.compare.against {
             told.frames[1] = self.find(path).map_or(0, |k| k.frames);
         }
         told.other = other;
@@ -232,9 +236,9 @@ impl Stage {
         self.tell(told)
     }
 
-    fn tell(&self, told: Told) -> Told {
+    fn tell(&self, told: ViewState) -> ViewState {
         let ready = self.kept.iter().filter_map(|k| Some((k.key.graph.clone(), k.image.clone()?, k.images)));
-        Told {
+        ViewState {
             images: self.images,
             variants: self.variants.clone(),
             ready: ready.collect(),
@@ -243,21 +247,21 @@ impl Stage {
         }
     }
 
-    fn find(&self, graph: &Path) -> Option<&Kept> {
+    fn find(&self, graph: &Path) -> Option<&KeptSession> {
         self.kept.iter().find(|k| k.key.graph == graph)
     }
 
     /// The sessions that are seen.
-    fn both(&self, wish: &Wish) -> Vec<&Kept> {
+    fn both(&self, wish: &FrameRequest) -> Vec<&KeptSession> {
         let other = match &wish.choice.compare.against {
-            Against::Graph(path) => Some(path),
-            Against::Nothing | Against::Image(_) => None,
+            ComparedTo::Graph(path) => Some(path),
+            ComparedTo::Nothing | ComparedTo::Image(_) => None,
         };
         self.shown.iter().chain(other).filter_map(|p| self.find(p)).collect()
     }
 
     /// Makes the session of a graph what the wish asks for.
-    fn make(&mut self, graph: &Path, wish: &Wish, remade: &mut Remade) -> Checked<()> {
+    fn make(&mut self, graph: &Path, wish: &FrameRequest, remade: &mut Remade) -> Checked<()> {
         let Some(scene) = &self.scene else { return Ok(()) };
         let (scene, version) = (scene.scene.clone(), scene.version);
         let at = self.kept.iter().position(|k| k.key.graph == graph);
@@ -321,7 +325,7 @@ impl Stage {
             scene,
         });
         let (output, image) = (String::new(), None);
-        let made = Kept {
+        let made = KeptSession {
             key,
             project,
             session,
@@ -346,7 +350,7 @@ impl Stage {
     }
 
     /// Renders a frame of a graph when there may be something new in it.
-    fn frame(&mut self, graph: &Path, wish: &Wish) -> Checked<Option<Rendered>> {
+    fn frame(&mut self, graph: &Path, wish: &FrameRequest) -> Checked<Option<ShownFrame>> {
         let gpu = self.gpu.clone();
         let Some(at) = self.kept.iter().position(|k| k.key.graph == graph) else { return Ok(None) };
         let kept = &mut self.kept[at];
@@ -378,15 +382,15 @@ impl Stage {
     }
 
     /// The image to hold the shown one against.
-    fn other(&mut self, wish: &Wish) -> Checked<Option<wgpu::Texture>> {
+    fn other(&mut self, wish: &FrameRequest) -> Checked<Option<wgpu::Texture>> {
         match &wish.choice.compare.against {
-            Against::Nothing => Ok(None),
-            Against::Graph(path) => {
+            ComparedTo::Nothing => Ok(None),
+            ComparedTo::Graph(path) => {
                 let made = self.make(path, wish, &mut Remade::default());
                 let framed = made.and_then(|()| self.frame(path, wish));
                 framed.map(|_| self.find(path).and_then(|k| k.image.clone()))
             }
-            Against::Image(path) => {
+            ComparedTo::Image(path) => {
                 if self.reference.as_ref().is_none_or(|r| r.0 != *path) {
                     self.images += 1;
                     self.reference = Some((path.clone(), reference(&self.gpu, path)));
@@ -401,7 +405,7 @@ impl Stage {
     }
 
     /// Makes the next variant ready that is not. False when none is left.
-    fn prepare_next(&mut self, wish: &Wish) -> bool {
+    fn prepare_next(&mut self, wish: &FrameRequest) -> bool {
         let held: u64 = self.kept.iter().map(|k| k.session.plan.bytes().0).sum();
         if held > MOST_KEPT {
             return false;
@@ -421,13 +425,13 @@ impl Stage {
     }
 
     /// Drops sessions that are not seen, the oldest first, until what they hold is little enough.
-    fn forget(&mut self, wish: &Wish) {
+    fn forget(&mut self, wish: &FrameRequest) {
         let mut held: u64 = self.kept.iter().map(|k| k.session.plan.bytes().0).sum();
         let mut at = 0;
         while held > MOST_KEPT && at < self.kept.len() {
             let path = &self.kept[at].key.graph;
             let seen = self.shown.as_ref() == Some(path)
-                || wish.choice.compare.against == Against::Graph(path.clone())
+                || wish.choice.compare.against == ComparedTo::Graph(path.clone())
                 || wish.choice.graph == *path;
             if seen {
                 at += 1;

@@ -1,10 +1,10 @@
 //! What the window remembers: the choice and its past, and what is open, selected and under way.
 
-use super::choice::{Against, Choice};
+use super::choice::{ComparedTo, ViewChoice};
 use super::feed::Subject;
 use super::link::{self, Linked};
-use super::pick::Thing;
-use super::stage::{Ask, Inspect, ProbedPlace, Wish};
+use super::pick::Draggable;
+use super::stage::{Ask, FrameRequest, ProbedPlace, ResourcePart};
 use super::undo::Undo;
 use crate::show::Picture;
 use egui::Rect;
@@ -19,18 +19,18 @@ use std::sync::Arc;
 
 /// Everything that panels read and change. No device and no window.
 #[derive(Debug)]
-pub struct State {
-    pub choice: Undo<Choice>,
+pub struct PanelState {
+    pub choice: Undo<ViewChoice>,
     pub panels: Panels,
     /// The output shown; `None`: the usual one.
     pub output: Option<String>,
-    pub inspect: Option<Inspect>,
+    pub inspect: Option<ResourcePart>,
     pub look: PaintLook,
     /// The invocation that is asked what it computes.
     pub ask: Option<Ask>,
     /// Of its values those are shown whose names hold this.
     pub ask_search: String,
-    pub selected: Option<Thing>,
+    pub selected: Option<Draggable>,
     /// What the pointer drags in the image.
     pub gesture: Option<Gesture>,
     /// Time runs.
@@ -49,7 +49,7 @@ pub struct State {
     pub linked: Arc<Linked>,
     /// The pixels that the image takes in the window.
     pub room: [u32; 2],
-    pub network: Network,
+    pub network: NetworkLook,
     /// Where named parts of the window lie, for who plays events.
     pub marks: BTreeMap<String, Rect>,
     pub file: String,
@@ -66,7 +66,7 @@ pub struct Panels {
 
 /// How the graph is looked at.
 #[derive(Debug, Default)]
-pub struct Network {
+pub struct NetworkLook {
     /// As the file declares it, not as it was compiled.
     pub declared: bool,
     /// `None`: all of it.
@@ -118,7 +118,7 @@ pub enum Gesture {
     Pan,
     Look,
     /// The thing, and the point of it that is held.
-    Move(Thing, Vec3),
+    Move(Draggable, Vec3),
     Split,
 }
 
@@ -131,9 +131,9 @@ pub enum Save {
     Choice,
 }
 
-impl State {
-    pub fn new(choice: Choice) -> State {
-        State {
+impl PanelState {
+    pub fn new(choice: ViewChoice) -> PanelState {
+        PanelState {
             choice: Undo::new(choice),
             panels: Panels { left: true, right: true, bottom: true, tab: Tab::Steps },
             output: None,
@@ -151,24 +151,24 @@ impl State {
             message: None,
             linked: Arc::default(),
             room: [1, 1],
-            network: Network::default(),
+            network: NetworkLook::default(),
             marks: BTreeMap::new(),
             file: String::new(),
         }
     }
 
-    pub fn now(&self) -> &Choice {
+    pub fn now(&self) -> &ViewChoice {
         self.choice.now()
     }
 
     /// Changes the choice; `about` names the thing, so that one gesture is one step back.
-    pub fn edit(&mut self, about: &str, change: impl FnOnce(&mut Choice)) {
+    pub fn edit(&mut self, about: &str, change: impl FnOnce(&mut ViewChoice)) {
         self.choice.edit(about, change);
     }
 
     /// What the choice asks of the stage.
-    pub fn wish(&self, serial: u64, time: f32, most: u32) -> Wish {
-        Wish {
+    pub fn wish(&self, serial: u64, time: f32, most: u32) -> FrameRequest {
+        FrameRequest {
             serial,
             choice: self.now().clone(),
             size: self.now().resolution.size(self.room, most),
@@ -214,15 +214,15 @@ impl State {
 
     /// Opens a resource in the lower panel.
     pub fn open(&mut self, resource: &str) {
-        self.inspect = Some(Inspect { resource: resource.into(), mip: 0, layer: 0 });
+        self.inspect = Some(ResourcePart { resource: resource.into(), mip: 0, layer: 0 });
         (self.panels.bottom, self.panels.tab) = (true, Tab::Resource);
     }
 
     pub fn set_graph(&mut self, graph: PathBuf) {
         self.edit("graph", |c| {
             // What is shown is not held against itself: the two change places.
-            if c.compare.against == Against::Graph(graph.clone()) {
-                c.compare.against = Against::Graph(std::mem::replace(&mut c.graph, graph));
+            if c.compare.against == ComparedTo::Graph(graph.clone()) {
+                c.compare.against = ComparedTo::Graph(std::mem::replace(&mut c.graph, graph));
             } else {
                 c.graph = graph;
             }
@@ -287,11 +287,11 @@ impl State {
     }
 
     /// Moves a light or an object by metres.
-    pub fn move_thing(&mut self, thing: Thing, by: Vec3) {
+    pub fn move_thing(&mut self, thing: Draggable, by: Vec3) {
         self.edit(&format!("{thing:?}"), |c| {
             let (map, index) = match thing {
-                Thing::Light(i) => (&mut c.lights, i),
-                Thing::Node(i) => (&mut c.nodes, i),
+                Draggable::Light(i) => (&mut c.lights, i),
+                Draggable::Node(i) => (&mut c.nodes, i),
             };
             *map.entry(index).or_default() += by;
         });
@@ -308,10 +308,10 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    fn state() -> (State, Scene) {
+    fn state() -> (PanelState, Scene) {
         let path = crate::repository("scenes/hall");
         let scene = lightgraph::Scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
-        (State::new(Choice::new("g.ron".into(), path)), scene)
+        (PanelState::new(ViewChoice::new("g.ron".into(), path)), scene)
     }
 
     #[test]
@@ -331,8 +331,8 @@ mod tests {
     fn a_dragged_light_is_where_the_shader_sees_it() {
         let (mut s, scene) = state();
         let before = s.pose(&scene, 0.0).lights[0].position;
-        s.move_thing(Thing::Light(0), Vec3::new(0.5, 0.0, 0.0));
-        s.move_thing(Thing::Light(0), Vec3::new(0.0, -0.25, 0.0));
+        s.move_thing(Draggable::Light(0), Vec3::new(0.5, 0.0, 0.0));
+        s.move_thing(Draggable::Light(0), Vec3::new(0.0, -0.25, 0.0));
         let after = s.pose(&scene, 0.0).lights[0].position;
         assert!((after - before - Vec3::new(0.5, -0.25, 0.0)).length() < 1e-6);
         s.choice.undo();
@@ -342,10 +342,10 @@ mod tests {
     #[test]
     fn a_graph_is_never_held_against_itself() {
         let (mut s, _) = state();
-        s.edit("against", |c| c.compare.against = Against::Graph("h.ron".into()));
+        s.edit("against", |c| c.compare.against = ComparedTo::Graph("h.ron".into()));
         s.set_graph("h.ron".into());
         assert_eq!(s.now().graph, Path::new("h.ron"));
-        assert_eq!(s.now().compare.against, Against::Graph("g.ron".into()));
+        assert_eq!(s.now().compare.against, ComparedTo::Graph("g.ron".into()));
     }
 
     #[test]
@@ -353,7 +353,7 @@ mod tests {
         let (mut s, scene) = state();
         let view = |x| View::perspective(Vec3::X * x, Vec3::NEG_Z, Vec3::Y, 0.8);
         let linked = |connection, x| Arc::new(Linked { connection, view: Some(view(x)), ..Linked::default() });
-        let seen = |s: &State| s.pose(&scene, 0.0).view;
+        let seen = |s: &PanelState| s.pose(&scene, 0.0).view;
         s.follow(linked(1, 1.0));
         assert_eq!((s.now().scene.as_path(), seen(&s)), (Path::new(link::NAME), Some(view(1.0))));
         // Where the user went, the view stays until the program's camera moves.

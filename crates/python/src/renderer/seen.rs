@@ -5,10 +5,10 @@ use lightgraph::internals::scene::{self, Extent, Lens};
 use lightgraph::{Checked, Diagnostic, Scene, Session, View};
 
 /// Eye, target, up; whole vertical angle in degrees, or half the height in metres and `true`; near; far; lens shift.
-pub type Look = ([f32; 3], [f32; 3], [f32; 3], (f32, bool), Option<f32>, Option<f32>, [f32; 2]);
+pub type CameraTuple = ([f32; 3], [f32; 3], [f32; 3], (f32, bool), Option<f32>, Option<f32>, [f32; 2]);
 
 /// How a thing is moved.
-pub enum Step {
+pub enum Movement {
     By(Vec3),
     To(Vec3),
 }
@@ -37,10 +37,10 @@ fn named(scene: &Scene, name: &str) -> Checked<(Option<usize>, Vec<usize>)> {
 }
 
 /// Moves a thing, from the next frame on.
-pub fn shift(session: &mut Session, name: &str, step: Step, time: f32) -> Checked<()> {
+pub fn shift(session: &mut Session, name: &str, step: Movement, time: f32) -> Checked<()> {
     let by = match step {
-        Step::By(by) => by,
-        Step::To(to) => to - Vec3::from(position(session, name, time)?),
+        Movement::By(by) => by,
+        Movement::To(to) => to - Vec3::from(position(session, name, time)?),
     };
     if !by.is_finite() {
         let d = Diagnostic::error(format!("\"{name}\" can't be moved by {by}"));
@@ -88,7 +88,7 @@ pub fn look_through(session: &mut Session, camera: Option<String>) -> Checked<()
 }
 
 /// Sees from a place of its own.
-pub fn look(session: &mut Session, (eye, target, up, (extent, flat), near, far, shift): &Look) -> Checked<()> {
+pub fn look(session: &mut Session, (eye, target, up, (extent, flat), near, far, shift): &CameraTuple) -> Checked<()> {
     let [eye, target, up] = [*eye, *target, *up].map(Vec3::from);
     let extent = if *flat { Extent::Flat(*extent) } else { Extent::Angle(*extent) };
     let look = scene::Look { eye, target, up, extent, near: *near, far: *far, shift: (*shift).into() };
@@ -97,7 +97,7 @@ pub fn look(session: &mut Session, (eye, target, up, (extent, flat), near, far, 
 }
 
 /// What is seen at a time.
-pub fn seen(session: &Session, time: f32) -> Checked<Look> {
+pub fn seen(session: &Session, time: f32) -> Checked<CameraTuple> {
     let scene = &session.scene;
     let pose = scene.pose_shifted(time, &session.shift);
     let [width, height] = session.settings.size;

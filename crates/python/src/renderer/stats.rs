@@ -1,12 +1,12 @@
 //! What the last frame took.
 
-use super::State;
+use super::RendererState;
 use crate::device::Device;
 use serde_json::{Value, json};
 
 /// Milliseconds and counts, by step.
-pub fn stats(device: &Device, state: &State) -> Value {
-    let State { session, report, number, time, call_ms, .. } = state;
+pub fn stats(device: &Device, state: &RendererState) -> Value {
+    let RendererState { session, report, number, time, call_ms, .. } = state;
     let (plan, info) = (&session.plan, &device.gpu.info);
     let (allocated, without_sharing) = plan.bytes();
     let steps = plan.steps.iter().enumerate().map(|(i, step)| {

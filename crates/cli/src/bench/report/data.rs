@@ -1,7 +1,7 @@
 //! What a page shows, as JSON: scenes, and in each the entries, the fronts and pictures.
 
 use super::pack::number;
-use super::{METRICS, View, entry_front, label, of, pictures::shown, views};
+use super::{METRICS, SceneView, entry_front, label, of, pictures::shown, views};
 use crate::bench::measure::SEEN;
 use crate::bench::overview::overview;
 use crate::bench::results::{Entry, PassTime, Phase, PhaseTimes, Results};
@@ -25,7 +25,7 @@ pub fn page(results: &Results, folder: &Path, most: usize) -> Value {
     })
 }
 
-fn scene(results: &Results, view: &View, folder: &Path, most: usize) -> Value {
+fn scene(results: &Results, view: &SceneView, folder: &Path, most: usize) -> Value {
     let entries = of(results, view);
     let mut outputs: Vec<&Score> = vec![];
     for s in entries.iter().flat_map(|e| &e.scores).filter(|s| s.only_when.is_empty()) {

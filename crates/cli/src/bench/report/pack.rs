@@ -20,7 +20,7 @@ pub fn number(x: f64) -> Value {
 /// # Errors
 /// Data that makes no JSON, a fault of this program.
 pub fn pack(mut page: Value) -> Checked<String> {
-    let mut words = Words::default();
+    let mut words = TextTable::default();
     for scene in page["scenes"].as_array_mut().into_iter().flatten() {
         if let Value::Array(rows) = scene["entries"].take() {
             let packed = columns(&rows.iter().map(Some).collect::<Vec<_>>(), &mut words);
@@ -37,12 +37,12 @@ pub fn pack(mut page: Value) -> Checked<String> {
 
 /// Texts and lists of texts, each once.
 #[derive(Default)]
-struct Words {
+struct TextTable {
     all: Vec<Value>,
     places: BTreeMap<String, usize>,
 }
 
-impl Words {
+impl TextTable {
     fn place(&mut self, word: &Value) -> usize {
         *self.places.entry(word.to_string()).or_insert_with(|| {
             self.all.push(word.clone());
@@ -53,7 +53,7 @@ impl Words {
 
 /// `["rows", {name: columns}]`, `["words", [places in the words]]` or `["values", [anything]]`. Absent and null are the
 /// same.
-fn columns(rows: &[Option<&Value>], words: &mut Words) -> Value {
+fn columns(rows: &[Option<&Value>], words: &mut TextTable) -> Value {
     let all = |fits: fn(&Value) -> bool| rows.iter().flatten().all(|v| fits(v));
     if all(Value::is_object) {
         let keys: BTreeSet<&String> = rows.iter().flatten().filter_map(|v| v.as_object()).flat_map(Map::keys).collect();

@@ -1,9 +1,9 @@
 //! Pictures of entries and references: files beside the results, and in the page.
 
-use super::View;
+use super::SceneView;
 use crate::base64::base64;
 use crate::bench::measure::SEEN;
-use crate::bench::references::References;
+use crate::bench::references::ReferenceSet;
 use crate::bench::results::{Entry, Phase, Results};
 use crate::bench::score::mean;
 use lightgraph::internals::files;
@@ -30,7 +30,7 @@ pub fn pictures(
     folder: &Path,
     entry: &Entry,
     images: &BTreeMap<String, Image>,
-    references: &References,
+    references: &ReferenceSet,
 ) -> Checked<Option<String>> {
     let Some(seen) = images.get(SEEN).or_else(|| images.values().next()) else { return Ok(None) };
     let stem = file_name(&[&view_name(&entry.scene, entry.camera.as_deref()), &entry.graph, &entry.setting]);
@@ -49,7 +49,7 @@ pub fn pictures(
 ///
 /// # Errors
 /// A file that can't be written.
-pub fn reference_pictures(folder: &Path, scene: &str, camera: Option<&str>, references: &References) -> Checked<()> {
+pub fn reference_pictures(folder: &Path, scene: &str, camera: Option<&str>, references: &ReferenceSet) -> Checked<()> {
     match references.all.iter().find(|r| r.output == SEEN && r.only_when.is_empty()) {
         Some(r) => {
             let path = folder.join(reference_path(scene, camera));
@@ -74,7 +74,7 @@ pub fn copy(entry: &Entry, from: &Path, to: &Path) -> Checked<()> {
 }
 
 /// The reference, and each graph at its most accurate setting, as data URIs.
-pub fn shown(results: &Results, view: &View, entries: &[&Entry], folder: &Path, most: usize) -> Vec<Value> {
+pub fn shown(results: &Results, view: &SceneView, entries: &[&Entry], folder: &Path, most: usize) -> Vec<Value> {
     let mut pictures = vec![];
     if most == 0 {
         return pictures;
@@ -109,7 +109,7 @@ pub fn shown(results: &Results, view: &View, entries: &[&Entry], folder: &Path, 
     pictures
 }
 
-fn exposure(image: &Image, references: &References) -> f32 {
+fn exposure(image: &Image, references: &ReferenceSet) -> f32 {
     let reference = references.all.iter().find(|r| r.output == SEEN && r.only_when.is_empty());
     let level = mean(reference.map_or(image, |r| &r.image));
     if level > 0.0 { (MIDDLE / level).log2() as f32 } else { 0.0 }

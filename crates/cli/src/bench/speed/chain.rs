@@ -4,9 +4,9 @@
 //! the machine does falls on both, and a round in which it fell on one counts for nothing.
 
 use super::handwritten::Handwritten;
-use super::list::{Chain, Run};
+use super::list::{Chain, GraphRun};
 use super::pairs::median;
-use super::{Bench, Row, Wanted};
+use super::{Bench, Goal, SpeedRow};
 use lightgraph::internals::gpu::Timing;
 use lightgraph::internals::session::plan_for;
 use lightgraph::{Checked, Diagnostic, Project, Scene, Session, Settings};
@@ -25,7 +25,7 @@ struct Length {
 }
 
 impl Bench<'_> {
-    pub(super) fn chain(&self, chain: &Chain) -> Checked<Vec<Row>> {
+    pub(super) fn chain(&self, chain: &Chain) -> Checked<Vec<SpeedRow>> {
         let section = "the framework's own cost";
         let mut rows = vec![];
         let mut few = self.chained(&chain.run, chain, chain.few, &[])?;
@@ -39,9 +39,9 @@ impl Bench<'_> {
                 encode = encode.min(report.steps.iter().map(|s| s.cpu_ms).sum::<f64>() * 1e3 / f64::from(runs.max(1)));
             }
             let name = format!("{}, {} passes", chain.name, length.passes);
-            let row = Row::new(section, format!("{name}, CPU time to encode one"), encode, "µs");
-            rows.push(row.wanted(Wanted::AtMost(chain.most_encode_us)));
-            rows.push(Row::new(section, format!("{name}, to plan"), plan, "ms"));
+            let row = SpeedRow::new(section, format!("{name}, CPU time to encode one"), encode, "µs");
+            rows.push(row.wanted(Goal::AtMost(chain.most_encode_us)));
+            rows.push(SpeedRow::new(section, format!("{name}, to plan"), plan, "ms"));
         }
         let (mut plans, mut frames) = (vec![], vec![]);
         // As many passes of one as of the other.
@@ -61,18 +61,18 @@ impl Bench<'_> {
         }
         for (what, ratios) in [("plan", plans), ("frame", frames)] {
             let name = format!("{}, growth of a pass's share of the {what}", chain.name);
-            let row = Row::new(section, name, median(ratios), "×").wanted(Wanted::AtMost(1.25));
+            let row = SpeedRow::new(section, name, median(ratios), "×").wanted(Goal::AtMost(1.25));
             rows.push(row.note(format!("{} passes by {}", chain.many, chain.few)));
         }
         rows.push(self.by_hand(chain)?);
         Ok(rows)
     }
 
-    fn chained(&self, run: &Run, chain: &Chain, passes: u32, set: &[String]) -> Checked<Length> {
+    fn chained(&self, run: &GraphRun, chain: &Chain, passes: u32, set: &[String]) -> Checked<Length> {
         let project = self.project(&run.graph)?;
         let scene = Arc::new(Scene::load(&self.root.join(&run.scene))?.scene);
         let count = format!("{}={passes}", chain.count);
-        let run = Run { set: [run.set.as_slice(), &[count], set].concat(), ..run.clone() };
+        let run = GraphRun { set: [run.set.as_slice(), &[count], set].concat(), ..run.clone() };
         let settings: Settings = self.settings(&run, &project)?;
         let mut session = Session::new(self.gpu, &project, scene.clone(), settings)?;
         // A driver may compile in the first.
@@ -92,7 +92,7 @@ impl Bench<'_> {
         Ok(start.elapsed().as_secs_f64() * 1e3)
     }
 
-    fn by_hand(&self, chain: &Chain) -> Checked<Row> {
+    fn by_hand(&self, chain: &Chain) -> Checked<SpeedRow> {
         let mut session = self.chained(&chain.run, chain, chain.few, std::slice::from_ref(&chain.work))?.session;
         // The program takes no times of its passes either.
         session.settings.timing = Timing::Frame;
@@ -120,8 +120,8 @@ impl Bench<'_> {
             theirs.push(other);
         }
         let name = format!("{}, against a program written by hand", chain.name);
-        let row = Row::new("the framework's own cost", name, median(ratios), "×");
+        let row = SpeedRow::new("the framework's own cost", name, median(ratios), "×");
         let note = format!("{:.2} ms, {:.2} ms by hand; {} passes", median(ours), median(theirs), chain.few);
-        Ok(row.wanted(Wanted::AtMost(chain.most_ratio)).note(note))
+        Ok(row.wanted(Goal::AtMost(chain.most_ratio)).note(note))
     }
 }

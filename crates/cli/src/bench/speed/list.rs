@@ -9,22 +9,22 @@ use std::path::Path;
 /// Everything to measure. Paths are relative to the folder that the command runs in.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct List {
+pub struct SpeedList {
     pub chains: Vec<Chain>,
-    pub pairs: Vec<Pair>,
-    pub published: Vec<Published>,
-    pub renderers: Vec<Renderer>,
+    pub pairs: Vec<GraphPair>,
+    pub published: Vec<OtherTime>,
+    pub renderers: Vec<OtherRenderer>,
     pub scaling: Vec<Scaling>,
     pub loads: Vec<Load>,
-    pub starts: Vec<Start>,
+    pub starts: Vec<StartUp>,
     pub times: Vec<Time>,
-    pub bounds: Option<Bounds>,
+    pub bounds: Option<Rooflines>,
 }
 
 /// A graph on a scene.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Run {
+pub struct GraphRun {
     pub graph: String,
     pub scene: String,
     /// As on the command line: `NAME=VALUE`.
@@ -57,9 +57,9 @@ pub enum Moves {
 /// One graph against another that makes the same.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Pair {
+pub struct GraphPair {
     pub name: String,
-    pub fast: Run,
+    pub fast: GraphRun,
     /// The graph to be faster than, run as `fast` is.
     pub slow: String,
     pub moves: Moves,
@@ -73,14 +73,14 @@ pub struct Pair {
 /// A time that others have measured, elsewhere.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Published {
+pub struct OtherTime {
     pub name: String,
     /// Whose it is, and on what it was measured.
     pub origin: String,
     pub seconds: f64,
     /// Of the output `output` against the reference image of the scene.
     pub rmse_percent: f64,
-    pub run: Run,
+    pub run: GraphRun,
     pub output: String,
     pub at_least: f64,
 }
@@ -88,7 +88,7 @@ pub struct Published {
 /// Another renderer, on the same scene and machine.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Renderer {
+pub struct OtherRenderer {
     pub name: String,
     /// The folder of the files that describe renderers, and the name in one of them.
     pub peer: (String, String),
@@ -97,7 +97,7 @@ pub struct Renderer {
     #[serde(default)]
     pub setting: BTreeMap<String, String>,
     /// Its size is that of the reference images: errors are taken there.
-    pub run: Run,
+    pub run: GraphRun,
     /// The output whose rmse counts.
     pub output: String,
     /// Pixels of the images that are timed.
@@ -125,7 +125,7 @@ pub enum Ours {
 #[serde(deny_unknown_fields)]
 pub struct Scaling {
     pub name: String,
-    pub run: Run,
+    pub run: GraphRun,
     /// Settings from small to large, each on top of `run.set`.
     #[serde(default)]
     pub steps: Vec<String>,
@@ -157,9 +157,9 @@ pub struct Load {
 /// From reading the files to the first pixel.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Start {
+pub struct StartUp {
     pub name: String,
-    pub run: Run,
+    pub run: GraphRun,
     pub most_ms: f64,
 }
 
@@ -168,7 +168,7 @@ pub struct Start {
 #[serde(deny_unknown_fields)]
 pub struct Time {
     pub name: String,
-    pub run: Run,
+    pub run: GraphRun,
     pub moves: Moves,
     pub most_ms: f64,
 }
@@ -178,7 +178,7 @@ pub struct Time {
 #[serde(deny_unknown_fields)]
 pub struct Chain {
     pub name: String,
-    pub run: Run,
+    pub run: GraphRun,
     /// The parameter that says how many.
     pub count: String,
     pub few: u32,
@@ -192,12 +192,12 @@ pub struct Chain {
 /// Steps against what the adapter can do.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Bounds {
+pub struct Rooflines {
     /// A graph with a step that only copies, and that step's name.
-    pub copy: (Run, String),
+    pub copy: (GraphRun, String),
     /// A graph with a step that only multiplies and adds, that step's name, and its operations as an expression.
-    pub fma: (Run, String, String),
-    pub runs: Vec<Run>,
+    pub fma: (GraphRun, String, String),
+    pub runs: Vec<GraphRun>,
     /// Operations of a step by its pass, as expressions; others count by their bytes alone.
     #[serde(default)]
     pub operations: BTreeMap<String, String>,
@@ -207,22 +207,22 @@ pub struct Bounds {
 
 impl Scaling {
     /// The runs from small to large, each with what it is called.
-    pub fn runs(&self) -> Vec<(String, Run)> {
+    pub fn runs(&self) -> Vec<(String, GraphRun)> {
         let set = |step: &String| {
             let set = self.run.set.iter().chain([step]).cloned().collect();
-            (step.clone(), Run { set, ..self.run.clone() })
+            (step.clone(), GraphRun { set, ..self.run.clone() })
         };
-        let on = |scene: &String| (scene.clone(), Run { scene: scene.clone(), ..self.run.clone() });
+        let on = |scene: &String| (scene.clone(), GraphRun { scene: scene.clone(), ..self.run.clone() });
         self.steps.iter().map(set).chain(self.scenes.iter().map(on)).collect()
     }
 }
 
-impl List {
+impl SpeedList {
     /// Reads a list.
     ///
     /// # Errors
     /// A file that can't be read or is no list, with the place.
-    pub fn read(path: &Path) -> Checked<List> {
+    pub fn read(path: &Path) -> Checked<SpeedList> {
         let source = Source::read(path)?;
         ron::Options::default()
             .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME)

@@ -1,7 +1,7 @@
 //! A scene of many triangles, made, read and sorted for rays: how long that takes and how much memory.
 
 use super::list::Load;
-use super::{Bench, Row, Wanted};
+use super::{Bench, Goal, SpeedRow};
 use lightgraph::{Checked, Diagnostic, Scene};
 use std::path::Path;
 use std::time::Instant;
@@ -62,7 +62,7 @@ fn held() -> Option<u64> {
 }
 
 impl Bench<'_> {
-    pub(super) fn load(&self, load: &Load) -> Checked<Vec<Row>> {
+    pub(super) fn load(&self, load: &Load) -> Checked<Vec<SpeedRow>> {
         let section = "loading";
         let edge = f64::from(load.triangles / 2).sqrt().round().max(1.0) as u32;
         let bytes = hills(edge);
@@ -82,16 +82,16 @@ impl Bench<'_> {
         let name = format!("{} triangles", 2 * edge * edge);
         let note =
             format!("read {load_ms:.0} ms, tables and boxes for rays {sort_ms:.0} ms; file {:.1} MB", size * 1e-6);
-        let time = Row::new(section, format!("{name}, read and sorted for rays"), load_ms + sort_ms, "ms");
-        let mut rows = vec![time.wanted(Wanted::AtMost(load.most_ms)).note(note)];
+        let time = SpeedRow::new(section, format!("{name}, read and sorted for rays"), load_ms + sort_ms, "ms");
+        let mut rows = vec![time.wanted(Goal::AtMost(load.most_ms)).note(note)];
         for (what, bytes) in [("to read", memory[0]), ("to sort and hold tables", memory[1])] {
-            let row = Row::new(
+            let row = SpeedRow::new(
                 section,
                 format!("{name}, memory {what}"),
                 bytes.map_or(f64::NAN, |b| b as f64 / size),
                 "× the file",
             );
-            rows.push(row.wanted(Wanted::AtMost(load.most_memory)).note("peak, above what was held before"));
+            rows.push(row.wanted(Goal::AtMost(load.most_memory)).note("peak, above what was held before"));
         }
         Ok(rows)
     }

@@ -18,8 +18,8 @@ mod tests;
 mod handwritten;
 
 pub use handwritten::Handwritten;
-pub use list::List;
-pub use rows::{Row, Rows, Wanted};
+pub use list::SpeedList;
+pub use rows::{Goal, SpeedRow, SpeedRows};
 
 use lightgraph::internals::fastest::Policy;
 use lightgraph::{Checked, Gpu, Project};
@@ -49,9 +49,9 @@ impl Bench<'_> {
     ///
     /// # Errors
     /// Graphs, scenes and settings that can't be read or run.
-    pub fn run(&self, list: &List, done: &mut dyn FnMut(&Row)) -> Checked<Vec<Row>> {
+    pub fn run(&self, list: &SpeedList, done: &mut dyn FnMut(&SpeedRow)) -> Checked<Vec<SpeedRow>> {
         let mut rows = vec![];
-        let mut add = |more: Vec<Row>| {
+        let mut add = |more: Vec<SpeedRow>| {
             more.iter().for_each(&mut *done);
             rows.extend(more);
         };

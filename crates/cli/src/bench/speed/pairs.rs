@@ -1,7 +1,7 @@
 //! Whole frames: two graphs in turn, growing settings, start-up, times that others published.
 
-use super::list::{Moves, Pair, Published, Run, Scaling, Start, Time};
-use super::{Bench, Row, Wanted};
+use super::list::{GraphPair, GraphRun, Moves, OtherTime, Scaling, StartUp, Time};
+use super::{Bench, Goal, SpeedRow};
 use crate::bench::references::Manifest;
 use crate::bench::score::score;
 use glam::Vec3;
@@ -23,7 +23,7 @@ const STEP: f32 = 0.0025;
 const AWAKE: Duration = Duration::from_millis(500);
 
 /// A session that can be timed.
-pub(super) struct Timed {
+pub(super) struct TimedSession {
     pub session: Session,
     moves: Moves,
     frames: u32,
@@ -31,7 +31,7 @@ pub(super) struct Timed {
     device_ms: Option<f64>,
 }
 
-impl Timed {
+impl TimedSession {
     pub fn frame(&mut self, gpu: &Gpu) -> Checked<f64> {
         let step = self.session.scene.bounds.diagonal() * STEP * (1 + self.frames % 7) as f32;
         let shift = Vec3::X * step;
@@ -70,7 +70,7 @@ pub(super) fn number(text: &str, plan: &Plan) -> Checked<f64> {
 }
 
 impl Bench<'_> {
-    pub(super) fn settings(&self, run: &Run, project: &Project) -> Checked<Settings> {
+    pub(super) fn settings(&self, run: &GraphRun, project: &Project) -> Checked<Settings> {
         Ok(Settings {
             params: project.params(&run.set)?,
             size: [run.size.0, run.size.1],
@@ -80,20 +80,25 @@ impl Bench<'_> {
     }
 
     /// As [`Bench::settings`], with the alternatives that are to run.
-    pub(super) fn chosen(&self, run: &Run, project: &Project, scene: &Arc<Scene>) -> Checked<Settings> {
+    pub(super) fn chosen(&self, run: &GraphRun, project: &Project, scene: &Arc<Scene>) -> Checked<Settings> {
         let settings = self.settings(run, project)?;
         Ok(Settings { choices: self.fastest.choices(self.gpu, project, scene, &settings)?, ..settings })
     }
 
-    pub(super) fn session(&self, run: &Run, graph: &str, moves: Moves) -> Checked<Timed> {
+    pub(super) fn session(&self, run: &GraphRun, graph: &str, moves: Moves) -> Checked<TimedSession> {
         let project = self.project(graph)?;
         let scene = Arc::new(Scene::load(&self.root.join(&run.scene))?.scene);
         let settings = self.chosen(run, &project, &scene)?;
         let settings = Settings { skip: moves != Moves::All, timing: Timing::Frame, ..settings };
-        Ok(Timed { session: Session::new(self.gpu, &project, scene, settings)?, moves, frames: 0, device_ms: None })
+        Ok(TimedSession {
+            session: Session::new(self.gpu, &project, scene, settings)?,
+            moves,
+            frames: 0,
+            device_ms: None,
+        })
     }
 
-    pub(super) fn pair(&self, pair: &Pair) -> Checked<Vec<Row>> {
+    pub(super) fn pair(&self, pair: &GraphPair) -> Checked<Vec<SpeedRow>> {
         let mut sides = [&pair.fast.graph, &pair.slow].map(|g| self.session(&pair.fast, g, pair.moves));
         let mut timed = vec![];
         for side in &mut sides {
@@ -109,26 +114,30 @@ impl Bench<'_> {
         }
         let [fast, slow] = [least(&timed[0]), least(&timed[1])];
         let note = format!("{slow:.1} ms of {}, {fast:.1} ms of {}", pair.slow, pair.fast.graph);
-        let row = Row::new("against another graph", &pair.name, slow / fast, "× faster");
-        let mut rows = vec![row.wanted(Wanted::AtLeast(pair.at_least)).note(note)];
+        let row = SpeedRow::new("against another graph", &pair.name, slow / fast, "× faster");
+        let mut rows = vec![row.wanted(Goal::AtLeast(pair.at_least)).note(note)];
         if let Some((output, most)) = &pair.equal {
             let mut images = vec![];
             for graph in [&pair.fast.graph, &pair.slow] {
-                let run = Run { outputs: vec![output.clone()], ..pair.fast.clone() };
+                let run = GraphRun { outputs: vec![output.clone()], ..pair.fast.clone() };
                 let mut side = self.session(&run, graph, Moves::All)?;
                 side.frame(self.gpu)?;
                 images.push(side.session.image(self.gpu, output)?);
             }
             let difference = compare(&images[0], &images[1], None)?.rmse_percent;
-            let row =
-                Row::new("against another graph", format!("{}, difference of {output}", pair.name), difference, "%");
-            rows.push(row.wanted(Wanted::AtMost(*most)).note("rmse in percent of the mean"));
+            let row = SpeedRow::new(
+                "against another graph",
+                format!("{}, difference of {output}", pair.name),
+                difference,
+                "%",
+            );
+            rows.push(row.wanted(Goal::AtMost(*most)).note("rmse in percent of the mean"));
         }
         Ok(rows)
     }
 
-    pub(super) fn published(&self, published: &Published) -> Checked<Vec<Row>> {
-        let Published { name, origin, seconds, rmse_percent, run, output, at_least } = published;
+    pub(super) fn published(&self, published: &OtherTime) -> Checked<Vec<SpeedRow>> {
+        let OtherTime { name, origin, seconds, rmse_percent, run, output, at_least } = published;
         let manifest = Manifest::read(self.references)?;
         let mut timed = self.session(run, &run.graph, Moves::All)?;
         // Seen by the camera that the reference was seen by.
@@ -144,7 +153,7 @@ impl Bench<'_> {
         let note = format!("{ours:.3} s here, {seconds} s by {origin}");
         let section = "against published times";
         let mut rows =
-            vec![Row::new(section, name, seconds / ours, "× faster").wanted(Wanted::AtLeast(*at_least)).note(note)];
+            vec![SpeedRow::new(section, name, seconds / ours, "× faster").wanted(Goal::AtLeast(*at_least)).note(note)];
         let references = manifest.load(&scene, camera.as_deref(), timed.session.settings.size, &mut vec![])?;
         let images = BTreeMap::from([(output.clone(), timed.session.image(self.gpu, output)?)]);
         let scores = score(&images, &references, &BTreeMap::new())?;
@@ -152,12 +161,12 @@ impl Bench<'_> {
             let size = timed.session.settings.size;
             Diagnostic::error(format!("`{name}`: there is no reference of `{output}` of {scene} at {size:?}"))
         })?;
-        let row = Row::new(section, format!("{name}, error of {output}"), found.metrics.rmse_percent, "%");
-        rows.push(row.wanted(Wanted::AtMost(*rmse_percent)).note("rmse in percent of the mean"));
+        let row = SpeedRow::new(section, format!("{name}, error of {output}"), found.metrics.rmse_percent, "%");
+        rows.push(row.wanted(Goal::AtMost(*rmse_percent)).note("rmse in percent of the mean"));
         Ok(rows)
     }
 
-    pub(super) fn scaling(&self, scaling: &Scaling) -> Checked<Vec<Row>> {
+    pub(super) fn scaling(&self, scaling: &Scaling) -> Checked<Vec<SpeedRow>> {
         let (mut rows, mut times, mut bytes) = (vec![], vec![], vec![]);
         for (step, run) in scaling.runs() {
             let mut timed = self.session(&run, &run.graph, scaling.moves)?;
@@ -180,7 +189,7 @@ impl Bench<'_> {
             bytes.push(held as f64 / count);
             let note = format!("{count} of {}", scaling.per);
             rows.push(
-                Row::new(
+                SpeedRow::new(
                     "scaling",
                     format!("{} {step}, time of one", scaling.name),
                     least(&frames) * 1e3 / count,
@@ -189,17 +198,17 @@ impl Bench<'_> {
                 .note(&note),
             );
             rows.push(
-                Row::new("scaling", format!("{} {step}, bytes of one", scaling.name), held as f64 / count, "B")
+                SpeedRow::new("scaling", format!("{} {step}, bytes of one", scaling.name), held as f64 / count, "B")
                     .note(note),
             );
         }
         if let ([_, second, ..], Some(last), Some(bytes)) = (times.as_slice(), times.last(), bytes.last()) {
             let growth =
-                Row::new("scaling", format!("{}, growth of the time of one", scaling.name), last / second, "×");
-            rows.push(growth.wanted(Wanted::AtMost(scaling.most_growth)).note("the last by the second"));
-            let held = Row::new("scaling", format!("{}, bytes of one at the last", scaling.name), *bytes, "B");
+                SpeedRow::new("scaling", format!("{}, growth of the time of one", scaling.name), last / second, "×");
+            rows.push(growth.wanted(Goal::AtMost(scaling.most_growth)).note("the last by the second"));
+            let held = SpeedRow::new("scaling", format!("{}, bytes of one at the last", scaling.name), *bytes, "B");
             rows.push(
-                held.wanted(Wanted::AtMost(scaling.most_bytes)).note(format!("without {}", scaling.without.join(", "))),
+                held.wanted(Goal::AtMost(scaling.most_bytes)).note(format!("without {}", scaling.without.join(", "))),
             );
         }
         Ok(rows)
@@ -207,7 +216,7 @@ impl Bench<'_> {
 
     /// Milliseconds until the first pixel: files read, prepared, rendered and read back. The second time, when what
     /// drivers cache is there.
-    pub(super) fn first_image(&self, run: &Run) -> Checked<[f64; 3]> {
+    pub(super) fn first_image(&self, run: &GraphRun) -> Checked<[f64; 3]> {
         let mut parts = [0.0; 3];
         for _ in 0..2 {
             let gpu = Gpu::open().map_err(lightgraph::Faults::from)?;
@@ -227,16 +236,16 @@ impl Bench<'_> {
         Ok(parts)
     }
 
-    pub(super) fn start(&self, start: &Start) -> Checked<Vec<Row>> {
+    pub(super) fn start(&self, start: &StartUp) -> Checked<Vec<SpeedRow>> {
         let parts = self.first_image(&start.run)?;
         let note = format!("files {:.0} ms, preparation {:.0} ms, frame {:.0} ms", parts[0], parts[1], parts[2]);
-        let row = Row::new("start", &start.name, parts.iter().sum(), "ms");
-        Ok(vec![row.wanted(Wanted::AtMost(start.most_ms)).note(note)])
+        let row = SpeedRow::new("start", &start.name, parts.iter().sum(), "ms");
+        Ok(vec![row.wanted(Goal::AtMost(start.most_ms)).note(note)])
     }
 
     /// Times that only hold on a GPU are told, not judged, on a software driver.
-    pub(super) fn time(&self, time: &Time) -> Checked<Vec<Row>> {
-        let row = |ms: f64| Row::new("on a GPU", &time.name, ms, "ms");
+    pub(super) fn time(&self, time: &Time) -> Checked<Vec<SpeedRow>> {
+        let row = |ms: f64| SpeedRow::new("on a GPU", &time.name, ms, "ms");
         if self.gpu.is_software() {
             let note =
                 format!("not run: {} is a software driver; wanted ≤ {} ms on a GPU", self.gpu.info.name, time.most_ms);
@@ -253,9 +262,9 @@ impl Bench<'_> {
         let told = format!("the host waits {:.3} ms for it, median {:.3}", least(&wall), median(wall.clone()));
         if device.is_empty() {
             let note = format!("the adapter keeps no time: {told}");
-            return Ok(vec![row(least(&wall)).wanted(Wanted::AtMost(time.most_ms)).note(note)]);
+            return Ok(vec![row(least(&wall)).wanted(Goal::AtMost(time.most_ms)).note(note)]);
         }
         let note = format!("median {:.3} ms; {told}", median(device.clone()));
-        Ok(vec![row(least(&device)).wanted(Wanted::AtMost(time.most_ms)).note(note)])
+        Ok(vec![row(least(&device)).wanted(Goal::AtMost(time.most_ms)).note(note)])
     }
 }

@@ -1,28 +1,31 @@
 //! A graph beside other programs: their time for an image that errs no less, on the same machine.
 
-use super::list::{Moves, Ours, Renderer, Run};
+use super::list::{GraphRun, Moves, OtherRenderer, Ours};
 use super::pairs::least;
-use super::{Bench, Row, Wanted};
-use crate::bench::peers::{self, Job};
-use crate::bench::references::{Manifest, References};
+use super::{Bench, Goal, SpeedRow};
+use crate::bench::peers::{self, PeerJob};
+use crate::bench::references::{Manifest, ReferenceSet};
 use crate::bench::results::{Absent, Entry, Phase};
 use crate::bench::score::{Score, score};
 use lightgraph::{Checked, Diagnostic};
 use std::collections::BTreeMap;
 
 /// What renderers made at the references' size, by folder, name, scene and numbers of settings: each is asked once.
-type Made = BTreeMap<(String, String, String, Vec<usize>), Result<Vec<Entry>, Absent>>;
+type RendererResults = BTreeMap<(String, String, String, Vec<usize>), Result<Vec<Entry>, Absent>>;
 
 /// The rows of each entry of a list, in turn.
-pub(super) fn rows<'a>(bench: &'a Bench<'_>, list: &'a [Renderer]) -> impl Iterator<Item = Checked<Vec<Row>>> + 'a {
-    let mut made = Made::new();
+pub(super) fn rows<'a>(
+    bench: &'a Bench<'_>,
+    list: &'a [OtherRenderer],
+) -> impl Iterator<Item = Checked<Vec<SpeedRow>>> + 'a {
+    let mut made = RendererResults::new();
     list.iter().map(move |renderer| beside(bench, renderer, &mut made))
 }
 
 const SECTION: &str = "against other renderers";
 
-fn beside(bench: &Bench<'_>, renderer: &Renderer, made: &mut Made) -> Checked<Vec<Row>> {
-    let Renderer { name, run, output, .. } = renderer;
+fn beside(bench: &Bench<'_>, renderer: &OtherRenderer, made: &mut RendererResults) -> Checked<Vec<SpeedRow>> {
+    let OtherRenderer { name, run, output, .. } = renderer;
     let (folder, peer) = &renderer.peer;
     let Some(peer) = peers::find(&bench.root.join(folder))?.into_iter().find(|p| p.name == *peer) else {
         return Err(Diagnostic::error(format!("`{name}`: no file of {folder} describes `{peer}`")).into());
@@ -32,19 +35,19 @@ fn beside(bench: &Bench<'_>, renderer: &Renderer, made: &mut Made) -> Checked<Ve
         let d = Diagnostic::error(format!("`{name}`: {} has no setting with all of {:?}", peer.name, renderer.setting));
         return Err(d.help(format!("its settings stand in the file of {folder} that describes it")).into());
     }
-    let view = View::of(bench, renderer)?;
+    let view = RenderedView::of(bench, renderer)?;
     let out = std::env::temp_dir().join(format!("lightgraph-{}-{}", peer.name, std::process::id()));
     let scene_file = bench.root.join(&run.scene);
-    let ask = |size: [u32; 2], references: &References, settings: &[usize]| {
+    let ask = |size: [u32; 2], references: &ReferenceSet, settings: &[usize]| {
         let (scene, camera) = (view.scene.as_str(), view.camera.as_deref());
-        let job = Job { scene_file: &scene_file, scene, camera, size, references, folder: &out, settings };
+        let job = PeerJob { scene_file: &scene_file, scene, camera, size, references, folder: &out, settings };
         let result = peers::run(&peer, job);
         // Images for a moment: what can't be removed there is the system's to remove.
         let _ = std::fs::remove_dir_all(&out);
         result.map(|rendered| rendered.into_iter().map(|(entry, _)| entry).collect::<Vec<_>>())
     };
     let absent = |absent: &Absent| {
-        let row = Row::new(SECTION, name, f64::NAN, "× faster");
+        let row = SpeedRow::new(SECTION, name, f64::NAN, "× faster");
         Ok(vec![row.note(format!("not run: {} is absent: {}", absent.name, absent.why))])
     };
 
@@ -56,15 +59,15 @@ fn beside(bench: &Bench<'_>, renderer: &Renderer, made: &mut Made) -> Checked<Ve
     let error = view.error;
     let Some((place, theirs)) = pick(output, theirs, error) else {
         let note = format!("every setting of {} errs less than ours: {error:.1} %", peer.name);
-        let row = Row::new(SECTION, format!("{name}, {}", renderer.ours.word()), f64::NAN, "× faster");
-        return Ok(vec![row.wanted(Wanted::AtLeast(renderer.at_least)).note(note)]);
+        let row = SpeedRow::new(SECTION, format!("{name}, {}", renderer.ours.word()), f64::NAN, "× faster");
+        return Ok(vec![row.wanted(Goal::AtLeast(renderer.at_least)).note(note)]);
     };
     let large = [renderer.image.0, renderer.image.1];
     let seconds = |entry: &Entry| entry.times(Phase::Whole).map_or(f64::NAN, |t| t.wall_ms.median / 1e3);
     let seconds = match view.size == large {
         true => seconds(theirs),
         // Compared with nothing, and with this setting alone.
-        false => match ask(large, &References::default(), numbers.get(place..=place).unwrap_or_default()) {
+        false => match ask(large, &ReferenceSet::default(), numbers.get(place..=place).unwrap_or_default()) {
             Ok(timed) => timed.first().map_or(f64::NAN, seconds),
             Err(why) => return absent(&why),
         },
@@ -77,10 +80,10 @@ fn beside(bench: &Bench<'_>, renderer: &Renderer, made: &mut Made) -> Checked<Ve
         rmse(&theirs.scores, output).unwrap_or(f64::NAN),
     );
     let row = |part: &str, ours: f64, least: f64| {
-        let row = Row::new(SECTION, format!("{name}, {part}"), seconds * 1e3 / ours, "× faster");
-        row.wanted(Wanted::AtLeast(least)).note(format!("{:.3} s here, {whose}", ours / 1e3))
+        let row = SpeedRow::new(SECTION, format!("{name}, {part}"), seconds * 1e3 / ours, "× faster");
+        row.wanted(Goal::AtLeast(least)).note(format!("{:.3} s here, {whose}", ours / 1e3))
     };
-    let run = Run { size: renderer.image, ..run.clone() };
+    let run = GraphRun { size: renderer.image, ..run.clone() };
     let first = match renderer.ours {
         Ours::Files => bench.first_image(&run)?.iter().sum(),
         Ours::Frame => view.frame(bench, &run, Moves::All)?,
@@ -102,19 +105,19 @@ impl Ours {
 }
 
 /// What our image shows, and how far it is off.
-struct View {
+struct RenderedView {
     scene: String,
     /// The camera that the references are seen by; `None`: the scene's own.
     camera: Option<String>,
     size: [u32; 2],
-    references: References,
+    references: ReferenceSet,
     /// Rmse of the output, in percent of the mean.
     error: f64,
 }
 
-impl View {
-    fn of(bench: &Bench<'_>, renderer: &Renderer) -> Checked<View> {
-        let Renderer { name, run, output, .. } = renderer;
+impl RenderedView {
+    fn of(bench: &Bench<'_>, renderer: &OtherRenderer) -> Checked<RenderedView> {
+        let OtherRenderer { name, run, output, .. } = renderer;
         let manifest = Manifest::read(bench.references)?;
         let mut timed = bench.session(run, &run.graph, Moves::All)?;
         let scene = timed.session.scene.name.clone();
@@ -127,11 +130,11 @@ impl View {
         let error = rmse(&score(&images, &references, &BTreeMap::new())?, output).ok_or_else(|| {
             Diagnostic::error(format!("`{name}`: there is no reference of `{output}` of {scene} at {size:?}"))
         })?;
-        Ok(View { scene, camera, size, references, error })
+        Ok(RenderedView { scene, camera, size, references, error })
     }
 
     /// The least time of a frame, in milliseconds, after a first one.
-    fn frame(&self, bench: &Bench<'_>, run: &Run, moves: Moves) -> Checked<f64> {
+    fn frame(&self, bench: &Bench<'_>, run: &GraphRun, moves: Moves) -> Checked<f64> {
         let mut timed = bench.session(run, &run.graph, moves)?;
         timed.session.settings.camera.clone_from(&self.camera);
         timed.frame(bench.gpu)?;

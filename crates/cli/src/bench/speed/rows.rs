@@ -9,54 +9,54 @@ use std::path::Path;
 
 /// One figure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct SpeedRow {
     /// The heading it stands under.
     pub section: String,
     pub name: String,
     pub value: f64,
     pub unit: String,
     /// `None`: it is told, not judged.
-    pub wanted: Option<Wanted>,
+    pub wanted: Option<Goal>,
     /// What it comes from.
     pub note: String,
 }
 
 /// What a figure is held to.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub enum Wanted {
+pub enum Goal {
     AtLeast(f64),
     AtMost(f64),
 }
 
-impl Row {
+impl SpeedRow {
     /// A figure that is not judged.
-    pub fn new(section: &str, name: impl Into<String>, value: f64, unit: &str) -> Row {
+    pub fn new(section: &str, name: impl Into<String>, value: f64, unit: &str) -> SpeedRow {
         let (section, unit) = (section.to_string(), unit.to_string());
-        Row { section, name: name.into(), value, unit, wanted: None, note: String::new() }
+        SpeedRow { section, name: name.into(), value, unit, wanted: None, note: String::new() }
     }
 
     #[must_use]
-    pub fn wanted(self, wanted: Wanted) -> Row {
-        Row { wanted: Some(wanted), ..self }
+    pub fn wanted(self, wanted: Goal) -> SpeedRow {
+        SpeedRow { wanted: Some(wanted), ..self }
     }
 
     #[must_use]
-    pub fn note(self, note: impl Into<String>) -> Row {
-        Row { note: note.into(), ..self }
+    pub fn note(self, note: impl Into<String>) -> SpeedRow {
+        SpeedRow { note: note.into(), ..self }
     }
 
     /// Whether it is what it is held to; `None` when it is held to nothing.
     pub fn met(&self) -> Option<bool> {
         self.wanted.map(|w| match w {
-            Wanted::AtLeast(least) => self.value >= least,
-            Wanted::AtMost(most) => self.value <= most,
+            Goal::AtLeast(least) => self.value >= least,
+            Goal::AtMost(most) => self.value <= most,
         })
     }
 
     fn judged(&self) -> (String, &'static str) {
         let wanted = match self.wanted {
-            Some(Wanted::AtLeast(x)) => format!("≥ {x}"),
-            Some(Wanted::AtMost(x)) => format!("≤ {x}"),
+            Some(Goal::AtLeast(x)) => format!("≥ {x}"),
+            Some(Goal::AtMost(x)) => format!("≤ {x}"),
             None => String::new(),
         };
         (wanted, self.met().map_or("", |met| if met { "met" } else { "missed" }))
@@ -70,22 +70,22 @@ impl Row {
 
 /// A run's figures and what they were measured on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Rows {
+pub struct SpeedRows {
     pub version: String,
     pub commit: Option<String>,
     pub machine: Machine,
-    pub rows: Vec<Row>,
+    pub rows: Vec<SpeedRow>,
 }
 
 /// One figure as a line of a table.
-pub fn line(row: &Row) -> String {
+pub fn line(row: &SpeedRow) -> String {
     let (wanted, met) = row.judged();
     let name = format!("{}: {}", row.section, row.name);
     let gap = if row.note.is_empty() { "" } else { "  " };
     format!("{name:58} {:>14}  {wanted:8} {met:6}{gap}{}\n", row.figure(), row.note)
 }
 
-impl Rows {
+impl SpeedRows {
     /// Writes `speed.json` and `speed.html` to a folder.
     ///
     /// # Errors

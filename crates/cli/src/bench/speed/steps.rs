@@ -1,8 +1,8 @@
 //! Each step by itself, beside the time that its bytes and operations take at best on this adapter.
 
-use super::list::{Bounds, Run};
+use super::list::{GraphRun, Rooflines};
 use super::pairs::number;
-use super::{Bench, Row, Wanted};
+use super::{Bench, Goal, SpeedRow};
 use lightgraph::internals::gpu::{self, FrameInputs, Prepared, Timing};
 use lightgraph::internals::plan::change::Selection;
 use lightgraph::internals::plan::{Loop, OrderNode};
@@ -26,7 +26,7 @@ struct Alone {
 }
 
 impl Bench<'_> {
-    pub(super) fn bounds(&self, bounds: &Bounds) -> Checked<Vec<Row>> {
+    pub(super) fn bounds(&self, bounds: &Rooflines) -> Checked<Vec<SpeedRow>> {
         let section = "distance to the limit";
         let (copy, _) = self.alone(&bounds.copy.0)?;
         let copy = find(&copy, &bounds.copy.1)?;
@@ -34,8 +34,8 @@ impl Bench<'_> {
         let (fma, plan) = self.alone(&bounds.fma.0)?;
         let operations = number(&bounds.fma.2, &plan)? / find(&fma, &bounds.fma.1)?.ms;
         let mut rows = vec![
-            Row::new(section, "a kernel that copies", rate * 1e-6, "GB/s"),
-            Row::new(section, "a kernel that multiplies and adds", operations * 1e-6, "GFLOP/s"),
+            SpeedRow::new(section, "a kernel that copies", rate * 1e-6, "GB/s"),
+            SpeedRow::new(section, "a kernel that multiplies and adds", operations * 1e-6, "GFLOP/s"),
         ];
         for run in &bounds.runs {
             let (steps, plan) = self.alone(run)?;
@@ -50,8 +50,8 @@ impl Bench<'_> {
                 }
                 let name = format!("{} on {}, {}", run.graph, run.scene, step.pass);
                 let note = format!("{:.3} ms; {kind}: {bound:.3} ms ({:.1} MB)", step.ms, step.bytes as f64 * 1e-6);
-                let row = Row::new(section, name, step.ms / bound, "× its bound");
-                rows.push(row.wanted(Wanted::AtMost(bounds.most_ratio)).note(note));
+                let row = SpeedRow::new(section, name, step.ms / bound, "× its bound");
+                rows.push(row.wanted(Goal::AtMost(bounds.most_ratio)).note(note));
             }
         }
         Ok(rows)
@@ -64,7 +64,7 @@ impl Bench<'_> {
     }
 
     /// Times the steps of a plan one by one, a loop's once.
-    fn alone(&self, run: &Run) -> Checked<(Vec<Alone>, Plan)> {
+    fn alone(&self, run: &GraphRun) -> Checked<(Vec<Alone>, Plan)> {
         let project = self.project(&run.graph)?;
         let scene = Arc::new(Scene::load(&self.root.join(&run.scene))?.scene);
         let settings = self.chosen(run, &project, &scene)?;

@@ -1,17 +1,17 @@
 //! The list that ships, and how figures are judged and shown.
 
-use super::list::List;
+use super::list::SpeedList;
 use super::rows::line;
-use super::{Row, Wanted};
+use super::{Goal, SpeedRow};
 
 #[test]
 fn the_list_that_ships_names_what_is_there() {
     let root = crate::repository("");
-    let list = List::read(&root.join("benches/speed.ron")).unwrap_or_else(|f| panic!("{f}"));
-    let mut runs: Vec<&super::list::Run> = list.pairs.iter().map(|p| &p.fast).collect();
+    let list = SpeedList::read(&root.join("benches/speed.ron")).unwrap_or_else(|f| panic!("{f}"));
+    let mut runs: Vec<&super::list::GraphRun> = list.pairs.iter().map(|p| &p.fast).collect();
     runs.extend(list.published.iter().map(|p| &p.run));
     runs.extend(list.renderers.iter().map(|r| &r.run));
-    let scaled: Vec<super::list::Run> = list.scaling.iter().flat_map(|s| s.runs()).map(|(_, run)| run).collect();
+    let scaled: Vec<super::list::GraphRun> = list.scaling.iter().flat_map(|s| s.runs()).map(|(_, run)| run).collect();
     runs.extend(&scaled);
     runs.extend(list.starts.iter().map(|s| &s.run));
     runs.extend(list.times.iter().map(|t| &t.run));
@@ -33,7 +33,7 @@ fn a_list_with_a_slip_is_told_with_its_place() {
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join("list.ron");
     std::fs::write(&path, "(\n    piars: [],\n)").unwrap();
-    let faults = List::read(&path).unwrap_err();
+    let faults = SpeedList::read(&path).unwrap_err();
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(faults.to_string().contains("piars"), "{faults}");
     assert!(faults.to_string().contains("list.ron:2"), "{faults}");
@@ -41,12 +41,12 @@ fn a_list_with_a_slip_is_told_with_its_place() {
 
 #[test]
 fn a_figure_is_judged_by_what_it_is_held_to() {
-    let row = Row::new("against", "lights", 7.5, "x faster");
+    let row = SpeedRow::new("against", "lights", 7.5, "x faster");
     assert_eq!(row.met(), None);
-    assert_eq!(row.clone().wanted(Wanted::AtLeast(8.0)).met(), Some(false));
-    assert_eq!(row.clone().wanted(Wanted::AtLeast(7.5)).met(), Some(true));
-    assert_eq!(row.clone().wanted(Wanted::AtMost(7.0)).met(), Some(false));
-    let text = line(&row.wanted(Wanted::AtLeast(8.0)).note("60 ms, 8 ms"));
+    assert_eq!(row.clone().wanted(Goal::AtLeast(8.0)).met(), Some(false));
+    assert_eq!(row.clone().wanted(Goal::AtLeast(7.5)).met(), Some(true));
+    assert_eq!(row.clone().wanted(Goal::AtMost(7.0)).met(), Some(false));
+    let text = line(&row.wanted(Goal::AtLeast(8.0)).note("60 ms, 8 ms"));
     assert!(text.contains("7.500 x faster") && text.contains("missed") && text.contains("60 ms, 8 ms"), "{text}");
 }
 

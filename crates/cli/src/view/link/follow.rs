@@ -1,7 +1,7 @@
 //! From messages to what there is to show. A message that can't be followed changes nothing.
 
 use super::Linked;
-use super::message::{self, Camera, Message, SceneHead, Wire};
+use super::message::{self, LinkCamera, LinkMessage, SceneHead, Transport};
 use glam::{Vec2, Vec3};
 use lightgraph::internals::diag::{render, tame};
 use lightgraph::internals::scene::{Environment, Extent, Look};
@@ -28,7 +28,7 @@ impl Follower {
 
     /// Takes messages until the other side ends, or says what can't be read. `publish` is called after each; false
     /// ends it.
-    pub fn follow(mut self, wire: &mut impl Wire, mut publish: impl FnMut(&Linked) -> bool) {
+    pub fn follow(mut self, wire: &mut impl Transport, mut publish: impl FnMut(&Linked) -> bool) {
         let broken = loop {
             let (header, body) = match message::frame(wire) {
                 Ok(Some(frame)) => frame,
@@ -49,12 +49,12 @@ impl Follower {
         }
     }
 
-    fn take(&mut self, message: Message, body: &[u8]) -> Checked<()> {
+    fn take(&mut self, message: LinkMessage, body: &[u8]) -> Checked<()> {
         match message {
-            Message::Hello(_) => Err(Diagnostic::error("link: `hello` is said once").into()),
-            Message::Scene(head) => self.scene(head, body),
-            Message::Place { nodes } => self.place(&nodes, body),
-            Message::Camera(camera) => self.camera(&camera, body),
+            LinkMessage::Hello(_) => Err(Diagnostic::error("link: `hello` is said once").into()),
+            LinkMessage::Scene(head) => self.scene(head, body),
+            LinkMessage::Place { nodes } => self.place(&nodes, body),
+            LinkMessage::Camera(camera) => self.camera(&camera, body),
         }
     }
 
@@ -105,7 +105,7 @@ impl Follower {
         Ok(())
     }
 
-    fn camera(&mut self, camera: &Camera, body: &[u8]) -> Checked<()> {
+    fn camera(&mut self, camera: &LinkCamera, body: &[u8]) -> Checked<()> {
         if !body.is_empty() {
             let d = Diagnostic::error(format!("link: a camera with {} bytes behind it", body.len()));
             return Err(d.help("a `camera` has a header alone").into());
@@ -122,7 +122,7 @@ impl Follower {
     }
 }
 
-fn answer(wire: &mut impl Wire, faults: &[Diagnostic]) -> std::io::Result<()> {
+fn answer(wire: &mut impl Transport, faults: &[Diagnostic]) -> std::io::Result<()> {
     let text = render(faults);
     message::answer(wire, Some(text.trim_end()).filter(|text| !text.is_empty()))
 }

@@ -46,7 +46,7 @@ const CHUNK: usize = 1 << 20;
 /// What a program says.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Message {
+pub enum LinkMessage {
     Hello(Hello),
     /// Another scene in place of the one before.
     Scene(SceneHead),
@@ -54,7 +54,7 @@ pub enum Message {
     Place {
         nodes: Vec<String>,
     },
-    Camera(Camera),
+    Camera(LinkCamera),
 }
 
 #[derive(Debug, Deserialize)]
@@ -81,7 +81,7 @@ pub struct SceneHead {
 /// As Python's `lightgraph.Camera`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Camera {
+pub struct LinkCamera {
     pub eye: [f32; 3],
     pub target: [f32; 3],
     #[serde(default = "upwards")]
@@ -107,22 +107,22 @@ fn usual_angle() -> f32 {
 }
 
 /// Bytes in both directions, within a time.
-pub trait Wire: Read + Write {
+pub trait Transport: Read + Write {
     /// What is read and written from now on is over by then; without a limit it is waited for.
     fn limit(&mut self, time: Option<Duration>);
 }
 
 /// A connection whose reads and writes end in time.
-pub struct Timed {
+pub struct TimedStream {
     stream: TcpStream,
     until: Option<Instant>,
 }
 
-impl Timed {
-    pub fn new(stream: TcpStream) -> io::Result<Timed> {
+impl TimedStream {
+    pub fn new(stream: TcpStream) -> io::Result<TimedStream> {
         // Answers are small, and waited for.
         stream.set_nodelay(true)?;
-        Ok(Timed { stream, until: None })
+        Ok(TimedStream { stream, until: None })
     }
 
     /// Ends the connection. What the other side still sends is thrown away for a moment, so that it can read the last
@@ -141,20 +141,20 @@ impl Timed {
     }
 }
 
-impl Wire for Timed {
+impl Transport for TimedStream {
     fn limit(&mut self, time: Option<Duration>) {
         self.until = time.map(|time| Instant::now() + time);
     }
 }
 
-impl Read for Timed {
+impl Read for TimedStream {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         self.stream.set_read_timeout(self.left()?)?;
         self.stream.read(buffer)
     }
 }
 
-impl Write for Timed {
+impl Write for TimedStream {
     fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
         self.stream.set_write_timeout(self.left()?)?;
         self.stream.write(buffer)
@@ -166,13 +166,13 @@ impl Write for Timed {
 }
 
 /// A header and a body.
-pub type Frame = (Vec<u8>, Vec<u8>);
+pub type LinkFrame = (Vec<u8>, Vec<u8>);
 
 /// Waits for a frame; `None` where the other side has ended in good order.
 ///
 /// # Errors
 /// What is no frame within these bounds, cut off or too slow: nothing after it can be read.
-pub fn frame(wire: &mut impl Wire) -> Result<Option<Frame>, Diagnostic> {
+pub fn frame(wire: &mut impl Transport) -> Result<Option<LinkFrame>, Diagnostic> {
     wire.limit(None);
     let mut lengths = [0_u8; 8];
     // Between messages there is no limit: nothing may be changed for hours.
@@ -193,12 +193,12 @@ pub fn frame(wire: &mut impl Wire) -> Result<Option<Frame>, Diagnostic> {
 
 /// The rest of a frame of whose lengths so many bytes are there.
 fn bounded(
-    wire: &mut impl Wire,
+    wire: &mut impl Transport,
     mut lengths: [u8; 8],
     there: usize,
     header: u64,
     body: u64,
-) -> Result<Frame, Diagnostic> {
+) -> Result<LinkFrame, Diagnostic> {
     wire.read_exact(&mut lengths[there..]).map_err(|e| broken("its lengths", &e))?;
     let [a, b, c, d, e, f, g, h] = lengths;
     let given = [u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h])].map(u64::from);
@@ -211,7 +211,7 @@ fn bounded(
     Ok((taken(wire, given[0], "its header")?, taken(wire, given[1], "its body")?))
 }
 
-fn taken(wire: &mut impl Wire, count: u64, part: &str) -> Result<Vec<u8>, Diagnostic> {
+fn taken(wire: &mut impl Transport, count: u64, part: &str) -> Result<Vec<u8>, Diagnostic> {
     let mut bytes = vec![];
     let mut left = usize::try_from(count).unwrap_or(usize::MAX);
     while left > 0 {
@@ -239,7 +239,7 @@ fn broken(part: &str, e: &io::Error) -> Diagnostic {
 ///
 /// # Errors
 /// It is no message, with the place in the header.
-pub fn parsed(header: &[u8]) -> Result<Message, Diagnostic> {
+pub fn parsed(header: &[u8]) -> Result<LinkMessage, Diagnostic> {
     serde_json::from_slice(header).map_err(|e| {
         let d = Diagnostic::error(format!("link: the header of a message: {e}"));
         d.help("`hello`, `scene`, `place` and `camera` are messages")
@@ -247,7 +247,7 @@ pub fn parsed(header: &[u8]) -> Result<Message, Diagnostic> {
 }
 
 /// Answers a message.
-pub fn answer(wire: &mut impl Wire, fault: Option<&str>) -> io::Result<()> {
+pub fn answer(wire: &mut impl Transport, fault: Option<&str>) -> io::Result<()> {
     let header = serde_json::json!({ "fault": fault }).to_string();
     let length = u32::try_from(header.len()).map_err(io::Error::other)?;
     let mut all = Vec::with_capacity(header.len() + 8);
@@ -259,11 +259,11 @@ pub fn answer(wire: &mut impl Wire, fault: Option<&str>) -> io::Result<()> {
 }
 
 /// Takes the first message and answers it. The program's name, if it has shown the token.
-pub fn welcome(wire: &mut impl Wire, token: &str) -> Option<String> {
+pub fn welcome(wire: &mut impl Transport, token: &str) -> Option<String> {
     wire.limit(Some(GREETING));
     let first = bounded(wire, [0; 8], 0, HELLO, 0);
     let said = first.and_then(|(header, _)| match parsed(&header)? {
-        Message::Hello(hello) => greeted(hello, token),
+        LinkMessage::Hello(hello) => greeted(hello, token),
         _ => Err(Diagnostic::error("link: the first message is no `hello`")),
     });
     let fault = said.as_ref().err().map(|d| render(std::slice::from_ref(d)));

@@ -162,7 +162,7 @@ impl Shared {
 
     /// One connection, until it ends.
     fn serve(&self, stream: TcpStream, stranger: Stranger, wake: &dyn Fn()) {
-        let Ok(mut wire) = message::Timed::new(stream) else { return };
+        let Ok(mut wire) = message::TimedStream::new(stream) else { return };
         // Who can't show the token has been answered.
         let Some(program) = message::welcome(&mut wire, &self.token) else { return wire.end() };
         let Some(linked) = self.admit(&stranger, &program) else { return };

@@ -1,7 +1,7 @@
 //! Conversations on a tape, then over sockets. Every one ends, whatever is said.
 
 use super::follow::Follower;
-use super::message::{BODY, HEADER, HELLO, Wire, frame, welcome};
+use super::message::{BODY, HEADER, HELLO, Transport, frame, welcome};
 use super::{Link, Linked, STRANGERS};
 use glam::Vec3;
 use lightgraph::internals::diag::render;
@@ -64,7 +64,7 @@ impl Write for Tape {
     }
 }
 
-impl Wire for Tape {
+impl Transport for Tape {
     fn limit(&mut self, _: Option<Duration>) {}
 }
 

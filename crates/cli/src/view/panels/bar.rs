@@ -1,11 +1,11 @@
 //! The bar above all: panels, undo, time, what the last frame took.
 
-use super::{Seen, shown_ms};
-use crate::view::state::State;
+use super::{PanelContext, shown_ms};
+use crate::view::state::PanelState;
 use egui::{Key, Modifiers, RichText};
 
 /// Keys that hold everywhere but in text fields.
-pub fn keys(ui: &egui::Ui, state: &mut State) {
+pub fn keys(ui: &egui::Ui, state: &mut PanelState) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;
     }
@@ -34,7 +34,7 @@ pub fn keys(ui: &egui::Ui, state: &mut State) {
     }
 }
 
-pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
+pub fn show(ui: &mut egui::Ui, state: &mut PanelState, seen: &PanelContext) {
     ui.horizontal(|ui| {
         let panels = &mut state.panels;
         let toggles = [
@@ -82,7 +82,7 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
 }
 
 /// The adapter, the last frame, the last reload.
-fn status(ui: &mut egui::Ui, seen: &Seen) {
+fn status(ui: &mut egui::Ui, seen: &PanelContext) {
     let told = &seen.feed.told;
     ui.label(seen.adapter);
     if let Some([gpu, wall]) = seen.feed.frames.back() {

@@ -1,17 +1,17 @@
 //! The graph as it is declared: passes in the order of the text, each with what the plan made of it and whether that
 //! ran. A click opens the file at the pass.
 
-use super::{Seen, shown_ms};
+use super::{PanelContext, shown_ms};
 use crate::view::editor;
 use crate::view::feed::PassTimes;
-use crate::view::state::State;
+use crate::view::state::PanelState;
 use egui::{Align, Color32, Layout, RichText, ScrollArea, Sense, Ui};
 use lightgraph::internals::graph::ast::Pass;
 
 const RAN: Color32 = Color32::from_rgb(0x56, 0xb4, 0xe9);
 const LEFT_OUT: Color32 = Color32::from_rgb(0xc0, 0x7a, 0x7a);
 
-pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn show(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let search = state.network.search.to_lowercase();
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
@@ -20,7 +20,7 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
     });
 }
 
-fn passes(ui: &mut Ui, state: &mut State, (times, search): (&[PassTimes], &str), of: &[Pass]) {
+fn passes(ui: &mut Ui, state: &mut PanelState, (times, search): (&[PassTimes], &str), of: &[Pass]) {
     for pass in of {
         let bodies = pass.kind.bodies();
         let wanted = pass.name.value.to_lowercase().contains(search);
@@ -31,7 +31,7 @@ fn passes(ui: &mut Ui, state: &mut State, (times, search): (&[PassTimes], &str),
     }
 }
 
-fn row(ui: &mut Ui, state: &mut State, pass: &Pass, (times, wanted): (&[PassTimes], bool)) {
+fn row(ui: &mut Ui, state: &mut PanelState, pass: &Pass, (times, wanted): (&[PassTimes], bool)) {
     let name = &pass.name.value;
     ui.allocate_ui_with_layout(egui::vec2(900.0, 16.0), Layout::left_to_right(Align::Center), |ui| {
         let text = RichText::new(name).monospace();

@@ -1,11 +1,11 @@
 //! The image in the middle: what the pointer does on it, the marks of lights and of what is selected, the names of the
 //! halves.
 
-use super::{Seen, stem};
-use crate::view::choice::{Against, Layout};
-use crate::view::pick::{self, Thing};
+use super::{PanelContext, stem};
+use crate::view::choice::{ComparedTo, SplitLayout};
+use crate::view::pick::{self, Draggable};
 use crate::view::stage::ProbedPlace;
-use crate::view::state::{Gesture, State, Tab};
+use crate::view::state::{Gesture, PanelState, Tab};
 use egui::{
     Align2, Color32, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Shape, Stroke, StrokeKind, Ui, Vec2,
 };
@@ -22,7 +22,7 @@ const EDGE: f32 = 4.0;
 const GRIP: f32 = 6.0;
 
 /// Shows the image; returns where it is.
-pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) -> Rect {
+pub fn show(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) -> Rect {
     let area = ui.available_rect_before_wrap();
     let ppp = ui.ctx().pixels_per_point();
     state.room = [area.width(), area.height()].map(|n| (n.max(0.0) * ppp).round() as u32);
@@ -70,22 +70,22 @@ fn asks(ui: &Ui, response: &Response) -> bool {
 }
 
 /// The graph whose image is seen at a place; `None`: an image file is.
-fn shown_at(state: &State, seen: &Seen, rect: Rect, at: Pos2) -> Option<PathBuf> {
+fn shown_at(state: &PanelState, seen: &PanelContext, rect: Rect, at: Pos2) -> Option<PathBuf> {
     let told = &seen.feed.told;
     let other = match state.now().compare.layout {
-        Layout::Split(share) => at.x > rect.left() + share * rect.width(),
-        Layout::Difference(_) => false,
-        Layout::Other => true,
+        SplitLayout::Split(share) => at.x > rect.left() + share * rect.width(),
+        SplitLayout::Difference(_) => false,
+        SplitLayout::Other => true,
     };
     match &state.now().compare.against {
-        Against::Graph(path) if other && told.other.is_some() => Some(path.clone()),
-        Against::Image(_) if other && told.other.is_some() => None,
+        ComparedTo::Graph(path) if other && told.other.is_some() => Some(path.clone()),
+        ComparedTo::Image(_) if other && told.other.is_some() => None,
         _ => told.subject.as_ref().map(|s| s.path.clone()),
     }
 }
 
 /// The pixel that was asked for.
-fn asked(ui: &Ui, state: &State, rect: Rect, size: [u32; 2]) {
+fn asked(ui: &Ui, state: &PanelState, rect: Rect, size: [u32; 2]) {
     let of = state.ask.as_ref().filter(|_| state.sees(Tab::Probe)).map(|a| &a.of);
     if let Some(ProbedPlace::Pixel([x, y])) = of {
         let texel = rect.size() / Vec2::new(size[0].max(1) as f32, size[1].max(1) as f32);
@@ -111,13 +111,13 @@ fn told(ui: &Ui, response: &Response, rect: Rect, size: [u32; 2]) -> Option<Poin
 #[allow(clippy::too_many_arguments)] // What a pointer event means depends on all of them.
 fn pointer(
     ui: &Ui,
-    state: &mut State,
+    state: &mut PanelState,
     response: &Response,
     rect: Rect,
     scene: &Scene,
     pose: &Pose,
     view: View,
-    seen: &Seen,
+    seen: &PanelContext,
 ) {
     let place = |at: Pos2| glam::Vec2::new((at.x - rect.left()) / rect.width(), (at.y - rect.top()) / rect.height());
     let aspect = rect.width() / rect.height();
@@ -135,7 +135,7 @@ fn pointer(
             } else {
                 match pick::thing(scene, pose, view, aspect, place(at)) {
                     // A light can be taken at once, an object only once it is selected: most drags turn the view.
-                    Some((thing, point)) if matches!(thing, Thing::Light(_)) || state.selected == Some(thing) => {
+                    Some((thing, point)) if matches!(thing, Draggable::Light(_)) || state.selected == Some(thing) => {
                         state.selected = Some(thing);
                         Gesture::Move(thing, point)
                     }
@@ -151,7 +151,7 @@ fn pointer(
         match (gesture, response.interact_pointer_pos()) {
             (Gesture::Split, Some(at)) => {
                 let share = place(at).x.clamp(0.0, 1.0);
-                state.edit("layout", |c| c.compare.layout = Layout::Split(share));
+                state.edit("layout", |c| c.compare.layout = SplitLayout::Split(share));
             }
             _ if by != Vec2::ZERO => state.drag(gesture, scene, view, glam::Vec2::new(by.x, by.y)),
             _ => {}
@@ -182,7 +182,7 @@ fn pointer(
 }
 
 /// Keys that fly: W A S D, Q down and E up; Shift is faster.
-fn fly(ui: &Ui, state: &mut State, scene: &Scene, view: View) {
+fn fly(ui: &Ui, state: &mut PanelState, scene: &Scene, view: View) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;
     }
@@ -203,12 +203,12 @@ fn fly(ui: &Ui, state: &mut State, scene: &Scene, view: View) {
 }
 
 /// Lights, and the box of what is selected.
-fn marks(ui: &Ui, state: &mut State, rect: Rect, scene: &Scene, pose: &Pose, view: View, aspect: f32) {
+fn marks(ui: &Ui, state: &mut PanelState, rect: Rect, scene: &Scene, pose: &Pose, view: View, aspect: f32) {
     let painter = ui.painter().with_clip_rect(rect);
     let seen = |p: Vec3| pick::project(view, aspect, p).map(|at| rect.min + Vec2::new(at.x, at.y) * rect.size());
     for (i, light) in pose.lights.iter().enumerate() {
         let Some(at) = seen(light.position) else { continue };
-        let chosen = state.selected == Some(Thing::Light(i));
+        let chosen = state.selected == Some(Draggable::Light(i));
         let width = if chosen { 2.5 } else { 1.5 };
         painter.circle_stroke(at, 7.0, Stroke::new(width + 1.5, Color32::from_black_alpha(150)));
         painter.circle(at, 7.0, MARK.gamma_multiply(if chosen { 0.6 } else { 0.15 }), Stroke::new(width, MARK));
@@ -220,7 +220,7 @@ fn marks(ui: &Ui, state: &mut State, rect: Rect, scene: &Scene, pose: &Pose, vie
         }
         state.mark(format!("light {i}"), Rect::from_center_size(at, Vec2::splat(14.0)));
     }
-    if let Some(Thing::Node(node)) = state.selected {
+    if let Some(Draggable::Node(node)) = state.selected {
         let Geometry { vertices, owners, .. } = &*scene.geometry;
         let of_node = vertices.iter().filter(|v| owners.node(v.node) as usize == node);
         let placed = of_node.filter_map(|v| Some(pose.nodes.get(v.node as usize)?.transform_point3(v.position.into())));
@@ -241,18 +241,18 @@ fn marks(ui: &Ui, state: &mut State, rect: Rect, scene: &Scene, pose: &Pose, vie
 }
 
 /// Where the line between two images is.
-fn split_line(state: &State, seen: &Seen, rect: Rect) -> Option<f32> {
+fn split_line(state: &PanelState, seen: &PanelContext, rect: Rect) -> Option<f32> {
     match state.now().compare.layout {
-        Layout::Split(at) if seen.feed.told.other.is_some() => Some(rect.left() + at * rect.width()),
-        Layout::Split(_) | Layout::Difference(_) | Layout::Other => None,
+        SplitLayout::Split(at) if seen.feed.told.other.is_some() => Some(rect.left() + at * rect.width()),
+        SplitLayout::Split(_) | SplitLayout::Difference(_) | SplitLayout::Other => None,
     }
 }
 
 /// The line between two images, and their names.
-fn halves(ui: &Ui, state: &mut State, seen: &Seen, rect: Rect) {
+fn halves(ui: &Ui, state: &mut PanelState, seen: &PanelContext, rect: Rect) {
     let against = match &state.now().compare.against {
-        Against::Nothing => return,
-        Against::Graph(path) | Against::Image(path) => stem(path),
+        ComparedTo::Nothing => return,
+        ComparedTo::Graph(path) | ComparedTo::Image(path) => stem(path),
     };
     let Some(subject) = &seen.feed.told.subject else { return };
     let name = |at: Pos2, align: Align2, text: &str| {
@@ -273,8 +273,8 @@ fn halves(ui: &Ui, state: &mut State, seen: &Seen, rect: Rect) {
         state.mark("split line", line);
     } else if seen.feed.told.other.is_some() {
         let text = match state.now().compare.layout {
-            Layout::Difference(_) => format!("{} − {against}", stem(&subject.path)),
-            Layout::Split(_) | Layout::Other => against,
+            SplitLayout::Difference(_) => format!("{} − {against}", stem(&subject.path)),
+            SplitLayout::Split(_) | SplitLayout::Other => against,
         };
         name(Pos2::new(rect.left() + 8.0, top), Align2::LEFT_TOP, &text);
     }

@@ -1,8 +1,8 @@
 //! Memory over the order of the steps: a row for each piece of it, in which a bar is the lifetime of a resource. Bars
 //! in one row share memory.
 
-use super::Seen;
-use crate::view::state::State;
+use super::PanelContext;
+use crate::view::state::PanelState;
 use egui::{Align2, Color32, FontId, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, Ui, Vec2};
 use lightgraph::Plan;
 use lightgraph::internals::plan::{OrderNode, Resource, StepId};
@@ -16,7 +16,7 @@ const SHARED: Color32 = Color32::from_rgb(0x35, 0xc7, 0x9d);
 const ALONE: Color32 = Color32::from_rgb(0x56, 0xb4, 0xe9);
 const LASTING: Color32 = Color32::from_rgb(0xe0, 0xb4, 0x3c);
 
-pub fn summary(ui: &mut Ui, seen: &Seen) {
+pub fn summary(ui: &mut Ui, seen: &PanelContext) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let (shared, own) = subject.shared.bytes();
     let (slots, resources) = (subject.shared.slots.len(), subject.shared.resources.len());
@@ -29,7 +29,7 @@ pub fn summary(ui: &mut Ui, seen: &Seen) {
     ui.label(RichText::new("as `render` runs it; the window keeps all apart").weak());
 }
 
-pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn show(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let plan = &subject.shared;
     let mut steps = vec![];
@@ -83,7 +83,7 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
 /// A bar; the resource's name where it was clicked.
 fn lifetime(
     ui: &Ui,
-    state: &mut State,
+    state: &mut PanelState,
     bar: Rect,
     resource: &Resource,
     (plan, steps): (&Plan, &[StepId]),

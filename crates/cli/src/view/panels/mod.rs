@@ -14,19 +14,19 @@ mod steps;
 mod subject;
 mod variants;
 
-use super::canvas::Shown;
+use super::canvas::ShownTexture;
 use super::feed::Feed;
 use super::overlay;
-use super::state::{State, Tab};
+use super::state::{PanelState, Tab};
 use egui::{CentralPanel, Color32, Frame, Panel, RichText, ScrollArea};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// What can be shown at this moment.
-pub struct Seen<'a> {
+pub struct PanelContext<'a> {
     pub feed: &'a Feed,
-    pub image: Option<Shown>,
-    pub previews: &'a BTreeMap<PathBuf, Shown>,
+    pub image: Option<ShownTexture>,
+    pub previews: &'a BTreeMap<PathBuf, ShownTexture>,
     pub scenes: &'a [PathBuf],
     /// Seconds, for scenes that move.
     pub time: f32,
@@ -36,7 +36,7 @@ pub struct Seen<'a> {
 }
 
 /// Shows the window's parts, and lets them change the state.
-pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
+pub fn show(ui: &mut egui::Ui, state: &mut PanelState, seen: &PanelContext) {
     bar::keys(ui, state);
     Panel::top("bar").show(ui, |ui| bar::show(ui, state, seen));
     if state.panels.bottom {
@@ -76,7 +76,7 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
     }
 }
 
-fn bottom(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
+fn bottom(ui: &mut egui::Ui, state: &mut PanelState, seen: &PanelContext) {
     // The panel is as high as the user made it, whatever is in it.
     ui.set_min_size(ui.available_size());
     ui.horizontal(|ui| {

@@ -1,11 +1,11 @@
 //! The compiled graph as a picture: passes as boxes, wires from what writes to what reads. A click on a resource shows
 //! it, one on a pass opens its file; sub-graphs can be one box each.
 
-use super::Seen;
+use super::PanelContext;
 use crate::show::{COLLAPSED, PassBox, Picture, WireLine, picture, sub_graphs};
 use crate::view::editor;
-use crate::view::feed::{Rendered, Subject};
-use crate::view::state::{State, Zoom};
+use crate::view::feed::{ShownFrame, Subject};
+use crate::view::state::{PanelState, Zoom};
 use egui::epaint::CubicBezierShape;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, RichText, Sense, Shape, Stroke, StrokeKind, TextEdit, Ui, Vec2,
@@ -33,7 +33,7 @@ const CULLED: Color32 = Color32::from_rgb(0xc0, 0x7a, 0x7a);
 const CULLED_WIDTH: f32 = 300.0;
 const FAINT: Color32 = Color32::from_rgb(0x9a, 0xa5, 0xb1);
 
-pub fn summary(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn summary(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let plan = &subject.plan;
     for (label, declared) in [("compiled", false), ("declared", true)] {
@@ -62,7 +62,7 @@ pub fn summary(ui: &mut Ui, state: &mut State, seen: &Seen) {
 }
 
 /// Which sub-graphs are one box each.
-fn sub_graph_menu(ui: &mut Ui, state: &mut State, plan: &Plan) {
+fn sub_graph_menu(ui: &mut Ui, state: &mut PanelState, plan: &Plan) {
     let all: BTreeSet<&str> = plan.steps.iter().flat_map(|s| sub_graphs(&s.pass)).collect();
     if all.is_empty() {
         return;
@@ -91,7 +91,7 @@ fn sub_graph_menu(ui: &mut Ui, state: &mut State, plan: &Plan) {
     }
 }
 
-pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn show(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let (panel, response) = ui.allocate_exact_size(ui.available_size().max(Vec2::ZERO), Sense::click_and_drag());
     let drawn = drawn(state, subject);
@@ -124,7 +124,7 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
 }
 
 /// The picture of what is shown; that of the last frame of the window where nothing changed.
-fn drawn(state: &mut State, subject: &Arc<Subject>) -> (Arc<Subject>, BTreeSet<String>, Picture) {
+fn drawn(state: &mut PanelState, subject: &Arc<Subject>) -> (Arc<Subject>, BTreeSet<String>, Picture) {
     let collapsed = &state.network.collapsed;
     let last = state.network.drawn.take();
     last.filter(|(of, with, _)| Arc::ptr_eq(of, subject) && with == collapsed)
@@ -198,7 +198,13 @@ impl Brush {
     }
 }
 
-fn draw(ui: &Ui, brush: &Brush, state: &mut State, (subject, picture): (&Subject, &Picture), frame: Option<&Rendered>) {
+fn draw(
+    ui: &Ui,
+    brush: &Brush,
+    state: &mut PanelState,
+    (subject, picture): (&Subject, &Picture),
+    frame: Option<&ShownFrame>,
+) {
     for (_, rect) in &picture.loops {
         brush.framed(*rect, 10.0, Color32::from_white_alpha(8), 1.0, FAINT);
     }
@@ -239,9 +245,9 @@ fn draw(ui: &Ui, brush: &Brush, state: &mut State, (subject, picture): (&Subject
 fn pass_box(
     ui: &Ui,
     brush: &Brush,
-    state: &mut State,
+    state: &mut PanelState,
     pass: &PassBox,
-    (subject, frame): (&Subject, Option<&Rendered>),
+    (subject, frame): (&Subject, Option<&ShownFrame>),
 ) {
     let (fill, corner) = match pass.kind {
         "draw" | "screen" => (Color32::from_rgb(0x1c, 0x2b, 0x3d), 6.0),

@@ -1,13 +1,13 @@
 //! The graph's parameters, each by the widget that its type and range ask for.
 
-use super::Seen;
-use crate::view::state::State;
+use super::PanelContext;
+use crate::view::state::PanelState;
 use egui::{DragValue, Rect, Slider, Ui, Vec2};
 use glam::{UVec2, UVec3, UVec4, Vec3, Vec4};
 use lightgraph::internals::graph::ast::Param;
 use lightgraph::internals::value::Value;
 
-pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn show(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let Some(subject) = &seen.feed.told.subject else { return };
     for (name, param) in &subject.graph.params {
         let name = name.value.as_str();

@@ -1,9 +1,9 @@
 //! What one invocation of a pass computes: that which wrote a pixel that was clicked, or one by its number.
 
-use super::{Seen, shown_ms};
-use crate::probe_report::{ProbeReport, Section};
+use super::{PanelContext, shown_ms};
+use crate::probe_report::{ProbeReport, ProbeSection};
 use crate::view::stage::ProbedPlace;
-use crate::view::state::State;
+use crate::view::state::PanelState;
 use egui::{CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, TextEdit, Ui};
 use lightgraph::internals::diag::render;
 
@@ -14,7 +14,7 @@ const HOW: &str =
 const MOST_SHOWN: usize = 64;
 
 /// Which invocation, and which of its values.
-pub fn choose(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn choose(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let answer = seen.feed.told.probed.as_ref().and_then(|p| p.answer.as_ref().ok());
     let (mut step, mut at) = match (state.ask.as_ref().map(|a| &a.of), answer) {
@@ -53,7 +53,7 @@ pub fn choose(ui: &mut Ui, state: &mut State, seen: &Seen) {
     }
 }
 
-pub fn show(ui: &mut Ui, state: &State, seen: &Seen) {
+pub fn show(ui: &mut Ui, state: &PanelState, seen: &PanelContext) {
     let Some(ask) = &state.ask else {
         ui.label(HOW);
         return;
@@ -83,9 +83,9 @@ pub fn show(ui: &mut Ui, state: &State, seen: &Seen) {
 }
 
 /// The sections side by side.
-fn invocation(ui: &mut Ui, sections: &[Section], search: &str) {
+fn invocation(ui: &mut Ui, sections: &[ProbeSection], search: &str) {
     ui.horizontal_top(|ui| {
-        for Section { title, rows } in sections {
+        for ProbeSection { title, rows } in sections {
             let found = rows.iter().filter(|(name, _)| name.to_lowercase().contains(search));
             let found: Vec<&(String, String)> = found.collect();
             if found.is_empty() {

@@ -1,9 +1,9 @@
 //! A resource as it is after the frame: any mip level, layer, face, slice and channel, in any range.
 
-use super::Seen;
-use crate::view::feed::{Content, Inspected};
-use crate::view::stage::{Inspect, ProbedPlace};
-use crate::view::state::State;
+use super::PanelContext;
+use crate::view::feed::{ResourceContent, ResourceView};
+use crate::view::stage::{ProbedPlace, ResourcePart};
+use crate::view::state::PanelState;
 use egui::{ColorImage, ComboBox, DragValue, RichText, ScrollArea, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 use lightgraph::internals::image::paint::{self, Channel, PaintLook, ValueRange};
 use lightgraph::internals::plan::{Desc, TextureKind};
@@ -14,15 +14,15 @@ use std::sync::Arc;
 const FACES: [&str; 6] = ["+X", "−X", "+Y", "−Y", "+Z", "−Z"];
 
 /// Which resource and which part of it.
-pub fn choose(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn choose(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let plan = &subject.plan;
-    let mut wanted = state.inspect.clone().unwrap_or(Inspect { resource: String::new(), mip: 0, layer: 0 });
+    let mut wanted = state.inspect.clone().unwrap_or(ResourcePart { resource: String::new(), mip: 0, layer: 0 });
     let shown = if wanted.resource.is_empty() { "choose a resource".into() } else { wanted.resource.clone() };
     let combo = ComboBox::from_id_salt("resource").selected_text(shown).width(190.0).height(400.0).show_ui(ui, |ui| {
         for resource in &plan.resources {
             if ui.selectable_label(resource.name == wanted.resource, &resource.name).clicked() {
-                wanted = Inspect { resource: resource.name.clone(), mip: 0, layer: 0 };
+                wanted = ResourcePart { resource: resource.name.clone(), mip: 0, layer: 0 };
             }
         }
     });
@@ -34,7 +34,7 @@ pub fn choose(ui: &mut Ui, state: &mut State, seen: &Seen) {
     look(ui, state);
 }
 
-fn part(ui: &mut Ui, plan: &Plan, wanted: &mut Inspect) {
+fn part(ui: &mut Ui, plan: &Plan, wanted: &mut ResourcePart) {
     let Some(Desc::Texture(t)) = plan.resources.iter().find(|r| r.name == wanted.resource).map(|r| &r.desc) else {
         return;
     };
@@ -54,7 +54,7 @@ fn part(ui: &mut Ui, plan: &Plan, wanted: &mut Inspect) {
     }
 }
 
-fn look(ui: &mut Ui, state: &mut State) {
+fn look(ui: &mut Ui, state: &mut PanelState) {
     let mut marks = vec![];
     let look = &mut state.look;
     ui.separator();
@@ -78,7 +78,7 @@ fn look(ui: &mut Ui, state: &mut State) {
     marks.into_iter().for_each(|(name, rect)| state.mark(name, rect));
 }
 
-pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn show(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let Some(wanted) = &state.inspect else {
         ui.label("Choose a resource, or click one in the compiled graph.");
         return;
@@ -90,9 +90,9 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
         return;
     };
     match &inspected.content {
-        Content::Fault(why) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
-        Content::Words(words, bytes) => numbers(ui, words, *bytes),
-        Content::Plane(image) => {
+        ResourceContent::Fault(why) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
+        ResourceContent::Words(words, bytes) => numbers(ui, words, *bytes),
+        ResourceContent::Plane(image) => {
             let graph = seen.feed.told.subject.as_ref().map(|s| s.path.as_path());
             plane(ui, state, inspected, (image, graph));
         }
@@ -101,23 +101,23 @@ pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
 
 /// A texture made of a plane, kept until the plane or the look changes.
 #[derive(Clone)]
-struct Painted {
-    from: Arc<Inspected>,
+struct PaintedPlane {
+    from: Arc<ResourceView>,
     look: PaintLook,
     texture: TextureHandle,
     extent: ValueRange,
 }
 
-fn plane(ui: &mut Ui, state: &mut State, inspected: &Arc<Inspected>, (image, graph): (&Image, Option<&Path>)) {
+fn plane(ui: &mut Ui, state: &mut PanelState, inspected: &Arc<ResourceView>, (image, graph): (&Image, Option<&Path>)) {
     let id = egui::Id::unique("plane");
-    let kept: Option<Painted> = ui.data(|d| d.get_temp(id));
+    let kept: Option<PaintedPlane> = ui.data(|d| d.get_temp(id));
     let kept = kept.filter(|k| Arc::ptr_eq(&k.from, inspected) && k.look == state.look);
     let painted = kept.unwrap_or_else(|| {
         let (pixels, extent) = paint::paint(image, state.look);
         let size = [image.width as usize, image.height as usize];
         let pixels = ColorImage::from_rgba_unmultiplied(size, &pixels);
         let texture = ui.ctx().load_texture("plane", pixels, TextureOptions::NEAREST);
-        Painted { from: inspected.clone(), look: state.look, texture, extent }
+        PaintedPlane { from: inspected.clone(), look: state.look, texture, extent }
     });
     ui.data_mut(|d| d.insert_temp(id, painted.clone()));
     let e = painted.extent;
@@ -161,7 +161,7 @@ fn plane(ui: &mut Ui, state: &mut State, inspected: &Arc<Inspected>, (image, gra
     });
     state.mark("plane", area.inner_rect.intersect(area.inner));
     if let (Some(at), Some(graph)) = (asked, graph) {
-        let part = Inspect { resource: inspected.name.clone(), mip: inspected.mip, layer: inspected.layer };
+        let part = ResourcePart { resource: inspected.name.clone(), mip: inspected.mip, layer: inspected.layer };
         state.ask(graph, ProbedPlace::Texel { part, at });
     }
 }

@@ -1,8 +1,8 @@
 //! What each pass takes, as bars with history; which ran, and why.
 
-use super::{Seen, shown_ms};
+use super::{PanelContext, shown_ms};
 use crate::view::feed::{HISTORY, PassTimes};
-use crate::view::state::State;
+use crate::view::state::PanelState;
 use egui::{Color32, Grid, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, Ui, Vec2};
 use std::collections::VecDeque;
 
@@ -12,7 +12,7 @@ const BAR: Vec2 = Vec2::new(150.0, 12.0);
 const LINE: Vec2 = Vec2::new(120.0, 16.0);
 
 /// Whole frames, and steps that ran.
-pub fn summary(ui: &mut Ui, seen: &Seen) {
+pub fn summary(ui: &mut Ui, seen: &PanelContext) {
     let passes = &seen.feed.passes;
     let (ran, steps) = passes.iter().fold((0, 0), |(r, s), p| (r + p.ran, s + p.steps));
     let frames: VecDeque<f32> = seen.feed.frames.iter().map(|f| f[1] as f32).collect();
@@ -31,7 +31,7 @@ pub fn summary(ui: &mut Ui, seen: &Seen) {
     square(ui, HOST, "host");
 }
 
-pub fn show(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn show(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let passes = &seen.feed.passes;
     let most = passes.iter().map(|p| p.gpu_ms.unwrap_or(0.0).max(p.cpu_ms)).fold(1e-6, f64::max);
     let untimed = passes.iter().any(|p| p.ran > 0) && passes.iter().all(|p| p.gpu_ms.is_none());

@@ -1,9 +1,9 @@
 //! The scene and its time, how the image is made and shown, what is selected, what can be saved.
 
-use super::{Seen, stem};
+use super::{PanelContext, stem};
 use crate::view::choice::Resolution;
-use crate::view::pick::Thing;
-use crate::view::state::{Save, State};
+use crate::view::pick::Draggable;
+use crate::view::state::{PanelState, Save};
 use egui::{ComboBox, DragValue, RichText, Slider, Ui};
 use glam::Vec3;
 use lightgraph::Scene;
@@ -11,7 +11,7 @@ use lightgraph::internals::image::exposure::Exposure;
 use lightgraph::internals::image::png::ToneMap;
 
 /// Scene, camera, time, what is selected.
-pub fn scene(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn scene(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let current = state.now().scene.clone();
     let mut chosen = None;
     ComboBox::from_id_salt("scene").selected_text(stem(&current)).width(200.0).show_ui(ui, |ui| {
@@ -48,7 +48,7 @@ pub fn scene(ui: &mut Ui, state: &mut State, seen: &Seen) {
     selected(ui, state, scene);
 }
 
-fn camera(ui: &mut Ui, state: &mut State, scene: &Scene) {
+fn camera(ui: &mut Ui, state: &mut PanelState, scene: &Scene) {
     let named = state.now().camera.clone();
     let moved = state.now().view.is_some();
     ui.horizontal(|ui| {
@@ -79,11 +79,11 @@ fn camera(ui: &mut Ui, state: &mut State, scene: &Scene) {
     ui.label(RichText::new(help).small().weak());
 }
 
-fn selected(ui: &mut Ui, state: &mut State, scene: &Scene) {
+fn selected(ui: &mut Ui, state: &mut PanelState, scene: &Scene) {
     let Some(thing) = state.selected else { return };
     let (word, name, moved) = match thing {
-        Thing::Light(i) => ("light", scene.lights.get(i).map(|l| &l.name), state.now().lights.get(&i)),
-        Thing::Node(i) => ("object", scene.nodes.get(i).map(|n| &n.name), state.now().nodes.get(&i)),
+        Draggable::Light(i) => ("light", scene.lights.get(i).map(|l| &l.name), state.now().lights.get(&i)),
+        Draggable::Node(i) => ("object", scene.nodes.get(i).map(|n| &n.name), state.now().nodes.get(&i)),
     };
     let Some(name) = name else { return };
     let mut by = moved.copied().unwrap_or(Vec3::ZERO);
@@ -107,7 +107,7 @@ fn selected(ui: &mut Ui, state: &mut State, scene: &Scene) {
 }
 
 /// Exposure, tone map, how many pixels.
-pub fn image(ui: &mut Ui, state: &mut State, seen: &Seen) {
+pub fn image(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let automatic = state.now().exposure == Exposure::Auto;
     let mut stops = state.now().stops(seen.feed.told.automatic);
     let slider = ui.add(Slider::new(&mut stops, -20.0..=20.0).text("exposure").suffix(" EV"));
@@ -160,7 +160,7 @@ pub fn image(ui: &mut Ui, state: &mut State, seen: &Seen) {
 }
 
 /// What can be written to files.
-pub fn save(ui: &mut Ui, state: &mut State) {
+pub fn save(ui: &mut Ui, state: &mut PanelState) {
     let buttons = [
         ("picture", Save::Png, "what is seen, as PNG"),
         ("EXR", Save::Exr, "the image in linear light, 32-bit floats"),

@@ -1,7 +1,7 @@
 //! The graphs to choose from, each with the last image that it gave.
 
-use super::Seen;
-use crate::view::state::State;
+use super::PanelContext;
+use crate::view::state::PanelState;
 use egui::{Color32, Image, Rect, RichText, ScrollArea, Sense, Vec2};
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ const PREVIEW: Vec2 = Vec2::new(44.0, 28.0);
 /// The list's height at most, in points; longer ones scroll.
 const HEIGHT: f32 = 250.0;
 
-pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
+pub fn show(ui: &mut egui::Ui, state: &mut PanelState, seen: &PanelContext) {
     let told = &seen.feed.told;
     if let Some(subject) = &told.subject {
         ui.label(RichText::new(&subject.graph.about).weak());
@@ -45,7 +45,7 @@ pub fn show(ui: &mut egui::Ui, state: &mut State, seen: &Seen) {
 }
 
 /// The graphs; the one that is clicked.
-fn list(ui: &mut egui::Ui, state: &mut State, seen: &Seen) -> Option<PathBuf> {
+fn list(ui: &mut egui::Ui, state: &mut PanelState, seen: &PanelContext) -> Option<PathBuf> {
     let mut chosen = None;
     for variant in seen.feed.told.variants.iter() {
         let current = variant.path.file_name() == state.now().graph.file_name();

@@ -1,7 +1,7 @@
 //! A session that stays as long as it may be wanted, and the last image that it made.
 
-use super::super::choice::Choice;
-use super::super::feed::{Rendered, Subject};
+use super::super::choice::ViewChoice;
+use super::super::feed::{ShownFrame, Subject};
 use super::super::shown::copy;
 use lightgraph::internals::gpu::Numerics;
 use lightgraph::internals::value::Values;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A session and what it was made for.
-pub(super) struct Kept {
+pub(super) struct KeptSession {
     pub key: Key,
     pub project: Project,
     pub session: Session,
@@ -23,7 +23,7 @@ pub(super) struct Kept {
     /// Frames since what is seen changed.
     pub frames: u32,
     /// What the last frame was made with.
-    pub last: Option<(Choice, f32)>,
+    pub last: Option<(ViewChoice, f32)>,
     /// The last frame ran no step, or can't be rendered.
     pub rest: bool,
     /// Why it can't.
@@ -44,8 +44,8 @@ pub(super) struct Key {
     pub revision: u64,
 }
 
-impl Kept {
-    pub fn render(&mut self, gpu: &Gpu, time: f32) -> Checked<Rendered> {
+impl KeptSession {
+    pub fn render(&mut self, gpu: &Gpu, time: f32) -> Checked<ShownFrame> {
         let mut report = self.session.frame(gpu, self.frames, time)?;
         self.frames += 1;
         if let Some(now) = report.numerics.take() {
@@ -63,7 +63,7 @@ impl Kept {
         };
         self.image = Some(image);
         self.images += 1;
-        Ok(Rendered { report, why: self.session.why().to_vec() })
+        Ok(ShownFrame { report, why: self.session.why().to_vec() })
     }
 }
 

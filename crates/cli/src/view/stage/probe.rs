@@ -3,7 +3,7 @@
 
 use super::super::feed::ProbeAnswer;
 use super::kept::Key;
-use super::{Inspect, Stage, Wish, ms};
+use super::{FrameRequest, ResourcePart, ViewStage, ms};
 use crate::probe_report::ProbeReport;
 use lightgraph::internals::gpu::Timing;
 use lightgraph::internals::plan::ResourceId;
@@ -28,7 +28,7 @@ pub enum ProbedPlace {
     Pixel([u32; 2]),
     /// That which wrote a texel of a resource.
     Texel {
-        part: Inspect,
+        part: ResourcePart,
         at: [u32; 2],
     },
     Invocation {
@@ -47,10 +47,10 @@ pub(super) struct LastAnswer {
     pub probed: Arc<ProbeAnswer>,
 }
 
-impl Stage {
+impl ViewStage {
     /// Answers what the wish asks: once, and again when the graph, a shader, a parameter, the size or the scene
     /// changes. Whether a frame was rendered for it.
-    pub(super) fn probe(&mut self, wish: &Wish, rest: bool) -> bool {
+    pub(super) fn probe(&mut self, wish: &FrameRequest, rest: bool) -> bool {
         let Some(ask) = &wish.ask else {
             self.answer = None;
             return false;

@@ -3,14 +3,14 @@
 use super::super::feed::Remade;
 use super::super::link::{self, Linked};
 use super::kept::Key;
-use super::{Stage, Wish, ms};
+use super::{FrameRequest, ViewStage, ms};
 use lightgraph::internals::value::Values;
 use lightgraph::{Checked, Diagnostic, Faults, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-pub(super) struct Loaded {
+pub(super) struct LoadedScene {
     pub path: PathBuf,
     pub scene: Arc<Scene>,
     pub files: Vec<PathBuf>,
@@ -20,9 +20,9 @@ pub(super) struct Loaded {
     pub version: u64,
 }
 
-impl Stage {
+impl ViewStage {
     /// Makes the scene what the wish asks for.
-    pub(super) fn set_scene(&mut self, wish: &Wish, remade: &mut Remade) -> Checked<()> {
+    pub(super) fn set_scene(&mut self, wish: &FrameRequest, remade: &mut Remade) -> Checked<()> {
         match &wish.linked {
             Some(linked) => self.follow(linked),
             None if wish.choice.scene == Path::new(link::NAME) => {
@@ -38,7 +38,7 @@ impl Stage {
     fn follow(&mut self, linked: &Linked) -> Checked<()> {
         let new = |scene: &&Arc<Scene>| !self.scene.as_ref().is_some_and(|s| Arc::ptr_eq(&s.scene, scene));
         if let Some(scene) = linked.scene.as_ref().filter(new) {
-            self.scene = Some(Loaded {
+            self.scene = Some(LoadedScene {
                 path: link::NAME.into(),
                 scene: scene.clone(),
                 files: vec![],
@@ -69,7 +69,7 @@ impl Stage {
             }
             slot => {
                 let version = slot.as_ref().map_or(1, |s| s.version + 1);
-                *slot = Some(Loaded {
+                *slot = Some(LoadedScene {
                     path: path.into(),
                     scene: Arc::new(loaded.scene),
                     files: loaded.files,

@@ -1,7 +1,7 @@
 //! Wishes and what comes of them, on the adapter of this machine.
 
 use super::*;
-use crate::view::feed::{Content, Score};
+use crate::view::feed::{ResourceContent, ShownScore};
 use lightgraph::Image;
 use lightgraph::internals::diag::render;
 use lightgraph::internals::gpu;
@@ -55,10 +55,10 @@ impl Files {
         Files(folder)
     }
 
-    fn wish(&self) -> Wish {
+    fn wish(&self) -> FrameRequest {
         let scene = crate::repository("scenes/lambert_plane.glb");
-        let choice = Choice::new(self.0.join("graph.ron"), scene);
-        Wish {
+        let choice = ViewChoice::new(self.0.join("graph.ron"), scene);
+        FrameRequest {
             serial: 1,
             choice,
             size: [8, 6],
@@ -79,13 +79,13 @@ impl Drop for Files {
     }
 }
 
-fn stage() -> Stage {
+fn stage() -> ViewStage {
     let gpu = Gpu::open().unwrap_or_else(|e| panic!("{}", Faults::from(e)));
-    Stage::new(Arc::new(gpu), vec![], Additions::default(), Policy::First, false)
+    ViewStage::new(Arc::new(gpu), vec![], Additions::default(), Policy::First, false)
 }
 
 /// Goes on until nothing more comes.
-fn settle(stage: &mut Stage, wish: &Wish) -> Told {
+fn settle(stage: &mut ViewStage, wish: &FrameRequest) -> ViewState {
     for _ in 0..10 {
         let told = stage.advance(wish, &mut |_| ());
         if told.rest {
@@ -95,7 +95,7 @@ fn settle(stage: &mut Stage, wish: &Wish) -> Told {
     panic!("it does not come to rest");
 }
 
-fn pixel(gpu: &Gpu, told: &Told) -> [f32; 2] {
+fn pixel(gpu: &Gpu, told: &ViewState) -> [f32; 2] {
     let image = gpu::read_plane(gpu, told.image.as_ref().unwrap(), "image", 0, 0).unwrap();
     let p = image.pixel(0, 3, 3).unwrap();
     [p[0], p[1]]
@@ -150,7 +150,7 @@ fn numbers_that_should_not_be_are_told_until_they_are_mended() {
     stage.watch = true;
     let mut wish = files.wish();
     assert!(settle(&mut stage, &wish).checks.is_empty());
-    let written = |stage: &mut Stage, text: &str| {
+    let written = |stage: &mut ViewStage, text: &str| {
         let shader = files.0.join("shaders/fill.wgsl");
         fs::write(&shader, text).unwrap();
         stage.changed(&BTreeSet::from([shader]));
@@ -212,7 +212,7 @@ fn a_variant_that_was_seen_is_shown_at_once() {
 #[test]
 fn all_variants_can_be_made_ready() {
     let (files, mut stage) = (Files::new("ready"), stage());
-    let wish = Wish { prepare: true, ..files.wish() };
+    let wish = FrameRequest { prepare: true, ..files.wish() };
     assert_eq!(settle(&mut stage, &wish).ready.len(), 2);
 }
 
@@ -223,19 +223,19 @@ fn the_score_against_a_file_and_against_a_graph_is_right() {
     let exr = files.0.join("reference.exr");
     let reference = Image::filled(8, 6, &[0.5, 0.0, 0.0]).unwrap();
     write_exr(&exr, &[("", &reference)], Precision::Float, &BTreeMap::new()).unwrap();
-    wish.choice.compare.against = Against::Image(exr);
+    wish.choice.compare.against = ComparedTo::Image(exr);
     let told = settle(&mut stage, &wish);
-    let Some(Score::Metrics(m)) = told.score.as_deref() else { panic!("{:?}", told.score) };
+    let Some(ShownScore::Metrics(m)) = told.score.as_deref() else { panic!("{:?}", told.score) };
     // A third of the values is 0.25 where 0.5 is right, the rest is 0.
     assert!((m.bias_percent + 50.0).abs() < 1e-4, "{m:?}");
     assert!((m.rmse_percent - 50.0 * 3f64.sqrt()).abs() < 1e-3, "{m:?}");
 
-    wish.choice.compare.against = Against::Graph(files.0.join("other.ron"));
+    wish.choice.compare.against = ComparedTo::Graph(files.0.join("other.ron"));
     let told = settle(&mut stage, &wish);
-    let Some(Score::Metrics(m)) = told.score.as_deref() else { panic!("{:?}", told.score) };
+    let Some(ShownScore::Metrics(m)) = told.score.as_deref() else { panic!("{:?}", told.score) };
     assert!((m.bias_percent + 75.0).abs() < 1e-4, "{m:?}");
 
-    wish.choice.compare.against = Against::Image(files.0.join("no.exr"));
+    wish.choice.compare.against = ComparedTo::Image(files.0.join("no.exr"));
     let told = settle(&mut stage, &wish);
     assert!(!told.faults.is_empty() && told.image.is_some());
 }
@@ -244,17 +244,17 @@ fn the_score_against_a_file_and_against_a_graph_is_right() {
 fn resources_can_be_looked_into_whatever_they_are() {
     let (files, mut stage) = (Files::new("inspect"), stage());
     let mut wish = files.wish();
-    let mut look = |stage: &mut Stage, resource: &str, layer| {
-        wish.inspect = Some(Inspect { resource: resource.into(), mip: 0, layer });
+    let mut look = |stage: &mut ViewStage, resource: &str, layer| {
+        wish.inspect = Some(ResourcePart { resource: resource.into(), mip: 0, layer });
         settle(stage, &wish).inspected.unwrap()
     };
     let seen = look(&mut stage, "ramp", 1);
-    let Content::Plane(image) = &seen.content else { panic!("{seen:?}") };
+    let ResourceContent::Plane(image) = &seen.content else { panic!("{seen:?}") };
     assert_eq!(image.data[..4], [10.0, 11.0, 12.0, 13.0]);
     // A layer that is not there is the last one.
     assert_eq!(look(&mut stage, "ramp", 9).layer, 1);
     let seen = look(&mut stage, "list", 0);
-    let Content::Words(words, 12) = &seen.content else { panic!("{seen:?}") };
+    let ResourceContent::Words(words, 12) = &seen.content else { panic!("{seen:?}") };
     assert_eq!(words[..], [0, 7, 0]);
 }
 
@@ -264,7 +264,7 @@ fn a_pixel_asks_the_pass_that_wrote_it() {
     let mut wish = files.wish();
     let graph = wish.choice.graph.clone();
     let mut serial = 0;
-    let mut ask = |stage: &mut Stage, of: ProbedPlace| {
+    let mut ask = |stage: &mut ViewStage, of: ProbedPlace| {
         serial += 1;
         wish.ask = Some(Ask { serial, graph: graph.clone(), of });
         let told = settle(stage, &wish);
@@ -282,12 +282,12 @@ fn a_pixel_asks_the_pass_that_wrote_it() {
     fs::write(&shader, PAINT.replace("vec4f(red", "vec4f(3.0 * red")).unwrap();
     stage.changed(&BTreeSet::from([shader]));
     let again = Ask { serial: 1, graph: files.0.join("graph.ron"), of: ProbedPlace::Pixel([3, 2]) };
-    let told = settle(&mut stage, &Wish { ask: Some(again), ..files.wish() });
+    let told = settle(&mut stage, &FrameRequest { ask: Some(again), ..files.wish() });
     let answer = told.probed.as_ref().unwrap().answer.as_ref().unwrap().to_string();
     assert!(answer.contains("(0.75, 0, 0, 1)"), "{answer}");
     assert_eq!(pixel(&stage.gpu, &told), [0.75, 0.0]);
 
-    let part = Inspect { resource: "ramp".into(), mip: 0, layer: 1 };
+    let part = ResourcePart { resource: "ramp".into(), mip: 0, layer: 1 };
     let (_, text) = ask(&mut stage, ProbedPlace::Texel { part, at: [2, 1] });
     assert!(
         text.starts_with("`fill`, fill.wgsl, at 2,1,1") && text.contains("writes ramp[2, 1][1] (12, 12, 12, 12)"),
@@ -307,7 +307,7 @@ fn a_lost_device_is_told() {
     stage.gpu.device.destroy();
     // The loss is told when the last work has ended, which nobody waits for.
     let mut lost = |time: f32| {
-        let told = stage.advance(&Wish { time, ..files.wish() }, &mut |_| ());
+        let told = stage.advance(&FrameRequest { time, ..files.wish() }, &mut |_| ());
         std::thread::sleep(std::time::Duration::from_millis(20));
         told.lost.then_some(told)
     };
