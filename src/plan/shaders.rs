@@ -117,8 +117,8 @@ impl<'g> Wirer<'g, '_> {
     pub(super) fn locate(&self, pass: &Pass, shader: &Shader, word: &str) -> Span {
         let own = std::iter::once(&shader.path).chain(&shader.sources);
         for path in own {
-            if let Some(source) = self.request.texts.files.get(path)
-                && let Some(at) = self.index.place(path, word)
+            if let Some(at) = self.index.place(path, word)
+                && let Some(source) = self.request.texts.files.get(path)
             {
                 return Span::new(source, at..at + word.len());
             }

@@ -59,7 +59,6 @@ pub(super) fn bind(mut module: Module, units: &[LinkUnit]) -> Checked<Bound> {
     for (binding, handle) in (0..).zip(order) {
         module.global_variables.get_mut(handle).binding = Some(ResourceBinding { group: 0, binding });
     }
-    let info = validate(&module, units)?;
     Ok(Bound { module, info, variables })
 }
 

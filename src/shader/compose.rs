@@ -69,7 +69,6 @@ pub fn compose(library: &Library, path: &str, defs: &Defs, wanted: &[String]) ->
             }
         }
     }
-    faults.extend(check(&units));
     Faults::check(faults, ())?;
     on_deep_stack(|| joined_and_reflected(library, (path, defs, wanted), &units))?
 }
@@ -84,7 +83,11 @@ fn joined_and_reflected(
     sources.sort();
     let file = |unit: &LinkUnit| sources.binary_search(&unit.path).unwrap_or(0);
     let written: Vec<_> = units.iter().map(|unit| write(unit, defs, file(unit), &mut bindings)).collect();
-    let mut module = joined(&written, || library.memo.with_oil(|oil| join(oil, units, &written)))?;
+    // A module that is kept was made of texts within the limits.
+    let mut module = joined(&written, || {
+        Faults::check(check(units), ())?;
+        library.memo.with_oil(|oil| join(oil, units, &written))
+    })?;
     let points = &mut module.entry_points;
     if !wanted.is_empty() && wanted.iter().all(|name| points.iter().any(|p| p.name == *name)) {
         points.retain(|p| wanted.contains(&p.name));

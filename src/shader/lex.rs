@@ -44,13 +44,31 @@ impl Token {
 pub(super) fn blank_comments(source: &Arc<Source>, faults: &mut Vec<Diagnostic>) -> String {
     let text = &source.text;
     let mut out = String::with_capacity(text.len());
-    let mut chars = text.char_indices().peekable();
     let mut line_comment = false;
     let mut block_starts: Vec<usize> = vec![];
-    while let Some((at, c)) = chars.next() {
-        let next = chars.peek().map(|(_, c)| *c);
+    let mut at = 0;
+    while let Some(rest) = text.get(at..).filter(|rest| !rest.is_empty()) {
         let in_block = !block_starts.is_empty();
-        match (c, next) {
+        // Most of a text is taken as it is, or blanked, up to a byte that may begin something else.
+        let length = |other: fn(u8) -> bool| rest.bytes().position(other).unwrap_or(rest.len());
+        let same = match (in_block, line_comment) {
+            (false, false) => length(|b| matches!(b, b'/' | b'\r' | 0xef)),
+            (false, true) => length(|b| matches!(b, b'\n' | b'\r')),
+            (true, _) => 0,
+        };
+        if same > 0 {
+            if line_comment {
+                blank(&mut out, same)
+            } else {
+                out.push_str(&rest[..same])
+            }
+            at += same;
+            continue;
+        }
+        let mut chars = rest.chars();
+        let Some(c) = chars.next() else { break };
+        let mut length = c.len_utf8();
+        match (c, chars.next()) {
             ('\r', Some('\n')) => out.push(' '),
             ('\n' | '\r', _) => {
                 line_comment = false;
@@ -58,21 +76,22 @@ pub(super) fn blank_comments(source: &Arc<Source>, faults: &mut Vec<Diagnostic>)
             }
             ('/', Some('*')) if !line_comment => {
                 block_starts.push(at);
-                chars.next();
+                length = 2;
                 out.push_str("  ");
             }
             ('*', Some('/')) if in_block => {
                 block_starts.pop();
-                chars.next();
+                length = 2;
                 out.push_str("  ");
             }
             ('/', Some('/')) if !in_block => {
                 line_comment = true;
                 out.push(' ');
             }
-            _ if in_block || line_comment || c == '\u{feff}' => blank(&mut out, c.len_utf8()),
+            _ if in_block || line_comment || c == '\u{feff}' => blank(&mut out, length),
             _ => out.push(c),
         }
+        at += length;
     }
     if let Some(start) = block_starts.first() {
         let place = Span::new(source, *start..start + 2);

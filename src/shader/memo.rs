@@ -12,7 +12,7 @@ use super::{
 use crate::diag::Source;
 use crate::lru::Lru;
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::{BTreeMap, BTreeSet, HashMap},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
@@ -78,7 +78,7 @@ struct Outlook {
     /// Names that may be those of modules or of their items.
     words: BTreeSet<String>,
     /// Where each word of its code, directives included, stands first, in bytes.
-    places: BTreeMap<String, usize>,
+    places: HashMap<String, usize>,
 }
 
 impl Memo {
@@ -215,8 +215,8 @@ impl Outlook {
 }
 
 /// The words of a text, each with the byte where it first stands outside of comments.
-fn places(text: &str) -> BTreeMap<String, usize> {
-    let mut places = BTreeMap::new();
+fn places(text: &str) -> HashMap<String, usize> {
+    let mut places = HashMap::new();
     let mut start = 0;
     for line in text.split_inclusive('\n') {
         let code = line.split("//").next().unwrap_or("");
