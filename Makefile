@@ -1,4 +1,5 @@
 # make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
+# make test-all  with the slow tests, which `make test` leaves out by name, and those of the Python module
 # make web     the page for browsers, the engine as WebAssembly and an editor, to target/web
 # make test-web  the same in Chromium without a display, on a software adapter: pictures go to out/web
 # make python  the Python module, built and installed into target/python/venv
@@ -26,17 +27,23 @@ export XDG_RUNTIME_DIR ?= /tmp
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test web test-web python wheel blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor book deny driver display browser lint
+.PHONY: test test-all pytest web test-web python wheel blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor book deny driver display browser lint
 
-test: display browser lint
-	scripts/install-python.sh
-	cargo build
-	target/debug/lightgraph fmt --check graphs scenes template tests/graphs tests/variants
-	scripts/python-module.sh
-	target/python/venv/bin/python -m pytest --quiet crates/python/tests
+# What takes half of the time of `make test-all`: references by other renderers, every field edited live, drawn edits.
+SLOW := references:: traced:: toggles:: mutations:: stress::
+
+test: SKIPPED := $(SLOW:%=--skip %)
+test-all: pytest
+test test-all: display browser lint
 	cargo test --workspace --lib --bins
 	cargo test --doc
-	cargo test --examples --test it
+	cargo test --examples --test it -- $(SKIPPED)
+
+pytest: driver
+	scripts/install-python.sh
+	cargo build
+	scripts/python-module.sh
+	target/python/venv/bin/python -m pytest --quiet crates/python/tests
 
 VENV := VIRTUAL_ENV="$(CURDIR)/target/python/venv"
 

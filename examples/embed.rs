@@ -16,14 +16,14 @@ const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// The program's own shaders: three lamps that circle, one step each frame; and a texel of a picture, tone-mapped, in
 /// its place.
 const SHADERS: &str = "
-struct Corner {
+struct QuadVertex {
     @builtin(position) at: vec4f,
     @location(0) @interpolate(flat) frame: u32,
 }
-@vertex fn corners(@builtin(vertex_index) i: u32, @builtin(instance_index) frame: u32) -> Corner {
-    return Corner(vec4f(vec2f(f32(i & 1u), f32(i >> 1u)) * 4.0 - 1.0, 0.0, 1.0), frame);
+@vertex fn corners(@builtin(vertex_index) i: u32, @builtin(instance_index) frame: u32) -> QuadVertex {
+    return QuadVertex(vec4f(vec2f(f32(i & 1u), f32(i >> 1u)) * 4.0 - 1.0, 0.0, 1.0), frame);
 }
-@fragment fn lamps(corner: Corner) -> @location(0) vec4f {
+@fragment fn lamps(corner: QuadVertex) -> @location(0) vec4f {
     var light = vec3f(0.02, 0.02, 0.03);
     for (var lamp = 0u; lamp < 3u; lamp++) {
         let angle = 0.1 * f32(corner.frame) + 2.0944 * f32(lamp);
@@ -35,7 +35,7 @@ struct Corner {
 @group(0) @binding(0) var picture: texture_2d<f32>;
 override left: f32 = 0.0;
 override top: f32 = 0.0;
-@fragment fn shown(corner: Corner) -> @location(0) vec4f {
+@fragment fn shown(corner: QuadVertex) -> @location(0) vec4f {
     let light = textureLoad(picture, vec2u(corner.at.xy - vec2f(left, top)), 0).rgb;
     return vec4f(light / (1.0 + light), 1.0);
 }

@@ -1,5 +1,5 @@
-//! From a shader's variables to bind-group layouts and bind groups. All variables are in group 0, each at its index
-//! in the interface.
+//! Makes bind group layouts and bind groups from a shader's interface. All variables are in group 0; the binding of
+//! each is its index in the interface.
 
 use super::{
     device::Gpu,

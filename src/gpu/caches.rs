@@ -1,5 +1,5 @@
-//! What a device has built and a later plan may need again: pipelines, samplers, uploads of scenes and images. Every
-//! entry is immutable, so any number of plans may use it at once.
+//! Caches what a device has built and a later plan may need again: pipelines, samplers, uploads of scenes and images.
+//! Entries are immutable, so any number of plans may share one.
 
 use super::{clear::Fill, dirty, numerics, pipelines::Pipeline, pool::Uploaded, scene_data::Mesh};
 use crate::diag::Checked;

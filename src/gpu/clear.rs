@@ -1,5 +1,5 @@
-//! Clearing by drawing: where a render pass must keep what is around, or must not happen at all when the device says
-//! so.
+//! Clears by drawing, for render passes that must keep the texels around the cleared ones, and for clears that the
+//! device may skip.
 
 use super::{device::Gpu, pipelines::by_location, scope::scoped};
 use crate::diag::Checked;

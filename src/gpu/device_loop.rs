@@ -1,6 +1,6 @@
-//! Loops that the device ends: after each iteration a kernel tests the loop's number. Once the test passes, the kernel
-//! sets the sizes of all indirect draws and dispatches that follow to zero. The host submits iterations without waiting
-//! for the answer.
+//! Ends loops on the device. After each iteration a kernel tests the loop's condition; once it holds, the kernel sets
+//! the sizes of all indirect draws and dispatches that follow to zero. The host submits iterations without waiting for
+//! the answer.
 
 use super::{device::Gpu, dirty::workgroups, pool::Pool, scene_data::SceneData, scope::scoped};
 use crate::diag::{Checked, Diagnostic};
@@ -11,7 +11,7 @@ const STATE_WORDS: usize = 5;
 const STATE_BYTES: u64 = 4 * STATE_WORDS as u64;
 
 const TEST: &str = "
-struct State {
+struct LoopState {
     ended: u32,
     iterations: u32,
     /// The number tested last.
@@ -20,7 +20,7 @@ struct State {
     comparison: u32,
     value: f32,
 }
-@group(0) @binding(0) var<storage, read_write> state: State;
+@group(0) @binding(0) var<storage, read_write> state: LoopState;
 @group(0) @binding(1) var<storage, read_write> sizes: array<u32>;
 @group(0) @binding(2) var<storage, read> number: array<u32>;
 var<workgroup> ends: bool;

@@ -1,4 +1,4 @@
-//! Steps over instances: the list of those that run, and how the device makes it from dirty bits.
+//! Compacts dirty bits into the list of instances that a step runs for, and the indirect arguments for it.
 
 use super::{device::Gpu, pool::Pool, recorder::Recorder, scope::scoped};
 use crate::diag::Checked;

@@ -1,4 +1,4 @@
-//! From images in linear light to what a display shows: one image, two side by side, or their difference.
+//! Converts linear images to what a display shows: one image, two side by side, or their difference.
 
 use super::device::Gpu;
 use crate::image::png::ToneMap;

@@ -1,4 +1,4 @@
-//! One run of one step, into a command encoder.
+//! Encodes one run of one step.
 
 use super::{
     device::Gpu,

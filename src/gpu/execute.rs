@@ -1,4 +1,4 @@
-//! A frame: uploads, then the plan's order, step by step.
+//! Executes a frame: uploads its inputs, then walks the plan's order step by step.
 
 use super::frame::{Frame, FrameReport, LoopReport, StepTime};
 use super::numerics::Watch;

@@ -1,4 +1,4 @@
-//! What a frame took: times, loops and findings, which arrive when the device is done.
+//! Reports a frame: times, loops and findings. They arrive once the device is done.
 
 use super::execute::{DeviceLoopRun, ms_since};
 use super::{

@@ -1,5 +1,5 @@
-//! Numbers that should not be. After every step, one reduction over each resource that it wrote counts what is no
-//! number, infinite or outside of the range that the graph states, and says where the first is.
+//! Finds invalid numbers. After every step, one reduction over each resource it wrote counts values that are NaN,
+//! infinite or outside the range that the graph declares, and keeps the place of the first.
 
 mod found;
 

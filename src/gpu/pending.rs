@@ -1,5 +1,5 @@
-//! Read-back without waiting: the frame itself copies bytes to one mappable buffer, which the host reads once the device
-//! is done.
+//! Reads back without waiting: the frame copies bytes to one mappable buffer, which the host reads once the device is
+//! done.
 
 use super::{device::Gpu, readback::staging, recorder::Recorder};
 use crate::diag::{Checked, Diagnostic};

@@ -1,4 +1,4 @@
-//! Pipelines of a plan's steps: each different one is built once on a device, all new ones at the same time.
+//! Builds the pipelines of a plan: each distinct one once per device, all new ones in parallel.
 
 use super::{bindings::layout_entries, device::Gpu, dirty::workgroups, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};

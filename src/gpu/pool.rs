@@ -1,4 +1,4 @@
-//! The memory of a plan: one texture or buffer a slot, and views of it.
+//! Allocates the memory of a plan: one texture or buffer per slot, and the views of it.
 
 use super::{device::Gpu, encode::clear_texture, scope::scoped, upload::write_levels};
 use crate::diag::{Checked, Diagnostic, Faults};

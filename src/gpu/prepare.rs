@@ -1,4 +1,4 @@
-//! Everything that a steady frame needs, made once: memory, pipelines, bind groups, views of targets.
+//! Prepares everything that a steady frame needs, once: memory, pipelines, bind groups, views of targets.
 
 use super::{
     bindings::{Bindable, Shared, bind_group},

@@ -1,4 +1,4 @@
-//! What the device computed, back on the CPU.
+//! Copies results of the device back to the host.
 
 use super::{
     device::Gpu,

@@ -1,8 +1,8 @@
-//! Records commands: an encoder, the scope that catches its errors, and the compute pass that consecutive dispatches
-//! share.
+//! Records commands: owns the encoder, the scope that catches its errors, and the compute pass that consecutive
+//! dispatches share.
 //!
-//! Each pass of wgpu becomes command buffers of its own, so steps that only dispatch go to one pass as long as nothing
-//! else comes between them. wgpu keeps the order of what they write and read all the same.
+//! wgpu makes separate command buffers for each pass, so consecutive dispatches stay in one. wgpu still orders them by
+//! what they read and write.
 
 use super::{device::Gpu, scope::ErrorScope};
 

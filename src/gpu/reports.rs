@@ -1,4 +1,4 @@
-//! What shaders report of themselves: memory for each step whose shader checks something, cleared before the step runs.
+//! Holds the reports of shaders: a buffer for each step whose shader checks something, cleared before the step runs.
 
 use super::{device::Gpu, recorder::Recorder, scope::scoped};
 use crate::diag::Checked;

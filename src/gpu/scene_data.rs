@@ -1,4 +1,4 @@
-//! The scene on the device: vertices, indices, tables in the layout that shaders ask for, base-colour textures.
+//! Uploads the scene: vertices, indices, tables in the layout that shaders ask for, textures of materials.
 
 use super::{device::Gpu, scope::scoped, upload::write_levels};
 use crate::content::hash;

@@ -1,6 +1,6 @@
-//! Errors of the device as faults. wgpu panics on an error that nobody catches; here every call runs in a scope,
-//! and what slips past the scopes lands in a mailbox. A browser answers a scope later: its answers are kept and asked
-//! for with [`Gpu::answered`].
+//! Turns errors of the device into faults. wgpu panics on an uncaptured error, so every call runs in an error scope,
+//! and a mailbox collects what no scope catches. A browser answers a scope later: pending answers are polled by
+//! [`Gpu::answered`].
 
 use super::device::Gpu;
 use crate::diag::{Checked, Diagnostic, Faults};

@@ -1,4 +1,4 @@
-//! Helpers for tests on a device: plans by hand, in a few words.
+//! Builds small plans by hand, for tests on a device.
 
 use super::{FrameInputs, FrameReport, Gpu, Prepared, execute, prepare, read_buffer, read_image};
 use crate::diag::{Checked, Source};
@@ -48,7 +48,7 @@ impl Sketch {
     fn resource(&mut self, name: &str, desc: Desc, bytes: u64) -> ResourceId {
         let slot = self.plan.slots.len();
         self.plan.slots.push(Slot { desc: desc.clone(), bytes });
-        let made = Resource { slot, alive: (0, usize::MAX), ..Resource::new(name.into(), desc) };
+        let made = Resource { slot, lifetime: (0, usize::MAX), ..Resource::new(name.into(), desc) };
         self.plan.resources.push(made);
         ResourceId(self.plan.resources.len() - 1)
     }

@@ -1,5 +1,5 @@
-//! Timestamps of the device: a pair for each run of a step, in as many query sets as a frame needs. A run that begins
-//! where another ends shares its stamp: on some drivers a stamp costs as much as a small dispatch.
+//! Measures steps by device timestamps: a pair per run of a step, in as many query sets as a frame needs. Adjacent
+//! runs share a stamp, because on some drivers a stamp costs as much as a small dispatch.
 
 use super::{device::Gpu, recorder::Recorder, scope::scoped};
 use crate::diag::Checked;

@@ -1,5 +1,5 @@
-//! One buffer for the uniforms of a whole frame: a slot for each binding, and for each iteration of the loops
-//! around it when it reads their indices.
+//! Allocates the uniforms of a whole frame in one buffer: a slot for each binding, and for each iteration of the loops
+//! around it if it reads their indices.
 
 use super::{device::Gpu, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};

@@ -1,4 +1,4 @@
-//! What the host holds, in memory of the device that a graph's input can be lent.
+//! Uploads host data to textures and buffers that a graph can import.
 
 use super::pool::Memory;
 use super::{device::Gpu, pool, scope::scoped};

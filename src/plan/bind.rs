@@ -1,4 +1,4 @@
-//! Variables of shaders to resources, values and tables of the same name, checked for fit.
+//! Binds each variable of a shader to the resource, value or table of the same name, and checks that they fit.
 
 use super::uniforms::castable;
 use super::wire::{How, Mode, ResourceUse, Wire, Wired, Wirer};

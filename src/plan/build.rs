@@ -1,4 +1,4 @@
-//! A request to a plan: the table of contents of this module.
+//! Builds a plan from a request: one call per stage, in order.
 
 use super::expand::{Expanded, expand};
 use super::live::{live, retain, starts_unwritten, unwritten};

@@ -1,14 +1,14 @@
-//! What changed since the last frame, and which steps must run because of it. No device.
+//! Decides what changed since the last frame and which steps must run because of it. Needs no device.
 //!
-//! The version that a content should have is known before anything runs: see [`super::keys`]. A step runs only when a
-//! version that someone needs is not already in memory; a loop is one unit. Nobody marks anything as changed by hand.
+//! The version of each content is known before anything runs (see [`super::keys`]). A step runs only if some consumer
+//! needs a version that memory does not hold; a loop counts as one unit. No caller marks anything as dirty.
 //!
-//! A step with [`Only`](super::Only) has three ways to go: it is skipped, as any; it runs for the instances whose dirty
-//! bits are set, when since the last frame nothing changed but inputs that its bits account for, and memory still holds
-//! what it made then; else it runs in full.
+//! A step with [`Only`](super::Only) is skipped like any other, or runs in full, or runs for the instances whose dirty
+//! bits are set. It runs in part if the only inputs that changed are those its bits account for, and memory still
+//! holds its last result.
 //!
-//! What memory holds is known by version alone, so it outlives the plan: another plan takes over the memory that holds
-//! what it wants, and runs only what differs.
+//! Memory is described by versions alone, so it outlives the plan: the next plan takes over memory that holds what it
+//! needs, and runs only what differs.
 
 mod select;
 

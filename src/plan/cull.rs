@@ -1,4 +1,4 @@
-//! Draws over many views: a step before them finds what each member sees, so that they draw no more.
+//! Culls draws over many views: adds a step before each that lists what every member sees.
 
 use super::expand::Expander;
 use super::shaders::BuiltIn;

@@ -1,5 +1,5 @@
-//! What a compute pass goes over: workgroups, or as many of them as a buffer says. A step before such a pass bounds the
-//! counts by what the pass allows.
+//! Counts the workgroups of a compute pass, or takes the count from a buffer. In the latter case, a step before the
+//! pass clamps the count to what the pass allows.
 
 use super::expand::Expander;
 use super::shaders::BuiltIn;

@@ -1,5 +1,5 @@
-//! What draw and screen passes draw to: targets, layers, tiles; what draws take of the scene: all of it or some,
-//! simplified or as it is.
+//! Resolves what draw and screen passes render to (targets, layers, tiles) and which part of the scene a draw takes,
+//! at which level of detail.
 
 use super::dispatch::Most;
 use super::expand::Expander;

@@ -1,7 +1,6 @@
-//! Wired passes to steps: sets unrolled, workgroups counted.
+//! Expands wired passes into steps: unrolls sets and counts workgroups.
 //!
-//! `draw` places what draw and screen passes draw, `dispatch` counts workgroups, `reduce` makes the stages of
-//! reductions.
+//! `draw` handles draw and screen passes, `dispatch` compute passes, `sums` the stages of reductions and prefix sums.
 
 use super::dispatch::Most;
 use super::draw::PartRequest;

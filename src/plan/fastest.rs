@@ -1,5 +1,5 @@
-//! Groups of alternatives: several ways to the same results, of which one is planned. Which, is data from outside,
-//! since no plan knows how fast a device is; without it the first runs.
+//! Handles groups of alternatives: several passes with the same results, of which a plan holds one. The caller names
+//! the choice, because a plan cannot know how fast a device is; by default the first alternative runs.
 
 use super::lint::mentioned;
 use super::wire::{WiredItem, Wirer, Wiring};

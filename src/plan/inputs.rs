@@ -1,7 +1,8 @@
-//! What a step reads, as one list. Fingerprints, the reasons shown for a run, volatility and lifetimes of memory are
-//! all made from it. No device.
+//! Lists the inputs of a step. Fingerprints, the reasons shown for a run, volatility and the lifetimes of memory all
+//! follow from this one list. Needs no device.
 //!
-//! Volatility is what changes a content while a plan lasts, and whether it is asked for when other things change:
+//! Volatility states what can change a content while a plan lasts. A content may also be requested again when
+//! something else changes:
 //!
 //! ```text
 //! camera ─→ surface ─→ ┐

@@ -1,8 +1,8 @@
-//! The fingerprint of each step, and the version of every content that follows from it. No device.
+//! Computes the fingerprint of each unit (a step, or a whole loop), and from it the version of every content. Needs no
+//! device.
 //!
-//! The version of a content is made of the fingerprint of the unit that made it: a step, or a loop as a whole. A
-//! fingerprint hashes all [`inputs`] of the unit. None of them names anything by its place in a plan or by a name of
-//! the graph, so equal work has equal versions in any two plans.
+//! A fingerprint hashes all [`inputs`] of a unit. It contains no index into the plan and no name from the graph, so
+//! equal work has equal versions in any two plans.
 
 use super::inputs::{self, Contents, InputKind, Named, ResourceAccess, StepInput, add};
 use super::tables::SceneInputs;

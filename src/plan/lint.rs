@@ -1,4 +1,4 @@
-//! Things declared and never used, and what a plan's reader should know.
+//! Warns about declarations that nothing uses, and about what a plan does that its author may not expect.
 
 use super::{Action, Binding, Desc, DrawGeometry, Plan};
 use crate::diag::{Diagnostic, Severity};

@@ -1,4 +1,4 @@
-//! Which passes the requested outputs need, and reads that nothing comes before.
+//! Culls passes that no requested output needs, and finds reads that no write precedes.
 
 use super::Desc;
 use super::sizes::{Sized, Sizes};

@@ -1,4 +1,4 @@
-//! What a plan's memory holds: textures and buffers by what they are, and the slots that they share.
+//! Assigns resources to slots of memory. Resources with disjoint lifetimes and equal descriptions share one.
 
 use super::inputs::{self, Causes, Moving, ResourceAccess, StepInput, causes};
 use super::{Action, Binding, OrderNode, Place, Plan, ResourceId, Step};
@@ -15,45 +15,45 @@ struct SlotUse {
     keeps: bool,
 }
 
-/// Fills in `alive` and `slot` of every resource, and the plan's slots.
+/// Fills in `lifetime` and `slot` of every resource, and the plan's slots.
 ///
 /// A resource holds something needed from its first write to its last read. Inside a loop that is true of one
 /// iteration only when each iteration writes all of it before reading it and nothing outside uses it; otherwise it is
-/// alive for the whole loop. Outputs live to the end, history for ever (in memory of their own).
+/// alive for the whole loop. Outputs live to the end, history for ever (in memory of its own).
 ///
 /// What is asked for when it has not changed stays where it is: nothing comes after it into its memory, and before it
 /// only what changes with it. With `share: false` every resource has memory of its own.
 pub fn allocate(plan: &mut Plan, share: bool) {
-    let mut touches: Vec<Vec<SlotUse>> = vec![vec![]; plan.resources.len()];
+    let mut accesses: Vec<Vec<SlotUse>> = vec![vec![]; plan.resources.len()];
     let mut loops: Vec<(usize, usize)> = vec![];
     let mut at = 0;
-    walk(plan, &plan.order, &mut vec![], &mut at, &mut touches, &mut loops);
+    walk(plan, &plan.order, &mut vec![], &mut at, &mut accesses, &mut loops);
     let end = at;
-    for (i, touches) in touches.iter().enumerate() {
-        let mut alive = match (touches.first(), touches.last()) {
+    for (i, accesses) in accesses.iter().enumerate() {
+        let mut lifetime = match (accesses.first(), accesses.last()) {
             (Some(a), Some(b)) => (a.at, b.at),
             _ => (0, 0),
         };
         // Inner loops stand before the loops around them.
         for (start, stop) in &loops {
             let inside = |t: &&SlotUse| t.at >= *start && t.at <= *stop;
-            let Some(first) = touches.iter().find(inside) else { continue };
-            let used_elsewhere = touches.iter().any(|t| t.at < *start || t.at > *stop);
+            let Some(first) = accesses.iter().find(inside) else { continue };
+            let used_elsewhere = accesses.iter().any(|t| t.at < *start || t.at > *stop);
             if used_elsewhere || first.keeps {
-                alive = (alive.0.min(*start), alive.1.max(*stop));
+                lifetime = (lifetime.0.min(*start), lifetime.1.max(*stop));
             }
         }
         let r = &plan.resources[i];
         if plan.outputs.iter().any(|o| o.1.0 == i) {
-            alive.1 = end;
+            lifetime.1 = end;
         }
         if r.history || r.image.is_some() {
-            alive = (0, end);
+            lifetime = (0, end);
         }
-        plan.resources[i].alive = alive;
+        plan.resources[i].lifetime = lifetime;
     }
     let mut order: Vec<usize> = (0..plan.resources.len()).collect();
-    order.sort_by_key(|i| (plan.resources[*i].alive.0, *i));
+    order.sort_by_key(|i| (plan.resources[*i].lifetime.0, *i));
     // Instances that need not run again leave what they made where it is.
     let in_parts = plan.steps.iter().filter_map(|s| Some((s, s.only.as_ref()?)));
     let in_parts: BTreeSet<usize> =
@@ -70,10 +70,10 @@ pub fn allocate(plan: &mut Plan, share: bool) {
             matches!(r.desc, Desc::Buffer { usage, .. } if usage.contains(wgpu_types::BufferUsages::INDIRECT));
         let sharing = share && !r.history && r.image.is_none() && !counted && !in_parts.contains(&i);
         let Causes { of, outlived } = causes[i];
-        let until = (sharing && !outlived).then_some(r.alive.1);
+        let until = (sharing && !outlived).then_some(r.lifetime.1);
         let shape = r.desc.shape();
         let stays = |s: usize| !outlived || changed_by[s].is_among(of);
-        let fits = |s: &usize| free[*s].is_some_and(|f| f < r.alive.0) && shapes[*s] == shape && stays(*s);
+        let fits = |s: &usize| free[*s].is_some_and(|f| f < r.lifetime.0) && shapes[*s] == shape && stays(*s);
         let slot = match (0..shapes.len()).find(|s| sharing && fits(s)) {
             Some(s) => {
                 unite(&mut plan.slots[s].desc, &r.desc);
@@ -120,7 +120,7 @@ fn walk<'p>(
     nodes: &'p [OrderNode],
     around: &mut Vec<&'p str>,
     at: &mut usize,
-    touches: &mut [Vec<SlotUse>],
+    accesses: &mut [Vec<SlotUse>],
     loops: &mut Vec<(usize, usize)>,
 ) {
     for node in nodes {
@@ -147,16 +147,16 @@ fn walk<'p>(
                     };
                     *uses.entry(id).or_default() |= keeps;
                 }
-                uses.into_iter().for_each(|(id, keeps)| touches[id.0].push(SlotUse { at: *at, keeps }));
+                uses.into_iter().for_each(|(id, keeps)| accesses[id.0].push(SlotUse { at: *at, keeps }));
                 *at += 1;
             }
             OrderNode::Loop(l) => {
                 let start = *at;
                 around.push(&l.name);
-                walk(plan, &l.body, around, at, touches, loops);
+                walk(plan, &l.body, around, at, accesses, loops);
                 around.pop();
                 if let Some(until) = &l.until {
-                    touches[until.buffer.0].push(SlotUse { at: *at, keeps: true });
+                    accesses[until.buffer.0].push(SlotUse { at: *at, keeps: true });
                 }
                 *at += 1;
                 loops.push((start, *at - 1));
@@ -190,7 +190,7 @@ pub struct Resource {
     /// Where it lives. Valid for every resource.
     pub slot: usize,
     /// First and last place in the order (whole loops count as one range) at which it holds something needed.
-    pub alive: (usize, usize),
+    pub lifetime: (usize, usize),
     /// Keeps its content from frame to frame.
     pub history: bool,
     /// Content before anything is written; `Some` also clears it on allocation.
@@ -211,7 +211,7 @@ impl Resource {
             name,
             desc,
             slot: 0,
-            alive: (0, 0),
+            lifetime: (0, 0),
             history: false,
             initial: None,
             image: None,

@@ -1,8 +1,8 @@
-//! Steps of a block to an order: what must come before what, and a stable choice among the legal orders.
+//! Orders the steps of a block: finds their dependencies and picks one legal order, the same every time.
 //!
-//! Decides, too, whether a loop can end on the device. Then its steps are handed over for iterations that never come,
-//! and do nothing. Draws and dispatches can be told on the device to do nothing; copies and clears can't. One of these
-//! is harmless after the end when nothing needs what it writes any more, or when it writes what is there already.
+//! Also decides whether a loop can end on the device. The host then records all iterations in advance, and those after
+//! the end must have no effect. Draws and dispatches get indirect sizes of zero. Copies and clears cannot be skipped;
+//! a loop may contain one only if nothing reads its result after the end, or if it writes the same content again.
 
 use super::{Action, DrawGeometry, Ending, Loop, OrderNode, Plan, ResourceId, Step, StepId, Until};
 use std::collections::BTreeSet;
@@ -33,7 +33,7 @@ impl OrderBlock {
     }
 }
 
-/// What an entry touches, and the steps it stands for.
+/// What an entry accesses, and the steps it stands for.
 struct EntryAccess {
     /// In rising order, none twice; as are the others.
     reads: Vec<ResourceId>,
@@ -46,10 +46,10 @@ struct EntryAccess {
 /// `choose` picks one of so many entries that may come next, in the order of their ranks: 0 for the stable order,
 /// anything else for another legal one.
 pub fn order(block: OrderBlock, steps: &mut [Step], choose: &mut dyn FnMut(usize) -> usize) -> Vec<OrderNode> {
-    let touches: Vec<EntryAccess> = block.entries.iter().map(|(e, _)| touch(e, steps)).collect();
-    let before = dependencies(&touches);
-    for (i, t) in touches.iter().enumerate() {
-        let after = sorted(before[i].iter().flat_map(|j| &touches[*j].steps).copied().collect());
+    let accesses: Vec<EntryAccess> = block.entries.iter().map(|(e, _)| access_of(e, steps)).collect();
+    let before = dependencies(&accesses);
+    for (i, t) in accesses.iter().enumerate() {
+        let after = sorted(before[i].iter().flat_map(|j| &accesses[*j].steps).copied().collect());
         for s in &t.steps {
             steps[s.0].after.extend(&after);
         }
@@ -86,7 +86,7 @@ pub fn order(block: OrderBlock, steps: &mut [Step], choose: &mut dyn FnMut(usize
     nodes
 }
 
-fn touch(entry: &OrderEntry, steps: &[Step]) -> EntryAccess {
+fn access_of(entry: &OrderEntry, steps: &[Step]) -> EntryAccess {
     fn gather(entry: &OrderEntry, steps: &[Step], all: &mut EntryAccess) {
         match entry {
             OrderEntry::Step(s) => {
@@ -113,12 +113,12 @@ fn sorted<T: Ord>(mut all: Vec<T>) -> Vec<T> {
 }
 
 /// For each entry those it must come after: reads after writes, writes after reads, writes after writes.
-fn dependencies(touches: &[EntryAccess]) -> Vec<Vec<usize>> {
-    let resources = touches.iter().flat_map(|t| t.reads.iter().chain(&t.writes)).map(|r| r.0 + 1).max().unwrap_or(0);
+fn dependencies(accesses: &[EntryAccess]) -> Vec<Vec<usize>> {
+    let resources = accesses.iter().flat_map(|t| t.reads.iter().chain(&t.writes)).map(|r| r.0 + 1).max().unwrap_or(0);
     let mut writer: Vec<Option<usize>> = vec![None; resources];
     let mut readers: Vec<Vec<usize>> = vec![vec![]; resources];
-    let mut before = Vec::with_capacity(touches.len());
-    for (i, t) in touches.iter().enumerate() {
+    let mut before = Vec::with_capacity(accesses.len());
+    for (i, t) in accesses.iter().enumerate() {
         let mut earlier: Vec<usize> = t.reads.iter().chain(&t.writes).filter_map(|r| writer[r.0]).collect();
         for r in &t.writes {
             earlier.append(&mut readers[r.0]);

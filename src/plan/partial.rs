@@ -1,5 +1,5 @@
-//! Passes that run in part, for the instances whose dirty bit is set. Passes that run in some frames: those with
-//! `when: "first_frame"`, and what keeps their results.
+//! Plans passes that run for the instances whose dirty bit is set, and passes that run in some frames only (`when:
+//! "first_frame"`) together with the history that keeps their results.
 
 use super::keys::Keys;
 use super::wire::{Mode, ResourceUse, Wire, Wired, WiredItem, Wirer, any_use};

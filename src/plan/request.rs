@@ -1,4 +1,4 @@
-//! What a plan is made from, and the values that are known before a frame.
+//! Holds what a plan is made from, and the values that are known before a frame.
 
 use super::fastest::Choices;
 use crate::diag::{Checked, Diagnostic, Faults, Span};

@@ -1,5 +1,5 @@
-//! Which shader a pass runs: its definitions, its composition, and where its text says what. Shaders of the planner's own
-//! steps, which are the same for all plans, and made once.
+//! Chooses the shader of each pass: evaluates its definitions, composes it, and locates words in its text. Also holds
+//! the shaders of the planner's own steps, which are the same for all plans and composed once.
 
 use super::wire::Wirer;
 use crate::diag::{Checked, Diagnostic, Source, Span};

@@ -1,4 +1,4 @@
-//! Declared resources to concrete descriptions: extents, counts, limits.
+//! Evaluates declared resources to concrete extents, counts and limits.
 
 use super::request::{Request, count_with};
 use super::targets::sampled;

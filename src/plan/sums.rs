@@ -1,5 +1,5 @@
-//! Reductions to stages, with the textures between them, and prefix sums: the sums of blocks, sums over these, sums within
-//! blocks. Three steps for any count, one for few.
+//! Splits reductions into stages with intermediate textures, and prefix sums into three steps: sums of blocks, sums
+//! over blocks, sums within blocks. Short prefix sums take one step.
 
 use super::expand::{Expander, shape};
 use super::shaders::{BuiltIn, ScanStage};

@@ -1,4 +1,4 @@
-//! Scene tables in the byte layout that a shader asks for, and what the scene gives to a plan, hashed. No device.
+//! Lays out scene tables as a shader's struct asks, and hashes what a scene contributes to a plan. Needs no device.
 
 use super::{Plan, TableUse};
 use crate::content::hash;

@@ -1,5 +1,5 @@
-//! What a draw or screen pass takes from the scene and draws to, checked for fit; targets of several samples a texel, and
-//! what they resolve to.
+//! Matches the vertex inputs and colour outputs of a draw or screen pass with the scene and its targets, and adds the
+//! resolves of multisampled targets.
 
 use super::wire::{How, Mode, ResourceUse, Wired, Wirer, by_name};
 use super::{Desc, TextureDesc, TextureKind, request};

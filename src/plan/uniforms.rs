@@ -1,5 +1,5 @@
-//! The members of a uniform: each a value by its name, from parameters, the frame, loops, the pass or the atlases it
-//! binds.
+//! Resolves the members of a uniform by name: parameters, frame values, loop indices, values of the pass, properties
+//! of the atlases it binds.
 
 use super::wire::{Wired, Wirer};
 use super::{Binding, Desc};

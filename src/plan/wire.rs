@@ -1,7 +1,6 @@
-//! Passes to wired passes: conditions decided, shaders composed, everything a pass touches gathered.
+//! Wires passes: evaluates conditions, composes shaders and gathers everything that a pass touches.
 //!
-//! `bind` finds a resource or value for each variable of a shader, `targets` those for its outputs;
-//! [`super::fastest`] picks among alternatives.
+//! `bind` resolves the variables of a shader, `targets` its outputs; [`super::fastest`] picks among alternatives.
 
 use super::cull::Culling;
 use super::dispatch::Counts;

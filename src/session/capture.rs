@@ -1,4 +1,4 @@
-//! A frame that stops around one step, for whoever wants to see what the step finds and what it leaves.
+//! Stops a frame around one step, to inspect what the step reads and what it writes.
 
 use super::probe::find;
 use super::{Session, change};

@@ -1,4 +1,4 @@
-//! What a frame brings to the values of a plan, some of it from the frame before.
+//! Computes the values that a frame brings to a plan, some of them from the previous frame.
 
 use super::Settings;
 use crate::diag::{Checked, Diagnostic};

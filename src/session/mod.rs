@@ -1,4 +1,4 @@
-//! From files to frames: a graph with its shaders, a scene, a plan for both, and what the device holds for it.
+//! Runs a graph on a scene, frame after frame: owns the plan and what the device holds for it.
 
 mod capture;
 mod last;

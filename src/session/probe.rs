@@ -1,5 +1,5 @@
-//! Asks one invocation of a pass what it computes: the plan gets an instrumented copy of the pass's shader, and a
-//! buffer that it notes in.
+//! Probes one invocation of a pass for the values it computes: the plan gets an instrumented copy of the shader, and a
+//! buffer that the copy writes to.
 
 use super::Session;
 use super::capture::leaves;
@@ -66,8 +66,8 @@ impl Probed {
         let slot = plan.slots.len();
         plan.slots.push(Slot { desc: desc.clone(), bytes: probe.bytes() });
         let buffer = ResourceId(plan.resources.len());
-        let alive = (0, plan.order.len());
-        plan.resources.push(Resource { slot, alive, ..Resource::new(format!("{} (probe)", step.name), desc) });
+        let lifetime = (0, plan.order.len());
+        plan.resources.push(Resource { slot, lifetime, ..Resource::new(format!("{} (probe)", step.name), desc) });
         let copy = plan.shaders.len();
         plan.shaders.push(Arc::new(probe.shader.clone()));
         let step = &mut plan.steps[index];

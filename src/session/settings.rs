@@ -1,4 +1,4 @@
-//! The settings of a session, and the plan that they make of a project for a scene.
+//! Holds the settings of a session, and plans a project for a scene with them.
 
 use super::{Probing, Session};
 use crate::diag::Checked;

@@ -1,5 +1,6 @@
 //! Every file in `graphs`, `shaders` and `scenes` is found here, so that none can rot unseen.
 
+use crate::command::lightgraph;
 use crate::support::{files, plan_of_choices, plan_without_device, repository};
 use lightgraph::internals::diag::{Severity, render};
 use lightgraph::internals::plan::fastest::{FIRST, each};
@@ -8,7 +9,7 @@ use lightgraph::internals::scene;
 use lightgraph::internals::shader::{BindingKind, Library};
 use lightgraph::internals::value::{Value, Values};
 use lightgraph::{Plan, Project, Scene};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Those of global illumination, then sub-graphs.
@@ -45,6 +46,15 @@ fn every_graph_plans_whatever_the_scene_has() {
             }
         }
     }
+}
+
+#[test]
+fn every_ron_file_is_laid_out_as_fmt_does() {
+    let folders =
+        ["graphs", "scenes", "template", "tests/graphs", "tests/variants"].map(|f| repository(f).display().to_string());
+    let args: Vec<&str> = ["fmt", "--check"].into_iter().chain(folders.iter().map(String::as_str)).collect();
+    let out = lightgraph(&args, false);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stdout));
 }
 
 #[test]
@@ -227,6 +237,37 @@ fn no_room_of_the_library_knows_a_later_one() {
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The type that a line declares for its module: what is indented, an `impl` declares.
+fn declared_type(line: &str) -> Option<&str> {
+    let mut words = Some(line)
+        .filter(|line| !line.starts_with(' '))?
+        .split([' ', '(', '<', '{', ';', '=', ':'])
+        .filter(|word| !word.is_empty())
+        .peekable();
+    if words.next_if_eq(&"pub").is_some() {
+        while words.next_if(|word| matches!(word.trim_end_matches(')'), "super" | "crate" | "in")).is_some() {}
+    }
+    words.next_if(|word| ["struct", "enum", "trait", "type", "union"].contains(word))?;
+    words.next().filter(|name| name.starts_with(char::is_uppercase))
+}
+
+#[test]
+fn no_two_types_share_a_name() {
+    let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let tests = |path: &PathBuf| path.components().any(|c| c.as_os_str().to_string_lossy().starts_with("tests"));
+    let files = ["src", "crates", "examples"].into_iter().flat_map(|folder| walk(&repository(folder)));
+    for path in files.filter(|path| !tests(path)) {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let code = text.split("#[cfg(test)]\nmod").next().unwrap_or_default();
+        for name in code.lines().filter_map(declared_type) {
+            places.entry(name.into()).or_default().push(path.display().to_string());
+        }
+    }
+    assert!(places.len() > 500, "only {} types were found", places.len());
+    let twice: Vec<_> = places.iter().filter(|(_, paths)| paths.len() > 1).collect();
+    assert!(twice.is_empty(), "{twice:#?}");
 }
 
 /// All Rust files below a folder.

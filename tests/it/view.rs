@@ -45,7 +45,7 @@ const SCRIPT: &str = r#"[
     Click("variant other"), Rest, Shot("variant.png"), Click("variant graph"), Rest,
     Click("tab Graph"), Wait(3), Shot("network.png"), Click("pass paint"), Wait(3),
     Click("declared"), Wait(3), Shot("declared.png"), Click("declared paint"), Wait(3), Click("compiled"), Wait(3),
-    Click("tab Memory"), Wait(3), Shot("memory.png"), Click("alive ramp"), Rest, Wait(3), Shot("alive.png"),
+    Click("tab Memory"), Wait(3), Shot("memory.png"), Click("lifetime ramp"), Rest, Wait(3), Shot("lifetime.png"),
     Click("tab Graph"), Wait(3), Click("port ramp"), Rest, Wait(3), Shot("resource.png"),
     ClickAt(on: "plane", at: (0.1, 0.1), ctrl: true), Answer("`fill`, fill.wgsl, at 0,0,0"), Rest,
     ClickAt(on: "image", at: (0.25, 0.25), ctrl: true), Answer("(0, 0.5, 0, 1)"), Rest, Wait(3), Shot("probed.png"),
@@ -130,7 +130,7 @@ fn a_window_is_dragged_broken_mended_switched_shrunk_and_closed() {
     let shot = |name: &str| std::fs::read(project.path(name)).unwrap();
     assert_ne!(shot("declared.png"), shot("network.png"), "passes in the order of the text");
     assert_ne!(shot("memory.png"), shot("network.png"), "lifetimes in place of the graph");
-    assert_ne!(shot("alive.png"), shot("memory.png"), "a click shows the resource");
+    assert_ne!(shot("lifetime.png"), shot("memory.png"), "a click shows the resource");
     assert_ne!(shot("probed.png"), shot("resource.png"), "what a pixel's shader computes");
 
     // The middle of the image; green is 0.25 of the light, tone mapped.

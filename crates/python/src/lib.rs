@@ -35,7 +35,7 @@ mod _native {
     #[pymodule_export]
     use crate::renderer::Renderer;
     #[pymodule_export]
-    use crate::scene::Scene;
+    use crate::scene::SharedScene;
     #[pymodule_export]
     use crate::tools::{allow_outside, builtin_files, check, compare, flip, outputs, parameters, read, version, write};
 }

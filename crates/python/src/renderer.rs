@@ -7,7 +7,7 @@ use crate::device::{Device, usable};
 use crate::faults::{listed, raised};
 use crate::flight::FrameInFlight;
 use crate::plan::Plan;
-use crate::scene::Scene;
+use crate::scene::SharedScene;
 use crate::values;
 use lightgraph::internals::gpu::{upload_bytes, upload_image};
 use lightgraph::internals::plan::keys::Version;
@@ -167,7 +167,7 @@ impl Renderer {
     fn new(
         py: Python<'_>,
         graph: PathBuf,
-        scene: Option<&Scene>,
+        scene: Option<&SharedScene>,
         size: [u32; 2],
         params: Vec<String>,
         outputs: Option<Vec<String>>,
@@ -381,7 +381,7 @@ impl Renderer {
 
     /// Shows another scene, seen as before. What was found from earlier frames is forgotten; the next one has the
     /// number 0.
-    fn show(&self, py: Python<'_>, scene: &Scene) -> PyResult<()> {
+    fn show(&self, py: Python<'_>, scene: &SharedScene) -> PyResult<()> {
         let scene = scene.scene.clone();
         self.with(py, |state| {
             let settings = state.session.settings.clone();

@@ -11,41 +11,41 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A scene, never changed: any number of renderers share it.
-#[pyclass(frozen, module = "lightgraph._native")]
-pub struct Scene {
+#[pyclass(frozen, name = "Scene", module = "lightgraph._native")]
+pub struct SharedScene {
     pub scene: Arc<scene::Scene>,
     notices: Vec<Diagnostic>,
 }
 
-impl From<Loaded> for Scene {
-    fn from(loaded: Loaded) -> Scene {
-        Scene { scene: Arc::new(loaded.scene), notices: loaded.notices }
+impl From<Loaded> for SharedScene {
+    fn from(loaded: Loaded) -> SharedScene {
+        SharedScene { scene: Arc::new(loaded.scene), notices: loaded.notices }
     }
 }
 
 #[pymethods]
-impl Scene {
+impl SharedScene {
     /// Reads a scene's files.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Scene> {
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<SharedScene> {
         let loaded = py.detach(|| lightgraph::Scene::load(&path));
-        raised(py, loaded).map(Scene::from)
+        raised(py, loaded).map(SharedScene::from)
     }
 
     /// A scene from the bytes of a glTF that needs no other file, and the text of a scene RON.
     #[staticmethod]
-    fn from_bytes(py: Python<'_>, bytes: &[u8], name: &str, description: Option<&str>) -> PyResult<Scene> {
+    fn from_bytes(py: Python<'_>, bytes: &[u8], name: &str, description: Option<&str>) -> PyResult<SharedScene> {
         let loaded = py.detach(|| lightgraph::Scene::from_bytes(bytes, name, description));
-        raised(py, loaded).map(Scene::from)
+        raised(py, loaded).map(SharedScene::from)
     }
 
     /// The same scene in the light of a panorama, (height, 2 × height, 3).
-    fn lit_by(&self, py: Python<'_>, panorama: PyReadonlyArrayDyn<'_, f32>) -> PyResult<Scene> {
+    fn lit_by(&self, py: Python<'_>, panorama: PyReadonlyArrayDyn<'_, f32>) -> PyResult<SharedScene> {
         let image = image("the panorama", &panorama)?;
         let made = py.detach(|| {
             let environment = Environment::panorama(&image)?;
             let scene = scene::Scene { environment: Some(environment), ..(*self.scene).clone() };
-            Ok(Scene { scene: Arc::new(scene), notices: self.notices.clone() })
+            Ok(SharedScene { scene: Arc::new(scene), notices: self.notices.clone() })
         });
         raised(py, made)
     }

@@ -1,7 +1,7 @@
 //! What needs no renderer.
 
 use crate::faults::{listed, raised};
-use crate::scene::Scene;
+use crate::scene::SharedScene;
 use crate::values::{array, image, json, value};
 use lightgraph::internals::image::exr::{Precision, read_exr, write_exr};
 use lightgraph::internals::image::png::{ToneMap, write_png};
@@ -39,7 +39,7 @@ pub fn builtin_files() -> Vec<&'static str> {
 pub fn check<'py>(
     py: Python<'py>,
     graph: PathBuf,
-    scene: Option<&Scene>,
+    scene: Option<&SharedScene>,
     params: Vec<String>,
     strict: bool,
     shaders: Vec<PathBuf>,

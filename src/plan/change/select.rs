@@ -1,4 +1,4 @@
-//! Which steps of a frame run, in full or in part, and why.
+//! Selects the steps of a frame that run, in full or in part, each with its reason.
 
 use super::{Bits, Held, LastRun, Selection, Why};
 use crate::plan::inputs::Contents;

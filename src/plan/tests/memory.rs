@@ -3,11 +3,11 @@
 use super::super::build::Options;
 use super::*;
 
-/// Slots are shared only by resources that are never alive together.
+/// Slots are shared only by resources that are never lifetime together.
 fn apart(plan: &Plan) {
     for (i, a) in plan.resources.iter().enumerate() {
         for b in &plan.resources[i + 1..] {
-            let together = a.alive.0 <= b.alive.1 && b.alive.0 <= a.alive.1;
+            let together = a.lifetime.0 <= b.lifetime.1 && b.lifetime.0 <= a.lifetime.1;
             assert!(a.slot != b.slot || !together, "{} and {} share a slot in\n{plan}", a.name, b.name);
             assert!(a.slot != b.slot || a.desc.shape() == b.desc.shape(), "{} and {} differ", a.name, b.name);
         }
@@ -76,8 +76,8 @@ fn what_an_iteration_leaves_to_the_next_is_alive_for_the_whole_loop() {
     let plan = sample(&images(&["carried", "brief", "out"]), &passes, "\"out\": \"out\"").plan();
     apart(&plan);
     // Places: start 0, use 1, renew 2, the loop's end 3, end 4.
-    assert_eq!(plan.resource("carried").alive, (0, 4));
-    assert_eq!(plan.resource("brief").alive, (1, 2));
+    assert_eq!(plan.resource("carried").lifetime, (0, 4));
+    assert_eq!(plan.resource("brief").lifetime, (1, 2));
     assert_eq!(plan.resource("out").slot, plan.resource("brief").slot);
 }
 
@@ -88,7 +88,7 @@ fn what_a_loop_reads_from_outside_is_alive_to_its_end() {
     let passes = make("start", "given") + &format!("Loop(name: \"n\", count: 3, passes: [{body}]),");
     let plan = sample(&images(&["given", "brief", "later", "sum"]), &passes, "\"sum\": \"sum\"").plan();
     apart(&plan);
-    assert_eq!(plan.resource("given").alive, (0, 4));
+    assert_eq!(plan.resource("given").lifetime, (0, 4));
     machine::run(&plan, 2);
 }
 

@@ -1,4 +1,4 @@
-//! Equal steps and resources drawn together: the members of a set in one line.
+//! Folds equal steps and resources, such as the members of a set, into one line.
 
 use super::words::{StepWords, description, loop_head, member, ranges, template};
 use crate::plan::{OrderNode, Plan, StepId};

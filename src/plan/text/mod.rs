@@ -1,4 +1,4 @@
-//! A plan as text: compact, and the same for equal plans, so that two of them can be compared line by line.
+//! Writes a plan as compact text. Equal plans give equal texts, so two of them can be compared line by line.
 //!
 //! `words` names the parts, `fold` puts equal steps into one line.
 
@@ -116,12 +116,12 @@ fn life(plan: &Plan, group: &ResourceGroup, places: &[String]) -> String {
         return format!("kept from frame to frame{initial}");
     }
     let place = |at: usize| places.get(at).map_or("end", String::as_str);
-    let from = place(all().map(|r| r.alive.0).min().unwrap_or(0));
-    let to = place(all().map(|r| r.alive.1).max().unwrap_or(0));
+    let from = place(all().map(|r| r.lifetime.0).min().unwrap_or(0));
+    let to = place(all().map(|r| r.lifetime.1).max().unwrap_or(0));
     if from == to { format!("{from}{initial}") } else { format!("{from} … {to}{initial}") }
 }
 
-/// The name of each place in the order, as [`crate::plan::Resource::alive`] counts them: the passes, and the end of
+/// The name of each place in the order, as [`crate::plan::Resource::lifetime`] counts them: the passes, and the end of
 /// each loop.
 fn place_names(plan: &Plan, nodes: &[OrderNode], names: &mut Vec<String>) {
     for node in nodes {

@@ -1,4 +1,4 @@
-//! Names, sizes and steps in words.
+//! Names resources, sizes and steps in words.
 
 use crate::plan::expand::shape;
 use crate::plan::{

@@ -116,7 +116,7 @@ fn alternatives(found: &Alternatives) -> AlternativesJson<'_> {
     AlternativesJson { name: &found.name, of, runs: found.chosen, why: &found.why }
 }
 
-/// `slot` is an index; `alive` counts places in the order, the end of a loop as one.
+/// `slot` is an index; `lifetime` counts places in the order, the end of a loop as one.
 #[derive(Serialize)]
 struct ResourceJson<'p> {
     name: &'p str,
@@ -124,7 +124,7 @@ struct ResourceJson<'p> {
     desc: DescJson,
     bytes: u64,
     slot: usize,
-    alive: (usize, usize),
+    lifetime: (usize, usize),
     history: bool,
     initial: Option<[f64; 4]>,
 }
@@ -201,7 +201,7 @@ pub fn to_json(plan: &Plan) -> Json {
         desc: desc(&r.desc),
         bytes: r.desc.bytes(),
         slot: r.slot,
-        alive: r.alive,
+        lifetime: r.lifetime,
         history: r.history,
         initial: r.initial,
     });

@@ -65,8 +65,8 @@ pub fn show(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
             ui.painter().text(at, Align2::RIGHT_CENTER, label, FontId::monospace(10.0), color);
             let tenants: Vec<&Resource> = plan.resources.iter().filter(|r| r.slot == *slot).collect();
             for resource in &tenants {
-                let left = area.left() + LABEL + column * resource.alive.0.min(count) as f32;
-                let right = area.left() + LABEL + column * (resource.alive.1 + 1).min(count) as f32;
+                let left = area.left() + LABEL + column * resource.lifetime.0.min(count) as f32;
+                let right = area.left() + LABEL + column * (resource.lifetime.1 + 1).min(count) as f32;
                 let corners = [Pos2::new(left, y + 2.0), Pos2::new(right.max(left + 3.0), y + ROW - 2.0)];
                 let bar = Rect::from_min_max(corners[0], corners[1]);
                 if let Some(name) = lifetime(ui, state, bar, resource, (plan, &steps), tenants.len() > 1) {
@@ -98,15 +98,15 @@ fn lifetime(
         (false, true) => SHARED,
         (false, false) => ALONE,
     };
-    let response = ui.interact(visible, ui.scope_id().with(("alive", &resource.name)), Sense::click());
+    let response = ui.interact(visible, ui.scope_id().with(("lifetime", &resource.name)), Sense::click());
     let fill = color.gamma_multiply(if response.hovered() { 0.6 } else { 0.35 });
     ui.painter().rect(bar, 3.0, fill, Stroke::new(1.0, color), StrokeKind::Inside);
     let text = ui.visuals().strong_text_color();
     let at = Pos2::new(bar.left() + 4.0, bar.center().y);
     ui.painter().with_clip_rect(visible).text(at, Align2::LEFT_CENTER, &resource.name, FontId::monospace(10.0), text);
-    state.mark(format!("alive {}", resource.name), visible);
+    state.mark(format!("lifetime {}", resource.name), visible);
     let step = |at: usize| steps.get(at).map_or("the end", |s| plan.steps[s.0].name.as_str());
-    let (first, last) = resource.alive;
+    let (first, last) = resource.lifetime;
     let when = if resource.history {
         "from frame to frame".to_string()
     } else {
