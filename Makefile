@@ -29,8 +29,9 @@ SHELL := /bin/bash
 .DEFAULT_GOAL := test
 .PHONY: test test-all pytest web test-web python wheel blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor book deny driver display browser lint
 
-# What takes half of the time of `make test-all`: references by other renderers, every field edited live, drawn edits.
-SLOW := references:: traced:: toggles:: mutations:: stress::
+# What takes half of the time of the tests: references by other renderers, proofs of skipping, random edits and mutants, every
+# field edited live.
+SLOW := references:: skips:: mutated:: reloads:: bench_run:: traced:: toggles:: stress::
 
 test: SKIPPED := $(SLOW:%=--skip %)
 test-all: pytest

@@ -113,7 +113,7 @@ fn nothing_to_run_is_a_fault() {
     let scratch = project("snapshot-empty", "Incremental()");
     for (more, word) in [
         (vec!["--filter", "fil_"], "no test's name holds `fil_`"),
-        (vec!["--shard", "2/2"], "part 2 of 2 is empty"),
+        (vec!["--shard", "2/2"], "shard 2/2 is empty"),
         (vec!["--bless=fil"], "did you mean `fill`?"),
     ] {
         let (code, text) = test(scratch.path(), &more, false);
