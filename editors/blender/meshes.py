@@ -5,6 +5,7 @@ Needs no Blender: what is asked of a mesh is what `bpy.types.Mesh` has, from 3.4
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -146,6 +147,10 @@ def is_closed(indices: np.ndarray) -> bool:
     return bool(np.array_equal(there, back))
 
 
+# Corners of what stands for an ellipse.
+SIDES = 48
+
+
 def face(shape: str, size: float, size_y: float) -> tuple[np.ndarray, np.ndarray, float]:
     """An area light's face, which shines along −z: corners, triangles, its area in its own space."""
     wide, high = size, size_y if shape in ("RECTANGLE", "ELLIPSE") else size
@@ -162,14 +167,27 @@ def face(shape: str, size: float, size_y: float) -> tuple[np.ndarray, np.ndarray
     return corners * np.array([wide / 2, high / 2, 1], dtype=np.float32), triangles, float(exact)
 
 
-# Corners of what stands for an ellipse.
-SIDES = 48
+def ball(radius: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """What stands for the ball of a light: corners, triangles, its area, which is that of the ball. It shines to all
+    sides alike, to a thousandth."""
+    golden = (1 + np.sqrt(5)) / 2
+    corners = np.array([np.roll((0, a, b), i) for i in range(3) for a in (-1, 1) for b in (-golden, golden)])
+    # The faces of a regular icosahedron, whose edges are 2 long.
+    near = np.linalg.norm(corners[:, None] - corners, axis=2) < 2.1
+    rows = [r for r in itertools.combinations(range(12), 3) if near[np.ix_(r, r)].all()]
+    faces = _unit(corners[np.array(rows)])
+    inward = np.linalg.det(faces) < 0
+    faces[inward] = faces[inward, ::-1]
+    for _ in range(2):
+        a, b, c = (faces[:, i] for i in range(3))
+        ab, bc, ca = _unit(a + b), _unit(b + c), _unit(c + a)
+        parts = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
+        faces = np.concatenate([np.stack(part, axis=1) for part in parts])
+    across = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    faces *= radius * np.sqrt(8 * np.pi / np.linalg.norm(across, axis=1).sum())
+    triangles = np.arange(len(faces) * 3, dtype=np.int32).reshape(-1, 3)
+    return faces.reshape(-1, 3).astype(np.float32), triangles, float(4 * np.pi * radius**2)
 
 
-def rolled(panorama: np.ndarray, turns: float) -> np.ndarray:
-    """A panorama moved to the right by a share of its width, what leaves it on one side coming in at the other."""
-    columns = turns * panorama.shape[1]
-    whole = int(np.floor(columns))
-    share = np.float32(columns - whole)
-    moved = np.roll(panorama, whole, axis=1)
-    return moved if share < 1e-3 else moved * (1 - share) + np.roll(panorama, whole + 1, axis=1) * share
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)

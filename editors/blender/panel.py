@@ -56,6 +56,9 @@ class LIGHTGRAPH_OT_open(bpy.types.Operator):
         for area in context.screen.areas if context.screen else ():
             if area.type == "TEXT_EDITOR":
                 area.spaces.active.text = text
+                region = next(r for r in area.regions if r.type == "WINDOW")
+                with context.temp_override(area=area, region=region):
+                    bpy.ops.text.jump(line=max(1, self.line))
                 break
         else:
             self.report({"INFO"}, f"{text.name}, line {self.line}: open a text editor to see it")
@@ -166,6 +169,24 @@ def _faults(layout: Any, faults: Any) -> None:
             opened.path, opened.line = bpy.path.abspath(place.path), place.line
 
 
+class LIGHTGRAPH_PT_light(bpy.types.Panel):
+    """What Cycles has among the object's visibility."""
+
+    bl_label = "lightgraph"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+    COMPAT_ENGINES = {ENGINE}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return context.engine == ENGINE and getattr(context.light, "type", "") == "POINT"
+
+    def draw(self, context: Any) -> None:
+        self.layout.use_property_split = True
+        self.layout.prop(context.object, "visible_camera", text="Ball seen by the camera, soft shadows")
+
+
 class LIGHTGRAPH_OT_connect(bpy.types.Operator):
     """Shows this scene in a window of `lightgraph view --link`, which prints the link"""
 
@@ -222,6 +243,7 @@ CLASSES = (
     LIGHTGRAPH_PT_main,
     LIGHTGRAPH_PT_params,
     LIGHTGRAPH_PT_said,
+    LIGHTGRAPH_PT_light,
     LIGHTGRAPH_OT_connect,
     LIGHTGRAPH_OT_disconnect,
     LIGHTGRAPH_PT_link,

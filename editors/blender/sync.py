@@ -15,6 +15,9 @@ from .content import Content, Lamp, upright
 # The textures of a material.
 TEXTURES = ("color_texture", "emission_texture", "finish_texture", "normal_texture")
 
+# The sun's angle in the sky, as a new sun of Blender's has it.
+SUN_ANGLE = 0.0092
+
 _MESHED = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 _UNKNOWN = {"VOLUME": "a volume", "CURVES": "hair", "POINTCLOUD": "a point cloud", "GREASEPENCIL": "a drawing"}
 
@@ -71,14 +74,12 @@ class Sync:
             elif kind == "LIGHT":
                 matrix = units.node(np.array(instance.matrix_world))
                 name = _name(instance, obj, lamps)
-                if obj.data.type == "AREA":
-                    if not getattr(obj, "visible_camera", True):
-                        self._say(f"{obj.name}: its face is seen, too")
-                    shape = self._area(obj.data, matrix, used)
-                    if shape:
-                        shapes[name] = shape
-                        matrices.append(matrix)
-                else:
+                shape = self._shining(obj, matrix, used)
+                if shape:
+                    shapes[name] = shape
+                    # Balls are as large as they say.
+                    matrices.append(matrix if obj.data.type == "AREA" else upright(matrix))
+                elif obj.data.type != "AREA":
                     lamps[name] = self._lamp(obj.data)
                     lamp_matrices.append(upright(matrix))
             elif kind in _UNKNOWN:
@@ -185,15 +186,16 @@ class Sync:
         return self._images[key]
 
     def _lamp(self, light: Any) -> Lamp:
-        energy = units.strength(light.energy, getattr(light, "exposure", 0.0))
         color = _light_color(light)
-        if getattr(light, "shadow_soft_size", 0.0) > 0 and light.type != "SUN":
-            self._say(f"{light.name}: its radius is left out; it shines from a point")
         if light.type == "SUN":
-            return Lamp("SUN", max(0.0, energy), color)
-        candela = units.intensity(max(0.0, energy))
-        if not getattr(light, "normalize", True):
-            candela *= 4 * np.pi * np.pi * light.shadow_soft_size**2 if light.shadow_soft_size > 0 else 1.0
+            if light.angle > SUN_ANGLE:
+                self._say(f"{light.name}: its angle is left out; its shadows are sharp")
+            return Lamp("SUN", _power(light), color)
+        radius = light.shadow_soft_size
+        if radius > 0:
+            how = "" if light.type == "SPOT" else " (Data > lightgraph makes a ball of it)"
+            self._say(f"{light.name}: its radius is left out; it shines from a point{how}")
+        candela = units.intensity(_power(light, 4 * np.pi * radius**2))
         if light.type == "SPOT":
             if bpy.app.version < (4, 0):
                 self._say(f"{light.name}: it does not fade towards its rim, as Cycles' spots before 4.0 do")
@@ -201,19 +203,28 @@ class Sync:
             return Lamp("SPOT", candela, color, outer, inner)
         return Lamp("POINT", candela, color)
 
-    def _area(self, light: Any, matrix: np.ndarray, used: dict) -> tuple[lg.Mesh, ...] | None:
-        corners, triangles, area = meshes.face(light.shape, light.size, light.size_y)
-        area *= float(np.linalg.norm(np.cross(matrix[:3, 0], matrix[:3, 1])))
-        watts = units.strength(light.energy, getattr(light, "exposure", 0.0))
-        if not getattr(light, "normalize", True):
-            watts *= area
+    def _shining(self, obj: Any, matrix: np.ndarray, used: dict) -> tuple[lg.Mesh, ...] | None:
+        """What shines, and is seen: the face of an area light, the ball of a point with a radius that the camera sees.
+        None of other lights."""
+        light, seen, version = obj.data, getattr(obj, "visible_camera", True), bpy.app.version
+        if light.type == "AREA":
+            corners, triangles, area = meshes.face(light.shape, light.size, light.size_y)
+            area *= float(np.linalg.norm(np.cross(matrix[:3, 0], matrix[:3, 1])))
+            measures = (light.shape, light.size, light.size_y)
+            if not seen:
+                self._say(f"{obj.name}: its face is seen, too")
+            if light.spread < np.pi - 1e-3:
+                self._say(f"{light.name}: its spread is left out; it shines to all sides")
+        elif light.type == "POINT" and light.shadow_soft_size > 0 and seen:
+            corners, triangles, area = meshes.ball(light.shadow_soft_size)
+            measures, version = (light.shadow_soft_size,), (4, 0)
+        else:
+            return None
         if area <= 0:
             return None
-        if light.spread < np.pi - 1e-3:
-            self._say(f"{light.name}: its spread is left out; it shines to all sides")
-        radiance = units.radiance(max(0.0, watts), area, bpy.app.version)
+        radiance = units.radiance(_power(light, area), area, version)
         emission = tuple(radiance * c for c in _light_color(light))
-        key = ("AREA", light.shape, light.size, light.size_y, emission)
+        key = (light.type, *measures, emission)
         if key not in used:
             kept = self._shapes.get(key)
             material = lg.Material((0.0, 0.0, 0.0), emission, name=light.name)
@@ -237,7 +248,7 @@ class Sync:
             self._say(f'world: the image "{said.image.name}" is no panorama twice as wide as high; it is left out')
             return None
         # The middle of Blender's panoramas is towards +x, that of lightgraph's towards −z, which is Blender's +y.
-        turned = meshes.rolled(pixels[:, :, :3], 0.25 + said.turn / (2 * np.pi))
+        turned = textures.turned(pixels[:, :, :3], 0.25 + said.turn / (2 * np.pi))
         return np.ascontiguousarray(turned * np.array(said.color, np.float32), dtype=np.float32)
 
 
@@ -294,6 +305,12 @@ def _label(one: Any) -> tuple[str, str]:
 
 # Blender's own, where an object has none.
 _PLAIN = lg.Material(color=(0.8, 0.8, 0.8), double_sided=True, name="")
+
+
+def _power(light: Any, area: float = 0.0) -> float:
+    """A light's flux in watts, a sun's irradiance. What Blender calls not normalized is the flux of each m²."""
+    power = max(0.0, units.strength(light.energy, getattr(light, "exposure", 0.0)))
+    return power if area <= 0 or getattr(light, "normalize", True) else power * area
 
 
 def _light_color(light: Any) -> tuple[float, float, float]:

@@ -9,6 +9,10 @@ import numpy as np
 # The share of each colour in how bright a pixel is (ITU-R BT.709).
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
 
+# Rows of a panorama at least. What draws it takes means of squares that are as large as its pixels, and Blender does not:
+# of a small picture those would be seen.
+FINE = 256
+
 
 def raw(image: Any) -> np.ndarray | None:
     """The numbers of an image as its file has them: float32 (height, width, 4), row 0 on top; None without any."""
@@ -74,6 +78,28 @@ def finish(roughness: Any, metallic: Any) -> np.ndarray | None:
             rows, columns = (np.arange(n) * m // n for n, m in zip((height, width), one.shape))
             made[:, :, place] = one[rows][:, columns]
     return _bytes(made)
+
+
+def turned(panorama: np.ndarray, turns: float) -> np.ndarray:
+    """A panorama moved to the right by a share of its width, what leaves it on one side coming in at the other. A small
+    one is finer then, and the same between the centres of its pixels."""
+    high, wide = panorama.shape[:2]
+    finer = max(1, -(-FINE // high))
+    columns = _centres(wide, finer) - turns * wide
+    low = np.floor(columns)
+    left, share = low.astype(np.int64), (columns - low).astype(np.float32)[:, None]
+    moved = panorama[:, left % wide] * (1 - share) + panorama[:, (left + 1) % wide] * share
+    if finer == 1:
+        return moved
+    rows = np.clip(_centres(high, finer), 0, high - 1)
+    above = rows.astype(np.int64)
+    share = (rows - above).astype(np.float32)[:, None, None]
+    return moved[above] * (1 - share) + moved[np.minimum(above + 1, high - 1)] * share
+
+
+def _centres(count: int, finer: int) -> np.ndarray:
+    """The centres of pixels that are so many times finer, in pixels from the first one's centre."""
+    return (np.arange(count * finer) + 0.5) / finer - 0.5
 
 
 def _of(channel: Any) -> np.ndarray | None:

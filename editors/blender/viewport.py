@@ -22,6 +22,8 @@ LOOK = 0.01
 FILES = 0.5
 
 _open: weakref.WeakSet[Viewport] = weakref.WeakSet()
+# What the status bars and the panel say: why there is no image, what is wrong, notices.
+_said: tuple[str, str, tuple[str, ...]] = ("", "", ())
 
 
 class Viewport:
@@ -81,7 +83,6 @@ class Viewport:
             said = picture.error or f"frame {picture.round} of {picture.job.rounds}"
             engine.update_stats("lightgraph", said + more)
         self._told = picture
-        settings.tell(picture, self.sync.notices)
 
     def _show(self, scene: Any, picture: Picture, image: np.ndarray, size: tuple[int, int]) -> None:
         if self._drawn is None or self._drawn[0] is not picture:
@@ -102,6 +103,8 @@ class Viewport:
     def look(self) -> None:
         """Has Blender draw again where there is something new."""
         picture = self.live.picture
+        if picture is not None and picture is not self._told:
+            settings.tell(picture, self.sync.notices)
         if picture is not self._told or self._saved():
             engine = self._engine()
             if engine is not None:
@@ -124,7 +127,28 @@ def _look() -> float | None:
             # Blender has freed the engine.
             _open.discard(view)
             view.live.stop()
+    _say()
     return LOOK if _open else None
+
+
+def _say() -> None:
+    """Has the status bars say why a view shows no new image, and the panel what else there is to say."""
+    global _said
+    pictures = [view.live.picture for view in _open]
+    error = next((p.error for p in pictures if p is not None and p.error), "")
+    last, before = settings.last_picture, _said
+    _said = (error, last.error if last is not None else "", settings.last_notices)
+    if _said == before:
+        return
+    manager = bpy.context.window_manager
+    for window in manager.windows if manager is not None else ():
+        if error != before[0]:
+            with bpy.context.temp_override(window=window):
+                # Without a text, it is Blender's own again.
+                window.workspace.status_text_set(f"lightgraph: {error}" if error else None)
+        for area in window.screen.areas:
+            if area.type == "PROPERTIES":
+                area.tag_redraw()
 
 
 def forget(*_: object) -> None:
@@ -138,3 +162,4 @@ def close(*_: object) -> None:
     for view in list(_open):
         view.live.stop()
     _open.clear()
+    _say()

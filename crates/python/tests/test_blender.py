@@ -115,11 +115,22 @@ def test_texture_coordinates_begin_at_the_top():
     assert found.uvs.tolist() == [[0, 1], [1, 1], [1, 0], [0, 0]]
 
 
-def test_a_panorama_turns_round():
+def test_a_panorama_turns_round(monkeypatch):
+    monkeypatch.setattr(textures, "FINE", 1)
     picture = np.arange(8, dtype=np.float32).reshape(1, 8, 1)
-    assert meshes.rolled(picture, 0.25).ravel().tolist() == [6, 7, 0, 1, 2, 3, 4, 5]
-    assert meshes.rolled(picture, 1.0).ravel().tolist() == picture.ravel().tolist()
-    np.testing.assert_allclose(meshes.rolled(picture, 0.0625).ravel()[1:], np.arange(7) + 0.5)
+    assert textures.turned(picture, 0.25).ravel().tolist() == [6, 7, 0, 1, 2, 3, 4, 5]
+    assert textures.turned(picture, 1.0).ravel().tolist() == picture.ravel().tolist()
+    np.testing.assert_allclose(textures.turned(picture, 0.0625).ravel()[1:], np.arange(7) + 0.5)
+
+
+def test_a_small_panorama_is_finer_and_the_same_between_its_pixels(monkeypatch):
+    monkeypatch.setattr(textures, "FINE", 4)
+    picture = np.array([[0, 4, 8, 4], [8, 12, 16, 12]], dtype=np.float32)[:, :, None]
+    fine = textures.turned(picture, 0.0)[:, :, 0]
+    assert fine[0].tolist() == [1, 1, 3, 5, 7, 7, 5, 3], "its two ends are one"
+    assert fine[:, 0].tolist() == [1, 3, 7, 9], "its poles are as they were"
+    # By an eighth of a turn, half a pixel: whole pixels of the finer one.
+    np.testing.assert_array_equal(textures.turned(picture, 0.125)[:, :, 0], np.roll(fine, 1, axis=1))
 
 
 def test_materials_part_a_mesh():
@@ -148,6 +159,21 @@ def test_an_area_light_s_face_is_as_large_as_it_says(shape, area):
     normals = np.cross(b - a, c - a) / 2
     assert (normals[:, 2] < 0).all(), "it shines down"
     assert said == pytest.approx(area) and -normals[:, 2].sum() == pytest.approx(area, rel=1e-5)
+
+
+def test_the_ball_of_a_light_shines_to_all_sides_alike():
+    corners, triangles, area = meshes.ball(0.5)
+    assert area == pytest.approx(math.pi)
+    a, b, c = (corners.astype(np.float64)[triangles[:, i]] for i in range(3))
+    across = np.cross(b - a, c - a) / 2
+    assert ((a + b + c) * across).sum(axis=1).min() > 0, "it shines outwards"
+    assert np.linalg.norm(across, axis=1).sum() == pytest.approx(area, rel=1e-6)
+    to = np.random.default_rng(1).normal(size=(500, 3))
+    to /= np.linalg.norm(to, axis=1, keepdims=True)
+    # What is seen of a ball from anywhere is a quarter of its area.
+    seen = np.maximum(to @ across.T, 0).sum(axis=1)
+    np.testing.assert_allclose(seen, area / 4, rtol=3e-3)
+    assert seen.std() < 1.1e-3 * area / 4
 
 
 def socket(name, value, source=None):

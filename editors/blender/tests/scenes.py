@@ -67,8 +67,8 @@ def light(kind, energy, location=(0, 0, 0), rotation=(0, 0, 0), color=(1, 1, 1),
         setattr(data, key, value)
     obj = bpy.data.objects.new(kind.lower(), data)
     obj.location, obj.rotation_euler = location, rotation
-    # The face of an area light is drawn as what shines.
-    obj.visible_camera = kind == "AREA"
+    # What has an extent is drawn, and is seen.
+    obj.visible_camera = kind == "AREA" or more.get("shadow_soft_size", 0) > 0
     bpy.context.collection.objects.link(obj)
     return obj
 
@@ -136,6 +136,20 @@ def area():
     glow = matte("glow", (1, 0.5, 0.2), 6)
     added("plane", glow, location=(-0.2, -2, 1.2), rotation=(math.radians(70), 0, 0.3), scale=(0.4, 0.4, 1))
     camera((0, -9, 3), (math.radians(85), 0, 0), lens=40)
+
+
+def soft():
+    """Points with a radius: soft shadows. One moves with an object that is scaled and mirrored."""
+    room()
+    ball = light("POINT", 700, (1, -2, 7.5), color=(1, 0.9, 0.7), shadow_soft_size=0.6)
+    small = light("POINT", 200, shadow_soft_size=0.15)
+    small.parent = put(bpy.data.objects.new("holder", None), location=(-3, -7, 4), scale=(-3, 1, 1))
+    bpy.context.collection.objects.link(small.parent)
+    for one in (ball, small):
+        if hasattr(one.data, "use_soft_falloff"):
+            # Balls, in place of discs that face what they shine on.
+            one.data.use_soft_falloff = False
+    camera((0, -9, 3), (math.radians(80), 0, 0), lens=40)
 
 
 def instances():
@@ -250,7 +264,7 @@ def panorama():
     camera((0, -9, 3), (math.radians(85), 0, 0), lens=24)
 
 
-ALL = [point, spot_and_sun, area, instances, textures, panorama]
+ALL = [point, spot_and_sun, area, soft, instances, textures, panorama]
 
 # Cycles corrects normals that are bent away from the viewer, so that paths go on otherwise.
 DIRECT = [*ALL, bumps]

@@ -96,6 +96,8 @@ def test_what_a_scene_holds_beyond_is_a_notice(empty, addon):
     scenes.room()
     light = scenes.light("POINT", 10)
     light.data.shadow_soft_size = 0.5
+    scenes.light("SPOT", 10, shadow_soft_size=0.5)
+    scenes.light("SUN", 1, angle=0.1)
     velvet = bpy.data.materials.new("velvet")
     velvet.use_nodes = True
     principled = next(n for n in velvet.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
@@ -103,8 +105,31 @@ def test_what_a_scene_holds_beyond_is_a_notice(empty, addon):
     scenes.added("ball", velvet)
     sync = addon.sync.Sync()
     sync.read(bpy.context.evaluated_depsgraph_get())
-    assert any("radius is left out" in n for n in sync.notices)
+    for name, notice in (("point", "radius is left out"), ("spot", "radius is left out"), ("sun", "angle is left out")):
+        assert any(n.startswith(f"{name}: its {notice}") for n in sync.notices), sync.notices
     assert "velvet: Sheen Weight is left out" in sync.notices
+
+
+def test_a_point_with_a_radius_is_a_ball_that_is_seen(empty, followed, rendered):
+    scenes.added("plane", scenes.matte("grey", (0.5,) * 3))
+    light = scenes.light("POINT", 400, (0, 0, 2), shadow_soft_size=0.5)
+    light.scale = (3, -1, 1)
+    scenes.camera((0, -9, 2), (np.pi / 2, 0, 0), lens=50)
+    image = rendered(graph=graph("direct"))
+    # By the flux of a ball, 4 π² r² times its radiance.
+    np.testing.assert_allclose(image[64, 64], 400 / (4 * np.pi**2 * 0.25), rtol=1e-3)
+    read = followed.now
+    first = read()
+    assert "point" in first.shapes and not first.lamps and not followed.sync.notices
+    light.location.z = 3
+    assert list(read().moved(first)) == ["point"], "it moves by a matrix"
+    light.visible_camera = False
+    assert "point" in read().lamps and "point" not in read().shapes
+    light.data.normalize, light.data.shadow_soft_size = False, 0.2
+    candela = read().lamps["point"].strength
+    light.visible_camera = True
+    radiance = read().shapes["point"][0].material.emission[0]
+    assert (radiance, candela) == pytest.approx((400 / np.pi, 400 * 0.2**2)), "its power is that of each m² then"
 
 
 def test_a_material_with_everything_is_drawn(empty, addon, rendered):

@@ -31,6 +31,7 @@ ROOT = HERE.parents[2]
 PATIENCE = 60
 steps = []
 pictures = {}
+said = {}
 
 
 def step(function):
@@ -41,6 +42,12 @@ def step(function):
 def area():
     areas = bpy.context.window_manager.windows[0].screen.areas
     return max((a for a in areas if a.type == "VIEW_3D"), key=lambda a: a.width)
+
+
+def show_panel():
+    for screen_area in bpy.context.window_manager.windows[0].screen.areas:
+        if screen_area.type == "PROPERTIES":
+            screen_area.spaces.active.context = "RENDER"
 
 
 def live():
@@ -100,7 +107,8 @@ SHADER = """struct Out { @location(0) red: vec4f }
 
 
 def write_shader(value):
-    (OUT / "graph/shaders/red.wgsl").write_text(SHADER.replace("VALUE", value))
+    # So long that its end is seen only by a jump to it.
+    (OUT / "graph/shaders/red.wgsl").write_text("\n" * 200 + SHADER.replace("VALUE", value))
 
 
 @step
@@ -110,13 +118,20 @@ def break_shader():
     (OUT / "graph/shaders").mkdir(parents=True)
     (OUT / "graph/own.ron").write_text(GRAPH)
     write_shader("nonsense")
+    show_panel()
+    # With the text that Blender draws over the view.
+    area().spaces.active.overlay.show_overlays = True
     chosen = bpy.context.scene.lightgraph
     chosen.file, chosen.graph = str(OUT / "graph/own.ron"), "FILE"
 
 
 @step
 def mend_shader():
-    """Saved as any editor would: nothing in Blender changes."""
+    """Opened at the fault from the panel, and saved as any editor would: nothing in Blender changes."""
+    screen = bpy.context.window_manager.windows[0].screen
+    min((a for a in screen.areas if a.type == "DOPESHEET_EDITOR"), key=lambda a: a.y).type = "TEXT_EDITOR"
+    place = live().picture.faults[0].places[0]
+    bpy.ops.lightgraph.open(path=str(place.path), line=place.line)
     write_shader("Out(vec4f(1.0, 0.0, 0.0, 1.0))")
 
 
@@ -124,9 +139,10 @@ def mend_shader():
 def panel():
     """What docs/blender.md shows."""
     scene = bpy.context.scene
-    for screen_area in bpy.context.window_manager.windows[0].screen.areas:
-        if screen_area.type == "PROPERTIES":
-            screen_area.spaces.active.context = "RENDER"
+    area().spaces.active.overlay.show_overlays = False
+    (editor,) = (a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "TEXT_EDITOR")
+    assert "nonsense" in editor.spaces.active.text.current_line.body, "the fault's place is opened"
+    editor.ui_type = "TIMELINE"
     scene.lightgraph.graph = next(g for g in lg.builtin_graphs() if g.endswith("/facing_probes.ron"))
     bpy.ops.lightgraph.fill()
     scene.lightgraph["param:grid"] = (6, 6, 6)
@@ -148,6 +164,8 @@ def check():
     assert other("modify", "undo") < 1e-3, f"undo takes back the last step: {other('modify', 'undo')}"
     broken = pictures["break_shader"]
     assert broken.error and broken.faults and broken.faults[0].places, broken.error
+    assert "nonsense" in said["break_shader"][0], "the status bar says why"
+    assert said["mend_shader"][:2] == ("", ""), said["mend_shader"]
     assert not pictures["mend_shader"].error, pictures["mend_shader"].error
     assert np.allclose(shown["mend_shader"][..., :3], (1, 0, 0))
     assert not pictures["panel"].error, pictures["panel"].error
@@ -157,7 +175,7 @@ def check():
 state = {"at": 0, "waited": 0.0, "began": None}
 
 
-def ended(name):
+def ended():
     found = live()
     picture = found.picture if found else None
     if picture is None or not picture.ended or picture is state["began"]:
@@ -168,29 +186,33 @@ def ended(name):
 def tick():
     try:
         at = state["at"]
-        if at == len(steps) * 2:
+        if at == len(steps) * 3:
             check()
             os._exit(0)
-        function = steps[at // 2]
-        if at % 2 == 0:
+        function = steps[at // 3]
+        if at % 3 == 0:
             found = live()
             state["began"], state["waited"] = (found.picture if found else None), 0.0
             with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area()):
                 function()
             state["at"] += 1
             return 0.5
-        picture = ended(function.__name__)
-        state["waited"] += 0.5
-        if picture is None:
+        if at % 3 == 1:
+            picture = ended()
+            state["waited"] += 0.5
+            if picture is not None:
+                pictures[function.__name__] = picture
+                # What stands beside the view follows it, and panels take their time to open.
+                state["at"] += 1
+                return 2.0
             if state["waited"] > PATIENCE:
                 raise TimeoutError(f"{function.__name__}: nothing was drawn in {PATIENCE} s")
             return 0.5
-        pictures[function.__name__] = picture
-        area().tag_redraw()
+        said[function.__name__] = addon.viewport._said
         bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
         OUT.mkdir(parents=True, exist_ok=True)
         with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area()):
-            bpy.ops.screen.screenshot(filepath=str(OUT / f"{at // 2}-{function.__name__}.png"))
+            bpy.ops.screen.screenshot(filepath=str(OUT / f"{at // 3}-{function.__name__}.png"))
         state["at"] += 1
         return 0.5
     except BaseException:
