@@ -4,6 +4,7 @@
 #import lightgraph::seen::{seen_at, surface_albedo}
 #import lightgraph::surface::is_lit
 #ifdef PROBE_VISIBILITY
+#import lightgraph::surface::read_record
 #import lightgraph::visible_probes::is_blind
 #else
 #import lightgraph::probes::is_blind
@@ -24,11 +25,10 @@ fn count_blind(@builtin(global_invocation_id) id: vec3u) {
     let seen = seen_at(pixel);
     if is_lit(seen.albedo) {
         let ray = pixel_ray(pixel);
-        let point = ray.origin + seen.normal.w * ray.direction;
 #ifdef PROBE_VISIBILITY
-        let lost = is_blind(point, seen.normal.xyz);
+        let lost = is_blind(read_record(seen.albedo, seen.normal, ray.origin, ray.direction));
 #else
-        let lost = is_blind(sh, point);
+        let lost = is_blind(sh, ray.origin + seen.normal.w * ray.direction);
 #endif
         atomicAdd(&blind[0], u32(lost));
         atomicAdd(&blind[1], 1u);

@@ -27,7 +27,7 @@ fn count_lost_captured(@builtin(global_invocation_id) id: vec3u) {
         let probe = probes::position(probes::coordinates(here.tile / 6u));
         let ray = cube::direction_beside(here.tile % 6u, here.texel, edge);
         let s = read_record(albedo, textureLoad(cube_normal, id.xy, 0), probe, ray);
-        atomicAdd(&lost_counts[2], u32(is_lost(s.position, s.normal)));
+        atomicAdd(&lost_counts[2], u32(is_lost(s)));
         atomicAdd(&lost_counts[3], 1u);
     }
 }

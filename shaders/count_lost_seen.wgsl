@@ -16,7 +16,7 @@ fn count_lost_seen(@builtin(global_invocation_id) id: vec3u) {
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
         let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
-        atomicAdd(&lost_counts[0], u32(is_lost(s.position, s.normal)));
+        atomicAdd(&lost_counts[0], u32(is_lost(s)));
         atomicAdd(&lost_counts[1], 1u);
     }
 }

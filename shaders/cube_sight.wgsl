@@ -4,7 +4,7 @@
 #import lightgraph::cube
 #import lightgraph::packed_surface::surface_at
 #import lightgraph::probes
-#import lightgraph::surface::is_lit
+#import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::visible_probes::sight
 
 struct Params {
@@ -29,8 +29,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local
             let r = surface_at(corner + texel);
             var seen = 0u;
             if is_lit(r.albedo) {
-                let point = eye + r.normal.w * cube::direction_beside(face, texel, edge);
-                seen = sight(probes::cell(point), point, r.normal.xyz);
+                let s = read_record(r.albedo, r.normal, eye, cube::direction_beside(face, texel, edge));
+                seen = sight(probes::cell(s.position), s);
             }
             textureStore(cube_sight, corner + texel, vec4u(seen, 0u, 0u, 0u));
         }

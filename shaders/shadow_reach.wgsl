@@ -49,7 +49,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
                 continue;
             }
             let s = read_record(r.albedo, r.normal, eye, cube::outward(face, cube::within_beside(at, edge)));
-            let there = lights::look(light, s.position, s.normal);
+            let there = lights::look(light, s);
             if there.ahead && any(lights::unshadowed(light, s) > vec3f(0.0)) {
                 last = mark(there, last, words);
             }

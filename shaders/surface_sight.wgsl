@@ -2,7 +2,7 @@
 #import lightgraph::camera::pixel_ray
 #import lightgraph::seen::seen_at
 #import lightgraph::probes
-#import lightgraph::surface::is_lit
+#import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::visible_probes::sight
 
 /// As `lightgraph::visible_probes::sight` has it.
@@ -19,8 +19,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let surface = seen_at(id.xy);
     if is_lit(surface.albedo) {
         let ray = pixel_ray(id.xy);
-        let point = ray.origin + surface.normal.w * ray.direction;
-        seen = sight(probes::cell(point), point, surface.normal.xyz);
+        let s = read_record(surface.albedo, surface.normal, ray.origin, ray.direction);
+        seen = sight(probes::cell(s.position), s);
         atomicAdd(&blind[0], u32(seen == 0u));
         atomicAdd(&blind[1], 1u);
     }

@@ -105,6 +105,9 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
     s.material = t.material;
     s.specular = m.specular;
     s.shininess = m.shininess;
+#ifdef SMOOTH
+    s.deviation = m.normal_deviation;
+#endif
 #ifdef GGX
     let made = finish(m, p, wide);
     s.roughness = made.x;

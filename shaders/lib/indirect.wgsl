@@ -26,7 +26,11 @@ fn reflected_probes(coefficients: texture_3d<f32>, s: Surface, behind: f32) -> v
 #else
     var weights = reflection(s);
 #endif
+#ifdef PROBE_VISIBILITY
+    return gather(coefficients, &weights, s, behind);
+#else
     return gather(coefficients, &weights, s.position, s.normal, behind);
+#endif
 }
 
 #ifndef LOBE_TABLE

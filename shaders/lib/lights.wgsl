@@ -169,12 +169,20 @@ struct Look {
 /// The map holds the depth at its texels' centres. A plane stays clear of its own map when the point looked up is
 /// moved along the normal by the distance to those centres, a texel's diagonal at most, times the sine between the
 /// normal and the view's axis: 1.42 texels at most. A tenth covers the rounding of depths where the sine vanishes.
-fn look(light: Light, point: vec3f, normal: vec3f) -> Look {
+/// Where the normal is not the plane's, the sine is the largest that the plane may have, and the way a longer one; on
+/// average normals lie half as far off as at corners.
+fn look(light: Light, s: Surface) -> Look {
     let edge = f32(shadow.shadow_size);
     let texel = 1.0 / edge;
-    let here = shown(light, point, normal);
+    let here = shown(light, s.position, s.normal);
     let sine = sqrt(max(1.0 - here.cosine * here.cosine, 0.0));
-    let moved = shown(light, point + shadow.bias * here.width * texel * max(sine, 0.1) * normal, normal);
+    var way = max(sine, 0.1);
+#ifdef SMOOTH
+    let tilt = 0.5 * s.deviation;
+    let along = sqrt(1.0 - tilt * tilt);
+    way = clamp(sine * along + abs(here.cosine) * tilt, 0.1, 1.0) / along;
+#endif
+    let moved = shown(light, s.position + shadow.bias * here.width * texel * way * s.normal, s.normal);
     let ndc = moved.clip.xyz * (1.0 / moved.clip.w);
     let at = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * edge - 0.5;
     return Look(moved.view, ndc.z, at, moved.clip.w > 0.0);
@@ -182,8 +190,8 @@ fn look(light: Light, point: vec3f, normal: vec3f) -> Look {
 
 /// Share of a light that reaches a surface, 0 to 1: its shadow map at the four texels round the point, weighed
 /// bilinearly.
-fn visibility(light: Light, point: vec3f, normal: vec3f) -> f32 {
-    let there = look(light, point, normal);
+fn visibility(light: Light, s: Surface) -> f32 {
+    let there = look(light, s);
     if !there.ahead {
         return 1.0;
     }
@@ -210,7 +218,7 @@ fn reflected_from(i: u32, s: Surface) -> vec3f {
     if all(reflected <= vec3f(0.0)) {
         return vec3f(0.0);
     }
-    return visibility(light, s.position, s.normal) * reflected;
+    return visibility(light, s) * reflected;
 }
 
 /// The same from all lights.

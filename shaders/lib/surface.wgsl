@@ -8,7 +8,8 @@
 //!
 //! What a material is at a point is asked here alone: by draws, and by rays. A definition leaves out what no material
 //! of the scene has: TEXTURES any texture, SECOND_UVS a second set of coordinates, VERTEX_COLORS, NORMAL_MAPS,
-//! FINISH_MAPS roughness and metalness by textures, EMISSION_MAPS, MASKS holes, UNLIT; in graphs that trace paths also
+//! FINISH_MAPS roughness and metalness by textures, EMISSION_MAPS, MASKS holes, UNLIT, SMOOTH normals that are not the
+//! triangles'; in graphs that trace paths also
 //! CLEAR, FACES and COATS.
 #define_import_path lightgraph::surface
 #ifdef TEXTURES
@@ -38,6 +39,9 @@ struct Material {
 #ifdef NORMAL_MAPS
     normal_texture: u32,
     normal_scale: f32,
+#endif
+#ifdef SMOOTH
+    normal_deviation: f32,
 #endif
 #ifdef MASKS
     /// Nothing is there where alpha is less.
@@ -310,6 +314,10 @@ struct Surface {
     material: u32,
     specular: f32,
     shininess: f32,
+#ifdef SMOOTH
+    /// Sine of the angle between its normal and that of the triangle, at most.
+    deviation: f32,
+#endif
 #ifdef GGX
     roughness: f32,
     metallic: f32,
@@ -357,6 +365,9 @@ fn read_record(albedo: vec4f, normal: vec4f, origin: vec3f, direction: vec3f) ->
     s.material = row;
     s.specular = m.specular;
     s.shininess = m.shininess;
+#ifdef SMOOTH
+    s.deviation = m.normal_deviation;
+#endif
 #ifdef GGX
     let mean = mean_finish(m);
     s.roughness = mean.x;

@@ -4,6 +4,7 @@
 #import lightgraph::cube
 #import lightgraph::octahedron
 #import lightgraph::probes
+#import lightgraph::surface::Surface
 
 struct Test {
     probe_moments_tile: u32,
@@ -44,15 +45,15 @@ fn moments(probe: u32, d: vec3f) -> vec2f {
 
 /// 0 to 1.2: Chebyshev's bound on the chance that the probe sees the point, cubed against leaks, times the wrapped
 /// cosine between the normal and the direction to the probe, which falls smoothly behind the surface.
-fn visibility(probe: vec3u, point: vec3f, normal: vec3f) -> f32 {
+fn visibility(probe: vec3u, s: Surface) -> f32 {
     let spacing = cell_size();
     let eye = probes::position(probe);
     // A probe in the point itself is neither before nor behind the surface.
-    let offset = eye - point;
-    let facing = 0.5 * dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12)) + 0.5;
-    let moved = point + test.probe_bias * min(spacing.x, min(spacing.y, spacing.z)) * normal - eye;
+    let offset = eye - s.position;
+    let facing = 0.5 * dot(offset, s.normal) * inverseSqrt(max(dot(offset, offset), 1e-12)) + 0.5;
+    let moved = s.position + test.probe_bias * min(spacing.x, min(spacing.y, spacing.z)) * s.normal - eye;
     let far = length(moved);
-    let m = moments(probes::number(probe), select(moved, normal, far == 0.0));
+    let m = moments(probes::number(probe), select(moved, s.normal, far == 0.0));
     let variance = abs(m.y - m.x * m.x);
     let beyond = max(far - m.x, 0.0);
     let chance = variance / max(variance + beyond * beyond, 1e-12);

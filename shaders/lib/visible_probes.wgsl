@@ -4,6 +4,7 @@
 #define_import_path lightgraph::visible_probes
 #import lightgraph::sh::COUNT
 #import lightgraph::probes
+#import lightgraph::surface::Surface
 #if PROBE_VISIBILITY == 1
 #import lightgraph::visibility_cube::{faces, visibility}
 #else
@@ -18,31 +19,31 @@ const CLOSED: f32 = 1e-3;
 
 /// The share of a cell's corner: trilinear, by visibility, and by the cosine between the normal and the direction to
 /// the probe, at least `behind`.
-fn visible_share(c: probes::Cell, corner: u32, point: vec3f, normal: vec3f, behind: f32) -> f32 {
+fn visible_share(c: probes::Cell, corner: u32, s: Surface, behind: f32) -> f32 {
     let probe = probes::probe_at(c, corner);
-    let offset = probes::position(probe) - point;
-    let cosine = dot(offset, normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
+    let offset = probes::position(probe) - s.position;
+    let cosine = dot(offset, s.normal) * inverseSqrt(max(dot(offset, offset), 1e-12));
     let share = probes::share_of(c, corner) * max(cosine, behind);
-    return select(0.0, share * visibility(probe, point, normal), share > 0.0);
+    return select(0.0, share * visibility(probe, s), share > 0.0);
 }
 
 /// Whether none of the eight probes round a point sees it.
-fn is_lost(point: vec3f, normal: vec3f) -> bool {
-    let here = probes::cell(point);
+fn is_lost(s: Surface) -> bool {
+    let here = probes::cell(s.position);
     var shares = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
-        shares += visible_share(here, corner, point, normal, 1.0);
+        shares += visible_share(here, corner, s, 1.0);
     }
     return shares < NONE;
 }
 
 /// Whether none of the 64 probes round a point sees it, so that it gets no light.
-fn is_blind(point: vec3f, normal: vec3f) -> bool {
-    let here = probes::cell(point);
+fn is_blind(s: Surface) -> bool {
+    let here = probes::cell(s.position);
 #if PROBE_VISIBILITY == 1
-    return sight(here, point, normal) == 0u;
+    return sight(here, s) == 0u;
 #else
-    return is_lost(point, normal) && wide_share(here, point, normal) < NONE;
+    return is_lost(s) && wide_share(here, s) < NONE;
 #endif
 }
 
@@ -55,16 +56,15 @@ fn is_blind(point: vec3f, normal: vec3f) -> bool {
 fn gather(
     coefficients: texture_3d<f32>,
     weights: ptr<function, array<vec3f, COUNT>>,
-    point: vec3f,
-    normal: vec3f,
+    s: Surface,
     behind: f32,
 ) -> vec3f {
-    let here = probes::cell(point);
+    let here = probes::cell(s.position);
     var sum = vec3f(0.0);
     var shares = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
         let probe = probes::probe_at(here, corner);
-        var share = visible_share(here, corner, point, normal, behind);
+        var share = visible_share(here, corner, s, behind);
 #if PROBE_VISIBILITY == 2
         share *= max(probes::open(coefficients, probe), CLOSED);
 #endif
@@ -75,7 +75,7 @@ fn gather(
     }
 #if PROBE_VISIBILITY == 1
     if shares < NONE {
-        let found = nearest_visible(here, point, normal);
+        let found = nearest_visible(here, s);
         if found == NOTHING {
             return vec3f(0.0);
         }
@@ -83,7 +83,7 @@ fn gather(
     }
 #else
     if shares < ENOUGH {
-        let wide = gather_wide(coefficients, weights, here, point, normal);
+        let wide = gather_wide(coefficients, weights, here, s);
         sum += (ENOUGH - shares) * wide.rgb;
         shares += (ENOUGH - shares) * wide.a;
     }
@@ -94,11 +94,11 @@ fn gather(
 #if PROBE_VISIBILITY == 1
 /// What sees a surface point. Bit i: corner i of its cell. Where none of the corners counts, bit 8: the others are the
 /// number of the nearest probe that sees it, as `probes::near_probe` counts.
-fn sight(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
+fn sight(here: probes::Cell, s: Surface) -> u32 {
     // Those that the surface faces, first: only they need a look.
     var left = probes::corners_with_share(here);
     for (var corner = 0u; corner < 8u; corner++) {
-        if !faces(probes::probe_at(here, corner), point, normal) {
+        if !faces(probes::probe_at(here, corner), s) {
             left &= ~(1u << corner);
         }
     }
@@ -106,14 +106,14 @@ fn sight(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
     var shares = 0.0;
     while left != 0u {
         let corner = firstTrailingBit(left);
-        if visibility(probes::probe_at(here, corner), point, normal) > 0.0 {
+        if visibility(probes::probe_at(here, corner), s) > 0.0 {
             seen |= 1u << corner;
             shares += probes::share_of(here, corner);
         }
         left &= left - 1u;
     }
     if shares < NONE {
-        let found = nearest_visible(here, point, normal);
+        let found = nearest_visible(here, s);
         return select(256u | found, 0u, found == NOTHING);
     }
     return seen;
@@ -123,7 +123,7 @@ const NOTHING: u32 = 64u;
 
 /// The nearest probe that sees the point among the 4x4x4 round its cell, as `probes::near_probe` counts; `NOTHING` when
 /// there is none.
-fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
+fn nearest_visible(here: probes::Cell, s: Surface) -> u32 {
     var best = NOTHING;
     var least = 3.4e38;
     var next = 0u;
@@ -138,9 +138,9 @@ fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
             let place = select(inner + 1u, 3u * inner, outer == vec3u(1u));
             let number = place.x + 4u * place.y + 16u * place.z;
             let probe = probes::near_probe(here, number);
-            let offset = probes::position(probe) - point;
+            let offset = probes::position(probe) - s.position;
             far = dot(offset, offset);
-            if (far < least || (far == least && number < best)) && faces(probe, point, normal) {
+            if (far < least || (far == least && number < best)) && faces(probe, s) {
                 i = number;
             }
             next++;
@@ -148,7 +148,7 @@ fn nearest_visible(here: probes::Cell, point: vec3f, normal: vec3f) -> u32 {
         if i == NOTHING {
             break;
         }
-        if visibility(probes::near_probe(here, i), point, normal) > 0.0 {
+        if visibility(probes::near_probe(here, i), s) > 0.0 {
             least = far;
             best = i;
         }
@@ -168,7 +168,7 @@ fn spline(step: i32, fraction: f32) -> f32 {
 }
 
 /// The share of the probe number `i` of the 4x4x4 round a cell.
-fn share_in_wide(here: probes::Cell, i: u32, point: vec3f, normal: vec3f) -> f32 {
+fn share_in_wide(here: probes::Cell, i: u32, s: Surface) -> f32 {
     let step = vec3i(vec3u(i, i >> 2u, i >> 4u) & vec3u(3u)) - 1;
     let probe = vec3i(here.base) + step;
     if any(probe < vec3i(0)) || any(probe >= vec3i(probes::probe_grid.grid)) {
@@ -179,14 +179,14 @@ fn share_in_wide(here: probes::Cell, i: u32, point: vec3f, normal: vec3f) -> f32
     if near <= 0.0 {
         return 0.0;
     }
-    return near * visibility(vec3u(probe), point, normal);
+    return near * visibility(vec3u(probe), s);
 }
 
 /// The sum of their shares.
-fn wide_share(here: probes::Cell, point: vec3f, normal: vec3f) -> f32 {
+fn wide_share(here: probes::Cell, s: Surface) -> f32 {
     var sum = 0.0;
     for (var i = 0u; i < 64u; i++) {
-        sum += share_in_wide(here, i, point, normal);
+        sum += share_in_wide(here, i, s);
     }
     return sum;
 }
@@ -196,13 +196,12 @@ fn gather_wide(
     coefficients: texture_3d<f32>,
     weights: ptr<function, array<vec3f, COUNT>>,
     here: probes::Cell,
-    point: vec3f,
-    normal: vec3f,
+    s: Surface,
 ) -> vec4f {
     var sum = vec4f(0.0);
     for (var i = 0u; i < 64u; i++) {
         let probe = probes::near_probe(here, i);
-        let share = share_in_wide(here, i, point, normal) * max(probes::open(coefficients, probe), CLOSED);
+        let share = share_in_wide(here, i, s) * max(probes::open(coefficients, probe), CLOSED);
         if share > 0.0 {
             sum += share * vec4f(probes::weigh(coefficients, weights, probe), 1.0);
         }

@@ -186,7 +186,7 @@ pub(super) fn animate(document: &Document<'_>, placed: &mut [Placed], faults: &m
                         period = period.max(end.copied().unwrap_or(0.0));
                         morphed.push((node, tracks));
                     }
-                    Err(why) => faults.push(document.error(at, why)),
+                    Err(why) => faults.push(document.warning(at, format!("{why}; it is left out"))),
                 }
                 continue;
             }
@@ -201,7 +201,7 @@ pub(super) fn animate(document: &Document<'_>, placed: &mut [Placed], faults: &m
                 period = period.max(track.times.last().copied().unwrap_or(0.0));
                 moved.push((node, property, track));
             }
-            Err(why) => faults.push(document.error(at, why)),
+            Err(why) => faults.push(document.warning(at, format!("{why}; it is left out"))),
         }
     }
     for (row, tracks) in morphed {

@@ -5,15 +5,19 @@ use super::{
     added::{AddedCamera, AddedEnvironment, AddedLight, Additions, DEFAULT_LUX, DEFAULT_SKY, DEFAULT_SUN},
     description::{Description, Located},
     model::{Bounds, Material, Scene},
-    room::{Stand, other_side, stand},
+    room::{Stand, is_inside_out, other_side, stand},
 };
 use crate::diag::Diagnostic;
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 /// Vertical angle of the camera made up inside of a room, in degrees: rooms want a wide one.
 const ROOM_FOV: f32 = 60.0;
 /// That of one outside.
 const OUTSIDE_FOV: f32 = 50.0;
+
+/// Mean radiance of all surfaces below which what they give is no light to see others by: a white one in the sun that
+/// is made up has 1.
+const FAINT: f32 = 0.04;
 
 /// Adds the lights and cameras of a scene RON, at nodes of their names.
 pub(super) fn add_described(scene: &mut Scene, description: &Description, shown: &str, faults: &mut Vec<Diagnostic>) {
@@ -91,9 +95,13 @@ pub(super) fn add_environment(
 
 /// Makes up light for a scene without, unless `dark`, and a camera for a room without, if `sought`; says so.
 pub(super) fn make_up(scene: &mut Scene, shown: &str, dark: bool, sought: bool, faults: &mut Vec<Diagnostic>) {
-    let light = scene.lights.is_empty() && scene.environment.is_none() && !scene.materials.iter().any(Material::emits);
+    let unlit = scene.lights.is_empty() && scene.environment.is_none();
+    let glow = if unlit && scene.materials.iter().any(Material::emits) { scene.mean_emission() } else { 0.0 };
+    let unlit = unlit && glow < FAINT;
     let camera = sought && scene.cameras.is_empty();
-    let room = (light && !dark || camera).then(|| stand(scene)).flatten();
+    let room = (unlit && !dark || camera).then(|| stand(scene)).flatten();
+    // In a room a small lamp is enough; elsewhere what glows a little shows nothing but itself.
+    let light = unlit && (glow == 0.0 || room.is_none() && !dark);
     if let Some(Stand { eye, forward, .. }) = room
         && camera
     {
@@ -104,6 +112,13 @@ pub(super) fn make_up(scene: &mut Scene, shown: &str, dark: bool, sought: bool, 
         let d =
             Diagnostic::note(format!("{shown}: the scene has no camera; it is a room, and one stands inside of it"));
         faults.push(d.help("add a camera to the glTF or the scene RON, or use --camera-at and --look-at"));
+    }
+    if camera && room.is_none() && is_inside_out(scene) {
+        Arc::make_mut(&mut scene.geometry).turn_round();
+        let d = Diagnostic::warning(format!(
+            "{shown}: the scene shows backs from all around; its triangles are turned round, for it was inside out"
+        ));
+        faults.push(d.help("turn its normals outwards where it was made (in Blender: Mesh > Normals > Recalculate)"));
     }
     if camera
         && room.is_none()
@@ -147,7 +162,8 @@ pub(super) fn make_up(scene: &mut Scene, shown: &str, dark: bool, sought: bool, 
             format!("a sun of {lux} lx (azimuth {azimuth}°, {elevation}° high) and a clear sky are put over it")
         }
     };
-    let d = Diagnostic::note(format!("{shown}: the scene has no light; {what}"));
+    let but = if glow > 0.0 { " but the faint glow of some materials" } else { "" };
+    let d = Diagnostic::note(format!("{shown}: the scene has no light{but}; {what}"));
     faults.push(
         d.help("choose it with --sun, --light or --environment, in a scene RON or in the glTF (KHR_lights_punctual); --no-default-light leaves it black"),
     );

@@ -2,6 +2,7 @@
 
 use super::{
     document::Document,
+    glossiness::{Glossy, HEAD_ON, Made, metal_of},
     import::usable,
     materials::{TextureSlot, Use},
     model::Material,
@@ -34,14 +35,6 @@ pub(super) fn extend(
         // It takes the place of metalness and roughness.
         uses.retain(|u| !matches!(u.slot, TextureSlot::BaseColor | TextureSlot::Finish));
     }
-    let mut add = |slot, info: Option<RawInfo>| {
-        uses.extend(info.map(|info| Use {
-            slot,
-            texture: info.index,
-            set: info.tex_coord,
-            transform: transform(Some(&info.extensions)),
-        }));
-    };
     if let Some(s) = stated.specular_glossiness {
         let numbers = [s.diffuse_factor.as_slice(), &s.specular_factor, &[s.glossiness_factor]].concat();
         if !numbers.iter().all(|x| (0.0..=1.0).contains(x)) {
@@ -49,16 +42,27 @@ pub(super) fn extend(
         }
         m.roughness = 1.0 - s.glossiness_factor;
         let (diffuse, specular) = (Vec4::from(s.diffuse_factor), Vec3::from(s.specular_factor));
-        if s.specular_glossiness_texture.is_some() {
-            faults.push(document.warning(at, "the glossiness in the alpha of its specular texture is ignored"));
-            (m.base_color, m.metallic) = (diffuse, 0.0);
-            m.face.tint = specular / HEAD_ON;
-        } else {
-            let (base, metallic) = metal_of(diffuse.truncate(), specular);
-            (m.base_color, m.metallic) = (base.extend(diffuse.w), metallic);
+        let (base, metallic) = metal_of(diffuse.truncate(), specular);
+        (m.base_color, m.metallic) = (base.extend(diffuse.w), metallic);
+        let shiny = s.specular_glossiness_texture.is_some();
+        let glossy = Glossy { shiny, diffuse_texture: None, diffuse, specular, glossiness: s.glossiness_factor };
+        match (s.specular_glossiness_texture, s.diffuse_texture) {
+            // Where nothing is a metal, each texel is its factor's share.
+            (None, Some(matte)) if specular.max_element() > HEAD_ON => glossy.metals(&matte, m, uses),
+            (None, matte) => add(uses, TextureSlot::BaseColor, matte),
+            (Some(shine), matte) => match glossy.beside(document, &shine, matte.as_ref()) {
+                Some(glossy) => glossy.metals(&shine, m, uses),
+                None => {
+                    let why = "its diffuse and its specular texture are laid out in different ways; \
+                               the glossiness in the alpha of the latter is ignored";
+                    faults.push(document.warning(at, why));
+                    (m.base_color, m.metallic) = (diffuse, 0.0);
+                    m.face.tint = specular / HEAD_ON;
+                    add(uses, TextureSlot::BaseColor, matte);
+                    add(uses, TextureSlot::FaceTint, Some(shine));
+                }
+            },
         }
-        add(TextureSlot::BaseColor, s.diffuse_texture);
-        add(TextureSlot::FaceTint, s.specular_glossiness_texture);
     }
     m.unlit = stated.unlit.is_some();
     if let Some(Ior { ior }) = stated.ior {
@@ -75,8 +79,8 @@ pub(super) fn extend(
                 format!("specularFactor {} must lie within 0 to 1, specularColorFactor not below 0", m.face.strength);
             faults.push(document.error(at, why));
         }
-        add(TextureSlot::FaceStrength, s.specular_texture);
-        add(TextureSlot::FaceTint, s.specular_color_texture);
+        add(uses, TextureSlot::FaceStrength, s.specular_texture);
+        add(uses, TextureSlot::FaceTint, s.specular_color_texture);
     }
     if let Some(t) = stated.transmission {
         m.transmission = t.transmission_factor;
@@ -84,7 +88,7 @@ pub(super) fn extend(
             faults.push(document.error(at, format!("transmissionFactor {} must lie within 0 to 1", m.transmission)));
         }
         if m.transmission > 0.0 {
-            add(TextureSlot::Transmission, t.transmission_texture);
+            add(uses, TextureSlot::Transmission, t.transmission_texture);
         }
     }
     if let Some(c) = stated.clearcoat {
@@ -95,8 +99,8 @@ pub(super) fn extend(
             faults.push(document.error(at, format!("{why} must lie within 0 to 1")));
         }
         if m.coat.strength > 0.0 {
-            add(TextureSlot::CoatStrength, c.clearcoat_texture);
-            add(TextureSlot::CoatRoughness, c.clearcoat_roughness_texture);
+            add(uses, TextureSlot::CoatStrength, c.clearcoat_texture);
+            add(uses, TextureSlot::CoatRoughness, c.clearcoat_roughness_texture);
             if c.clearcoat_normal_texture.is_some() {
                 faults.push(document.warning(at, "the normal map of its clearcoat is ignored; the coat is smooth"));
             }
@@ -107,22 +111,24 @@ pub(super) fn extend(
     }
 }
 
-/// What a face of the ior of 1.5 reflects head on.
-const HEAD_ON: f32 = 0.04;
+impl Glossy {
+    /// With the texture of its diffuse colour; `None` where that is not read as the specular one is, texel by texel.
+    fn beside(self, document: &Document<'_>, specular: &RawInfo, diffuse: Option<&RawInfo>) -> Option<Glossy> {
+        let read = |info: &RawInfo| {
+            let sampler = document.root.textures.get(info.index).map(|t| t.sampler.map(|s| s.value()));
+            (sampler, info.tex_coord, transform(Some(&info.extensions)))
+        };
+        let alike = diffuse.is_none_or(|diffuse| read(diffuse) == read(specular));
+        alike.then_some(Glossy { diffuse_texture: diffuse.map(|info| info.index), ..self })
+    }
 
-/// The base colour and metalness that look most like a diffuse and a specular colour (after the conversion that the
-/// Khronos Group gives beside the text of KHR_materials_pbrSpecularGlossiness).
-fn metal_of(diffuse: Vec3, specular: Vec3) -> (Vec3, f32) {
-    let brightness = |c: Vec3| (c * c).dot(Vec3::new(0.299, 0.587, 0.114)).sqrt();
-    let kept = 1.0 - specular.max_element();
-    let (bright, shiny) = (brightness(diffuse), brightness(specular));
-    // The metalness at which a base colour gives both.
-    let b = bright * kept / (1.0 - HEAD_ON) + shiny - 2.0 * HEAD_ON;
-    let root = (b * b + 4.0 * HEAD_ON * (shiny - HEAD_ON)).max(0.0).sqrt();
-    let metallic = if shiny < HEAD_ON { 0.0 } else { ((root - b) / (2.0 * HEAD_ON)).clamp(0.0, 1.0) };
-    let matte = diffuse * (kept / (1.0 - HEAD_ON) / (1.0 - metallic).max(1e-6));
-    let metal = (specular - HEAD_ON * (1.0 - metallic)) / metallic.max(1e-6);
-    (matte.lerp(metal, metallic * metallic).clamp(Vec3::ZERO, Vec3::ONE), metallic)
+    /// Makes a material's textures of its image.
+    fn metals(self, own: &RawInfo, m: &mut Material, uses: &mut Vec<Use>) {
+        (m.base_color, m.metallic, m.roughness) = (Vec4::ONE, 1.0, 1.0);
+        for (slot, made) in [(TextureSlot::BaseColor, Made::BaseColor), (TextureSlot::Finish, Made::Finish)] {
+            uses.push(Use { made: Some((self, made)), ..own.used(slot) });
+        }
+    }
 }
 
 /// The extensions of materials that are read.
@@ -142,7 +148,7 @@ pub(super) fn transform(extensions: Option<&Map<String, Value>>) -> Transform {
 }
 
 /// `KHR_texture_transform`.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Transform {
     pub offset: [f32; 2],
@@ -175,6 +181,17 @@ struct RawInfo {
     tex_coord: u32,
     #[serde(default)]
     extensions: Map<String, Value>,
+}
+
+impl RawInfo {
+    fn used(&self, slot: TextureSlot) -> Use {
+        let transform = transform(Some(&self.extensions));
+        Use { slot, texture: self.index, set: self.tex_coord, transform, made: None }
+    }
+}
+
+fn add(uses: &mut Vec<Use>, slot: TextureSlot, info: Option<RawInfo>) {
+    uses.extend(info.map(|info| info.used(slot)));
 }
 
 /// What a material's extensions say.

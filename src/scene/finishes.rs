@@ -35,6 +35,7 @@ impl Scene {
                 ("finish_texture", map(|m| m.finish_texture)),
                 ("normal_texture", map(|m| m.normal_texture)),
                 ("normal_scale", float(|m| m.normal_scale)),
+                ("normal_deviation", float(|m| m.normal_deviation)),
                 ("alpha_cutoff", float(cutoff)),
                 ("alpha_blend", flag(|m| m.alpha == Alpha::Blend)),
                 ("unlit", flag(|m| m.unlit)),

@@ -1,8 +1,10 @@
 //! Meshes to one vertex and one index array.
 
 mod placing;
+mod turned;
 
 pub(super) use placing::assemble;
+use turned::Turned;
 
 use super::{
     clusters::Cluster,
@@ -111,6 +113,7 @@ pub(super) struct Primitive<'d> {
     drawn: usize,
     /// Row of the `materials` table.
     material: u32,
+    turned: Turned,
 }
 
 /// Vertex colours, without alpha or with it.
@@ -202,7 +205,8 @@ impl Primitive<'_> {
     /// A triangle's normal, or those of its vertices.
     fn normal(&self, vertex: u32, flat: Vec3) -> Vec3 {
         let given = self.normals.map(|normals| Vec3::from(normals.get(vertex as usize)));
-        given.and_then(Vec3::try_normalize).unwrap_or(flat)
+        let given = given.and_then(Vec3::try_normalize);
+        given.map_or(flat, |n| if self.turned == Turned::Normals { -n } else { n })
     }
 }
 
@@ -223,6 +227,8 @@ pub(super) struct Instance<'a> {
 pub(super) struct Surface {
     /// Row of the `materials` table.
     pub material: u32,
+    /// Whether it is anything but unlit.
+    pub lit: bool,
     /// The texture coordinates that its textures take.
     pub uv_sets: [Option<u32>; 2],
     /// Which of them its normal map takes, where it has one.
@@ -295,8 +301,12 @@ pub(super) fn primitive<'d>(
     }
     let tangents = tangents.map_or(Tangents::None, Tangents::Given);
     let material = surface.material;
+    let turned = Turned::Nothing;
     let mut primitive =
-        Primitive { positions, normals, uvs, colors, tangents, triangles, deformable, drawn: 0, material };
+        Primitive { positions, normals, uvs, colors, tangents, triangles, deformable, drawn: 0, material, turned };
+    // What no light shows is often the far side of a model, made larger and turned inside out, as its outline.
+    primitive.turned = if surface.lit { primitive.contradiction() } else { Turned::Nothing };
+    faults.extend(primitive.turned.told().map(|what| document.warning(at, what)));
     primitive.drawn = triangles.iter().filter(|t| has_area(primitive.corners(*t))).count();
     if let (Some(set), Tangents::None) = (surface.normal_map, &primitive.tangents) {
         primitive.tangents = Tangents::Made(made_tangents(&primitive, set as usize));

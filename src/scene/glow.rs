@@ -32,6 +32,23 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// The radiance that its surfaces give by themselves, as a mean over all of them and the channels.
+    pub(super) fn mean_emission(&self) -> f32 {
+        let nodes = self.pose(0.0).nodes;
+        let area = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|i| {
+                let v = &self.geometry.vertices[i as usize];
+                nodes[v.node as usize].transform_point3(v.position.into()).as_dvec3()
+            });
+            (b - a).cross(c - a).length()
+        };
+        let all: Vec<f64> = self.corners().map(|corners| area(&corners)).collect();
+        let given = self.emitting().map(|(i, radiance)| all[i] * f64::from(radiance.element_sum()) / 3.0);
+        (given.sum::<f64>() / all.iter().sum::<f64>().max(f64::MIN_POSITIVE)) as f32
+    }
+}
+
 /// The mean over a triangle: of texels of the mip of which few cover it, so that none that shines is missed.
 fn mean(pages: &TextureArray, t: &MaterialTexture, corners: [Vec2; 3]) -> Vec3 {
     let turn = Mat2::from_cols_array(&t.turn.to_array());

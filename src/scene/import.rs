@@ -195,7 +195,8 @@ fn geometry_of(
                 }),
             };
             let normal_map = materials.all[row].normal_texture.map(|map| materials.maps[map as usize].set);
-            let surface = Surface { material: row as u32, uv_sets: materials.sets[row], normal_map };
+            let (uv_sets, lit) = (materials.sets[row], !materials.all[row].unlit);
+            let surface = Surface { material: row as u32, lit, uv_sets, normal_map };
             primitives.extend(geometry::primitive(document, raw, &at, &surface, faults));
         }
         meshes[index] = Some(primitives);

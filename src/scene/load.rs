@@ -152,6 +152,7 @@ pub(super) fn read(
     let nodes = scene.pose(0.0).nodes;
     cluster(Arc::make_mut(&mut scene.geometry), &nodes);
     scene.glow = scene.mean_glow();
+    scene.measure_normals();
     let dark = additions.is_none_or(|a| a.no_default_light) || description.is_some_and(|d| !d.default_light);
     complete::make_up(&mut scene, shown, dark, additions.is_some(), faults);
     faults.extend(scene.materials.iter().filter_map(|m| without_loss(m, shown)));

@@ -3,10 +3,11 @@
 use super::{
     document::{Document, place},
     extensions::{Transform, extend, transform},
+    glossiness::{Glossy, Made},
     import::usable,
     mips::TexelCoding,
     model::{Alpha, Face, Material},
-    textures::{self, Between, MaterialTexture, TextureArray, TextureImage, WantedImage, Wrap},
+    textures::{self, Between, MaterialTexture, TextureArray, WantedImage, Wrap},
 };
 use crate::diag::Diagnostic;
 use glam::{Vec2, Vec3, Vec4};
@@ -80,11 +81,14 @@ impl TextureSlot {
 }
 
 /// A material's use of a texture, as the file states it.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Use {
     pub slot: TextureSlot,
     pub texture: usize,
     pub set: u32,
     pub transform: Transform,
+    /// What is made of it instead.
+    pub made: Option<(Glossy, Made)>,
 }
 
 /// The materials, with the images that they use.
@@ -145,6 +149,7 @@ fn material(
             texture: info.index.value(),
             set: info.tex_coord,
             transform: transform(info.extensions.as_ref().map(|e| &e.others)),
+            made: None,
         }));
     };
     add(TextureSlot::BaseColor, &pbr.base_color_texture);
@@ -155,6 +160,7 @@ fn material(
         texture: info.index.value(),
         set: info.tex_coord,
         transform: transform(info.extensions.as_ref().map(|e| &e.others)),
+        made: None,
     }));
     let mut material = Material {
         base_color,
@@ -232,8 +238,13 @@ fn textured(
             }
             map.set = if place == 1 { 1 } else { 0 };
             let coding = u.slot.coding();
-            let want = wanted.iter().position(|w| (w.image, w.coding) == (image, coding)).unwrap_or_else(|| {
-                wanted.push(WantedImage { image, coding });
+            let made = u.made.map(|(glossy, made)| {
+                let beside = glossy.diffuse_texture.map(|texture| self::map(document, &Use { texture, ..*u }));
+                (glossy, made, beside.and_then(Result::ok).map(|(_, image)| image))
+            });
+            let want = WantedImage { image, coding, made };
+            let want = wanted.iter().position(|w| *w == want).unwrap_or_else(|| {
+                wanted.push(want);
                 wanted.len() - 1
             });
             let known = found.maps.iter().zip(&of).position(|(m, w)| (m, *w) == (&map, want));
@@ -246,34 +257,27 @@ fn textured(
         }
         found.sets.push([sets.first().copied(), sets.get(1).copied()]);
     }
-    let (read, note) = textures::read(document, &wanted, files);
-    faults.extend(note.map(|note| Diagnostic::note(format!("{}: images: {note}", document.shown))));
-    let mut missing = vec![false; wanted.len()];
-    let mut images = vec![];
-    for ((result, w), missing) in read.into_iter().zip(&wanted).zip(&mut missing) {
-        let levels = result.unwrap_or_else(|why| {
-            *missing = true;
-            let at = place("images", w.image, document.root.images[w.image].name.as_deref());
-            let instead = match w.coding {
-                TexelCoding::Color => "where it is a base colour, a magenta checker stands for it; else it is left out",
-                TexelCoding::Data => "it is left out",
-            };
-            faults.push(document.warning(at, format!("{why}; {instead}")));
-            super::mips::levels(TextureImage::checker(), TexelCoding::Color, u32::MAX)
-        });
-        images.push(levels);
+    let read = textures::read(document, &wanted, files);
+    faults.extend(read.note.map(|note| Diagnostic::note(format!("{}: images: {note}", document.shown))));
+    for (image, w) in read.all.iter().zip(&wanted) {
+        let Some(why) = &image.missing else { continue };
+        let at = place("images", w.image, document.root.images[w.image].name.as_deref());
+        let instead = match w.coding {
+            TexelCoding::Color => "where it is a base colour, a magenta checker stands for it; else it is left out",
+            TexelCoding::Data => "it is left out",
+        };
+        faults.push(document.warning(at, format!("{why}; {instead}")));
     }
-    let clear: Vec<bool> = images.iter().map(super::mips::MipChain::has_alpha).collect();
-    if let Some((pages, places)) = textures::pages(&images) {
-        for (map, want) in found.maps.iter_mut().zip(&of) {
-            (map.corner, map.layer) = (places[*want].corner, places[*want].layer);
-            (map.size, map.levels) = (images[*want].size(), images[*want].count());
-        }
-        found.pages = Some(pages);
+    let images = read.all;
+    for (map, want) in found.maps.iter_mut().zip(&of) {
+        let image = &images[*want];
+        (map.corner, map.layer) = (image.place.corner, image.place.layer);
+        (map.size, map.levels) = (image.size, image.levels);
     }
+    found.pages = read.pages;
     for (material, slot, row) in slots {
         let m = &mut found.all[material];
-        if missing[of[row as usize]] && slot != TextureSlot::BaseColor {
+        if images[of[row as usize]].missing.is_some() && slot != TextureSlot::BaseColor {
             if slot == TextureSlot::Emission {
                 m.emission = Vec3::ZERO;
             }
@@ -281,7 +285,7 @@ fn textured(
         }
         *slot.of(m) = Some(row);
     }
-    let holed = |m: &Material| m.base_color_texture.is_some_and(|row| clear[of[row as usize]]);
+    let holed = |m: &Material| m.base_color_texture.is_some_and(|row| images[of[row as usize]].clear);
     found.holed = found.all.iter().map(holed).collect();
 }
 

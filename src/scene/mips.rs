@@ -19,37 +19,44 @@ pub enum TexelCoding {
 pub(super) struct MipChain(Vec<TextureImage>);
 
 impl MipChain {
-    pub fn size(&self) -> [u32; 2] {
-        [self.0[0].width, self.0[0].height]
-    }
-
-    pub fn count(&self) -> u32 {
-        self.0.len() as u32
-    }
-
-    /// Whether any texel of the image itself is less than opaque.
-    pub fn has_alpha(&self) -> bool {
-        self.0[0].texels.iter().any(|t| t[3] < 255)
-    }
-
-    /// The size of what holds the image and, right of it, one below the other, its mips.
-    pub fn block(&self) -> [u32; 2] {
-        let [width, height] = self.size();
-        let beside: u32 = self.0.iter().skip(1).map(|p| p.height).sum();
-        [width + self.0.get(1).map_or(0, |p| p.width), height.max(beside)]
-    }
-
     /// Each row of each mip, with its place in the block.
     pub fn each_row(&self, mut row: impl FnMut([u32; 2], &[u8])) {
         let mut below = 0;
         for (i, level) in self.0.iter().enumerate() {
-            let [x, y] = if i == 0 { [0, 0] } else { [self.size()[0], below] };
+            let [x, y] = if i == 0 { [0, 0] } else { [self.0[0].width, below] };
             for (line, texels) in (y..).zip(level.texels.chunks_exact(level.width as usize)) {
                 row([x, line], texels.as_flattened());
             }
             below += if i == 0 { 0 } else { level.height };
         }
     }
+}
+
+fn half(size: [u32; 2]) -> [u32; 2] {
+    size.map(|edge| (edge / 2).max(1))
+}
+
+/// A size, halved until it is no more than `most` texels along an edge.
+pub(super) fn shrunk(size: [u32; 2], most: u32) -> [u32; 2] {
+    let mut size = size;
+    while size[0].max(size[1]) > most.max(1) {
+        size = half(size);
+    }
+    size
+}
+
+/// Mips of an image, the largest among them.
+pub(super) fn count([width, height]: [u32; 2]) -> u32 {
+    width.max(height).max(1).ilog2() + 1
+}
+
+/// The size of what holds an image and, right of it, one below the other, its mips.
+pub(super) fn block(size: [u32; 2]) -> [u32; 2] {
+    let [width, height] = size;
+    let beside: Vec<[u32; 2]> =
+        std::iter::successors(Some(size), |s| Some(half(*s))).take(count(size) as usize).skip(1).collect();
+    let below: u32 = beside.iter().map(|[_, height]| height).sum();
+    [width + beside.first().map_or(0, |[width, _]| *width), height.max(below)]
 }
 
 /// A picture with its mips; one wider than `most` texels is halved until it is not.
@@ -73,6 +80,20 @@ fn halved(picture: &TextureImage, coding: TexelCoding) -> TextureImage {
     let stride = picture.width as usize;
     let mut texels = Vec::with_capacity(width as usize * height as usize);
     let code = Codes::of(coding);
+    if picture.width.is_multiple_of(2) && picture.height.is_multiple_of(2) {
+        for rows in picture.texels.chunks_exact(2 * stride) {
+            let (above, below) = rows.split_at(stride);
+            texels.extend(
+                above
+                    .as_chunks::<2>()
+                    .0
+                    .iter()
+                    .zip(below.as_chunks::<2>().0)
+                    .map(|(a, b)| code.mean([a[0], a[1], b[0], b[1]])),
+            );
+        }
+        return TextureImage { width, height, texels };
+    }
     for (top, rows) in &down {
         for (left, columns) in &across {
             let mut sum = [0.0f32; 4];
@@ -117,6 +138,13 @@ impl Codes {
         if coding == TexelCoding::Color { color } else { data }
     }
 
+    /// The mean of four texels.
+    fn mean(&self, four: [[u8; 4]; 4]) -> [u8; 4] {
+        let light = |i: usize| four.iter().fold(0.0, |sum, t| sum + 0.25 * self.light[t[i] as usize]);
+        let alpha = four.iter().fold(0.0, |sum, t| sum + 0.25 * f32::from(t[3]));
+        [self.of_light(light(0)), self.of_light(light(1)), self.of_light(light(2)), (alpha + 0.5) as u8]
+    }
+
     fn of_light(&self, light: f32) -> u8 {
         match &self.code {
             Some(code) => code[(light.clamp(0.0, 1.0) * STEPS + 0.5) as usize],
@@ -147,7 +175,7 @@ mod tests {
         for code in 0..=255 {
             for coding in [TexelCoding::Color, TexelCoding::Data] {
                 let all = levels(picture(5, 3, &[[code, 255 - code, 7, code]; 15]), coding, 4096);
-                assert_eq!(all.count(), 3);
+                assert_eq!((all.0.len(), count([5, 3])), (3, 3));
                 assert!(
                     all.0.iter().all(|p| p.texels.iter().all(|t| *t == [code, 255 - code, 7, code])),
                     "{code} {coding:?}"
@@ -159,6 +187,31 @@ mod tests {
     #[test]
     fn images_past_the_limit_shrink() {
         let all = levels(picture(300, 1, &[[9, 9, 9, 255]; 300]), TexelCoding::Color, 100);
-        assert_eq!((all.size(), all.block()), ([75, 1], [112, 6]));
+        let size = [all.0[0].width, all.0[0].height];
+        assert_eq!((size, shrunk([300, 1], 100), block(size)), ([75, 1], [75, 1], [112, 6]));
+        assert_eq!((all.0.len() as u32, count(size)), (7, 7));
+    }
+
+    #[test]
+    fn each_mip_stands_where_its_texels_are_looked_for() {
+        let green = levels(picture(3, 5, &[[0, 100, 0, 255]; 15]), TexelCoding::Color, 4096);
+        let mut found = vec![];
+        // The image, and right of it its mips: 1 × 2, then 1 × 1.
+        green.each_row(|[x, y], row| found.push((x, y, row.len() / 4)));
+        assert_eq!(found, [(0, 0, 3), (0, 1, 3), (0, 2, 3), (0, 3, 3), (0, 4, 3), (3, 0, 1), (3, 1, 1), (3, 2, 1)]);
+        assert_eq!(block([3, 5]), [4, 5]);
+    }
+
+    #[test]
+    fn even_sizes_are_halved_as_any_are() {
+        let texels: Vec<[u8; 4]> = (0..64u32).map(|i| [i * 37, i * 91 + 5, i * i, 255 - i].map(|n| n as u8)).collect();
+        for coding in [TexelCoding::Color, TexelCoding::Data] {
+            let even = halved(&picture(8, 8, &texels), coding);
+            let odd: Vec<[u8; 4]> = texels.chunks(8).flat_map(|row| row.iter().chain([&[9; 4]])).copied().collect();
+            // The ninth column is what it is halved with, and counts for nothing before the last texel.
+            let code = Codes::of(coding);
+            assert_eq!(even.texels[0], code.mean([texels[0], texels[1], texels[8], texels[9]]));
+            assert_eq!(halved(&picture(9, 8, &odd), coding).width, 4);
+        }
     }
 }

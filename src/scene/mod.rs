@@ -6,11 +6,12 @@
 //!
 //! - `load` finds the files; `document` reads bytes, buffers and accessors, `decoded` and `draco` those that are
 //!   compressed or sparse; `import` makes nodes of them, `instancing` copies of some, `materials` and `extensions`
-//!   materials, `textures`, `basis` and `mips` the pages of images, `attached` lights and cameras, `animation` moves
-//!   nodes, `deformer` skins and morph targets (`deform` poses them), `complete` adds those of the scene RON and the
+//!   materials (`glossiness` older ones), `textures`, `basis`, `mips` and `pages` the images, `attached` lights and
+//!   cameras, `animation` moves nodes, `deformer` skins and morph targets (`deform` poses them), `complete` adds those of the scene RON and the
 //!   command (`added`) and what is made up (`room` finds whether to stand inside), `environment` light from all around
 //!   (`sky`, `panorama`), `geometry` the vertices, `tangents` what normal maps need, `clusters` their compact groups,
-//!   `levels` fewer triangles; `glow` says how much light textured triangles give; `description` reads the scene RON
+//!   `levels` fewer triangles; `glow` says how much light textured triangles give, `smooth` how far normals lie from
+//!   the triangles'; `description` reads the scene RON
 //! - `model` holds the scene and its facts; `motion` poses it; `tables`, `finishes`, `corners`, `light_views` and `bvh`
 //!   fill the shaders' tables, whose columns are `pieces`; `camera` makes the view matrices, [`navigate`] moves views,
 //!   `placed` is what programs say that show a scene of their own
@@ -65,6 +66,7 @@ mod environment;
 mod extensions;
 mod finishes;
 mod geometry;
+mod glossiness;
 mod glow;
 mod import;
 mod instancing;
@@ -78,11 +80,13 @@ mod mips;
 mod model;
 mod motion;
 pub mod navigate;
+mod pages;
 mod panorama;
 mod pieces;
 mod placed;
 mod room;
 mod sky;
+mod smooth;
 mod tables;
 mod tangents;
 #[cfg(test)]
@@ -121,9 +125,10 @@ use crate::value::Type;
 /// - `materials`: `base_color` (rgb + alpha), `base_color_texture` (row of `textures`, `0xffffffff` for none, as of all
 ///   that follow), `emission` (radiance), `emission_texture`, `double_sided` (0 or 1), `specular` (Phong strength, 0 to
 ///   1), `shininess` (Phong exponent), `roughness`, `metallic` (glTF's, 0 to 1), `finish_texture` (roughness in green,
-///   metalness in blue), `normal_texture`, `normal_scale`, `alpha_cutoff` (nothing is there where alpha is less; 0 for
-///   opaque ones, one half for those that blend), `alpha_blend` (0 or 1), `unlit` (0 or 1), `face` (of what is no
-///   metal: reflectance head on in rgb, at grazing angles in a), `face_texture` (times its alpha), `face_tint_texture`
+///   metalness in blue), `normal_texture`, `normal_scale`, `normal_deviation` (sine of the angle between normals
+///   and the triangles' planes, at most on nearly all of its area; 0 for flat ones), `alpha_cutoff` (nothing is there
+///   where alpha is less; 0 for opaque ones, one half for those that blend), `alpha_blend` (0 or 1), `unlit` (0 or 1),
+///   `face` (of what is no metal: reflectance head on in rgb, at grazing angles in a), `face_texture` (times its alpha), `face_tint_texture`
 ///   (head on times its colour), `transmission`, `transmission_texture` (red), `coat` (share of a clear layer),
 ///   `coat_texture` (red), `coat_roughness`, `coat_roughness_texture` (green)
 /// - `textures`: how materials read images: `turn` (a matrix's columns) and `offset` (what is added then) of
@@ -188,6 +193,7 @@ pub const TABLES: &[TableKind] = &[
             ("finish_texture", Type::Uint),
             ("normal_texture", Type::Uint),
             ("normal_scale", Type::Float),
+            ("normal_deviation", Type::Float),
             ("alpha_cutoff", Type::Float),
             ("alpha_blend", Type::Uint),
             ("unlit", Type::Uint),
@@ -395,7 +401,8 @@ impl Follows {
 
 /// The facts every scene states, for conditions, sizes and uniforms. `environment` is the edge of the finest square of
 /// the table of that name, 0 for a scene in the dark. Materials with textures of a kind are `finish_textures`,
-/// `normal_textures` and `emission_textures`; `masked_materials` have holes, `clear_materials` blend or let light
+/// `normal_textures` and `emission_textures`; `smooth_materials` are shaded by other normals than their triangles',
+/// `masked_materials` have holes, `clear_materials` blend or let light
 /// through, `faced_materials` reflect at their face otherwise than glTF's own model, `colored_vertices` and
 /// `second_uvs` are 0 where no vertex has any. `max_shininess` is the largest exponent of those with a Phong lobe, 0
 /// without. `bounds_*` enclose all geometry over all its motion; `grid_*` are the scene file's probe bounds, or
@@ -416,6 +423,7 @@ pub const FACTS: &[(&str, Type)] = &[
     ("textured_materials", Type::Uint),
     ("finish_textures", Type::Uint),
     ("normal_textures", Type::Uint),
+    ("smooth_materials", Type::Uint),
     ("emission_textures", Type::Uint),
     ("masked_materials", Type::Uint),
     ("clear_materials", Type::Uint),

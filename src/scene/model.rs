@@ -99,6 +99,9 @@ pub struct Material {
     /// Normals in the frame of tangents, and what their x and y are multiplied by.
     pub normal_texture: Option<u32>,
     pub normal_scale: f32,
+    /// Sine of the angle between the normals that it is shaded by and its triangles' planes, at most on nearly all of
+    /// its area; 0 for flat ones.
+    pub normal_deviation: f32,
     pub alpha: Alpha,
     /// It shows its base colour, whatever lights it, and takes and gives no light.
     pub unlit: bool,
@@ -293,6 +296,7 @@ impl Scene {
             ("textured_materials", materials(|m| m.textures().next().is_some())),
             ("finish_textures", materials(|m| m.finish_texture.is_some())),
             ("normal_textures", materials(|m| m.normal_texture.is_some())),
+            ("smooth_materials", materials(|m| m.normal_deviation > 0.0)),
             ("emission_textures", materials(|m| m.emission_texture.is_some())),
             ("masked_materials", materials(|m| m.alpha != Alpha::Opaque)),
             ("clear_materials", materials(Material::is_clear)),
@@ -354,6 +358,7 @@ impl Material {
             finish_texture: None,
             normal_texture: None,
             normal_scale: 1.0,
+            normal_deviation: 0.0,
             alpha: Alpha::Opaque,
             unlit: false,
             face: Face::default(),

@@ -31,6 +31,8 @@ const TURNS: usize = 32;
 const ENCLOSED: f32 = 0.75;
 /// Share that may be backs: inside of a solid there is nothing else.
 const BACKS: f32 = 0.1;
+/// Share of backs from which on a place lies within a solid.
+const BURIED: f32 = 0.9;
 /// Share that may be open where a room counts as closed.
 const OPEN: f32 = 0.03;
 /// Metres: a person fits into what is higher and wider.
@@ -119,10 +121,12 @@ pub(super) fn stand(scene: &Scene) -> Option<Stand> {
     if 2 * free.len() < seen.len() || fronts < ENCLOSED * free.len() as f32 {
         return None;
     }
-    let (best, seen) = free.into_iter().max_by(|a, b| a.1.reach.total_cmp(&b.1.reach))?;
+    let (best, most) = free.into_iter().max_by(|a, b| a.1.reach.total_cmp(&b.1.reach))?;
     let best = *best;
     let roomy = size.y >= ROOM_SIZE && size.x.min(size.z) >= ROOM_SIZE;
-    if !roomy && !world.backs_from_outside() {
+    // A thing that is turned inside out has places beside it.
+    let beside = seen.iter().any(|(_, seen)| (BACKS..BURIED).contains(&seen.backs));
+    if !roomy && (beside || world.backs_from_outside() <= 0.5) {
         return None;
     }
     let views = places.iter().filter_map(|place| world.view(*place));
@@ -131,10 +135,16 @@ pub(super) fn stand(scene: &Scene) -> Option<Stand> {
     Some(Stand {
         eye,
         forward,
-        closed: seen.fronts + seen.backs >= 1.0 - OPEN,
+        closed: most.fronts + most.backs >= 1.0 - OPEN,
         lamp: best + Vec3::Y * above * 0.7,
-        reach: seen.reach,
+        reach: most.reach,
     })
+}
+
+/// Whether a scene that is no room shows backs alone, from wherever it is looked at.
+pub(super) fn is_inside_out(scene: &Scene) -> bool {
+    let rigid = scene.deformed.is_empty() && !scene.materials.iter().any(|m| m.double_sided);
+    rigid && Surroundings::new(scene).backs_from_outside() >= BURIED
 }
 
 impl<'a> Surroundings<'a> {
@@ -185,11 +195,11 @@ impl<'a> Surroundings<'a> {
         Seen { fronts: share(true), backs: share(false), reach }
     }
 
-    /// Whether what is seen from outside are mostly the backs of walls.
-    fn backs_from_outside(&self) -> bool {
+    /// Share of backs in what is seen from outside.
+    fn backs_from_outside(&self) -> f32 {
         let (middle, far) = (self.all.center(), self.all.diagonal());
         let met: Vec<Met> = (0..LOOKS).filter_map(|i| self.met(middle - far * spread(i), spread(i))).collect();
-        2 * met.iter().filter(|m| !m.front).count() > met.len()
+        met.iter().filter(|m| !m.front).count() as f32 / met.len().max(1) as f32
     }
 
     /// How far one sees from above a place on the floor, the eye and the best direction.

@@ -6,12 +6,20 @@
 use super::{
     basis,
     document::Document,
-    mips::{self, MipChain, TexelCoding},
+    glossiness::{Glossy, Made, larger},
+    mips::{self, TexelCoding},
+    pages::{self, PagePlace},
 };
 use crate::parallel;
 use glam::{Vec2, Vec4};
 use gltf::json::Image;
-use std::{io::Cursor, path::PathBuf};
+use std::{
+    borrow::Cow,
+    collections::BTreeMap,
+    io::Cursor,
+    path::PathBuf,
+    sync::{Mutex, PoisonError},
+};
 
 /// Images on pages, RGBA with 8 bits each, as their files hold them: colours in sRGB, data and alpha linear.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,13 +98,20 @@ pub(super) struct TextureImage {
 }
 
 impl TextureImage {
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
     /// What stands for a base colour that can't be had.
-    pub fn checker() -> TextureImage {
-        const EDGE: u32 = 8;
+    fn checker() -> TextureImage {
+        const EDGE: u32 = CHECKS;
         let texel = |i: u32| if (i % EDGE + i / EDGE).is_multiple_of(2) { [255, 0, 255, 255] } else { [0, 0, 0, 255] };
         TextureImage { width: EDGE, height: EDGE, texels: (0..EDGE * EDGE).map(texel).collect() }
     }
 }
+
+/// Texels along an edge of what stands for an image.
+const CHECKS: u32 = 8;
 
 /// Texels along an edge of an image on a page; larger ones are shrunk to it.
 const MAX_EDGE: u32 = 4096;
@@ -104,54 +119,142 @@ const MAX_EDGE: u32 = 4096;
 /// Texels along an edge of a file. A small file can state any size, and memory is taken before it is decoded.
 pub(super) const MAX_FILE_EDGE: u32 = 8192;
 
-/// Texels along an edge of a page, at most: what every device has.
-const MAX_PAGE: u32 = 8192;
-
 /// Texels of all images together; beyond, all that are larger than half the largest edge are shrunk to that.
 const MAX_TEXELS: u64 = 1 << 30;
 
+/// Texels that files may state before they are decoded; and so many for each of their bytes.
+const MAX_TRUSTED: u64 = 1 << 26;
+const TRUSTED_SHARE: u64 = 64;
+
 /// An image to be read, and what its texels are.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct WantedImage {
     pub image: usize,
     pub coding: TexelCoding,
+    /// What is made of it instead, and the image of the diffuse colour beside it.
+    pub made: Option<(Glossy, Made, Option<usize>)>,
 }
 
-/// An image with its mips; why it could not be had.
-pub(super) type Read = Result<MipChain, String>;
+impl WantedImage {
+    /// The images that it is made of.
+    fn sources(&self) -> impl Iterator<Item = usize> {
+        let beside = self.made.and_then(|(_, _, diffuse)| diffuse);
+        std::iter::once(self.image).chain(beside)
+    }
 
-/// Reads and decodes images, on all cores. Those of one index are decoded once for each coding. Says what was shrunk.
-pub(super) fn read(
-    document: &Document<'_>,
-    wanted: &[WantedImage],
-    files: &mut Vec<PathBuf>,
-) -> (Vec<Read>, Option<String>) {
-    let images = &document.root.images;
-    let fetched: Vec<Result<Vec<u8>, String>> = wanted
-        .iter()
-        .enumerate()
-        .map(|(i, w)| match wanted[..i].iter().any(|before| before.image == w.image) {
-            // Read once, whatever it is read as.
-            true => Ok(vec![]),
-            false => bytes(document, &images[w.image], files),
-        })
-        .collect();
-    let source = |i: usize| {
-        let first = wanted.iter().position(|w| w.image == wanted[i].image).unwrap_or(i);
-        fetched[first].as_deref().map_err(Clone::clone)
+    fn decoded<'b>(&self, bytes: impl Fn(usize) -> Result<&'b [u8], String>) -> Result<TextureImage, String> {
+        let image = decode(bytes(self.image)?)?;
+        let Some((glossy, made, diffuse)) = self.made else { return Ok(image) };
+        let diffuse = diffuse.map(|diffuse| decode(bytes(diffuse)?)).transpose()?;
+        Ok(glossy.image(made, &image, diffuse.as_ref()))
+    }
+}
+
+/// Where an image stands, with its mips.
+pub(super) struct ReadImage {
+    pub place: PagePlace,
+    pub size: [u32; 2],
+    /// Mips, the largest among them.
+    pub levels: u32,
+    /// Whether any texel is less than opaque.
+    pub clear: bool,
+    /// Why a checker stands in its place.
+    pub missing: Option<String>,
+}
+
+/// Images on pages, in the order in which they are wanted.
+#[derive(Default)]
+pub(super) struct ReadImages {
+    pub pages: Option<TextureArray>,
+    pub all: Vec<ReadImage>,
+    /// What was shrunk.
+    pub note: Option<String>,
+}
+
+/// Reads and decodes images, on all cores, each straight to its place: the files say how large they are. Those of one
+/// index are fetched once, and decoded once for each coding.
+pub(super) fn read(document: &Document<'_>, wanted: &[WantedImage], files: &mut Vec<PathBuf>) -> ReadImages {
+    let mut fetched = BTreeMap::new();
+    for image in wanted.iter().flat_map(WantedImage::sources) {
+        fetched.entry(image).or_insert_with(|| bytes(document, &document.root.images[image], files));
+    }
+    let bytes = |image: usize| match &fetched[&image] {
+        Ok(bytes) => Ok(&**bytes),
+        Err(why) => Err(why.clone()),
     };
-    let sizes: Vec<[u32; 2]> =
-        (0..wanted.len()).map(|i| source(i).ok().and_then(stated_size).unwrap_or([0; 2])).collect();
-    let most = largest_edge(&sizes);
-    let pictures = parallel::each(0..wanted.len(), |i| {
-        let picture = source(i).and_then(decode)?;
-        Ok(mips::levels(picture, wanted[i].coding, most))
-    });
-    let shrunk = sizes.iter().filter(|size| size.iter().any(|edge| *edge > most)).count();
+    let stated = |w: &WantedImage| {
+        let mut sizes = w.sources().map(|image| bytes(image).ok().and_then(stated_size));
+        let first = sizes.next().flatten();
+        let size = first.map(|size| larger(size, sizes.next().flatten()));
+        // What states none, or too large a one, can't be decoded.
+        size.filter(|size| size.iter().all(|edge| (1..=MAX_FILE_EDGE).contains(edge)))
+    };
+    let stated: Vec<Option<[u32; 2]>> = wanted.iter().map(stated).collect();
+    let most = largest_edge(&stated.iter().map(|size| size.unwrap_or_default()).collect::<Vec<_>>());
+    let decoded = |i: usize| {
+        let image = wanted[i].decoded(bytes)?;
+        match stated[i] == Some(image.size()) {
+            true => Ok(image),
+            false => Err(format!("it is {} × {} texels large, not as it states", image.width, image.height)),
+        }
+    };
+    let texels: u64 = stated.iter().flatten().map(|size| size.map(u64::from).iter().product::<u64>()).sum();
+    let held: usize = fetched.values().flatten().map(|bytes| bytes.len()).sum();
+    // Few bytes may state any size: nothing is made as large before it is known to be true.
+    let doubtful = texels > MAX_TRUSTED.max(TRUSTED_SHARE * held as u64);
+    let checked = |i: usize| if doubtful { decoded(i).err() } else { None };
+    let mut missing: Vec<Option<String>> = parallel::each(0..wanted.len(), checked);
+    let (pages, all) = loop {
+        let size = |i: usize| stated[i].filter(|_| missing[i].is_none());
+        let sizes: Vec<[u32; 2]> =
+            (0..wanted.len()).map(|i| mips::shrunk(size(i).unwrap_or([CHECKS; 2]), most)).collect();
+        match placed(wanted, &sizes, most, &missing, &decoded) {
+            Ok(read) => break read,
+            // Now they are known, and take the place of a checker.
+            Err(found) => found.into_iter().for_each(|(i, why)| missing[i] = Some(why)),
+        }
+    };
+    let shrunk = stated.iter().flatten().filter(|size| size.iter().any(|edge| *edge > most)).count();
     let note = (shrunk > 0).then(|| match most {
         MAX_EDGE => format!("{shrunk} images are wider than {MAX_EDGE} texels; they are shrunk to that"),
         _ => format!("{shrunk} images are wider than {most} texels; they are shrunk to that, for all to fit"),
     });
-    (pictures, note)
+    ReadImages { pages, all, note }
+}
+
+/// Images decoded to pages, in places of these sizes; those that are known to be missing get a checker. Where others
+/// are: which, and why.
+fn placed(
+    wanted: &[WantedImage],
+    sizes: &[[u32; 2]],
+    most: u32,
+    missing: &[Option<String>],
+    decoded: &(impl Fn(usize) -> Result<TextureImage, String> + Sync),
+) -> Result<(Option<TextureArray>, Vec<ReadImage>), Vec<(usize, String)>> {
+    let blocks: Vec<[u32; 2]> = sizes.iter().map(|size| mips::block(*size)).collect();
+    let Some((mut pages, places)) = pages::pages(&blocks) else { return Ok((None, vec![])) };
+    let rows = pages::rows(&mut pages, &places, &blocks).into_iter();
+    let rows: Vec<_> = rows.map(|rows| Mutex::new(Some(rows))).collect();
+    let done = parallel::each(0..wanted.len(), |i| {
+        let missing = missing[i].clone();
+        let (image, coding) = match missing {
+            Some(_) => (TextureImage::checker(), TexelCoding::Color),
+            None => (decoded(i).map_err(|why| (i, why))?, wanted[i].coding),
+        };
+        let clear = image.texels.iter().any(|t| t[3] < 255);
+        let rows = rows[i].lock().unwrap_or_else(PoisonError::into_inner).take();
+        let mut rows = rows.unwrap_or_default();
+        let chain = mips::levels(image, coding, most);
+        chain.each_row(|[x, y], texels| rows[y as usize][4 * x as usize..][..texels.len()].copy_from_slice(texels));
+        let (place, size, levels) = (places[i], sizes[i], mips::count(sizes[i]));
+        Ok(ReadImage { place, size, levels, clear, missing })
+    });
+    drop(rows);
+    let (read, failed): (Vec<_>, Vec<_>) = done.into_iter().partition(Result::is_ok);
+    match failed.is_empty() {
+        true => Ok((Some(pages), read.into_iter().flatten().collect())),
+        false => Err(failed.into_iter().filter_map(Result::err).collect()),
+    }
 }
 
 /// The edge that all images must be shrunk to for their texels to fit.
@@ -166,10 +269,10 @@ fn largest_edge(sizes: &[[u32; 2]]) -> u32 {
 }
 
 /// The bytes of an image's file.
-fn bytes(document: &Document<'_>, image: &Image, files: &mut Vec<PathBuf>) -> Result<Vec<u8>, String> {
+fn bytes<'d>(document: &'d Document<'_>, image: &Image, files: &mut Vec<PathBuf>) -> Result<Cow<'d, [u8]>, String> {
     match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => document.fetch(uri, files),
-        (None, Some(view)) => Ok(document.view(view.value())?.to_vec()),
+        (Some(uri), _) => document.fetch(uri, files).map(Cow::Owned),
+        (None, Some(view)) => document.view(view.value()).map(Cow::Borrowed),
         (None, None) => Err("neither a URI nor a buffer view".into()),
     }
 }
@@ -200,97 +303,15 @@ fn decode(bytes: &[u8]) -> Result<TextureImage, String> {
     if width == 0 || height == 0 {
         return Err("it has no texels".into());
     }
-    let texels = decoded.into_raw().as_chunks::<4>().0.to_vec();
+    // The same memory, but where it was taken for more than there is.
+    let texels = bytemuck::allocation::try_cast_vec(decoded.into_raw());
+    let texels = texels.unwrap_or_else(|(_, bytes): (_, Vec<u8>)| bytes.as_chunks::<4>().0.to_vec());
     Ok(TextureImage { width, height, texels })
-}
-
-/// Where an image stands.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PagePlace {
-    pub corner: [u32; 2],
-    pub layer: u32,
-}
-
-/// Images with their mips on pages, and where each stands. `None` without images.
-pub(super) fn pages(images: &[MipChain]) -> Option<(TextureArray, Vec<PagePlace>)> {
-    let blocks: Vec<[u32; 2]> = images.iter().map(MipChain::block).collect();
-    let widest = blocks.iter().flatten().copied().max()?;
-    let area: u64 = blocks.iter().map(|[w, h]| u64::from(*w) * u64::from(*h)).sum();
-    // A power of two with some room for what shelves leave empty.
-    let fit = ((area as f64 * 1.2).sqrt().ceil() as u32).max(widest).max(1);
-    let edge = fit.checked_next_power_of_two().unwrap_or(MAX_PAGE).min(MAX_PAGE);
-    let (places, layers, used) = shelves(&blocks, edge);
-    // One page ends where its images do.
-    let height = if layers == 1 { used } else { edge };
-    let page = edge as usize * height as usize;
-    let mut texels = vec![0u8; 4 * page * layers as usize];
-    for (image, place) in images.iter().zip(&places) {
-        image.each_row(|[x, y], row| {
-            let [left, top] = place.corner;
-            let first = place.layer as usize * page + (top + y) as usize * edge as usize + (left + x) as usize;
-            texels[4 * first..][..row.len()].copy_from_slice(row);
-        });
-    }
-    Some((TextureArray { width: edge, height, layers, mips: vec![texels] }, places))
-}
-
-/// Blocks in rows, the highest first; how many pages they take, and how high the last is filled.
-fn shelves(blocks: &[[u32; 2]], edge: u32) -> (Vec<PagePlace>, u32, u32) {
-    let mut order: Vec<usize> = (0..blocks.len()).collect();
-    order.sort_by_key(|i| (std::cmp::Reverse(blocks[*i][1]), *i));
-    let mut places = vec![PagePlace { corner: [0; 2], layer: 0 }; blocks.len()];
-    let (mut x, mut y, mut shelf, mut layer) = (0, 0, 0, 0);
-    for i in order {
-        let [width, height] = blocks[i];
-        if x + width > edge {
-            (x, y, shelf) = (0, y + shelf, 0);
-        }
-        if y + height > edge {
-            (x, y, shelf, layer) = (0, 0, 0, layer + 1);
-        }
-        places[i] = PagePlace { corner: [x, y], layer };
-        x += width;
-        shelf = shelf.max(height);
-    }
-    (places, layer + 1, y + shelf)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn plain(width: u32, height: u32, texel: [u8; 4]) -> MipChain {
-        let texels = vec![texel; (width * height) as usize];
-        mips::levels(TextureImage { width, height, texels }, TexelCoding::Color, MAX_EDGE)
-    }
-
-    #[test]
-    fn images_of_any_size_keep_their_texels_on_a_page() {
-        let red = plain(1, 1, [200, 0, 0, 255]);
-        let green = plain(3, 5, [0, 100, 0, 255]);
-        let (array, places) = pages(&[red, green]).unwrap();
-        assert_eq!((array.layers, array.mips.len()), (1, 1));
-        let texel = |x: u32, y: u32| &array.mips[0][4 * (y * array.width + x) as usize..][..4];
-        let [[a, b], [c, d]] = [places[0].corner, places[1].corner];
-        assert_eq!(texel(a, b), [200, 0, 0, 255]);
-        // The image, and right of it its mips: 1 × 2, then 1 × 1.
-        for (x, y) in (0..15).map(|i| (i % 3, i / 3)).chain([(3, 0), (3, 1), (3, 2)]) {
-            assert_eq!(texel(c + x, d + y), [0, 100, 0, 255], "{x}, {y}");
-        }
-    }
-
-    #[test]
-    fn more_images_than_a_page_holds_take_more_pages() {
-        let blocks = [[6144, 4096]; 5];
-        let (places, layers, used) = shelves(&blocks, MAX_PAGE);
-        assert_eq!((layers, used), (3, 4096));
-        assert_eq!(places[4], PagePlace { corner: [0, 0], layer: 2 });
-        for (i, a) in places.iter().enumerate() {
-            for b in &places[..i] {
-                assert!(a.layer != b.layer || a.corner[1].abs_diff(b.corner[1]) >= 4096, "{a:?} {b:?}");
-            }
-        }
-    }
 
     #[test]
     fn what_does_not_fit_is_shrunk_alike() {

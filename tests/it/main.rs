@@ -41,6 +41,7 @@
 //! - `shipped`: every graph, shader and scene of the repository is found and sound
 //! - `shader_checks`: what shaders find wrong by themselves
 //! - `skips`: frames that leave steps out equal frames in full, whatever moves
+//! - `smooth`: coarse triangles shaded by smooth normals show no spots
 //! - `mutants`: mutants of every kind of file, within memory and time
 //! - `mutated`: damaged texts and files give faults with places, never a panic
 //! - `snapshots`: one tiny picture of the whole
@@ -105,6 +106,7 @@ mod seams;
 mod shader_checks;
 mod shipped;
 mod skips;
+mod smooth;
 mod snapshot_checks;
 mod snapshots;
 mod steady;

@@ -89,6 +89,13 @@ fn map(scene: &Scene) -> &crate::scene::MaterialTexture {
     &scene.maps[scene.materials[0].base_color_texture.unwrap() as usize]
 }
 
+/// The first texel of a texture.
+fn texel(scene: &Scene, row: Option<u32>) -> [u8; 4] {
+    let (map, pages) = (&scene.maps[row.unwrap() as usize], scene.textures.as_ref().unwrap());
+    let place = (map.layer * pages.height + map.corner[1]) * pages.width + map.corner[0];
+    pages.mips[0].as_chunks::<4>().0[place as usize]
+}
+
 fn any(_: &Scene) -> bool {
     true
 }

@@ -3,7 +3,7 @@
 use crate::{
     diag::{Diagnostic, Source, render},
     scene::{
-        Scene, description,
+        Additions, Scene, description,
         load::{Besides, read},
     },
 };
@@ -136,6 +136,14 @@ impl Fixture {
     /// The scene of a sound fixture.
     pub fn scene(&self) -> Scene {
         self.read().unwrap().0
+    }
+
+    /// The scene with what is made up for it, and the notices.
+    pub fn completed(&self) -> (Scene, Vec<Diagnostic>) {
+        let mut faults = vec![];
+        let besides = Besides { description: None, additions: Some(&Additions::default()) };
+        let scene = read(self.glb().into(), "test.glb", "test", Some(Path::new("")), besides, &mut vec![], &mut faults);
+        (scene.unwrap_or_else(|| panic!("{}", render(&faults))), faults)
     }
 
     /// The scene with a scene RON, or the faults as text.

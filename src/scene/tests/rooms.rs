@@ -8,6 +8,7 @@ use crate::{
 };
 use glam::{Vec3, Vec4};
 use serde_json::json;
+use std::f32::consts::{PI, TAU};
 
 /// A box from (−1, 0, −1) to (1, 2, 1) that faces inward; the wall at +Z may be left out.
 fn room(closed: bool) -> Fixture {
@@ -229,4 +230,62 @@ fn the_same_bytes_give_the_same_scene_and_tables() {
     let (a, b) = (spot_room(), spot_room());
     assert_eq!(a, b);
     assert_eq!(a.tables(&a.pose(0.5)), b.tables(&b.pose(0.5)));
+}
+
+/// A ball of one metre, whose faces look inwards, alone.
+fn bubble() -> Fixture {
+    let mut f = Fixture::new();
+    let n: u16 = 12;
+    let place = |i: u16, k: u16| {
+        let (down, turn) = (f32::from(i) * PI / f32::from(n), f32::from(k) * TAU / f32::from(n));
+        let out = 0.5 * down.sin().max(0.0);
+        [out * turn.cos(), 0.5 * down.cos(), out * turn.sin()]
+    };
+    let places: Vec<[f32; 3]> = (0..=n).flat_map(|i| (0..n).map(move |k| place(i, k))).collect();
+    let square = |i: u16, k: u16| {
+        let (a, b, c, d) = (i * n + k, i * n + (k + 1) % n, (i + 1) * n + k, (i + 1) * n + (k + 1) % n);
+        [a, c, b, b, c, d]
+    };
+    let indices: Vec<u16> = (0..n).flat_map(|i| (0..n).flat_map(move |k| square(i, k))).collect();
+    let (position, indices) = (f.floats(&places), f.shorts(&indices));
+    f.material(json!({"name": "white"}));
+    f.mesh(json!({"attributes": {"POSITION": position}, "indices": indices, "material": 0}));
+    f.node(json!({"name": "bubble", "mesh": 0}));
+    f
+}
+
+#[test]
+fn a_thing_that_is_inside_out_is_turned_round_and_a_small_room_is_not() {
+    let turned = |f: &Fixture| {
+        let (scene, notices) = f.completed();
+        (scene, crate::diag::render(&notices).contains("inside out"))
+    };
+    let (scene, said) = turned(&bubble());
+    assert!(said && scene.cameras.is_empty());
+    let outwards = scene.geometry.indices.chunks_exact(3).all(|t| {
+        let [a, b, c] = [0, 1, 2].map(|i| Vec3::from(scene.geometry.vertices[t[i] as usize].position));
+        (b - a).cross(c - a).dot(a + b + c) > 0.0
+    });
+    assert!(outwards);
+    let (scene, said) = turned(&room(true));
+    assert!(!said && scene.cameras[0].name == "inside");
+}
+
+#[test]
+fn what_glows_a_little_in_the_open_is_no_light_and_a_lamp_in_a_room_is() {
+    let glowing = |mut f: Fixture, radiance: f32| {
+        let label = f.material(json!({"name": "label", "emissiveFactor": [radiance, radiance, radiance]}));
+        f.wall("label", [[0.0, 1.0, 0.0], [0.2, 1.0, 0.0], [0.2, 1.2, 0.0], [0.0, 1.2, 0.0]], label);
+        let (scene, notices) = f.completed();
+        assert_eq!(crate::diag::render(&notices).contains("no light but the faint glow"), !scene.lights.is_empty());
+        scene.lights.len()
+    };
+    let yard = || {
+        let mut f = Fixture::new();
+        let ground = f.material(json!({"name": "ground"}));
+        f.wall("ground", [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]], ground);
+        f
+    };
+    // A lamp in a room, a label in the sun, a lamp in the night.
+    assert_eq!([glowing(room(true), 1.0), glowing(yard(), 1.0), glowing(yard(), 20.0)], [0, 1, 0]);
 }

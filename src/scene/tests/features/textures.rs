@@ -3,7 +3,7 @@
 use super::{
     Case,
     Outcome::{Fault, Notice, Silent},
-    RED, any, attribute, base_texture, map, material, sampler, texture, transformed,
+    RED, any, attribute, base_texture, map, material, sampler, texel, texture, transformed,
 };
 use crate::scene::{Between, Wrap, tests::fixture::Fixture};
 use serde_json::json;
@@ -108,6 +108,22 @@ pub const TEXTURES: &[Case] = &[
         "basis universal cut off",
         |f| basis(f, b"\xabKTX 20\xbb\r\n\x1a\n"),
         Notice(&["images[1]: KTX2: its header is cut off", "a magenta checker"], any),
+    ),
+    (
+        "an image that ends early, of a size that few bytes state",
+        |f| {
+            base_texture(f, RED);
+            let texture = texture(f, RED);
+            material(f)["emissiveTexture"] = texture;
+            material(f)["emissiveFactor"] = json!([1, 1, 1]);
+            let mut bytes = std::io::Cursor::new(vec![]);
+            image::GrayImage::new(8192, 8192).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+            let view = f.view(&bytes.into_inner()[..100]);
+            f.json["images"][0]["bufferView"] = json!(view);
+        },
+        Notice(&["images[0]: it is no readable PNG", "a magenta checker"], |s| {
+            map(s).size == [8, 8] && texel(s, s.materials[0].emission_texture) == RED[0]
+        }),
     ),
     (
         "missing normal map",

@@ -3,7 +3,7 @@
 use super::{
     Case,
     Outcome::{Fault, Notice, Silent},
-    RED, accessor, any, attribute, material, texture,
+    RED, accessor, any, attribute, extension, material, texture,
 };
 use crate::scene::tests::fixture::{Fixture, QUAD};
 use glam::Vec3;
@@ -65,6 +65,43 @@ pub const VERTICES: &[Case] = &[
             attribute(f, "TANGENT", tangent);
         },
         Fault(&["TANGENT of vertex 0"]),
+    ),
+    (
+        "normals that point to the back",
+        |f| {
+            let normal = f.floats(&[[0.0, 0.0, -1.0]; 4]);
+            attribute(f, "NORMAL", normal);
+        },
+        Notice(&["primitive 0: its normals point to the backs of its triangles", "turned round"], |s| {
+            s.geometry.vertices.iter().all(|v| v.normal == [0.0, 0.0, 1.0]) && s.geometry.indices[..3] == [0, 1, 2]
+        }),
+    ),
+    (
+        "normals that point to the back of what no light shows",
+        |f| {
+            let normal = f.floats(&[[0.0, 0.0, -1.0]; 4]);
+            attribute(f, "NORMAL", normal);
+            extension(f, "KHR_materials_unlit", json!({}));
+        },
+        Silent(|s| s.geometry.vertices.iter().all(|v| v.normal == [0.0, 0.0, -1.0])),
+    ),
+    (
+        "a solid whose triangles look inwards",
+        |f| {
+            let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            let normals = corners.map(|c: [f32; 3]| (Vec3::from(c) - 0.25).normalize().to_array());
+            let (position, normal) = (f.floats(&corners), f.floats(&normals));
+            let indices = f.shorts(&[0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2]);
+            attribute(f, "POSITION", position);
+            attribute(f, "NORMAL", normal);
+            f.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+        },
+        Notice(&["its triangles' fronts look inwards, its normals outwards"], |s| {
+            s.geometry.indices.chunks_exact(3).all(|t| {
+                let [a, b, c] = [0, 1, 2].map(|i| Vec3::from(s.geometry.vertices[t[i] as usize].position));
+                (b - a).cross(c - a).dot(a + b + c - 0.75) > 0.0
+            })
+        }),
     ),
     (
         "quantized positions",
