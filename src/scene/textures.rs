@@ -222,6 +222,9 @@ pub(super) fn read(document: &Document<'_>, wanted: &[WantedImage], files: &mut 
     ReadImages { pages, all, note }
 }
 
+/// The numbers of images that can't be read, and why.
+type UnreadImages = Vec<(usize, String)>;
+
 /// Images decoded to pages, in places of these sizes; those that are known to be missing get a checker. Where others
 /// are: which, and why.
 fn placed(
@@ -230,7 +233,7 @@ fn placed(
     most: u32,
     missing: &[Option<String>],
     decoded: &(impl Fn(usize) -> Result<TextureImage, String> + Sync),
-) -> Result<(Option<TextureArray>, Vec<ReadImage>), Vec<(usize, String)>> {
+) -> Result<(Option<TextureArray>, Vec<ReadImage>), UnreadImages> {
     let blocks: Vec<[u32; 2]> = sizes.iter().map(|size| mips::block(*size)).collect();
     let Some((mut pages, places)) = pages::pages(&blocks) else { return Ok((None, vec![])) };
     let rows = pages::rows(&mut pages, &places, &blocks).into_iter();
