@@ -1,6 +1,6 @@
 //! Alternatives of what is shown, timed in turn with its frames; then the fastest is shown.
 
-use super::{Engine, Pair};
+use super::{Engine, ShownPair};
 use crate::tell;
 use lightgraph::Checked;
 use lightgraph::internals::fastest::{Measuring, Policy};
@@ -16,7 +16,7 @@ pub(super) const TIMES: &str = "caches/fastest.json";
 /// What has been shown for so long is timed: whoever drags a slider waits for none of it.
 const SETTLED: Duration = Duration::from_secs(1);
 
-impl Pair {
+impl ShownPair {
     /// Whether it has alternatives of which nobody knows the fastest, and has been shown long enough.
     fn is_due(&self) -> bool {
         let session = &self.first.session;

@@ -1,7 +1,7 @@
 //! One turn of the engine: what has arrived, and a frame of what is shown.
 
-use super::{Engine, Pair};
-use crate::made::{Made, Other};
+use super::{Engine, ShownPair};
+use crate::made::{ComparedImage, PageSession};
 use crate::tell;
 use lightgraph::internals::fastest::Measuring;
 use lightgraph::internals::gpu::{Arrangement, DisplayLook, StepTime};
@@ -41,10 +41,10 @@ impl Engine {
                 view_formats: vec![],
             },
         );
-        let scene = |pair: &Pair| Arc::as_ptr(&pair.first.session.scene);
+        let scene = |pair: &ShownPair| Arc::as_ptr(&pair.first.session.scene);
         let shown = self.shown.as_ref();
         let same_scene = shown.is_some_and(|s| scene(s) == scene(&next));
-        let file = |pair: &Pair| pair.first.project.graph.files.first().cloned();
+        let file = |pair: &ShownPair| pair.first.project.graph.files.first().cloned();
         if !same_scene || shown.is_none_or(|s| file(s) != file(&next)) {
             self.index[0] = 0;
         }
@@ -97,7 +97,7 @@ impl Engine {
             return Ok(told);
         }
         self.turn = self.turn.wrapping_add(1);
-        let alone = self.shown.as_ref().is_none_or(|s| !matches!(s.second, Some(Other::Graph(_))));
+        let alone = self.shown.as_ref().is_none_or(|s| !matches!(s.second, Some(ComparedImage::Graph(_))));
         let rest = self.rest[0] && (alone || self.rest[1]);
         let asleep = rest && !self.turn.is_multiple_of(SELDOM);
         let idle = asleep || self.failed || self.frames.iter().any(|frames| frames.len() >= UNDER_WAY);
@@ -118,9 +118,9 @@ impl Engine {
     /// Records a frame of each of the pair, and shows both.
     fn draw(&mut self, target: &wgpu::SurfaceTexture, time: f32, told: &mut Value) -> Checked<()> {
         let (gpu, view, pointer) = (&self.gpu, self.view, self.pointer);
-        let Some(Pair { first, second, .. }) = &mut self.shown else { return Ok(()) };
+        let Some(ShownPair { first, second, .. }) = &mut self.shown else { return Ok(()) };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut record = |made: &mut Made, index: &mut u32, frames: &mut VecDeque<Frame>| -> Checked<()> {
+        let mut record = |made: &mut PageSession, index: &mut u32, frames: &mut VecDeque<Frame>| -> Checked<()> {
             made.session.shift.view = view;
             made.session.pointer = pointer;
             frames.push_back(made.session.record(gpu, &mut encoder, *index, time)?);
@@ -129,7 +129,7 @@ impl Engine {
         };
         let ([index, other_index], [frames, other_frames]) = (&mut self.index, &mut self.frames);
         record(first, index, frames)?;
-        if let Some(Other::Graph(made)) = second {
+        if let Some(ComparedImage::Graph(made)) = second {
             record(made, other_index, other_frames)?;
         }
         let image = first.image()?;
@@ -167,7 +167,7 @@ impl Engine {
     }
 
     fn report(&self, report: &FrameReport) -> Value {
-        let Some(Pair { first: made, .. }) = &self.shown else { return Value::Null };
+        let Some(ShownPair { first: made, .. }) = &self.shown else { return Value::Null };
         let name = |step: usize| made.session.plan.steps.get(step).map_or("?", |s| s.name.as_str());
         let step =
             |s: &StepTime| json!({ "name": name(s.step), "runs": s.runs, "gpu_ms": s.gpu_ms, "cpu_ms": s.cpu_ms });
