@@ -1,7 +1,13 @@
 //! Clusters: the triangles cut into small compact groups, so that a draw can leave out what a view doesn't show.
 
-use super::{bvh::Tree, geometry::Geometry, model::Bounds};
+use super::{
+    bvh::Tree,
+    geometry::{Geometry, Vertex},
+    model::Bounds,
+};
 use glam::{Mat4, Vec3};
+use rustc_hash::{FxHashMap, FxHasher};
+use std::hash::{Hash, Hasher};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -36,41 +42,77 @@ pub(super) fn clustered(
     one_sided: u32,
     nodes: &[Mat4],
 ) -> (Vec<u32>, Vec<Cluster>) {
-    let node = |t: &[u32; 3]| owners.node(vertices[t[0] as usize].node);
-    let mut triangles = indices.as_chunks::<3>().0.to_vec();
-    let split = (one_sided as usize / 3).min(triangles.len());
-    let placed = |t: &[u32; 3]| {
-        Bounds::of(t.map(|i| {
-            let v = &vertices[i as usize];
-            nodes.get(v.node as usize).copied().unwrap_or_default().transform_point3(v.position.into())
-        }))
-    };
-    let all = triangles.iter().fold(Bounds::EMPTY, |all, t| all.union(placed(t)));
-    let kind = |t: &[u32; 3]| (node(t), sides(&placed(t), &all));
-    let (front, both) = triangles.split_at_mut(split);
+    let world: Vec<Vec3> = vertices
+        .iter()
+        .map(|v| nodes.get(v.node as usize).map_or(v.position.into(), |m| m.transform_point3(v.position.into())))
+        .collect();
+    let placed = |t: &[u32; 3]| Bounds::of(t.map(|i| world[i as usize]));
+    let all = indices.as_chunks::<3>().0.iter().fold(Bounds::EMPTY, |all, t| all.union(placed(t)));
+    let mut triangles: Vec<Sorted> = indices
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(|t| Sorted {
+            corners: *t,
+            node: owners.node(vertices[t[0] as usize].node),
+            sides: sides(&placed(t), &all),
+        })
+        .collect();
+    let (front, both) = triangles.split_at_mut((one_sided as usize / 3).min(indices.len() / 3));
     for part in [&mut *front, &mut *both] {
-        part.sort_by_cached_key(|t| sides(&placed(t), &all) != 0);
-        part.chunk_by_mut(|a, b| node(a) == node(b))
-            .for_each(|group| group.sort_by_cached_key(|t| sides(&placed(t), &all)));
+        part.sort_by_key(|t| t.sides != 0);
+        part.chunk_by_mut(|a, b| a.node == b.node).for_each(|group| group.sort_by_key(|t| t.sides));
     }
     let mut clusters = vec![];
     let mut sorted: Vec<u32> = Vec::with_capacity(indices.len());
-    for group in [front, both].into_iter().flat_map(|part| part.chunk_by(|a, b| kind(a) == kind(b))) {
-        let corners = |t: usize| group[t].map(|i| Vec3::from(vertices[i as usize].position));
+    let mut known: FxHashMap<u64, (&[Sorted], Parts)> = FxHashMap::default();
+    let alike = |a: &Sorted, b: &Sorted| (a.node, a.sides) == (b.node, b.sides);
+    for group in [&*front, &*both].into_iter().flat_map(|part| part.chunk_by(alike)) {
+        let corners = |t: &Sorted| t.corners.map(|i| vertices[i as usize].position.map(f32::to_bits));
+        let mut hasher = FxHasher::default();
+        group.iter().for_each(|t| corners(t).hash(&mut hasher));
+        let same = |other: &[Sorted]| other.iter().map(corners).eq(group.iter().map(corners));
+        // Nodes that show the same mesh have its triangles sorted once.
+        let (of, parts) = known.entry(hasher.finish()).or_insert_with(|| (group, Parts::of(group, vertices)));
+        if !same(of) {
+            (*of, *parts) = (group, Parts::of(group, vertices));
+        }
+        sorted.extend(parts.order.iter().flat_map(|i| group[*i as usize].corners));
+        for count in &parts.counts {
+            let first = clusters.last().map_or(0, |c: &Cluster| c.first + c.count);
+            clusters.push(Cluster { first, count: 3 * count, node: group[0].node });
+        }
+    }
+    (sorted, clusters)
+}
+
+/// A triangle, with what parts it from others.
+struct Sorted {
+    /// Of its corners the vertices.
+    corners: [u32; 3],
+    node: u32,
+    sides: u32,
+}
+
+/// Triangles of one node in the order of their clusters, and how many each of these has.
+struct Parts {
+    order: Vec<u32>,
+    counts: Vec<u32>,
+}
+
+impl Parts {
+    fn of(group: &[Sorted], vertices: &[Vertex]) -> Parts {
+        let corners = |t: usize| group[t].corners.map(|i| Vec3::from(vertices[i as usize].position));
         let Tree { first, count, order } = Tree::new(group.len(), corners, |_| 0, CLUSTER);
         let mut order = Arc::unwrap_or_clone(order);
         let mut leaves: Vec<(u32, u32)> = first.iter().copied().zip(count.iter().copied()).collect();
         leaves.retain(|(_, count)| *count > 0);
         leaves.sort_unstable();
-        for (start, count) in leaves {
-            let members = &mut order[start as usize..][..count as usize];
-            members.sort_unstable();
-            let first = sorted.len() as u32;
-            sorted.extend(members.iter().flat_map(|i| group[*i as usize]));
-            clusters.push(Cluster { first, count: 3 * count, node: node(&group[0]) });
+        for (start, count) in &leaves {
+            order[*start as usize..][..*count as usize].sort_unstable();
         }
+        Parts { order, counts: leaves.into_iter().map(|(_, count)| count).collect() }
     }
-    (sorted, clusters)
 }
 
 /// The box round a cluster's corners, given those of each triangle by its place in [`Geometry::indices`].
