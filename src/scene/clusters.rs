@@ -156,6 +156,30 @@ mod tests {
     }
 
     #[test]
+    fn nodes_that_show_the_same_mesh_have_the_same_clusters_as_each_alone() {
+        let (mut both, mut alone) = (Geometry::default(), Geometry::default());
+        plane(20, 0, &mut both);
+        let (vertices, indices) = (both.vertices.clone(), both.indices.clone());
+        // Once more, and then with its triangles the other way round.
+        for (node, order) in [(1, indices.clone()), (2, indices.iter().rev().copied().collect())] {
+            let first = both.vertices.len() as u32;
+            both.vertices.extend(vertices.iter().map(|v| Vertex { node, ..*v }));
+            both.indices.extend(order.iter().map(|i| first + i));
+        }
+        plane(20, 0, &mut alone);
+        let nodes = [0.0, 5.0, 10.0].map(|x| Mat4::from_translation(Vec3::new(x, 0.0, x)));
+        cluster(&mut both, &nodes);
+        cluster(&mut alone, &nodes[..1]);
+        let of = |g: &Geometry, node: u32| -> Vec<Vec<u32>> {
+            let own = g.clusters.iter().filter(|c| c.node == node);
+            own.map(|c| g.indices[c.first as usize..][..c.count as usize].iter().map(|i| i % 1600).collect()).collect()
+        };
+        assert_eq!(of(&both, 1), of(&alone, 0));
+        assert!(of(&both, 2) != of(&alone, 0), "the same corners in another order are another mesh");
+        assert_eq!(both.clusters.iter().map(|c| c.count).sum::<u32>() as usize, both.indices.len());
+    }
+
+    #[test]
     fn clusters_hold_every_triangle_once_and_never_mix_nodes_or_sides() {
         let mut g = Geometry::default();
         plane(20, 0, &mut g);
