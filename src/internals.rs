@@ -19,6 +19,7 @@
 //! - [`project`]: a graph file with its shader folders; its faults, parameters, outputs
 //! - [`image`]: EXR, PNG, texels of formats, files as textures of graphs, error metrics; [`math`]: the CPU twins of
 //!   what shaders compute
+//! - [`unused`]: what a graph declares and nothing uses
 //! - [`builtin`]: the graphs and shaders that the binary carries; [`reload`]: files that change
 //!
 //! With the feature `gpu`:
@@ -67,6 +68,8 @@ pub mod scene;
 pub mod session;
 #[path = "shader/mod.rs"]
 pub mod shader;
+#[path = "unused.rs"]
+pub mod unused;
 #[path = "value.rs"]
 pub mod value;
 #[cfg(feature = "gpu")]

@@ -58,7 +58,7 @@ pub use internals::session::{Session, Settings};
 
 // Paths within the library.
 pub(crate) use internals::{
-    builtin, caches, diag, files, graph, image, math, parallel, plan, project, scene, shader, value,
+    builtin, caches, diag, files, graph, image, math, parallel, plan, project, scene, shader, unused, value,
 };
 #[cfg(feature = "gpu")]
 pub(crate) use internals::{gpu, session, verify};

@@ -8,10 +8,10 @@ use crate::graph::ast::{Name, set_of};
 use crate::graph::{self, Graph};
 use crate::plan::build::faults;
 use crate::plan::fastest::FIRST;
-use crate::plan::lint;
 use crate::plan::request::{self, Request};
 use crate::scene::{KeyedParam, Scene};
 use crate::shader::Library;
+use crate::unused;
 use crate::value::Values;
 use std::path::{Component, Path, PathBuf};
 
@@ -61,7 +61,7 @@ impl Project {
             }
         }
         let texts = texts.after(earlier);
-        lint::prune(&mut graph, &texts);
+        unused::prune(&mut graph, &texts);
         Ok(Project { graph, texts })
     }
 

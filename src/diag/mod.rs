@@ -267,6 +267,13 @@ pub fn tame(text: &str, most: usize) -> String {
     kept.chain(cut.map(|_| '…')).collect()
 }
 
+/// Makes faults of warnings.
+pub fn strict(faults: &mut [Diagnostic]) {
+    for d in faults.iter_mut().filter(|d| d.severity == Severity::Warning) {
+        d.severity = Severity::Error;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,6 @@
 //! Binds each variable of a shader to the resource, value or table of the same name, and checks that they fit.
 
-use super::uniforms::castable;
+use super::shaders::castable;
 use super::wire::{How, Mode, ResourceUse, Wire, Wired, Wirer};
 use super::{Binding, Desc, TableUse, TextureKind};
 use crate::diag::{Diagnostic, Span};

@@ -7,14 +7,13 @@ use super::partial::frames;
 use super::request::{Request, values};
 use super::sizes::Sizes;
 use super::wire::{WiredItem, any_use, wire};
-use super::{
-    Action, Desc, Frames, LevelUse, Plan, Step, StepId, clear_usage, draw, fastest, lint, memory, order, partial,
-};
+use super::{Action, Desc, Frames, LevelUse, Plan, Step, StepId, clear_usage, draw, fastest, memory, order, partial};
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::graph::Graph;
 use crate::graph::ast::{ResourceDecl, ResourceKind, set_of};
 use crate::graph::expr::Val;
 use crate::graph::unroll::unroll;
+use crate::unused;
 use crate::value::{Value, Values};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
@@ -83,7 +82,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let mut faults = vec![];
     let wiring = wire(request, &values, &sizes, &mut faults);
     let whole = faults.is_empty();
-    let unused = lint::unused(declared, request.texts);
+    let unused = unused::find(declared, request.texts);
     faults.extend(unused.iter().cloned());
     let outputs = outputs(graph, request.outputs, &mut faults);
     let warnings = warnings(graph, &values, &mut faults);
@@ -163,7 +162,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     memory::allocate(&mut plan, options.share);
     order::decide_ends(&mut plan, request.features);
     Faults::check(partial::lasting(&plan, graph), ())?;
-    let notices = unused.into_iter().chain(lint::notices(&plan)).collect();
+    let notices = unused.into_iter().chain(notices(&plan)).collect();
     Ok(Planned { plan, notices, warnings, compose_ms: wiring.compose_ms })
 }
 
@@ -369,4 +368,11 @@ fn history_usage(plan: &mut Plan) {
             Desc::Buffer { usage, .. } => *usage |= wgpu_types::BufferUsages::COPY_DST,
         }
     }
+}
+
+/// What is worth saying about a plan that works.
+fn notices(plan: &Plan) -> Vec<Diagnostic> {
+    let large = |d: &Desc| d.bytes() > 1 << 30;
+    let big = plan.resources.iter().filter(|r| large(&r.desc));
+    big.map(|r| Diagnostic::note(format!("`{}` takes {} MiB", r.name, r.desc.bytes() >> 20))).collect()
 }

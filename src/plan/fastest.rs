@@ -1,11 +1,11 @@
 //! Handles groups of alternatives: several passes with the same results, of which a plan holds one. The caller names
 //! the choice, because a plan cannot know how fast a device is; by default the first alternative runs.
 
-use super::lint::mentioned;
 use super::wire::{WiredItem, Wirer, Wiring};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
 use crate::graph::ast::{self, Pass, PassKind, walk};
+use crate::unused::mentioned;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Display, Formatter};
 

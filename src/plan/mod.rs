@@ -13,7 +13,6 @@ pub mod expand;
 pub mod fastest;
 pub mod inputs;
 pub mod keys;
-pub mod lint;
 pub mod live;
 pub mod memory;
 pub mod order;
@@ -27,7 +26,6 @@ mod targets;
 #[cfg(test)]
 mod tests;
 pub mod text;
-mod uniforms;
 pub mod wire;
 
 pub use memory::{Desc, Resource, Slot, TextureDesc, TextureKind, Tiles, clear_usage};

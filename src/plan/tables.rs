@@ -1,9 +1,11 @@
 //! Lays out scene tables as a shader's struct asks, and hashes what a scene contributes to a plan. Needs no device.
 
-use super::{Plan, TableUse};
+use super::{Action, Binding, DrawGeometry, Plan, TableUse};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::scene::{AssetHashes, Column, Follows, PREVIOUS_TRANSFORM, Table, VertexAttribute, table};
+use crate::graph::Graph;
+use crate::scene::{AssetHashes, Column, FACTS, Follows, PREVIOUS_TRANSFORM, Table, VertexAttribute, table};
+use crate::unused::mentioned;
 use crate::value::Type;
 use std::ops::Range;
 
@@ -157,4 +159,27 @@ impl SceneInputs {
         }
         Ok(())
     }
+}
+
+/// What a plan takes from the scene, if anything: what it draws, reads or counts of it. A camera is no part of it.
+pub fn scene_use(graph: &Graph, plan: &Plan) -> Option<String> {
+    let is_fact = |name: &str| FACTS.iter().any(|f| f.0 == name);
+    let mut facts: Vec<&str> = mentioned(graph).into_iter().filter(|name| is_fact(name)).collect();
+    facts.sort_unstable();
+    let by_step = plan.steps.iter().find_map(|step| {
+        let name = &step.pass;
+        if matches!(&step.action, Action::Draw(draw) if matches!(draw.geometry, DrawGeometry::Scene { .. })) {
+            return Some(format!("`{name}` draws one"));
+        }
+        step.bindings.iter().find_map(|binding| match binding {
+            Binding::Table(table) => Some(format!("`{name}` reads the table `{}`", plan.tables.get(*table)?.table)),
+            Binding::SceneTextures => Some(format!("`{name}` reads the textures of one")),
+            Binding::Uniform { layout, .. } => {
+                let fact = layout.members.iter().find(|m| is_fact(&m.name))?;
+                Some(format!("`{name}` asks for its `{}`", fact.name))
+            }
+            _ => None,
+        })
+    });
+    by_step.or_else(|| facts.first().map(|fact| format!("the graph asks for its `{fact}`")))
 }

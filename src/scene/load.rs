@@ -59,7 +59,7 @@ impl Scene {
     }
 
     /// A triangle, a light and a camera, for graphs that need no scene: a plan that looks at it says so
-    /// ([`crate::plan::lint::scene_use`]).
+    /// ([`crate::plan::tables::scene_use`]).
     ///
     /// # Errors
     /// None that a user could bring about.

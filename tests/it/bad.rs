@@ -13,7 +13,7 @@
 
 use crate::support::{faults_of_both, files, repository};
 use lightgraph::internals::diag::Severity;
-use lightgraph::internals::plan::lint::strict;
+use lightgraph::internals::diag::strict;
 use lightgraph::{Diagnostic, Faults, Project};
 use std::path::Path;
 

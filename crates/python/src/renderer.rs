@@ -11,7 +11,7 @@ use crate::scene::SharedScene;
 use crate::values;
 use lightgraph::internals::gpu::{upload_bytes, upload_image};
 use lightgraph::internals::plan::keys::Version;
-use lightgraph::internals::plan::{Desc, lint};
+use lightgraph::internals::plan::{Desc, tables};
 use lightgraph::internals::scene::CameraPose;
 use lightgraph::{Checked, Diagnostic, Faults, FrameReport, Image, Project, Session, Settings, View};
 use numpy::PyReadonlyArrayDyn;
@@ -195,7 +195,7 @@ impl Renderer {
             let settings =
                 Settings { params, size, camera, outputs: Some(outputs), skip, verify, watch, ..Settings::default() };
             let session = Session::new(&device.gpu, &project, scene, settings)?;
-            if let Some(how) = lint::scene_use(&project.graph, &session.plan).filter(|_| none) {
+            if let Some(how) = tables::scene_use(&project.graph, &session.plan).filter(|_| none) {
                 let d = Diagnostic::error(format!("the graph needs a scene: {how}"));
                 return Err(d.help("give one: `Renderer(graph, \"scene.glb\")`").into());
             }

@@ -3,10 +3,10 @@
 use crate::faults::{listed, raised};
 use crate::scene::SharedScene;
 use crate::values::{array, image, json, value};
+use lightgraph::internals::diag;
 use lightgraph::internals::image::exr::{Precision, read_exr, write_exr};
 use lightgraph::internals::image::png::{ToneMap, write_png};
 use lightgraph::internals::image::{flip as hdr_flip, metrics};
-use lightgraph::internals::plan::lint;
 use lightgraph::internals::plan::request::all_sample_facts;
 use lightgraph::internals::{builtin, files};
 use lightgraph::{Diagnostic, Faults, Project};
@@ -51,7 +51,7 @@ pub fn check<'py>(
     });
     let mut faults: Vec<Diagnostic> = raised(py, found)?;
     if strict {
-        lint::strict(&mut faults);
+        diag::strict(&mut faults);
     }
     listed(py, &faults)
 }

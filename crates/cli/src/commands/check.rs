@@ -2,9 +2,8 @@
 
 use super::{Failure, ShaderFolders, notices, print};
 use crate::paths::ron_files;
-use lightgraph::internals::diag::{Severity, Source};
+use lightgraph::internals::diag::{Severity, Source, strict};
 use lightgraph::internals::parallel;
-use lightgraph::internals::plan::lint;
 use lightgraph::internals::plan::request::all_sample_facts;
 use lightgraph::internals::shader::Library;
 use lightgraph::internals::value::Values;
@@ -55,7 +54,7 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
             }
         };
         if args.strict {
-            lint::strict(&mut faults);
+            strict(&mut faults);
         }
         notices(&faults);
         if faults.iter().any(|d| d.severity == Severity::Error) {

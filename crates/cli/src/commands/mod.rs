@@ -35,7 +35,7 @@ pub mod watch;
 use additions::AdditionArgs;
 use lightgraph::internals::diag::{render as show, tame};
 use lightgraph::internals::gpu::{self, OpenError};
-use lightgraph::internals::plan::lint::scene_use;
+use lightgraph::internals::plan::tables::scene_use;
 use lightgraph::internals::scene::Loaded;
 use lightgraph::internals::{caches, files, shader};
 use lightgraph::{Checked, Diagnostic, Faults, Plan, Project, Scene};

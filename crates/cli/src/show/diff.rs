@@ -1,8 +1,8 @@
 //! What one plan changes of another, in words.
 
 use lightgraph::internals::plan::Plan;
-use lightgraph::internals::plan::text::fold::{Line, groups, lines};
 use lightgraph::internals::plan::text::words::{StepWords, bytes, color, shaders};
+use lightgraph::internals::plan::text::{Line, groups, lines};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

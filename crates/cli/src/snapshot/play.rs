@@ -1,16 +1,17 @@
 //! Plays a test's script: on a device to images and counts, without one to the plan in the end.
 
 use super::file::{Edit, ScriptStep, Setup, replace};
-use lightgraph::internals::diag::{Source, Span};
+use lightgraph::internals::diag::{Source, Span, strict};
 use lightgraph::internals::gpu::LoopReport;
 use lightgraph::internals::graph::ast::Name;
 use lightgraph::internals::graph::read::Reader;
 use lightgraph::internals::plan::build::plan;
 use lightgraph::internals::plan::fastest::FIRST;
-use lightgraph::internals::plan::lint;
 use lightgraph::internals::plan::request::{Request, sample_device};
+use lightgraph::internals::plan::tables;
 use lightgraph::internals::scene::Shift;
 use lightgraph::internals::shader::Library;
+use lightgraph::internals::unused;
 use lightgraph::internals::value::Values;
 use lightgraph::{Checked, Diagnostic, Faults, FrameReport, Gpu, Image, Plan, Project, Scene, Session, Settings};
 use std::collections::{BTreeMap, BTreeSet};
@@ -161,7 +162,7 @@ fn open(
 
 /// A test without a scene is of a graph that uses none.
 fn without_scene(setup: &Setup, project: &Project, plan: &Plan) -> Checked<()> {
-    match lint::scene_use(&project.graph, plan).filter(|_| setup.scene.is_none()) {
+    match tables::scene_use(&project.graph, plan).filter(|_| setup.scene.is_none()) {
         Some(how) => {
             let d = Diagnostic::error(format!("the test needs a scene: {how}")).at(&setup.graph.span, "");
             Err(d.help("give it one: `scene: \"…\"`").into())
@@ -185,9 +186,9 @@ fn note(played: &mut Played, session: &Session, report: &FrameReport) {
 /// The graph, in which nothing may be unused, and the shaders as they are edited.
 fn project_of(setup: &Setup) -> Checked<Project> {
     let mut project = Project::open(&setup.graph.path, &[]).map_err(|f| placed(f, &setup.graph.span))?;
-    let mut unused = lint::unused(&project.graph, &project.texts);
-    lint::strict(&mut unused);
-    Faults::check(unused, ())?;
+    let mut idle = unused::find(&project.graph, &project.texts);
+    strict(&mut idle);
+    Faults::check(idle, ())?;
     setup.edits.iter().try_for_each(|e| edited(&mut project.texts, e))?;
     Ok(project)
 }

@@ -1,17 +1,15 @@
-//! Warns about declarations that nothing uses, and about what a plan does that its author may not expect.
+//! Finds declarations of a graph that nothing uses. Needs no device.
 
-use super::{Action, Binding, Desc, DrawGeometry, Plan};
-use crate::diag::{Diagnostic, Severity};
+use crate::diag::Diagnostic;
 use crate::graph::Graph;
 use crate::graph::ast::{Name, PassKind, Size, set_of, walk};
 use crate::graph::expr::Expr;
-use crate::scene::FACTS;
 use crate::shader::Library;
 use rustc_hash::FxHashSet;
 use std::collections::BTreeSet;
 
 /// The names that the expressions of a graph mention.
-pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
+pub fn mentioned(graph: &Graph) -> FxHashSet<&str> {
     let mut used: FxHashSet<&str> = FxHashSet::default();
     let mut note = |e| Expr::names(e, &mut |n, _| used.extend([n]));
     graph.lets.iter().chain(&graph.defines).for_each(|(_, e)| note(e));
@@ -47,7 +45,7 @@ pub(super) fn mentioned(graph: &Graph) -> FxHashSet<&str> {
 
 /// What a graph's own file declares and neither the graph nor any of its shaders mentions. What a base declares may be
 /// for other variants.
-pub fn unused(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
+pub fn find(graph: &Graph, library: &Library) -> Vec<Diagnostic> {
     let own = |name: &Name| name.span.source.path == graph.source.path;
     let (idle, known) = idle(graph, library);
     let said = idle.into_iter().filter(|(name, _)| own(name)).map(|(name, noun)| {
@@ -78,13 +76,6 @@ pub fn prune(graph: &mut Graph, library: &Library) {
         graph.lets.retain(|(name, _)| in_use(LET, name));
         graph.resources.retain(|(name, _)| in_use(RESOURCE, name));
         graph.defines.retain(|(name, _)| in_use(DEFINITION, name));
-    }
-}
-
-/// Makes faults of warnings.
-pub fn strict(faults: &mut [Diagnostic]) {
-    for d in faults.iter_mut().filter(|d| d.severity == Severity::Warning) {
-        d.severity = Severity::Error;
     }
 }
 
@@ -137,34 +128,4 @@ fn idle<'g>(graph: &'g Graph, library: &Library) -> (Vec<(&'g Name, &'static str
     let defines = graph.defines.iter().filter(|(name, _)| !defs.contains(name.value.as_str()));
     idle.extend(defines.map(|(name, _)| (name, DEFINITION)));
     (idle, defs.into_iter().map(String::from).collect())
-}
-
-/// What a plan takes from the scene, if anything: what it draws, reads or counts of it. A camera is no part of it.
-pub fn scene_use(graph: &Graph, plan: &Plan) -> Option<String> {
-    let is_fact = |name: &str| FACTS.iter().any(|f| f.0 == name);
-    let mut facts: Vec<&str> = mentioned(graph).into_iter().filter(|name| is_fact(name)).collect();
-    facts.sort_unstable();
-    let by_step = plan.steps.iter().find_map(|step| {
-        let name = &step.pass;
-        if matches!(&step.action, Action::Draw(draw) if matches!(draw.geometry, DrawGeometry::Scene { .. })) {
-            return Some(format!("`{name}` draws one"));
-        }
-        step.bindings.iter().find_map(|binding| match binding {
-            Binding::Table(table) => Some(format!("`{name}` reads the table `{}`", plan.tables.get(*table)?.table)),
-            Binding::SceneTextures => Some(format!("`{name}` reads the textures of one")),
-            Binding::Uniform { layout, .. } => {
-                let fact = layout.members.iter().find(|m| is_fact(&m.name))?;
-                Some(format!("`{name}` asks for its `{}`", fact.name))
-            }
-            _ => None,
-        })
-    });
-    by_step.or_else(|| facts.first().map(|fact| format!("the graph asks for its `{fact}`")))
-}
-
-/// What is worth saying about a plan that works.
-pub fn notices(plan: &Plan) -> Vec<Diagnostic> {
-    let large = |d: &Desc| d.bytes() > 1 << 30;
-    let big = plan.resources.iter().filter(|r| large(&r.desc));
-    big.map(|r| Diagnostic::note(format!("`{}` takes {} MiB", r.name, r.desc.bytes() >> 20))).collect()
 }
