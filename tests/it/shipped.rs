@@ -260,7 +260,7 @@ fn no_two_types_share_a_name() {
     let files = ["src", "crates", "examples"].into_iter().flat_map(|folder| walk(&repository(folder)));
     for path in files.filter(|path| !tests(path)) {
         let text = std::fs::read_to_string(&path).unwrap();
-        let code = text.split("#[cfg(test)]\nmod").next().unwrap_or_default();
+        let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
         for name in code.lines().filter_map(declared_type) {
             places.entry(name.into()).or_default().push(path.display().to_string());
         }

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 const NAP: Duration = Duration::from_micros(100);
 
 /// A frame under way. It needs neither its renderer nor the scene any more.
-#[pyclass(frozen, module = "lightgraph._native")]
+#[pyclass(frozen, name = "Flight", module = "lightgraph._native")]
 pub struct FrameInFlight {
     device: Device,
     state: Mutex<FlightState>,

@@ -31,7 +31,7 @@ mod _native {
     #[pymodule_export]
     use crate::flight::FrameInFlight;
     #[pymodule_export]
-    use crate::plan::Plan;
+    use crate::plan::SharedPlan;
     #[pymodule_export]
     use crate::renderer::Renderer;
     #[pymodule_export]

@@ -6,11 +6,11 @@ use lightgraph_cli::show;
 use pyo3::prelude::*;
 
 /// A plan as it was when it was asked for.
-#[pyclass(frozen, module = "lightgraph._native")]
-pub struct Plan(pub plan::Plan);
+#[pyclass(frozen, name = "Plan", module = "lightgraph._native")]
+pub struct SharedPlan(pub plan::Plan);
 
 #[pymethods]
-impl Plan {
+impl SharedPlan {
     fn text(&self) -> String {
         self.0.to_string()
     }

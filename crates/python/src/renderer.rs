@@ -6,7 +6,7 @@ mod stats;
 use crate::device::{Device, usable};
 use crate::faults::{listed, raised};
 use crate::flight::FrameInFlight;
-use crate::plan::Plan;
+use crate::plan::SharedPlan;
 use crate::scene::SharedScene;
 use crate::values;
 use lightgraph::internals::gpu::{upload_bytes, upload_image};
@@ -356,8 +356,8 @@ impl Renderer {
         values::json(py, &stats)
     }
 
-    fn plan(&self, py: Python<'_>) -> PyResult<Plan> {
-        self.with(py, |state| Ok(Plan(state.session.plan.clone())))
+    fn plan(&self, py: Python<'_>) -> PyResult<SharedPlan> {
+        self.with(py, |state| Ok(SharedPlan(state.session.plan.clone())))
     }
 
     /// What there is to say since this was asked last.

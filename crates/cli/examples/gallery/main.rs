@@ -10,7 +10,7 @@ mod sheet;
 use lightgraph::internals::image::file::write_atomically;
 use lightgraph::{Checked, Diagnostic, Faults, Gpu};
 use list::{Gallery, GalleryTable};
-use measure::Bench;
+use measure::GalleryBench;
 use std::path::Path;
 
 const LIST: &str = "docs/gallery.ron";
@@ -28,7 +28,7 @@ fn run(chosen: &[String]) -> Checked<()> {
     gallery.check(chosen)?;
     let wanted = |name: &str| chosen.is_empty() || chosen.iter().any(|c| c == name);
     let gpu = Gpu::open().map_err(Faults::from)?;
-    let mut bench = Bench::new(&gpu, gallery.size)?;
+    let mut bench = GalleryBench::new(&gpu, gallery.size)?;
     // Lines of tables show those that are there.
     for picture in gallery.pictures.iter().filter(|p| wanted(&p.name)) {
         sheet::draw(picture, &mut bench)?;
@@ -43,7 +43,7 @@ fn run(chosen: &[String]) -> Checked<()> {
 }
 
 /// A table's text, as Markdown: a line a graph; error and time a scene.
-fn measured(table: &GalleryTable, bench: &mut Bench<'_>) -> Checked<String> {
+fn measured(table: &GalleryTable, bench: &mut GalleryBench<'_>) -> Checked<String> {
     let short = |scene: &str| scene.split(['.', ':']).next().unwrap_or(scene).to_string();
     let described = table.rows.iter().any(|r| !r.what.is_empty());
     let scenes = table.scenes.iter().map(|s| short(s)).collect::<Vec<_>>().join(" | ");

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// What stays from one run to the next. What two tables share is run once.
-pub struct Bench<'a> {
+pub struct GalleryBench<'a> {
     gpu: &'a Gpu,
     size: u32,
     manifest: Manifest,
@@ -24,10 +24,10 @@ const OUTPUTS: [&str; 2] = ["color", "indirect"];
 /// The images by output, and the seconds that the frame took.
 type MeasuredFrame = (BTreeMap<String, Image>, f64);
 
-impl Bench<'_> {
-    pub fn new(gpu: &Gpu, size: u32) -> Checked<Bench<'_>> {
+impl GalleryBench<'_> {
+    pub fn new(gpu: &Gpu, size: u32) -> Checked<GalleryBench<'_>> {
         let manifest = Manifest::read(Path::new("tests/references"))?;
-        Ok(Bench { gpu, size, manifest, scenes: BTreeMap::new(), runs: BTreeMap::new() })
+        Ok(GalleryBench { gpu, size, manifest, scenes: BTreeMap::new(), runs: BTreeMap::new() })
     }
 
     /// Error and time of a row on a scene, as text.

@@ -1,7 +1,7 @@
 //! Pictures of tiles side by side.
 
 use crate::list::{Tile, TilePicture};
-use crate::measure::Bench;
+use crate::measure::GalleryBench;
 use lightgraph::internals::image::exr::read_exr;
 use lightgraph::internals::image::png::{ToneMap, write_png};
 use lightgraph::{Checked, Diagnostic, Image};
@@ -11,7 +11,7 @@ use std::path::Path;
 /// White pixels between tiles.
 const GAP: u32 = 4;
 
-pub fn draw(picture: &TilePicture, bench: &mut Bench<'_>) -> Checked<()> {
+pub fn draw(picture: &TilePicture, bench: &mut GalleryBench<'_>) -> Checked<()> {
     let count = picture.tiles.len() as u32;
     let columns = if picture.columns == 0 { count } else { picture.columns };
     let (width, height) = picture.size;

@@ -35,7 +35,7 @@ pub struct Manifest {
     /// Where the files of the entries are.
     pub folder: PathBuf,
     pub entries: Vec<Listed>,
-    pub comparison: Comparison,
+    pub comparison: EntryUse,
 }
 
 /// What one scene is compared with, seen by one camera.
@@ -66,7 +66,7 @@ pub struct Listed {
 /// How the entries are used.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Comparison {
+pub struct EntryUse {
     /// Quantity to output, with conditions in brackets.
     #[serde(default)]
     pub outputs: BTreeMap<String, String>,

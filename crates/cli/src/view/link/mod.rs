@@ -49,17 +49,17 @@ pub struct Linked {
 pub struct Link {
     listener: TcpListener,
     text: String,
-    shared: Arc<Shared>,
+    shared: Arc<SharedLinkState>,
 }
 
 #[derive(Debug)]
-struct Shared {
+struct SharedLinkState {
     token: String,
-    state: Mutex<State>,
+    state: Mutex<LinkState>,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct LinkState {
     now: Arc<Linked>,
     /// Connections that have not shown the token yet, by when they came.
     strangers: BTreeMap<u64, TcpStream>,
@@ -71,7 +71,7 @@ struct State {
 
 /// A place among the strangers, given up when dropped.
 struct Stranger {
-    shared: Arc<Shared>,
+    shared: Arc<SharedLinkState>,
     came: u64,
 }
 
@@ -99,7 +99,7 @@ impl Link {
             token
         });
         let text = format!("lightgraph://{at}/{token}");
-        Ok(Link { listener, text, shared: Arc::new(Shared { token, state: Mutex::default() }) })
+        Ok(Link { listener, text, shared: Arc::new(SharedLinkState { token, state: Mutex::default() }) })
     }
 
     /// The address and the token, as a program is given them.
@@ -138,8 +138,8 @@ impl Link {
     }
 }
 
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
+impl SharedLinkState {
+    fn lock(&self) -> MutexGuard<'_, LinkState> {
         // Each change is whole before the next may panic.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
