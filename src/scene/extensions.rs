@@ -2,7 +2,7 @@
 
 use super::{
     document::Document,
-    glossiness::{Glossy, HEAD_ON, Made, metal_of},
+    glossiness::{ConvertedMap, GlossyMaterial, HEAD_ON, metal_of},
     import::usable,
     materials::{TextureSlot, Use},
     model::Material,
@@ -45,7 +45,8 @@ pub(super) fn extend(
         let (base, metallic) = metal_of(diffuse.truncate(), specular);
         (m.base_color, m.metallic) = (base.extend(diffuse.w), metallic);
         let shiny = s.specular_glossiness_texture.is_some();
-        let glossy = Glossy { shiny, diffuse_texture: None, diffuse, specular, glossiness: s.glossiness_factor };
+        let glossy =
+            GlossyMaterial { shiny, diffuse_texture: None, diffuse, specular, glossiness: s.glossiness_factor };
         match (s.specular_glossiness_texture, s.diffuse_texture) {
             // Where nothing is a metal, each texel is its factor's share.
             (None, Some(matte)) if specular.max_element() > HEAD_ON => glossy.metals(&matte, m, uses),
@@ -111,21 +112,23 @@ pub(super) fn extend(
     }
 }
 
-impl Glossy {
+impl GlossyMaterial {
     /// With the texture of its diffuse colour; `None` where that is not read as the specular one is, texel by texel.
-    fn beside(self, document: &Document<'_>, specular: &RawInfo, diffuse: Option<&RawInfo>) -> Option<Glossy> {
+    fn beside(self, document: &Document<'_>, specular: &RawInfo, diffuse: Option<&RawInfo>) -> Option<GlossyMaterial> {
         let read = |info: &RawInfo| {
             let sampler = document.root.textures.get(info.index).map(|t| t.sampler.map(|s| s.value()));
             (sampler, info.tex_coord, transform(Some(&info.extensions)))
         };
         let alike = diffuse.is_none_or(|diffuse| read(diffuse) == read(specular));
-        alike.then_some(Glossy { diffuse_texture: diffuse.map(|info| info.index), ..self })
+        alike.then_some(GlossyMaterial { diffuse_texture: diffuse.map(|info| info.index), ..self })
     }
 
     /// Makes a material's textures of its image.
     fn metals(self, own: &RawInfo, m: &mut Material, uses: &mut Vec<Use>) {
         (m.base_color, m.metallic, m.roughness) = (Vec4::ONE, 1.0, 1.0);
-        for (slot, made) in [(TextureSlot::BaseColor, Made::BaseColor), (TextureSlot::Finish, Made::Finish)] {
+        for (slot, made) in
+            [(TextureSlot::BaseColor, ConvertedMap::BaseColor), (TextureSlot::Finish, ConvertedMap::Finish)]
+        {
             uses.push(Use { made: Some((self, made)), ..own.used(slot) });
         }
     }

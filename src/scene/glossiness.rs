@@ -1,5 +1,5 @@
-//! Materials of `KHR_materials_pbrSpecularGlossiness` as metallic ones: the base colour, metalness and roughness that
-//! look most like a diffuse colour, a specular one and glossiness.
+//! Converts materials of `KHR_materials_pbrSpecularGlossiness` to metallic ones: finds the base colour, metalness and
+//! roughness that look most like a diffuse colour, a specular one and glossiness.
 
 use super::textures::TextureImage;
 use crate::image::srgb;
@@ -8,9 +8,9 @@ use glam::{Vec3, Vec4};
 /// What a face of the ior of 1.5 reflects head on.
 pub(super) const HEAD_ON: f32 = 0.04;
 
-/// What such a material states beside its textures.
+/// The factors and textures of such a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Glossy {
+pub(super) struct GlossyMaterial {
     /// Whether its image is that of its specular colour; else that of its diffuse one.
     pub shiny: bool,
     /// Texture of the diffuse colour beside it, read alike.
@@ -20,17 +20,17 @@ pub(super) struct Glossy {
     pub glossiness: f32,
 }
 
-/// What becomes of its images.
+/// A map that its images are converted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Made {
+pub(super) enum ConvertedMap {
     BaseColor,
     /// Roughness in green, metalness in blue.
     Finish,
 }
 
-impl Glossy {
-    /// What is made of its image, and of that of its diffuse colour beside it: as large as the larger one.
-    pub fn image(&self, made: Made, own: &TextureImage, beside: Option<&TextureImage>) -> TextureImage {
+impl GlossyMaterial {
+    /// Converts its image, and that of its diffuse colour beside it, to a map as large as the larger one.
+    pub fn image(&self, made: ConvertedMap, own: &TextureImage, beside: Option<&TextureImage>) -> TextureImage {
         let [width, height] = larger(own.size(), beside.map(TextureImage::size));
         let light: [f32; 256] = std::array::from_fn(|code| srgb::decode(code as f32 / 255.0));
         let lit = |t: [u8; 4]| {
@@ -49,11 +49,11 @@ impl Glossy {
             let diffuse = self.diffuse * matte;
             let (base, metallic) = metal_of(diffuse.truncate(), self.specular * shine.truncate());
             match made {
-                Made::BaseColor => {
+                ConvertedMap::BaseColor => {
                     let [r, g, b] = base.to_array().map(srgb::nearest);
                     [r, g, b, plain(diffuse.w)]
                 }
-                Made::Finish => [255, plain(1.0 - self.glossiness * shine.w), plain(metallic), 255],
+                ConvertedMap::Finish => [255, plain(1.0 - self.glossiness * shine.w), plain(metallic), 255],
             }
         };
         let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
@@ -61,7 +61,7 @@ impl Glossy {
     }
 }
 
-/// The size of what is made of two images.
+/// The size of a map converted from two images.
 pub(super) fn larger([width, height]: [u32; 2], other: Option<[u32; 2]>) -> [u32; 2] {
     other.map_or([width, height], |[w, h]| [width.max(w), height.max(h)])
 }

@@ -3,7 +3,7 @@
 use super::{
     document::{Document, place},
     extensions::{Transform, extend, transform},
-    glossiness::{Glossy, Made},
+    glossiness::{ConvertedMap, GlossyMaterial},
     import::usable,
     mips::TexelCoding,
     model::{Alpha, Face, Material},
@@ -88,7 +88,7 @@ pub(super) struct Use {
     pub set: u32,
     pub transform: Transform,
     /// What is made of it instead.
-    pub made: Option<(Glossy, Made)>,
+    pub made: Option<(GlossyMaterial, ConvertedMap)>,
 }
 
 /// The materials, with the images that they use.

@@ -5,13 +5,16 @@
 //! [`Scene::camera_values`] at a pose.
 //!
 //! - `load` finds the files; `document` reads bytes, buffers and accessors, `decoded` and `draco` those that are
-//!   compressed or sparse; `import` makes nodes of them, `instancing` copies of some, `materials` and `extensions`
-//!   materials (`glossiness` older ones), `textures`, `basis`, `mips` and `pages` the images, `attached` lights and
-//!   cameras, `animation` moves nodes, `deformer` skins and morph targets (`deform` poses them), `complete` adds those of the scene RON and the
-//!   command (`added`) and what is made up (`room` finds whether to stand inside), `environment` light from all around
-//!   (`sky`, `panorama`), `geometry` the vertices, `tangents` what normal maps need, `clusters` their compact groups,
-//!   `levels` fewer triangles; `glow` says how much light textured triangles give, `smooth` how far normals lie from
-//!   the triangles'; `description` reads the scene RON
+//!   compressed or sparse.
+//! - `import` makes nodes of them, `instancing` copies of some. `materials` and `extensions` read materials,
+//!   `glossiness` older ones; `textures`, `basis`, `mips` and `pages` read images.
+//! - `attached` reads lights and cameras; `animation` moves nodes; `deformer` reads skins and morph targets, which
+//!   `deform` poses.
+//! - `description` reads the scene RON. `complete` adds its lights and cameras, those of the command (`added`), and
+//!   what a scene lacks (`room` finds whether to stand inside); `environment` is light from all around (`sky`,
+//!   `panorama`).
+//! - `geometry` holds the vertices, `tangents` what normal maps need, `clusters` their compact groups, `levels` fewer
+//!   triangles. `glow` says how much light textured triangles give, `smooth` how far normals lie from the triangles'.
 //! - `model` holds the scene and its facts; `motion` poses it; `tables`, `finishes`, `corners`, `light_views` and `bvh`
 //!   fill the shaders' tables, whose columns are `pieces`; `camera` makes the view matrices, [`navigate`] moves views,
 //!   `placed` is what programs say that show a scene of their own
@@ -128,8 +131,8 @@ use crate::value::Type;
 ///   metalness in blue), `normal_texture`, `normal_scale`, `normal_deviation` (sine of the angle between normals
 ///   and the triangles' planes, at most on nearly all of its area; 0 for flat ones), `alpha_cutoff` (nothing is there
 ///   where alpha is less; 0 for opaque ones, one half for those that blend), `alpha_blend` (0 or 1), `unlit` (0 or 1),
-///   `face` (of what is no metal: reflectance head on in rgb, at grazing angles in a), `face_texture` (times its alpha), `face_tint_texture`
-///   (head on times its colour), `transmission`, `transmission_texture` (red), `coat` (share of a clear layer),
+///   `face` (of what is no metal: reflectance head on in rgb, at grazing angles in a), `face_texture` (times its
+///   alpha), `face_tint_texture` (head on times its colour), `transmission`, `transmission_texture` (red), `coat` (share of a clear layer),
 ///   `coat_texture` (red), `coat_roughness`, `coat_roughness_texture` (green)
 /// - `textures`: how materials read images: `turn` (a matrix's columns) and `offset` (what is added then) of
 ///   coordinates, `x`, `y`, `layer` (its first texel on the pages of `scene_textures`), `width`, `height`, `levels`

@@ -6,7 +6,7 @@
 use super::{
     basis,
     document::Document,
-    glossiness::{Glossy, Made, larger},
+    glossiness::{ConvertedMap, GlossyMaterial, larger},
     mips::{self, TexelCoding},
     pages::{self, PagePlace},
 };
@@ -132,7 +132,7 @@ pub(super) struct WantedImage {
     pub image: usize,
     pub coding: TexelCoding,
     /// What is made of it instead, and the image of the diffuse colour beside it.
-    pub made: Option<(Glossy, Made, Option<usize>)>,
+    pub made: Option<(GlossyMaterial, ConvertedMap, Option<usize>)>,
 }
 
 impl WantedImage {

@@ -17,8 +17,8 @@ const MOST_SHARDS: usize = 10_000;
 impl Shard {
     pub const WHOLE: Shard = Shard { number: 1, of: 1 };
 
-    /// Whether it is one of its parts: whoever wrote its file may say anything.
-    pub fn exists(self) -> bool {
+    /// Whether `number` is one of `of` parts: a file may say anything.
+    pub fn is_valid(self) -> bool {
         (1..=self.of).contains(&self.number) && self.of <= MOST_SHARDS
     }
 
@@ -44,7 +44,7 @@ impl FromStr for Shard {
         let parts = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
         let shard = parts.map(|(number, of)| Shard { number, of });
         shard
-            .filter(|s| s.exists())
+            .filter(|s| s.is_valid())
             .ok_or_else(|| format!("write it as 2/8: the second of eight parts, of {MOST_SHARDS} at most"))
     }
 }

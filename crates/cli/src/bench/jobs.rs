@@ -80,7 +80,7 @@ impl Part {
     pub fn check(&self, shown: &str, entries: usize) -> Checked<()> {
         let own = |d: &Done| d.job < self.jobs && self.shard.has(d.job);
         let counted = self.done.iter().try_fold(0usize, |n, d| n.checked_add(d.entries));
-        if self.shard.exists() && self.done.iter().all(own) && counted.is_some_and(|n| n <= entries) {
+        if self.shard.is_valid() && self.done.iter().all(own) && counted.is_some_and(|n| n <= entries) {
             return Ok(());
         }
         let d = Diagnostic::error(format!("{shown} holds no part of a bench: its jobs and entries disagree"));
