@@ -147,7 +147,7 @@ def is_closed(indices: np.ndarray) -> bool:
     return bool(np.array_equal(there, back))
 
 
-# Corners of what stands for an ellipse.
+# Corners of the polygon for an ellipse.
 SIDES = 48
 
 
@@ -168,8 +168,8 @@ def face(shape: str, size: float, size_y: float) -> tuple[np.ndarray, np.ndarray
 
 
 def ball(radius: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """What stands for the ball of a light: corners, triangles, its area, which is that of the ball. It shines to all
-    sides alike, to a thousandth."""
+    """Returns corners, triangles and area of a polyhedron that has the area of a light's ball. It shines to all sides
+    alike, to a thousandth."""
     golden = (1 + np.sqrt(5)) / 2
     corners = np.array([np.roll((0, a, b), i) for i in range(3) for a in (-1, 1) for b in (-golden, golden)])
     # The faces of a regular icosahedron, whose edges are 2 long.

@@ -170,7 +170,7 @@ def _faults(layout: Any, faults: Any) -> None:
 
 
 class LIGHTGRAPH_PT_light(bpy.types.Panel):
-    """What Cycles has among the object's visibility."""
+    """Shows the object's visibility to the camera, which Cycles has in a panel of its own."""
 
     bl_label = "lightgraph"
     bl_space_type = "PROPERTIES"

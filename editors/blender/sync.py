@@ -204,8 +204,8 @@ class Sync:
         return Lamp("POINT", candela, color)
 
     def _shining(self, obj: Any, matrix: np.ndarray, used: dict) -> tuple[lg.Mesh, ...] | None:
-        """What shines, and is seen: the face of an area light, the ball of a point with a radius that the camera sees.
-        None of other lights."""
+        """Returns the emissive shape of an area light, or of a point with a radius that the camera sees; None for other
+        lights."""
         light, seen, version = obj.data, getattr(obj, "visible_camera", True), bpy.app.version
         if light.type == "AREA":
             corners, triangles, area = meshes.face(light.shape, light.size, light.size_y)
@@ -308,7 +308,7 @@ _PLAIN = lg.Material(color=(0.8, 0.8, 0.8), double_sided=True, name="")
 
 
 def _power(light: Any, area: float = 0.0) -> float:
-    """A light's flux in watts, a sun's irradiance. What Blender calls not normalized is the flux of each m²."""
+    """Returns a light's flux in watts, or a sun's irradiance. A light without Normalize states the flux of each m²."""
     power = max(0.0, units.strength(light.energy, getattr(light, "exposure", 0.0)))
     return power if area <= 0 or getattr(light, "normalize", True) else power * area
 

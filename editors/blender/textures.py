@@ -9,8 +9,8 @@ import numpy as np
 # The share of each colour in how bright a pixel is (ITU-R BT.709).
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
 
-# Rows of a panorama at least. What draws it takes means of squares that are as large as its pixels, and Blender does not:
-# of a small picture those would be seen.
+# Rows that a panorama has at least. The engine averages squares as large as its pixels, Blender interpolates between
+# pixels; in a small panorama the difference would show.
 FINE = 256
 
 
@@ -81,8 +81,7 @@ def finish(roughness: Any, metallic: Any) -> np.ndarray | None:
 
 
 def turned(panorama: np.ndarray, turns: float) -> np.ndarray:
-    """A panorama moved to the right by a share of its width, what leaves it on one side coming in at the other. A small
-    one is finer then, and the same between the centres of its pixels."""
+    """Turns a panorama to the right by a share of its width. A small one is interpolated to at least FINE rows."""
     high, wide = panorama.shape[:2]
     finer = max(1, -(-FINE // high))
     columns = _centres(wide, finer) - turns * wide
@@ -98,7 +97,7 @@ def turned(panorama: np.ndarray, turns: float) -> np.ndarray:
 
 
 def _centres(count: int, finer: int) -> np.ndarray:
-    """The centres of pixels that are so many times finer, in pixels from the first one's centre."""
+    """Returns the centres of `finer` times as many pixels, in pixels from the first one's centre."""
     return (np.arange(count * finer) + 0.5) / finer - 0.5
 
 

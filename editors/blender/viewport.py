@@ -132,7 +132,7 @@ def _look() -> float | None:
 
 
 def _say() -> None:
-    """Has the status bars say why a view shows no new image, and the panel what else there is to say."""
+    """Writes to the status bars why a view shows no new image, and redraws the panel, which shows the rest."""
     global _said
     pictures = [view.live.picture for view in _open]
     error = next((p.error for p in pictures if p is not None and p.error), "")

@@ -114,9 +114,9 @@ pub(super) fn make_up(scene: &mut Scene, shown: &str, dark: bool, sought: bool, 
         faults.push(d.help("add a camera to the glTF or the scene RON, or use --camera-at and --look-at"));
     }
     if camera && room.is_none() && is_inside_out(scene) {
-        Arc::make_mut(&mut scene.geometry).turn_round();
+        Arc::make_mut(&mut scene.geometry).flip();
         let d = Diagnostic::warning(format!(
-            "{shown}: the scene shows backs from all around; its triangles are turned round, for it was inside out"
+            "{shown}: the scene shows backs from all around; its triangles are flipped, for it was inside out"
         ));
         faults.push(d.help("turn its normals outwards where it was made (in Blender: Mesh > Normals > Recalculate)"));
     }

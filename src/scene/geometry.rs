@@ -1,10 +1,10 @@
 //! Meshes to one vertex and one index array.
 
+mod flipped;
 mod placing;
-mod turned;
 
+use flipped::Flipped;
 pub(super) use placing::assemble;
-use turned::Turned;
 
 use super::{
     clusters::Cluster,
@@ -113,7 +113,7 @@ pub(super) struct Primitive<'d> {
     drawn: usize,
     /// Row of the `materials` table.
     material: u32,
-    turned: Turned,
+    flipped: Flipped,
 }
 
 /// Vertex colours, without alpha or with it.
@@ -206,7 +206,7 @@ impl Primitive<'_> {
     fn normal(&self, vertex: u32, flat: Vec3) -> Vec3 {
         let given = self.normals.map(|normals| Vec3::from(normals.get(vertex as usize)));
         let given = given.and_then(Vec3::try_normalize);
-        given.map_or(flat, |n| if self.turned == Turned::Normals { -n } else { n })
+        given.map_or(flat, |n| if self.flipped == Flipped::Normals { -n } else { n })
     }
 }
 
@@ -301,12 +301,12 @@ pub(super) fn primitive<'d>(
     }
     let tangents = tangents.map_or(Tangents::None, Tangents::Given);
     let material = surface.material;
-    let turned = Turned::Nothing;
+    let flipped = Flipped::Nothing;
     let mut primitive =
-        Primitive { positions, normals, uvs, colors, tangents, triangles, deformable, drawn: 0, material, turned };
+        Primitive { positions, normals, uvs, colors, tangents, triangles, deformable, drawn: 0, material, flipped };
     // What no light shows is often the far side of a model, made larger and turned inside out, as its outline.
-    primitive.turned = if surface.lit { primitive.contradiction() } else { Turned::Nothing };
-    faults.extend(primitive.turned.told().map(|what| document.warning(at, what)));
+    primitive.flipped = if surface.lit { primitive.contradiction() } else { Flipped::Nothing };
+    faults.extend(primitive.flipped.notice().map(|what| document.warning(at, what)));
     primitive.drawn = triangles.iter().filter(|t| has_area(primitive.corners(*t))).count();
     if let (Some(set), Tangents::None) = (surface.normal_map, &primitive.tangents) {
         primitive.tangents = Tangents::Made(made_tangents(&primitive, set as usize));

@@ -1,6 +1,6 @@
 //! Instances laid out as vertices and indices.
 
-use super::{Geometry, Instance, MAX_TRIANGLES, More, Primitive, Tangents, Turned, Vertex, face_normal, has_area};
+use super::{Flipped, Geometry, Instance, MAX_TRIANGLES, More, Primitive, Tangents, Vertex, face_normal, has_area};
 use crate::{
     diag::Diagnostic,
     scene::{
@@ -92,7 +92,7 @@ impl Placing {
     /// Appends an instance; returns how many triangles its transform flattens away.
     pub fn place(&mut self, instance: &Instance<'_>, indices: &mut Vec<u32>) -> usize {
         let primitive = instance.primitive;
-        let mirrored = (instance.world.determinant() < 0.0) != (primitive.turned == Turned::Triangles);
+        let mirrored = (instance.world.determinant() < 0.0) != (primitive.flipped == Flipped::Triangles);
         // By place in the primitive: the vertex that it became.
         const NOWHERE: u32 = u32::MAX;
         let mut placed = vec![NOWHERE; primitive.positions.len()];

@@ -72,7 +72,7 @@ pub const VERTICES: &[Case] = &[
             let normal = f.floats(&[[0.0, 0.0, -1.0]; 4]);
             attribute(f, "NORMAL", normal);
         },
-        Notice(&["primitive 0: its normals point to the backs of its triangles", "turned round"], |s| {
+        Notice(&["primitive 0: its normals point to the backs of its triangles", "flipped"], |s| {
             s.geometry.vertices.iter().all(|v| v.normal == [0.0, 0.0, 1.0]) && s.geometry.indices[..3] == [0, 1, 2]
         }),
     ),

@@ -10,32 +10,32 @@ const AGAINST: f64 = 0.9;
 /// counts as closed: a ball has 0.2.
 const SOLID: f64 = 0.02;
 
-/// What is turned round of a primitive.
+/// What of a primitive is flipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Turned {
+pub(super) enum Flipped {
     Nothing,
     Normals,
     Triangles,
 }
 
-impl Turned {
-    /// What to say of it.
-    pub(super) fn told(self) -> Option<&'static str> {
+impl Flipped {
+    /// What the user should know of it.
+    pub(super) fn notice(self) -> Option<&'static str> {
         match self {
-            Turned::Nothing => None,
-            Turned::Normals => Some("its normals point to the backs of its triangles; the normals are turned round"),
-            Turned::Triangles => {
-                Some("its triangles' fronts look inwards, its normals outwards; the triangles are turned round")
+            Flipped::Nothing => None,
+            Flipped::Normals => Some("its normals point to the backs of its triangles; the normals are flipped"),
+            Flipped::Triangles => {
+                Some("its triangles' fronts look inwards, its normals outwards; the triangles are flipped")
             }
         }
     }
 }
 
 impl Primitive<'_> {
-    /// What is to be turned round where nearly all normals point to the backs of triangles, which would be black. Of
-    /// what is closed that side is the front that looks outwards; else the order of corners says it, as glTF has it.
-    pub(super) fn contradiction(&self) -> Turned {
-        let Some(normals) = self.normals else { return Turned::Nothing };
+    /// Decides what to flip where nearly all normals point to the backs of triangles, which would be black. The front
+    /// of a closed primitive is its outside; of others it follows from the order of corners, as glTF has it.
+    pub(super) fn contradiction(&self) -> Flipped {
+        let Some(normals) = self.normals else { return Flipped::Nothing };
         let origin = self.positions.iter().next().map_or(Vec3::ZERO, Vec3::from);
         let (mut all, mut against, mut volume) = (0.0, 0.0, 0.0);
         for triangle in self.triangles.iter() {
@@ -48,16 +48,16 @@ impl Primitive<'_> {
             volume += a.dot(across);
         }
         match against > AGAINST * all {
-            false => Turned::Nothing,
-            true if volume < -SOLID * all.powf(1.5) => Turned::Triangles,
-            true => Turned::Normals,
+            false => Flipped::Nothing,
+            true if volume < -SOLID * all.powf(1.5) => Flipped::Triangles,
+            true => Flipped::Normals,
         }
     }
 }
 
 impl Geometry {
-    /// Makes fronts of all backs.
-    pub(in crate::internals::scene) fn turn_round(&mut self) {
+    /// Flips all triangles.
+    pub(in crate::internals::scene) fn flip(&mut self) {
         self.indices.as_chunks_mut::<3>().0.iter_mut().for_each(|t| t.swap(1, 2));
         self.vertices.iter_mut().for_each(|v| v.normal = v.normal.map(|x| -x));
         self.more.tangents.iter_mut().for_each(|t| t[3] = -t[3]);
