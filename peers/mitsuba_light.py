@@ -29,7 +29,14 @@ class Tracer:
 
     def radiance(self, depth, samples, seed):
         """Mean over paths of up to `depth` segments (2: direct light), pixels × 3, f64."""
-        integrator = mi.load_dict({"type": self.integrator, "max_depth": depth})
+        return self.mean(mi.load_dict({"type": self.integrator, "max_depth": depth}), samples, seed)
+
+    def after_first_bounce(self, depth, samples, seed):
+        """The same without direct light, where nothing that rays can meet shines."""
+        return self.mean(AfterFirstBounce(self.integrator, depth), samples, seed)
+
+    def mean(self, integrator, samples, seed):
+        """Mean over paths of an integrator, pixels × 3, f64."""
         sampler = mi.load_dict({"type": "independent"})
         most = max(RAYS // self.pixels, 1)
         total = np.zeros((self.pixels, 3))
@@ -62,6 +69,23 @@ class Tracer:
         return mi.RayDifferential3f(mi.Ray3f(mi.Point3f(self.origin), mi.Vector3f(each.T)))
 
 
+class AfterFirstBounce(mi.SamplingIntegrator):
+    """What arrives by paths of at least two bounces. Not all light less direct light: rounding may put a point on the edge
+    of a shadow into the one and not into the other."""
+
+    def __init__(self, integrator, depth):
+        super().__init__(mi.Properties())
+        self.rest = mi.load_dict({"type": integrator, "max_depth": depth if depth == ALL else depth - 1})
+
+    def sample(self, scene, sampler, ray, medium=None, active=True):
+        si = scene.ray_intersect(ray, active)
+        active &= si.is_valid()
+        context = mi.BSDFContext()
+        bounce, weight = si.bsdf(ray).sample(context, si, sampler.next_1d(active), sampler.next_2d(active), active)
+        light, _, _ = self.rest.sample(scene, sampler, si.spawn_ray(si.to_world(bounce.wo)), medium, active)
+        return dr.select(active, weight * light, 0), active, []
+
+
 def mean_and_error(tracer, depth, samples, seed):
     """Light of all bounces after the first: the mean, its standard error pixel by pixel, and the direct light."""
     parts, directs = passes(tracer, depth, samples, seed)
@@ -79,9 +103,13 @@ def passes(tracer, depth, samples, seed, count=16):
     parts, directs = [], []
     for k in range(count):
         stream = seed + k * 1_000_003
-        # Of one stream the direct light is the same in both, so the difference has the noise of the bounces alone.
-        if k == 0 or not tracer.direct_is_exact:
-            direct = tracer.radiance(2, 1 if tracer.direct_is_exact else each, stream)
+        if tracer.direct_is_exact:
+            if k == 0:
+                direct = tracer.radiance(2, 1, stream)
+            parts.append(tracer.after_first_bounce(depth, each, stream))
+        else:
+            # Of one stream the direct light is the same in both, so the difference has the noise of the bounces alone.
+            direct = tracer.radiance(2, each, stream)
+            parts.append(tracer.radiance(depth, each, stream) - direct)
         directs.append(direct)
-        parts.append(tracer.radiance(depth, each, stream) - direct)
     return parts, directs

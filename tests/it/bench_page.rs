@@ -51,7 +51,7 @@ fn entry(graph: &str, peer: Option<&str>, setting: &str, ms: Option<f64>, rmse: 
     });
     let score = json!({
         "output": "color", "only_when": [], "origin": "closed form", "stderr_percent": 0.6, "metrics": metrics,
-        "fine_percent": 0.1, "hit": null, "flip": 0.25,
+        "fine_percent": 0.1, "flip": 0.25,
     });
     let phase = if peer.is_some() { "whole" } else { "everything" };
     let time = |ms: f64| {

@@ -49,16 +49,17 @@ impl GalleryBench<'_> {
         format!("Error (bias), {what} of one frame; {edge} × {edge} pixels, {}, {}", info.name, info.driver_info)
     }
 
-    /// The reference that an output is compared with whatever the parameters, and the pixels that see a surface.
+    /// The reference that an output is compared with whatever the parameters, and the pixels that have one.
     fn reference(&self, scene: &str, output: &str) -> Checked<(Image, Option<Vec<bool>>)> {
         let name = scene.split(['.', ':']).next().unwrap_or(scene);
         let views = self.manifest.views();
         let named = scene.split_once(':').map(|(_, camera)| camera.to_string());
         let camera = named.or_else(|| views.into_iter().find(|(s, _)| s == name).and_then(|(_, camera)| camera));
-        let ReferenceSet { all, hit, .. } = self.manifest.load(name, camera.as_deref(), [self.size; 2], &mut vec![])?;
+        let ReferenceSet { all, answered, .. } =
+            self.manifest.load(name, camera.as_deref(), [self.size; 2], &mut vec![])?;
         let found = all.into_iter().find(|r| r.output == output && r.only_when.is_empty());
         let missing = || Diagnostic::error(format!("{scene} has no reference for `{output}`"));
-        Ok((found.ok_or_else(missing)?.image, hit))
+        Ok((found.ok_or_else(missing)?.image, answered))
     }
 
     /// An output of a graph's first frame, and the seconds that the frame took. A scene with `:CAMERA` is seen by that.

@@ -12,14 +12,16 @@
 //! `comparison.json` beside it says which output a quantity is compared with, and what else a bench looks at:
 //!
 //! ```json
-//! {"outputs": {"full": "color", "b1_indirect": "indirect[bounces=1]"}, "main": "indirect", "surface": "normal",
+//! {"outputs": {"full": "color", "b1_indirect": "indirect[bounces=1]"}, "main": "indirect",
+//!  "surface": "normal", "distance": "depth",
 //!  "leaks": [{"scene": "two_rooms", "lit": "lit", "dark": "dark"}],
 //!  "published": [{"scene": "art_gallery", "phase": "everything", "ms": 110, "source": "…"}]}
 //! ```
 //!
 //! A quantity that isn't named there is the output of its name. In brackets stand parameters that a setting must have.
-//! `surface` is the image that tells which pixels see one: those where it isn't 0. `exact` holds in every pixel. What
-//! `dark` sees relative to `lit` is light that went through a wall.
+//! A pixel has no reference where `distance` tells of a surface that `surface` knows no normal of: there the other
+//! renderer shows black. `exact` holds in every pixel. What `dark` sees relative to `lit` is light that went through a
+//! wall.
 
 use super::results::Phase;
 use lightgraph::internals::files;
@@ -70,9 +72,11 @@ pub struct EntryUse {
     /// Quantity to output, with conditions in brackets.
     #[serde(default)]
     pub outputs: BTreeMap<String, String>,
-    /// The quantity that tells where a surface is seen.
+    /// The quantities that tell normal and distance of the surface that is seen, 0 where there is none.
     #[serde(default)]
     pub surface: Option<String>,
+    #[serde(default)]
+    pub distance: Option<String>,
     /// The output whose errors a report shows first.
     #[serde(default)]
     pub main: Option<String>,
@@ -119,8 +123,8 @@ pub struct LoadedReference {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReferenceSet {
     pub all: Vec<LoadedReference>,
-    /// Which pixels see a surface.
-    pub hit: Option<Vec<bool>>,
+    /// Which pixels have a reference; `None`: all.
+    pub answered: Option<Vec<bool>>,
     pub leak: Option<Leak>,
 }
 
@@ -163,12 +167,12 @@ impl Manifest {
         let leak = self.comparison.leaks.iter().find(|l| l.scene == scene).cloned();
         let mut found = ReferenceSet { leak, ..ReferenceSet::default() };
         let mut faults = vec![];
+        let (mut normals, mut distances) = (None, None);
         for listed in self.entries.iter().filter(|e| e.scene == scene && e.camera.as_deref() == camera) {
             let origin = [listed.renderer.as_deref(), listed.version.as_deref()];
             let origin = origin.iter().flatten().copied().collect::<Vec<_>>().join(" ");
             for (key, file) in &listed.files {
                 let path = self.folder.join(file);
-                let surface = self.comparison.surface.as_ref() == Some(key);
                 let image = match read_exr(&path) {
                     Ok(image) => image,
                     Err(Faults(more)) => {
@@ -180,8 +184,10 @@ impl Manifest {
                     let [w, h] = size;
                     let text = format!("{} is {} × {}, not {w} × {h}", path.display(), image.width, image.height);
                     notices.push(Diagnostic::note(text + ": nothing is compared with it"));
-                } else if surface {
-                    found.hit = Some(image.rgb().map(|p| p.iter().any(|v| *v != 0.0)).collect());
+                } else if self.comparison.surface.as_ref() == Some(key) {
+                    normals = Some(image);
+                } else if self.comparison.distance.as_ref() == Some(key) {
+                    distances = Some(image);
                 } else {
                     let stderr_percent = listed.stderr_percent.get(key).copied();
                     self.add(&mut found, key, image, &origin, stderr_percent, &mut faults);
@@ -191,6 +197,10 @@ impl Manifest {
                 let image = Image::filled(size[0], size[1], &[*radiance as f32; 3])?;
                 self.add(&mut found, key, image, "closed form", Some(0.0), &mut faults);
             }
+        }
+        if let (Some(normals), Some(distances)) = (normals, distances) {
+            let answers = |(normal, distance): ([f32; 3], [f32; 3])| normal != [0.0; 3] || distance[0] == 0.0;
+            found.answered = Some(normals.rgb().zip(distances.rgb()).map(answers).collect());
         }
         Faults::check(faults, found)
     }

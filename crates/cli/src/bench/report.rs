@@ -31,11 +31,10 @@ const SCRIPT: [&str; 4] = [
 pub(super) type Metric = (&'static str, fn(&Score) -> Option<f64>);
 
 /// What the page can plot, by the names of its script.
-pub(super) const METRICS: [Metric; 5] = [
+pub(super) const METRICS: [Metric; 4] = [
     ("rmse", |s| Some(s.metrics.rmse_percent)),
     ("block", |s| Some(s.metrics.block_rmse_percent)),
     ("fine", |s| Some(s.fine_percent)),
-    ("hit", |s| s.hit.map(|h| h.rmse_percent)),
     ("flip", |s| s.flip),
 ];
 

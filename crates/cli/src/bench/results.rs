@@ -330,8 +330,7 @@ impl Results {
             "commit",
             "fault",
         ];
-        let of_output =
-            ["rmse_percent", "block_rmse_percent", "bias_percent", "relmse", "p95", "max", "rmse_hit_percent", "flip"];
+        let of_output = ["rmse_percent", "block_rmse_percent", "bias_percent", "relmse", "p95", "max", "flip"];
         let mut head: Vec<String> = fixed.map(String::from).to_vec();
         head.extend(outputs.iter().flat_map(|o| of_output.map(|m| format!("{o}_{m}"))));
         let mut out = line(&head);
@@ -387,7 +386,6 @@ impl Results {
                 shown(m.map(|m| m.relmse)),
                 shown(m.map(|m| m.p95_error)),
                 shown(m.map(|m| m.max_error)),
-                shown(s.and_then(|s| s.hit).map(|h| h.rmse_percent)),
                 shown(s.and_then(|s| s.flip)),
             ]);
         }

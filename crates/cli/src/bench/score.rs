@@ -18,13 +18,11 @@ pub struct Score {
     pub origin: String,
     /// Standard error of the reference in percent of its mean, where it is known.
     pub stderr_percent: Option<f64>,
-    /// Over all pixels.
+    /// Over all pixels that have a reference.
     pub metrics: Metrics,
     /// What of `rmse_percent` is no error of 8 × 8 means: `√(rmse² − block rmse²)`. Noise, and detail finer than a
     /// block.
     pub fine_percent: f64,
-    /// Over the pixels that see a surface.
-    pub hit: Option<Metrics>,
     /// Mean HDR-FLIP error, 0 to 1.
     pub flip: Option<f64>,
 }
@@ -41,12 +39,12 @@ pub fn score(
 ) -> Checked<Vec<Score>> {
     let applying = references.all.iter().filter(|r| r.applies(params) && mean(&r.image) != 0.0);
     let pairs: Vec<(&Image, &LoadedReference)> = applying.filter_map(|r| Some((images.get(&r.output)?, r))).collect();
-    let one = |i: usize| one(pairs[i].0, pairs[i].1, references.hit.as_deref());
+    let one = |i: usize| one(pairs[i].0, pairs[i].1, references.answered.as_deref());
     parallel::each(0..pairs.len(), one).into_iter().collect()
 }
 
-fn one(image: &Image, reference: &LoadedReference, hit: Option<&[bool]>) -> Checked<Score> {
-    let metrics = compare(image, &reference.image, None)?;
+fn one(image: &Image, reference: &LoadedReference, answered: Option<&[bool]>) -> Checked<Score> {
+    let metrics = compare(image, &reference.image, answered)?;
     let (rmse, block) = (metrics.rmse_percent, metrics.block_rmse_percent);
     Ok(Score {
         output: reference.output.clone(),
@@ -55,8 +53,7 @@ fn one(image: &Image, reference: &LoadedReference, hit: Option<&[bool]>) -> Chec
         stderr_percent: reference.stderr_percent,
         metrics,
         fine_percent: (rmse * rmse - block * block).max(0.0).sqrt(),
-        hit: hit.map(|mask| compare(image, &reference.image, Some(mask))).transpose()?,
-        flip: Some(flip(image, &reference.image, None)?),
+        flip: Some(flip(image, &reference.image, answered)?),
     })
 }
 

@@ -40,7 +40,6 @@ fn score(output: &str, truth: f32) -> Score {
         stderr_percent: Some(0.0),
         metrics: compare(&image(1.0), &image(truth), None).unwrap(),
         fine_percent: 0.0,
-        hit: None,
         flip: Some(0.25),
     }
 }

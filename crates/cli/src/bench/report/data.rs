@@ -71,7 +71,7 @@ fn entry(e: &Entry) -> Value {
         json!({
             "rmse": number(m.rmse_percent), "block": number(m.block_rmse_percent), "fine": number(s.fine_percent),
             "bias": number(m.bias_percent), "relmse": number(m.relmse), "p95": number(m.p95_error),
-            "max": number(m.max_error), "hit": s.hit.map(|h| number(h.rmse_percent)), "flip": s.flip.map(number),
+            "max": number(m.max_error), "flip": s.flip.map(number),
         })
     };
     let by_output = |scores: &[Score]| -> Map<String, Value> {

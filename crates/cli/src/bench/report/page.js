@@ -7,8 +7,7 @@ const all = data?.scenes.flatMap(s => s.entries) ?? [], look = looks(all), names
 const hidden = new Set();
 const metrics = {
   rmse: ["rmse, % of the mean", e => e.rmse], block: ["structural: rmse of 8 × 8 means, %", e => e.block],
-  fine: ["noise and fine detail, %", e => e.fine], hit: ["rmse where a surface is seen, %", e => e.hit],
-  flip: ["HDR-FLIP", e => e.flip],
+  fine: ["noise and fine detail, %", e => e.fine], flip: ["HDR-FLIP", e => e.flip],
 };
 const phases = {
   everything: "everything moves", lights: "the lights move", object: "one object moves", camera: "the camera moves",

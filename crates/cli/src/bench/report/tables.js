@@ -111,9 +111,9 @@ function numbers(scene, best) {
       // Means of 8 × 8 pixels have an eighth of a pixel's noise.
       const near = new Set([[4, s.rmse, noise], [5, s.block, noise / 8]].filter(([, value, noise]) => value < 10 * noise).map(([column]) => column));
       const name = e.graph + (e.peer === null ? "" : " " + e.peer);
-      return { index, near, cells: [name, e.setting ?? "", t.ms, t.device, s.rmse, s.block, s.fine, s.bias, s.hit, s.relmse, s.p95, s.max, s.flip, e.change[state.phase], e.leak, e.mib] };
+      return { index, near, cells: [name, e.setting ?? "", t.ms, t.device, s.rmse, s.block, s.fine, s.bias, s.relmse, s.p95, s.max, s.flip, e.change[state.phase], e.leak, e.mib] };
     });
-    const columns = ["graph", "setting", "wall ms", "device ms", "rmse %", "structural %", "fine %", "bias %", "surfaces %", "relMSE", "95th", "max", "FLIP", "change %", "leak", "MiB"];
+    const columns = ["graph", "setting", "wall ms", "device ms", "rmse %", "structural %", "fine %", "bias %", "relMSE", "95th", "max", "FLIP", "change %", "leak", "MiB"];
     const about = `Errors of “${state.output}”; bold: on the front; ≈: less than ten times the reference's own standard error (an eighth of it in structural error), which is part of it. “change” is how much color changed in the first frame that moved. A column's name sorts by it.`;
     return [el("p", {}, about), table(columns, rows, best, 4)];
   });
