@@ -147,11 +147,21 @@ pub struct Scaling {
 /// A generated scene of so many triangles, read and sorted for rays.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Load {
-    pub triangles: u32,
-    pub most_ms: f64,
-    /// Peak, in sizes of the file.
-    pub most_memory: f64,
+pub enum Load {
+    /// A ground of so many triangles, read and sorted for rays.
+    Triangles {
+        count: u32,
+        most_ms: f64,
+        /// Peak, in sizes of the file.
+        most_memory: f64,
+    },
+    /// JPEG files, each the base color of a material, read and decoded with their mips.
+    Textures {
+        count: u32,
+        /// Pixels along an edge.
+        edge: u32,
+        most_ms: f64,
+    },
 }
 
 /// From reading the files to the first pixel.

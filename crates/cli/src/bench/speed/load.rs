@@ -1,4 +1,4 @@
-//! A scene of many triangles, made, read and sorted for rays: how long that takes and how much memory.
+//! Scenes of many triangles or textures, made and read: how long that takes and how much memory.
 
 use super::list::Load;
 use super::{Bench, Goal, SpeedRow};
@@ -61,40 +61,94 @@ fn held() -> Option<u64> {
     Some(1024 * kib)
 }
 
+/// Quads side by side, one for each of `count` files, whose image it shows; as glTF.
+fn quads(count: u32) -> String {
+    let corners: [f32; 20] = [0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0., 1.];
+    let corners: String = bytemuck::cast_slice::<f32, u8>(&corners).iter().map(|b| format!("%{b:02x}")).collect();
+    let list = |of: &dyn Fn(u32) -> String| (0..count).map(of).collect::<Vec<_>>().join(",");
+    let nodes = list(&|i| format!(r#"{{"mesh":{i},"translation":[{i},0,0]}}"#));
+    let shape = r#""attributes":{"POSITION":0,"TEXCOORD_0":1},"mode":6"#;
+    let meshes = list(&|i| format!(r#"{{"primitives":[{{{shape},"material":{i}}}]}}"#));
+    let materials = list(&|i| format!(r#"{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":{i}}}}}}}"#));
+    let textures = list(&|i| format!(r#"{{"source":{i}}}"#));
+    let images = list(&|i| format!(r#"{{"uri":"{i}.jpg"}}"#));
+    let all = list(&|i| i.to_string());
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[{all}]}}],"nodes":[{nodes}],"meshes":[{meshes}],
+        "materials":[{materials}],"textures":[{textures}],"images":[{images}],
+        "buffers":[{{"byteLength":80,"uri":"data:application/octet-stream,{corners}"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":32}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
+            {{"bufferView":1,"componentType":5126,"count":4,"type":"VEC2"}}]}}"#
+    )
+}
+
+/// Waves and grain, as JPEG: some 10 bits a pixel, as photographs of rough surfaces have.
+fn picture(edge: u32) -> Checked<Vec<u8>> {
+    let texel = |i: u32| {
+        let (x, y) = ((i % edge) as f32, (i / edge) as f32);
+        let grain = (i.wrapping_mul(747_796_405).rotate_right(15).wrapping_mul(277_803_737) >> 26) as f32;
+        [0.031, 0.047, 0.083].map(|f| (128.0 + 60.0 * (f * x).sin() * (f * y).cos() + grain) as u8)
+    };
+    let pixels: Vec<u8> = (0..edge * edge).flat_map(texel).collect();
+    let mut bytes = vec![];
+    let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 90);
+    let encoded = encoder.encode(&pixels, edge, edge, image::ExtendedColorType::Rgb8);
+    encoded.map_err(|e| Diagnostic::error(format!("can't encode a picture: {e}")))?;
+    Ok(bytes)
+}
+
+/// `measured` of what `write` puts into a folder, which is gone afterwards.
+fn in_folder<T>(
+    write: impl Fn(&Path) -> std::io::Result<()>,
+    measured: impl FnOnce(&Path) -> Checked<T>,
+) -> Checked<T> {
+    let folder = tempfile::tempdir().map_err(|e| Diagnostic::error(format!("can't make a folder: {e}")))?;
+    let shown = folder.path().display();
+    write(folder.path()).map_err(|e| Diagnostic::error(format!("can't write into {shown}: {e}")))?;
+    measured(folder.path())
+}
+
+const SECTION: &str = "loading";
+
 impl Bench<'_> {
     pub(super) fn load(&self, load: &Load) -> Checked<Vec<SpeedRow>> {
-        let section = "loading";
-        let edge = f64::from(load.triangles / 2).sqrt().round().max(1.0) as u32;
-        let bytes = hills(edge);
-        let size = bytes.len() as f64;
-        let folder = std::env::temp_dir().join(format!("lightgraph-load-{}", std::process::id()));
-        let path = folder.join("hills.glb");
-        let write = || {
-            std::fs::create_dir_all(&folder)?;
-            std::fs::write(&path, &bytes)
-        };
-        write().map_err(|e| Diagnostic::error(format!("can't write {}: {e}", path.display())))?;
-        drop(bytes);
-        let measured = measure(&path);
-        // Nothing hangs on the folder.
-        let _ = std::fs::remove_dir_all(&folder);
-        let (load_ms, sort_ms, memory) = measured?;
-        let name = format!("{} triangles", 2 * edge * edge);
-        let note =
-            format!("read {load_ms:.0} ms, tables and boxes for rays {sort_ms:.0} ms; file {:.1} MB", size * 1e-6);
-        let time = SpeedRow::new(section, format!("{name}, read and sorted for rays"), load_ms + sort_ms, "ms");
-        let mut rows = vec![time.wanted(Goal::AtMost(load.most_ms)).note(note)];
-        for (what, bytes) in [("to read", memory[0]), ("to sort and hold tables", memory[1])] {
-            let row = SpeedRow::new(
-                section,
-                format!("{name}, memory {what}"),
-                bytes.map_or(f64::NAN, |b| b as f64 / size),
-                "× the file",
-            );
-            rows.push(row.wanted(Goal::AtMost(load.most_memory)).note("peak, above what was held before"));
+        match *load {
+            Load::Triangles { count, most_ms, most_memory } => triangles(count, most_ms, most_memory),
+            Load::Textures { count, edge, most_ms } => textures(count, edge, most_ms),
         }
-        Ok(rows)
     }
+}
+
+fn triangles(count: u32, most_ms: f64, most_memory: f64) -> Checked<Vec<SpeedRow>> {
+    let edge = f64::from(count / 2).sqrt().round().max(1.0) as u32;
+    let bytes = hills(edge);
+    let size = bytes.len() as f64;
+    let write = |folder: &Path| std::fs::write(folder.join("hills.glb"), &bytes);
+    let (load_ms, sort_ms, memory) = in_folder(write, |folder| measure(&folder.join("hills.glb")))?;
+    let name = format!("{} triangles", 2 * edge * edge);
+    let note = format!("read {load_ms:.0} ms, tables and boxes for rays {sort_ms:.0} ms; file {:.1} MB", size * 1e-6);
+    let time = SpeedRow::new(SECTION, format!("{name}, read and sorted for rays"), load_ms + sort_ms, "ms");
+    let mut rows = vec![time.wanted(Goal::AtMost(most_ms)).note(note)];
+    for (what, bytes) in [("to read", memory[0]), ("to sort and hold tables", memory[1])] {
+        let peak = bytes.map_or(f64::NAN, |b| b as f64 / size);
+        let row = SpeedRow::new(SECTION, format!("{name}, memory {what}"), peak, "× the file");
+        rows.push(row.wanted(Goal::AtMost(most_memory)).note("peak, above what was held before"));
+    }
+    Ok(rows)
+}
+
+fn textures(count: u32, edge: u32, most_ms: f64) -> Checked<Vec<SpeedRow>> {
+    let picture = picture(edge)?;
+    let write = |folder: &Path| {
+        std::fs::write(folder.join("quads.gltf"), quads(count))?;
+        (0..count).try_for_each(|i| std::fs::write(folder.join(format!("{i}.jpg")), &picture))
+    };
+    let (load_ms, tables_ms, memory) = in_folder(write, |folder| measure(&folder.join("quads.gltf")))?;
+    let gigabytes = |bytes: Option<u64>| bytes.map_or("?".into(), |b| format!("{:.2}", b as f64 * 1e-9));
+    let note = format!("files of {:.1} MB; {} GB at the peak", picture.len() as f64 * 1e-6, gigabytes(memory[0]));
+    let name = format!("{count} textures of {edge} × {edge}, read and decoded");
+    Ok(vec![SpeedRow::new(SECTION, name, load_ms + tables_ms, "ms").wanted(Goal::AtMost(most_ms)).note(note)])
 }
 
 /// Milliseconds to read a scene and to make its tables for rays; the peaks of memory of both.
