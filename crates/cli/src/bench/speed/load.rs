@@ -61,10 +61,11 @@ fn held() -> Option<u64> {
     Some(1024 * kib)
 }
 
+/// Of a quad: positions, then texture coordinates.
+const CORNERS: [f32; 20] = [0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0., 1.];
+
 /// Quads side by side, one for each of `count` files, whose image it shows; as glTF.
 fn quads(count: u32) -> String {
-    let corners: [f32; 20] = [0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0., 1.];
-    let corners: String = bytemuck::cast_slice::<f32, u8>(&corners).iter().map(|b| format!("%{b:02x}")).collect();
     let list = |of: &dyn Fn(u32) -> String| (0..count).map(of).collect::<Vec<_>>().join(",");
     let nodes = list(&|i| format!(r#"{{"mesh":{i},"translation":[{i},0,0]}}"#));
     let shape = r#""attributes":{"POSITION":0,"TEXCOORD_0":1},"mode":6"#;
@@ -76,15 +77,21 @@ fn quads(count: u32) -> String {
     format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[{all}]}}],"nodes":[{nodes}],"meshes":[{meshes}],
         "materials":[{materials}],"textures":[{textures}],"images":[{images}],
-        "buffers":[{{"byteLength":80,"uri":"data:application/octet-stream,{corners}"}}],
+        "buffers":[{{"byteLength":80,"uri":"corners.bin"}}],
         "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":32}}],
         "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
             {{"bufferView":1,"componentType":5126,"count":4,"type":"VEC2"}}]}}"#
     )
 }
 
+pub(super) fn write_quads(folder: &Path, count: u32, picture: &[u8]) -> std::io::Result<()> {
+    std::fs::write(folder.join("quads.gltf"), quads(count))?;
+    std::fs::write(folder.join("corners.bin"), bytemuck::cast_slice(&CORNERS))?;
+    (0..count).try_for_each(|i| std::fs::write(folder.join(format!("{i}.jpg")), picture))
+}
+
 /// Waves and grain, as JPEG: some 10 bits a pixel, as photographs of rough surfaces have.
-fn picture(edge: u32) -> Checked<Vec<u8>> {
+pub(super) fn picture(edge: u32) -> Checked<Vec<u8>> {
     let texel = |i: u32| {
         let (x, y) = ((i % edge) as f32, (i / edge) as f32);
         let grain = (i.wrapping_mul(747_796_405).rotate_right(15).wrapping_mul(277_803_737) >> 26) as f32;
@@ -140,10 +147,7 @@ fn triangles(count: u32, most_ms: f64, most_memory: f64) -> Checked<Vec<SpeedRow
 
 fn textures(count: u32, edge: u32, most_ms: f64) -> Checked<Vec<SpeedRow>> {
     let picture = picture(edge)?;
-    let write = |folder: &Path| {
-        std::fs::write(folder.join("quads.gltf"), quads(count))?;
-        (0..count).try_for_each(|i| std::fs::write(folder.join(format!("{i}.jpg")), &picture))
-    };
+    let write = |folder: &Path| write_quads(folder, count, &picture);
     let (load_ms, tables_ms, memory) = in_folder(write, |folder| measure(&folder.join("quads.gltf")))?;
     let gigabytes = |bytes: Option<u64>| bytes.map_or("?".into(), |b| format!("{:.2}", b as f64 * 1e-9));
     let note = format!("files of {:.1} MB; {} GB at the peak", picture.len() as f64 * 1e-6, gigabytes(memory[0]));

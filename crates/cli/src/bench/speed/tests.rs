@@ -63,3 +63,14 @@ fn the_hills_are_a_scene_of_as_many_triangles_as_asked() {
     let up = scene.geometry.vertices.iter().all(|v| v.normal[1] > 0.0);
     assert!(up, "the ground faces up");
 }
+
+#[test]
+fn each_quad_shows_an_image_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    super::load::write_quads(folder.path(), 3, &super::load::picture(32).unwrap()).unwrap();
+    let loaded = lightgraph::Scene::load(&folder.path().join("quads.gltf")).unwrap_or_else(|f| panic!("{f}"));
+    // That the scene has no light.
+    assert_eq!(loaded.notices.len(), 1, "{:?}", loaded.notices);
+    assert_eq!(loaded.scene.geometry.indices.len(), 3 * 6);
+    assert_eq!(loaded.scene.materials.len(), 3);
+}
