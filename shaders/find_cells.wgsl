@@ -3,7 +3,7 @@
 #import lightgraph::cells::{NO_CELL, large_key_of}
 #import lightgraph::find_cell::find
 #import lightgraph::random::scramble
-#import lightgraph::rays::unpack
+#import lightgraph::rays::{SKY, unpack}
 #import lightgraph::rounds::salt
 
 const COUNT: u32 = #{COUNT}u;
@@ -33,6 +33,9 @@ fn find_cells(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let key = gathered[2u * index + 1u].w;
+    if key == SKY {
+        return;
+    }
     if key == 0u {
         gathered[2u * index + 1u].w = NO_CELL;
         return;

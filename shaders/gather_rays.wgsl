@@ -12,6 +12,11 @@
 #import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::tiles::{point_pixel, points_across}
 #import lightgraph::trace::leave
+#ifdef ENVIRONMENT
+#import lightgraph::environment
+#import lightgraph::rays::pack_sky
+#import lightgraph::trace::FAR
+#endif
 #ifdef LIGHTS
 #import lightgraph::irradiance::irradiance
 #endif
@@ -28,6 +33,9 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
     }
     let index = (id.y * across.x + id.x) * rays + id.z;
     var found = Ray();
+#ifdef ENVIRONMENT
+    var in_sky = false;
+#endif
     let pixel = point_pixel(id.xy);
     let seen = seen_at(pixel);
     if is_lit(seen.albedo) {
@@ -40,6 +48,9 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
         // Where nothing is met the way it went, as if from far away.
         found.position = s.position + min(met.distance, 1e4) * direction;
         found.normal = -direction;
+#ifdef ENVIRONMENT
+        in_sky = met.distance >= FAR;
+#endif
         if met.lit {
             found.position = met.surface.position;
             found.normal = met.surface.normal;
@@ -52,7 +63,12 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
 #endif
         }
     }
-    let packed = pack(found);
+    var packed = pack(found);
+#ifdef ENVIRONMENT
+    if in_sky {
+        packed = pack_sky(found.position, environment::radiance(-found.normal), environment::draw_density(-found.normal));
+    }
+#endif
     gathered[2u * index] = packed[0];
     gathered[2u * index + 1u] = packed[1];
 }

@@ -11,6 +11,11 @@
 #import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::tiles::{NO_POINT, point_pixel, points_across}
 #import lightgraph::trace::leave
+#ifdef ENVIRONMENT
+#import lightgraph::environment
+#import lightgraph::rays::pack_sky
+#import lightgraph::trace::FAR
+#endif
 #ifdef LIGHTS
 #import lightgraph::irradiance::irradiance
 #endif
@@ -27,6 +32,9 @@ fn more_rays(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var found = Ray();
+#ifdef ENVIRONMENT
+    var in_sky = false;
+#endif
     let point = more_points[id.x];
     if point != NO_POINT {
         let across = points_across();
@@ -40,6 +48,9 @@ fn more_rays(@builtin(global_invocation_id) id: vec3u) {
         let met = look(leave(s.position, s.normal + s.view), direction);
         found.position = s.position + min(met.distance, 1e4) * direction;
         found.normal = -direction;
+#ifdef ENVIRONMENT
+        in_sky = met.distance >= FAR;
+#endif
         if met.lit {
             found.position = met.surface.position;
             found.normal = met.surface.normal;
@@ -50,7 +61,12 @@ fn more_rays(@builtin(global_invocation_id) id: vec3u) {
 #endif
         }
     }
-    let packed = pack(found);
+    var packed = pack(found);
+#ifdef ENVIRONMENT
+    if in_sky {
+        packed = pack_sky(found.position, environment::radiance(-found.normal), environment::draw_density(-found.normal));
+    }
+#endif
     gathered[2u * (BEFORE + id.x)] = packed[0];
     gathered[2u * (BEFORE + id.x) + 1u] = packed[1];
 }

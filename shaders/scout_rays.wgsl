@@ -7,7 +7,7 @@
 #import lightgraph::gloss::matte
 #import lightgraph::hit::look
 #import lightgraph::random::{next_pair, scramble}
-#import lightgraph::rays::{Ray, pack, unpack}
+#import lightgraph::rays::{Ray, SKY, pack, unpack}
 #import lightgraph::rounds::salt
 #import lightgraph::sampling::cosine_direction
 #import lightgraph::trace::leave
@@ -29,7 +29,7 @@ fn scout_rays(@builtin(global_invocation_id) id: vec3u) {
     var state = scramble(index + salt());
     for (var i = 0u; i < SEGMENTS; i++) {
         var found = Ray();
-        if here.cell != 0u {
+        if here.cell != 0u && here.cell != SKY {
             let met = look(leave(here.position, here.normal), cosine_direction(here.normal, next_pair(&state)));
             if met.lit {
                 found.position = met.surface.position;

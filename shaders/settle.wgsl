@@ -23,8 +23,8 @@ struct Image {
 @fragment
 fn fragment(@builtin(position) position: vec4f) -> Image {
     let pixel = vec2u(position.xy);
-#ifdef LOBES
-    // Gathered light has no lobes: paths take its place.
+#ifdef PATHS_ALONE
+    // Gathered light has no lobes, and pixels share what rays see of the environment: paths take its place.
     let alike = ALIKE;
 #else
     let alike = ALIKE * (progress.round + 1u);

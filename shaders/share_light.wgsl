@@ -1,8 +1,8 @@
 //! The light that each gathered ray brings, as pixels share it; with FIRST that of the first bounce alone.
-#import lightgraph::cells::NO_CELL
+#import lightgraph::cells::PLACES
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, density_of, form, share_of_ray, sum_of}
-#import lightgraph::rays::{Ray, unpack, unpack_normal}
+#import lightgraph::rays::{Ray, SKY, unpack, unpack_normal}
 #ifdef MORE
 #import lightgraph::find_cell::find_near
 #import lightgraph::tiles::NO_POINT
@@ -27,12 +27,23 @@ var<storage, read> shown: array<vec2u>;
 /// source.
 var ray_texels: texture_storage_2d<rgba32uint, write>;
 const RAYS_A_ROW: u32 = 1024u;
+#ifdef ENVIRONMENT
+/// Marks what came of the environment, beside the row of a source.
+const OF_SKY: u32 = 0x80000000u;
+#endif
 
 /// What pixels read of ray `row`, which stands in row `from` of those gathered.
 fn put(row: u32, from_row: u32, light: vec3f) {
     let place = vec2u(2u * (row % RAYS_A_ROW), row / RAYS_A_ROW);
+    var brings = vec4u(packed_light::pack(light), shown[row]);
+#ifdef ENVIRONMENT
+    let met = gathered[2u * from_row + 1u];
+    if met.w == SKY {
+        brings = vec4u(met.xy, brings.z | OF_SKY, brings.w);
+    }
+#endif
     textureStore(ray_texels, place, gathered[2u * from_row]);
-    textureStore(ray_texels, place + vec2u(1u, 0u), vec4u(packed_light::pack(light), shown[row]));
+    textureStore(ray_texels, place + vec2u(1u, 0u), brings);
 }
 
 /// Rays that all points have.
@@ -43,7 +54,7 @@ fn mean_held(point: u32) -> vec3f {
     var sum = vec4f(0.0);
     for (var i = point * rays; i < (point + 1u) * rays; i++) {
         let cell = gathered[2u * i + 1u].w;
-        if cell != NO_CELL {
+        if cell < PLACES {
             sum += vec4f(held[cell].rgb, 1.0);
         }
     }
@@ -55,11 +66,11 @@ fn mean_held(point: u32) -> vec3f {
 fn brought(met: Ray, point: u32, cell: u32) -> vec3f {
     var arrived = met.lit;
     var sum = vec3f(0.0);
-    if cell != NO_CELL {
+    if cell < PLACES {
         arrived += emitted[cell].rgb;
     }
 #ifndef FIRST
-    if cell != NO_CELL {
+    if cell < PLACES {
         sum = held[cell].rgb;
     } else {
         sum = mean_held(point);
@@ -86,7 +97,7 @@ fn share_light(@builtin(global_invocation_id) id: vec3u) {
     let met = unpack(gathered[2u * row], gathered[2u * row + 1u]);
     var sum = vec3f(0.0);
     // Those that met nothing have no key.
-    if met.cell != 0u {
+    if met.cell != 0u && met.cell != SKY {
         sum = brought(met, more_points[id.x], find_near(met.position, met.normal));
     }
     put(COUNT + id.x, row, sum);

@@ -17,6 +17,10 @@ struct Params {
     rays: u32,
     /// Points to each side.
     reach: u32,
+#ifdef ENVIRONMENT
+    /// Directions drawn by the environment's light.
+    environment_samples: u32,
+#endif
 }
 var<uniform> params: Params;
 /// See points.wgsl.
@@ -36,6 +40,15 @@ var indirect: texture_storage_2d<rgba32float, write>;
 #ifdef LOBES
 /// See lobe_rays.wgsl.
 var lobe_light: texture_2d<f32>;
+#endif
+#endif
+
+#ifdef ENVIRONMENT
+/// Marks what came of the environment: see share_light.wgsl.
+const OF_SKY: u32 = 0x80000000u;
+#ifndef DOUBT
+/// What pixels reflect of the environment's light.
+var shared_sky: texture_storage_2d<rgba32float, write>;
 #endif
 #endif
 
@@ -122,6 +135,10 @@ struct Sums {
     ends: vec4f,
     /// Light of sources.
     straight: vec3f,
+#ifdef ENVIRONMENT
+    /// Light of the environment, by the weights of ends.
+    sky: vec3f,
+#endif
 #ifdef DOUBT
     /// Squares of weights, times the end's light, times that again; of the sources' light.
     squares: vec4f,
@@ -129,12 +146,25 @@ struct Sums {
 }
 var<private> sums: Sums;
 
+#ifdef ENVIRONMENT
+/// Radiance of the environment along a ray that is met under a cosine, weighed against directions drawn by its light.
+fn from_sky(radiance: vec3f, cosine: f32, density: f32) -> vec3f {
+    let others = f32(#{SKY_RAYS}) * cosine / 3.14159265359;
+    return radiance * others / max(others + f32(params.environment_samples) * density, 1e-20);
+}
+#endif
+
 /// Adds what the neighbour sees of a source, and its ray's end. `weights`: of the neighbour, by the step of distance.
 fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row: u32) {
     let place = vec2u(2u * (row % RAYS_A_ROW), row / RAYS_A_ROW);
     let end = textureLoad(ray_texels, place);
     let brings = textureLoad(ray_texels, place + vec2u(1u, 0u));
+#ifdef ENVIRONMENT
+    let of_sky = (brings.z & OF_SKY) != 0u;
+    let look = vec2u(brings.z & ~OF_SKY, brings.w);
+#else
     let look = brings.zw;
+#endif
     if look.y != 0u {
         let source = source_at(look.x);
         let step = step_of(distance(source.position, n.position));
@@ -156,9 +186,24 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
     if !shares(n, step) {
         return;
     }
-    let normal = unpack_normal(end.w);
     let way_here = to_here * inverseSqrt(here2);
     let way_there = to_there * inverseSqrt(there2);
+#ifdef ENVIRONMENT
+    if of_sky {
+        let cosine = max(dot(s.normal, way_here), 0.0);
+        let likely = min(cosine / max(dot(n.normal, way_there), 1e-3), MOST);
+        let weight = n.weight * (*weights)[step] * likely;
+        let sent = from_sky(packed_light::unpack(brings.xy), cosine, bitcast<f32>(end.w));
+        sums.sky += weight * sent;
+        sums.ends.a += weight;
+#ifdef DOUBT
+        let bright = dot(sent, vec3f(1.0));
+        sums.squares += weight * weight * vec4f(1.0, bright, bright * bright, 0.0);
+#endif
+        return;
+    }
+#endif
+    let normal = unpack_normal(end.w);
     let meets_here = max(dot(s.normal, way_here), 0.0) * max(-dot(normal, way_here), 0.0) / here2;
     let meets_there = max(dot(n.normal, way_there), 1e-3) * max(-dot(normal, way_there), 1e-3) / there2;
     let share = n.weight * (*weights)[step] * min(meets_here / meets_there, MOST);
@@ -190,6 +235,9 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
         doubts[id.y * across.x + id.x] = -1.0;
 #else
         textureStore(indirect, pixel, vec4f(0.0, 0.0, 0.0, 1.0));
+#ifdef ENVIRONMENT
+        textureStore(shared_sky, pixel, vec4f(0.0));
+#endif
 #endif
         return;
     }
@@ -242,7 +290,11 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     }
     let mean = sums.ends.rgb / max(sums.ends.a, 1e-6);
 #ifdef DOUBT
+#ifdef ENVIRONMENT
+    let bright = dot(mean + sums.sky / max(sums.ends.a, 1e-6), vec3f(1.0));
+#else
     let bright = dot(mean, vec3f(1.0));
+#endif
     let q = sums.squares;
     let variance = (q.z - 2.0 * bright * q.y + bright * bright * q.x) / max(sums.ends.a * sums.ends.a, 1e-12) + q.w;
     let albedo = dot(matte(s), vec3f(0.333));
@@ -253,5 +305,8 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     light += textureLoad(lobe_light, pixel, 0).rgb;
 #endif
     textureStore(indirect, pixel, vec4f(light, 1.0));
+#ifdef ENVIRONMENT
+    textureStore(shared_sky, pixel, vec4f(matte(s) * sums.sky / max(sums.ends.a, 1e-6), 1.0));
+#endif
 #endif
 }

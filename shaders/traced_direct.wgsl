@@ -1,5 +1,5 @@
 //! Direct light in the image, with traced shadows: emission, and the first bounce from lights, emitters and the
-//! environment. With FINISH metals shine as rough as they are at each pixel.
+//! environment; of this what rays of the pixels round it don't tell. With FINISH metals shine as rough as they are at each pixel.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::random::seed
 #import lightgraph::rounds::salt
@@ -14,7 +14,11 @@
 #endif
 #ifdef ENVIRONMENT
 #import lightgraph::environment
-#import lightgraph::environment_light::reflected_environment
+#import lightgraph::environment_light::drawn_environment
+#ifdef SPECULAR
+#import lightgraph::environment_light::mirrored_environment
+#import lightgraph::gloss::shines
+#endif
 var<uniform> environment_samples: u32;
 #endif
 #ifdef EMITTERS
@@ -48,7 +52,12 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
         light += reflected_emitters(s, start, vec2u(1u, MANY) * emitter_samples, first, seed(id.xy, salt()));
 #endif
 #ifdef ENVIRONMENT
-        light += reflected_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));
+        light += drawn_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));
+#ifdef SPECULAR
+        if shines(s) {
+            light += mirrored_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));
+        }
+#endif
 #endif
     }
 #ifdef ENVIRONMENT

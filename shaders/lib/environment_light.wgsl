@@ -5,6 +5,12 @@
 #import lightgraph::random::{even_pair, next, scramble}
 #import lightgraph::surface::Surface
 #import lightgraph::trace::{is_free, FAR}
+#ifdef SKY_RAYS
+#import lightgraph::gloss::matte
+#ifdef SPECULAR
+#import lightgraph::gloss::{draw_density as draw_lobe_density, draw_lobe, lobes, tints}
+#endif
+#endif
 #ifdef CLEAR
 #import lightgraph::passage::free_share
 #endif
@@ -30,6 +36,44 @@ fn estimate(s: Surface, start: vec3f, d: Drawn, scattered: f32) -> vec3f {
 fn arrived(direction: vec3f, density: f32) -> vec3f {
     return radiance(direction) * (density / (density + draw_density(direction)));
 }
+
+#ifdef SKY_RAYS
+/// What a surface without lobes reflects of the environment: the mean over `samples` directions drawn by its light, weighed
+/// against as many as SKY_RAYS drawn by the cosine, whose part is not in it.
+fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    let others = f32(#{SKY_RAYS}) / f32(samples);
+    for (var i = 0u; i < samples; i++) {
+        let d = draw(even_pair(i, scramble(shift)));
+        let density = max(dot(s.normal, d.direction), 0.0) / 3.14159265359;
+        if density > 0.0 && d.density > 0.0 && is_free(start, d.direction, FAR) {
+            sum += density * d.radiance / (d.density + others * density);
+        }
+    }
+    return matte(s) * sum / f32(samples);
+}
+
+#ifdef SPECULAR
+/// The same of the lobes, whole: half of the directions are drawn by them.
+fn mirrored_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < samples; i++) {
+        let d = draw(even_pair(i, scramble(shift)));
+        let reflected = tints(s) * lobes(s, d.direction);
+        let light = reflected * d.radiance / (d.density + draw_lobe_density(s, d.direction));
+        if d.density > 0.0 && any(light > vec3f(0.0)) && is_free(start, d.direction, FAR) {
+            sum += light;
+        }
+        let direction = draw_lobe(s, even_pair(i, shift));
+        let density = draw_lobe_density(s, direction);
+        if density > 0.0 && dot(s.normal, direction) > 0.0 && is_free(start, direction, FAR) {
+            sum += tints(s) * lobes(s, direction) / density * arrived(direction, density);
+        }
+    }
+    return sum / f32(samples);
+}
+#endif
+#endif
 
 /// Radiance that a surface reflects towards its viewer straight from the environment: the mean over `samples`
 /// directions drawn by its light, and as many drawn by what the surface reflects. `start`: where its rays start;

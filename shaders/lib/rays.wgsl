@@ -11,9 +11,12 @@ struct Ray {
     /// Irradiance from the scene's lights over pi; once connected, the radiance that it brings straight from lights
     /// and emitters.
     lit: vec3f,
-    /// Of its cell: the key, then the place; 0 or NO_CELL for none.
+    /// Of its cell: the key, then the place; 0 or NO_CELL for none, SKY where the ray left the scene.
     cell: u32,
 }
+
+/// In place of a cell: the ray left the scene.
+const SKY: u32 = 0xfffffffeu;
 
 /// Steps of the root of what an albedo lacks to 1; see `packed_surface`.
 const STEPS: vec3f = vec3f(2047.0, 2047.0, 1023.0);
@@ -33,6 +36,17 @@ fn pack(r: Ray) -> array<vec4u, 2> {
         vec4u(bitcast<vec3u>(r.position), pack_normal(r.normal)),
         vec4u(packed_light::pack(r.lit), colors, r.cell),
     );
+}
+
+/// A ray that left the scene, seen from where `position` is far away: the environment's radiance, and in place of a normal
+/// the density with which its light draws the direction.
+fn pack_sky(position: vec3f, radiance: vec3f, density: f32) -> array<vec4u, 2> {
+    var sky = Ray();
+    sky.lit = radiance;
+    sky.cell = SKY;
+    var packed = pack(sky);
+    packed[0] = vec4u(bitcast<vec3u>(position), bitcast<u32>(density));
+    return packed;
 }
 
 fn unpack(a: vec4u, b: vec4u) -> Ray {
