@@ -3,10 +3,18 @@
 use super::{device::Gpu, scope::scoped, upload::write_levels};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::tables::{ACROSS, TEXEL, pack, rows, stride};
+use crate::parallel::each;
+use crate::plan::tables::{ACROSS, Rows, TEXEL, pack, stride};
 use crate::plan::{Plan, TableUse};
 use crate::scene::{Assets, Geometry, Level, Table, TextureArray};
+use std::ops::Range;
 use std::sync::Arc;
+
+/// Bytes of rows that are packed before they go to the device's memory: they stay in the processor's caches.
+const BLOCK: usize = 1 << 15;
+
+/// Bytes that are worth a thread.
+const MANY: usize = 1 << 18;
 
 /// The uploaded scene.
 #[derive(Debug)]
@@ -87,18 +95,12 @@ impl SceneData {
     /// # Errors
     /// As [`SceneData::upload`].
     pub(super) fn update(&mut self, gpu: &Gpu, plan: &Plan, changed: &[Table]) -> Checked<bool> {
-        let mut moved = false;
+        let (mut moved, mut parts) = (false, vec![]);
         for ((wanted, memory), held) in plan.tables.iter().zip(&mut self.tables).zip(&mut self.uploaded) {
             let Some(table) = changed.iter().find(|t| t.name == wanted.table) else { continue };
             let before = std::mem::replace(held, table.clone());
             if let Some(ranges) = table.differs(&before) {
-                let stride = stride(wanted);
-                for some in ranges {
-                    let mut bytes = vec![0; stride * some.len()];
-                    let at = (stride * some.start) as u64;
-                    rows(wanted, table, some, &mut bytes)?;
-                    memory.write(gpu, at, &bytes);
-                }
+                parts.extend(ranges.into_iter().map(|some| (wanted, &*memory, table, some)));
                 continue;
             }
             let bytes = pack(wanted, table)?;
@@ -110,6 +112,14 @@ impl SceneData {
                 moved = true;
             }
         }
+        let write = |part: usize| {
+            let (wanted, memory, table, some) = &parts[part];
+            memory.write_rows(gpu, wanted, table, some.clone())
+        };
+        let bytes: usize = parts.iter().map(|(wanted, _, _, some)| stride(wanted) * some.len()).sum();
+        let all = 0..parts.len();
+        let written: Vec<Checked<()>> = if bytes < MANY { all.map(write).collect() } else { each(all, write) };
+        written.into_iter().collect::<Checked<()>>()?;
         Ok(moved)
     }
 }
@@ -125,6 +135,30 @@ impl TableMemory {
             TableMemory::Rows(buffer) => buffer.size(),
             TableMemory::Texels(texture, _) => u64::from(texture.width()) * u64::from(texture.height()) * TEXEL as u64,
         }
+    }
+
+    /// Packs and writes some rows.
+    fn write_rows(&self, gpu: &Gpu, wanted: &TableUse, table: &Table, some: Range<usize>) -> Checked<()> {
+        let (stride, rows, Range { start, end }) = (stride(wanted), Rows::new(wanted, table, some.clone()), some);
+        let at = |row: usize| (stride * row) as u64;
+        let TableMemory::Rows(buffer) = self else {
+            let mut bytes = vec![0; stride * (end - start)];
+            rows.write(start..end, &mut bytes)?;
+            self.write(gpu, at(start), &bytes);
+            return Ok(());
+        };
+        let size = wgpu::BufferSize::new(at(end) - at(start));
+        let view = size.and_then(|size| gpu.queue.write_buffer_with(buffer, at(start), size));
+        let Some(mut view) = view else { return Ok(()) };
+        let many = (BLOCK / stride).max(1).min(end - start);
+        let mut block = vec![0; stride * many];
+        for first in (start..end).step_by(many) {
+            let some = first..end.min(first + many);
+            let bytes = &mut block[..stride * some.len()];
+            rows.write(some, bytes)?;
+            view.slice(stride * (first - start)..).slice(..bytes.len()).copy_from_slice(bytes);
+        }
+        Ok(())
     }
 
     /// Writes bytes from byte number `at` on; of texels whole ones.

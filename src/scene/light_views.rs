@@ -196,7 +196,7 @@ mod tests {
         };
         let corners = |i: usize| [0, 1, 2].map(|axis| corner(i, axis));
         let parts: Vec<Cluster> = (0..25).map(|i| Cluster { first: 12 * i, count: 12, node: 0 }).collect();
-        let boxes: Pieces<Bounds> = parts.iter().map(|c| bounds(c, corners)).collect();
+        let boxes: Pieces<Bounds> = parts.iter().map(|c| bounds(c, |i| corners(i / 3)[i % 3])).collect();
         let surfaces = Surfaces { parts: &parts, boxes: &boxes, corners };
         for p in [Vec3::ZERO, Vec3::new(4.0, -1.0, 2.0), corners(31)[1], Vec3::new(0.0, 90.0, 0.0)] {
             let all = (0..100).map(|i| distance_to_triangle(p, corners(i))).fold(f32::INFINITY, f32::min);
