@@ -3,7 +3,6 @@
 use super::{device::Gpu, scope::scoped, upload::write_levels};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::parallel::each;
 use crate::plan::tables::{ACROSS, Rows, TEXEL, pack, stride};
 use crate::plan::{Plan, TableUse};
 use crate::scene::{Assets, Geometry, Level, Table, TextureArray};
@@ -12,9 +11,6 @@ use std::sync::Arc;
 
 /// Bytes of rows that are packed before they go to the device's memory: they stay in the processor's caches.
 const BLOCK: usize = 1 << 15;
-
-/// Bytes that are worth a thread.
-const MANY: usize = 1 << 18;
 
 /// The uploaded scene.
 #[derive(Debug)]
@@ -95,12 +91,12 @@ impl SceneData {
     /// # Errors
     /// As [`SceneData::upload`].
     pub(super) fn update(&mut self, gpu: &Gpu, plan: &Plan, changed: &[Table]) -> Checked<bool> {
-        let (mut moved, mut parts) = (false, vec![]);
+        let mut moved = false;
         for ((wanted, memory), held) in plan.tables.iter().zip(&mut self.tables).zip(&mut self.uploaded) {
             let Some(table) = changed.iter().find(|t| t.name == wanted.table) else { continue };
             let before = std::mem::replace(held, table.clone());
             if let Some(ranges) = table.differs(&before) {
-                parts.extend(ranges.into_iter().map(|some| (wanted, &*memory, table, some)));
+                ranges.into_iter().try_for_each(|some| memory.write_rows(gpu, wanted, table, some))?;
                 continue;
             }
             let bytes = pack(wanted, table)?;
@@ -112,14 +108,6 @@ impl SceneData {
                 moved = true;
             }
         }
-        let write = |part: usize| {
-            let (wanted, memory, table, some) = &parts[part];
-            memory.write_rows(gpu, wanted, table, some.clone())
-        };
-        let bytes: usize = parts.iter().map(|(wanted, _, _, some)| stride(wanted) * some.len()).sum();
-        let all = 0..parts.len();
-        let written: Vec<Checked<()>> = if bytes < MANY { all.map(write).collect() } else { each(all, write) };
-        written.into_iter().collect::<Checked<()>>()?;
         Ok(moved)
     }
 }

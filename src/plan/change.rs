@@ -139,19 +139,19 @@ impl std::fmt::Display for Why {
     }
 }
 
-/// Where the dirty bits of a frame come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Where the dirty bits of a frame come from; of several the greatest holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Bits {
     /// None is set: the inputs of the steps that go by them are unchanged.
     Clear,
-    /// All are set: something else changed than what they account for.
-    Set,
     /// A pass writes them, over cleared ones.
     Written,
+    /// All are set: something else changed than what they account for.
+    Set,
 }
 
 /// The choice for one frame.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Selection {
     /// By step.
     pub run: Vec<bool>,
@@ -171,15 +171,7 @@ pub struct Selection {
 impl Selection {
     /// These steps in full, whatever memory holds.
     pub fn of(run: &[bool]) -> Selection {
-        Selection {
-            run: run.to_vec(),
-            why: vec![],
-            partial: BTreeSet::new(),
-            bits: BTreeMap::new(),
-            writes: vec![],
-            ran: vec![],
-            keys: vec![],
-        }
+        Selection { run: run.to_vec(), ..Selection::default() }
     }
 
     /// How many steps run.

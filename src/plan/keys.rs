@@ -6,7 +6,7 @@
 
 use super::inputs::{self, Contents, InputKind, Named, ReadInputs, ResourceAccess, StepInput, add};
 use super::tables::SceneInputs;
-use super::{Comparison, Desc, Frames, Loop, OrderNode, Plan, ResourceId, StepId, Until};
+use super::{Desc, Frames, Loop, OrderNode, Plan, ResourceId, StepId, Until};
 use crate::content::hash;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
@@ -318,12 +318,6 @@ impl<'p> UnitBuilder<'p> {
                 self.fix(InputKind::Loop, name, hash(count));
                 // Who ends it makes no difference to the result.
                 if let Some(Until { buffer, comparison, value, ending: _ }) = until {
-                    let comparison = match comparison {
-                        Comparison::Less => 0,
-                        Comparison::LessEqual => 1,
-                        Comparison::Greater => 2,
-                        Comparison::GreaterEqual => 3,
-                    };
                     let role = self.role(*buffer);
                     self.fix(InputKind::Loop, name, hash(&(role, comparison, value.to_bits())));
                 }

@@ -72,11 +72,8 @@ fn selection(plan: &Plan, keys: &Keys, held: &Held, versions: Versions, why: Vec
     let mut all = Selection {
         run: vec![false; steps],
         why: vec![Why::NotNeeded; steps],
-        partial: BTreeSet::new(),
-        bits: BTreeMap::new(),
-        writes: vec![],
-        ran: vec![],
         keys: versions.keys.iter().copied().zip(versions.rest.iter().copied()).collect(),
+        ..Selection::default()
     };
     let mut slots = held.slots();
     for (i, (unit, mut why)) in keys.units.iter().zip(why).enumerate() {
@@ -119,11 +116,7 @@ fn bits(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions) -> AllBits {
             _ => Bits::Set,
         };
         let there = all.entry(only.bits).or_insert(now);
-        *there = match (*there, now) {
-            (Bits::Set, _) | (_, Bits::Set) => Bits::Set,
-            (Bits::Written, _) | (_, Bits::Written) => Bits::Written,
-            (Bits::Clear, Bits::Clear) => Bits::Clear,
-        };
+        *there = now.max(*there);
     }
     all
 }
