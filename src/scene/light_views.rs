@@ -1,12 +1,14 @@
 //! The views that shadow maps are drawn from.
 
 use super::{
+    Column, Table,
     clusters::{Cluster, triangles, widened},
     model::{Bounds, LightKind, Scene},
     motion::{LightPose, Pose},
     pieces::Pieces,
 };
 use glam::{Mat4, Vec3};
+use std::sync::Arc;
 
 /// One shadow map's view.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,6 +105,23 @@ pub(super) fn light_views<C: Fn(usize) -> [Vec3; 3]>(
         }
     }
     views
+}
+
+/// The table of these views.
+pub(super) fn light_view_table(views: &[LightView], all: Bounds) -> Table {
+    Table {
+        name: "light_views",
+        rows: views.len(),
+        since: None,
+        columns: Arc::new([
+            ("light", Column::Uint(views.iter().map(|v| v.light).collect())),
+            ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
+            ("near", Column::Float(views.iter().map(|v| v.near).collect())),
+            ("far", Column::Float(views.iter().map(|v| v.far).collect())),
+            ("lower", Column::Vec3(Pieces::repeat(all.min, views.len()))),
+            ("upper", Column::Vec3(Pieces::repeat(all.max, views.len()))),
+        ]),
+    }
 }
 
 /// Near and far planes of a view from a light's position. `corner` is the least cosine between the view's axis

@@ -4,16 +4,16 @@ use super::{
     Column, Follows, Level, MOVED, PREVIOUS_TRANSFORM, Since, TABLES, Table,
     bvh::{Bvh, Tree, reach},
     clusters,
-    corners::{Corners, Span, TriangleOrder, VertexAttribute, around, normal_matrix},
+    corners::{Corners, Span, TriangleOrder, VertexAttribute, around},
     environment::Environment,
     geometry::Geometry,
-    light_views::{LightView, Surfaces, light_views},
+    light_views::{Surfaces, light_view_table, light_views},
     model::{Bounds, Scene},
-    motion::Pose,
+    motion::{Pose, nodes},
     pieces::Pieces,
     table,
 };
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -347,38 +347,6 @@ fn stood_still(list: &[Table]) -> bool {
     match (nodes.column("transform"), nodes.column(PREVIOUS_TRANSFORM)) {
         (Some(Column::Mat4(now)), Some(Column::Mat4(before))) => now == before,
         _ => true,
-    }
-}
-
-fn nodes(pose: &Pose, before: &Pose) -> Table {
-    // Nodes of another scene were nowhere.
-    let before = if before.nodes.len() == pose.nodes.len() { before } else { pose };
-    let normals = pose.nodes.iter().map(|m| Mat4::from_mat3(normal_matrix(m))).collect();
-    Table {
-        name: "nodes",
-        rows: pose.nodes.len(),
-        since: None,
-        columns: Arc::new([
-            ("transform", Column::Mat4(pose.nodes.iter().copied().collect())),
-            ("inverse_transpose", Column::Mat4(normals)),
-            (PREVIOUS_TRANSFORM, Column::Mat4(before.nodes.iter().copied().collect())),
-        ]),
-    }
-}
-
-fn light_view_table(views: &[LightView], all: Bounds) -> Table {
-    Table {
-        name: "light_views",
-        rows: views.len(),
-        since: None,
-        columns: Arc::new([
-            ("light", Column::Uint(views.iter().map(|v| v.light).collect())),
-            ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
-            ("near", Column::Float(views.iter().map(|v| v.near).collect())),
-            ("far", Column::Float(views.iter().map(|v| v.far).collect())),
-            ("lower", Column::Vec3(Pieces::repeat(all.min, views.len()))),
-            ("upper", Column::Vec3(Pieces::repeat(all.max, views.len()))),
-        ]),
     }
 }
 
