@@ -66,7 +66,7 @@ impl Scratch {
         self.held.start(&all);
         let whole = FrameInputs { chosen: Some(&all), ..frame.clone() };
         gpu::execute(gpu, plan, &mut self.prepared, &whole)?;
-        self.held.finish(all);
+        self.held.finish(&all);
         let mut faults = vec![];
         for (name, id) in &plan.outputs {
             let slot = plan.resources[id.0].slot;

@@ -41,27 +41,19 @@ pub fn read_plane(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, laye
 
 /// An image of some layers.
 fn decoded(gpu: &Gpu, texture: &wgpu::Texture, name: &str, mip: u32, layers: Range<u32>) -> Checked<Image> {
-    let format = texture.format();
-    let (channels, texel) = readable(texture, name)?;
-    let size = texture.size().mip_level_size(mip, texture.dimension());
-    let count = layers.len() as u32;
-    let mut data = Vec::with_capacity(size.width as usize * size.height as usize * layers.len() * channels as usize);
-    let decode = |texels: &[u8]| texel::decode_row(format, texel as usize, texels, &mut data);
-    copied(gpu, texture, (name, texel), mip, layers, decode)?;
-    Ok(Image { width: size.width, height: size.height, layers: count, channels, data })
+    let (channels, texels) = (channels(texture, name)?, Texels::of(texture, name, mip, layers)?);
+    let (width, height, layers) = (texels.size.width, texels.size.height, texels.size.depth_or_array_layers);
+    let mut data = Vec::with_capacity(width as usize * height as usize * layers as usize * channels as usize);
+    texels.read(gpu, name, |row| texels.decode(row, &mut data))?;
+    Ok(Image { width, height, layers, channels, data })
 }
 
 /// An image on its way from the device.
 #[derive(Debug)]
 pub struct PendingImage {
     pending: PendingBytes,
-    size: wgpu::Extent3d,
-    format: wgpu::TextureFormat,
     channels: u32,
-    /// Bytes of a texel, of a row, and from row to row.
-    texel: u32,
-    row: u64,
-    padded: u64,
+    texels: Texels,
 }
 
 impl PendingImage {
@@ -70,13 +62,12 @@ impl PendingImage {
     /// # Errors
     /// The device fails.
     pub fn arrived(&mut self, gpu: &Gpu) -> Checked<Option<Image>> {
-        Ok(self.pending.arrived(gpu)?.map(|parts| {
+        let PendingImage { pending, channels, texels } = self;
+        Ok(pending.arrived(gpu)?.map(|parts| {
             let mut data = vec![];
-            for line in parts.iter().flat_map(|bytes| bytes.chunks_exact(self.padded as usize)) {
-                texel::decode_row(self.format, self.texel as usize, &line[..self.row as usize], &mut data);
-            }
-            let (width, height, layers) = (self.size.width, self.size.height, self.size.depth_or_array_layers);
-            Image { width, height, layers, channels: self.channels, data }
+            parts.iter().for_each(|bytes| texels.rows(bytes, |row| texels.decode(row, &mut data)));
+            let (width, height, layers) = (texels.size.width, texels.size.height, texels.size.depth_or_array_layers);
+            Image { width, height, layers, channels: *channels, data }
         }))
     }
 }
@@ -108,12 +99,7 @@ pub fn read_plane_later(
     layer: u32,
     encoder: &mut wgpu::CommandEncoder,
 ) -> Checked<PendingImage> {
-    if mip >= texture.mip_level_count()
-        || layer >= texture.size().mip_level_size(mip, texture.dimension()).depth_or_array_layers
-    {
-        return Err(Diagnostic::error(format!("`{name}` has no mip level {mip} with a layer {layer}")).into());
-    }
-    decoded_later(gpu, (texture, name), mip, layer..layer + 1, &Spare::default(), encoder)
+    decoded_later(gpu, (texture, name), mip, layer..layer.saturating_add(1), &Spare::default(), encoder)
 }
 
 fn decoded_later(
@@ -124,25 +110,11 @@ fn decoded_later(
     spare: &Spare,
     encoder: &mut wgpu::CommandEncoder,
 ) -> Checked<PendingImage> {
-    let (channels, texel) = readable(texture, name)?;
-    let level = texture.size().mip_level_size(mip_level, texture.dimension());
-    let size = wgpu::Extent3d { depth_or_array_layers: layers.len() as u32, ..level };
-    let row = u64::from(size.width) * u64::from(texel);
-    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into());
-    let too_large = || Diagnostic::error(format!("a row of `{name}` is too long to be read back"));
-    let bytes_per_row = u32::try_from(padded).map_err(|_| too_large())?;
-    let bytes = padded * u64::from(size.height) * u64::from(size.depth_or_array_layers);
-    let (pending, buffer) = PendingBytes::allocate(gpu, spare, bytes)?;
-    let layout = wgpu::TexelCopyBufferLayout {
-        offset: 0,
-        bytes_per_row: Some(bytes_per_row),
-        rows_per_image: Some(size.height),
-    };
-    let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-    let origin = wgpu::Origin3d { z: layers.start, ..wgpu::Origin3d::ZERO };
-    let from = wgpu::TexelCopyTextureInfo { mip_level, origin, ..texture.as_image_copy() };
-    encoder.copy_texture_to_buffer(from, to, size);
-    Ok(PendingImage { pending, size, format: texture.format(), channels, texel, row, padded })
+    let (channels, texels) = (channels(texture, name)?, Texels::of(texture, name, mip_level, layers)?);
+    let layers = texels.size.depth_or_array_layers;
+    let (pending, buffer) = PendingBytes::allocate(gpu, spare, texels.layer_bytes() * u64::from(layers))?;
+    texels.copy(encoder, 0..layers, &buffer);
+    Ok(PendingImage { pending, channels, texels })
 }
 
 /// Words of a buffer on their way from the device.
@@ -179,22 +151,12 @@ pub fn read_words_later(
     Ok(PendingWords(pending))
 }
 
-/// Channels and bytes of a texture's texels, where the host can read them.
-fn readable(texture: &wgpu::Texture, name: &str) -> Checked<(u32, u32)> {
+/// Channels of a texture whose texels are numbers.
+fn channels(texture: &wgpu::Texture, name: &str) -> Checked<u32> {
     let format = texture.format();
-    if texture.sample_count() > 1 {
-        let d = Diagnostic::error(format!("`{name}` has several samples a texel, and can't be read back"));
-        return Err(d.help("look at what it resolves to").into());
-    }
-    let (Some(channels), Some(texel)) = (texel::channels(format), texel_bytes(format)) else {
-        return Err(Diagnostic::error(format!("`{name}` has the format {format:?}, which can't be read back"))
-            .help("copy it to a texture of a plain format in a pass")
-            .into());
-    };
-    if !texture.usage().contains(wgpu::TextureUsages::COPY_SRC) {
-        return Err(no_output(name));
-    }
-    Ok((channels, texel))
+    let unreadable = || Diagnostic::error(format!("`{name}` has the format {format:?}, which can't be read back"));
+    let known = texel::channels(format).filter(|_| texel_bytes(format).is_some());
+    Ok(known.ok_or_else(|| unreadable().help("copy it to a texture of a plain format in a pass"))?)
 }
 
 fn no_output(name: &str) -> Faults {
@@ -206,62 +168,94 @@ fn texel_bytes(format: wgpu::TextureFormat) -> Option<u32> {
     format.block_copy_size(Some(wgpu::TextureAspect::All))
 }
 
-/// Hands over the texels of some layers in their order, as the device has them: whole rows, one or many at a time.
-fn copied(
-    gpu: &Gpu,
-    texture: &wgpu::Texture,
-    (name, texel): (&str, u32),
-    mip: u32,
-    layers: Range<u32>,
-    mut take: impl FnMut(&[u8]),
-) -> Checked<()> {
-    if !texture.usage().contains(wgpu::TextureUsages::COPY_SRC) {
-        return Err(no_output(name));
-    }
-    if mip >= texture.mip_level_count() {
-        let levels = texture.mip_level_count();
-        return Err(Diagnostic::error(format!("`{name}` has {levels} mip level(s), and none of index {mip}")).into());
-    }
-    let size = texture.size().mip_level_size(mip, texture.dimension());
-    if layers.end > size.depth_or_array_layers {
-        let all = size.depth_or_array_layers;
-        let last = layers.end.saturating_sub(1);
-        return Err(Diagnostic::error(format!("`{name}` has {all} layer(s), and none of index {last}")).into());
-    }
-    let row = u64::from(size.width) * u64::from(texel);
-    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into());
-    let layer = padded * u64::from(size.height);
-    let too_large = || Diagnostic::error(format!("a row of `{name}` is too long to be read back"));
-    let bytes_per_row = u32::try_from(padded).map_err(|_| too_large())?;
+/// Some layers of a texture's level, as a copy to a buffer lays them out.
+#[derive(Debug)]
+struct Texels {
+    texture: wgpu::Texture,
+    mip_level: u32,
+    first: u32,
+    size: wgpu::Extent3d,
+    /// Bytes of a texel, of a row, and from row to row.
+    texel: u32,
+    row: u64,
+    padded: u32,
+}
 
-    let at_once = (MOST_BYTES_AT_ONCE / layer.max(1)).clamp(1, layers.len().max(1) as u64) as u32;
-    let staging = staging(gpu, name, layer * u64::from(at_once))?;
-    for first in layers.clone().step_by(at_once as usize) {
-        let count = at_once.min(layers.end - first);
-        scoped(gpu, &format!("read back `{name}`"), || {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            let from = wgpu::TexelCopyTextureInfo {
-                mip_level: mip,
-                origin: wgpu::Origin3d { x: 0, y: 0, z: first },
-                ..texture.as_image_copy()
-            };
-            let to = wgpu::TexelCopyBufferInfo {
-                buffer: &staging,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(bytes_per_row),
-                    rows_per_image: Some(size.height),
-                },
-            };
-            encoder.copy_texture_to_buffer(from, to, wgpu::Extent3d { depth_or_array_layers: count, ..size });
-            gpu.queue.submit([encoder.finish()]);
-        })?;
-        map_after(gpu, &staging, layer * u64::from(count), None, |bytes| match padded == row {
-            true => take(bytes),
-            false => bytes.chunks_exact(padded as usize).for_each(|line| take(&line[..row as usize])),
-        })?;
+impl Texels {
+    fn of(texture: &wgpu::Texture, name: &str, mip_level: u32, layers: Range<u32>) -> Checked<Texels> {
+        if texture.sample_count() > 1 {
+            let d = Diagnostic::error(format!("`{name}` has several samples a texel, and can't be read back"));
+            return Err(d.help("look at what it resolves to").into());
+        }
+        if !texture.usage().contains(wgpu::TextureUsages::COPY_SRC) {
+            return Err(no_output(name));
+        }
+        let several = || Diagnostic::error(format!("`{name}` has texels of several parts"));
+        let texel = texel_bytes(texture.format()).ok_or_else(several)?;
+        let levels = texture.mip_level_count();
+        if mip_level >= levels {
+            let text = format!("`{name}` has {levels} mip level(s), and none of index {mip_level}");
+            return Err(Diagnostic::error(text).into());
+        }
+        let level = texture.size().mip_level_size(mip_level, texture.dimension());
+        let all = level.depth_or_array_layers;
+        if layers.end > all {
+            let last = layers.end.saturating_sub(1);
+            return Err(Diagnostic::error(format!("`{name}` has {all} layer(s), and none of index {last}")).into());
+        }
+        let size = wgpu::Extent3d { depth_or_array_layers: layers.len() as u32, ..level };
+        let row = u64::from(size.width) * u64::from(texel);
+        let too_large = |_| Diagnostic::error(format!("a row of `{name}` is too long to be read back"));
+        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into()).try_into().map_err(too_large)?;
+        Ok(Texels { texture: texture.clone(), mip_level, first: layers.start, size, texel, row, padded })
     }
-    Ok(())
+
+    fn layer_bytes(&self) -> u64 {
+        u64::from(self.padded) * u64::from(self.size.height)
+    }
+
+    /// Copies some of the layers to the start of a buffer.
+    fn copy(&self, encoder: &mut wgpu::CommandEncoder, some: Range<u32>, buffer: &wgpu::Buffer) {
+        let origin = wgpu::Origin3d { z: self.first + some.start, ..wgpu::Origin3d::ZERO };
+        let from = wgpu::TexelCopyTextureInfo { mip_level: self.mip_level, origin, ..self.texture.as_image_copy() };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(self.padded),
+            rows_per_image: Some(self.size.height),
+        };
+        let size = wgpu::Extent3d { depth_or_array_layers: some.len() as u32, ..self.size };
+        encoder.copy_texture_to_buffer(from, wgpu::TexelCopyBufferInfo { buffer, layout }, size);
+    }
+
+    /// Hands over the rows of such a copy: one or many at a time.
+    fn rows(&self, bytes: &[u8], mut take: impl FnMut(&[u8])) {
+        match u64::from(self.padded) == self.row {
+            true => take(bytes),
+            false => bytes.chunks_exact(self.padded as usize).for_each(|line| take(&line[..self.row as usize])),
+        }
+    }
+
+    fn decode(&self, row: &[u8], to: &mut Vec<f32>) {
+        texel::decode_row(self.texture.format(), self.texel as usize, row, to);
+    }
+
+    /// Hands over all rows, as the device has them now.
+    fn read(&self, gpu: &Gpu, name: &str, mut take: impl FnMut(&[u8])) -> Checked<()> {
+        let (layer, layers) = (self.layer_bytes(), self.size.depth_or_array_layers);
+        let at_once = (MOST_BYTES_AT_ONCE / layer.max(1)).clamp(1, layers.max(1).into()) as u32;
+        let staging = staging(gpu, name, layer * u64::from(at_once))?;
+        for first in (0..layers).step_by(at_once as usize) {
+            let some = first..layers.min(first + at_once);
+            let bytes = layer * some.len() as u64;
+            scoped(gpu, &format!("read back `{name}`"), || {
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                self.copy(&mut encoder, some, &staging);
+                gpu.queue.submit([encoder.finish()]);
+            })?;
+            map_after(gpu, &staging, bytes, None, |bytes| self.rows(bytes, &mut take))?;
+        }
+        Ok(())
+    }
 }
 
 /// What a resource holds, as the device has it: of a texture the texels of its first mip level, row by row.
@@ -273,11 +267,9 @@ pub fn read_content(gpu: &Gpu, prepared: &Prepared, plan: &Plan, id: ResourceId)
     match prepared.pool.memory(plan, id)? {
         Memory::Buffer(buffer) => read_bytes(gpu, buffer, name),
         Memory::Texture(texture) => {
-            let unreadable = || Diagnostic::error(format!("`{name}` has texels of several parts"));
-            let texel = texel_bytes(texture.format()).ok_or_else(unreadable)?;
             let mut all = vec![];
-            let layers = 0..texture.depth_or_array_layers();
-            copied(gpu, texture, (name, texel), 0, layers, |texels| all.extend_from_slice(texels))?;
+            let texels = Texels::of(texture, name, 0, 0..texture.depth_or_array_layers())?;
+            texels.read(gpu, name, |row| all.extend_from_slice(row))?;
             Ok(all)
         }
     }

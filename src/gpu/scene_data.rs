@@ -3,10 +3,14 @@
 use super::{device::Gpu, scope::scoped, upload::write_levels};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::tables::{ACROSS, TEXEL, pack, rows, stride};
+use crate::plan::tables::{ACROSS, Rows, TEXEL, pack, stride};
 use crate::plan::{Plan, TableUse};
 use crate::scene::{Assets, Geometry, Level, Table, TextureArray};
+use std::ops::Range;
 use std::sync::Arc;
+
+/// Bytes of rows that are packed before they go to the device's memory: they stay in the processor's caches.
+const BLOCK: usize = 1 << 15;
 
 /// The uploaded scene.
 #[derive(Debug)]
@@ -92,13 +96,7 @@ impl SceneData {
             let Some(table) = changed.iter().find(|t| t.name == wanted.table) else { continue };
             let before = std::mem::replace(held, table.clone());
             if let Some(ranges) = table.differs(&before) {
-                let stride = stride(wanted);
-                for some in ranges {
-                    let mut bytes = vec![0; stride * some.len()];
-                    let at = (stride * some.start) as u64;
-                    rows(wanted, table, some, &mut bytes)?;
-                    memory.write(gpu, at, &bytes);
-                }
+                ranges.into_iter().try_for_each(|some| memory.write_rows(gpu, wanted, table, some))?;
                 continue;
             }
             let bytes = pack(wanted, table)?;
@@ -125,6 +123,30 @@ impl TableMemory {
             TableMemory::Rows(buffer) => buffer.size(),
             TableMemory::Texels(texture, _) => u64::from(texture.width()) * u64::from(texture.height()) * TEXEL as u64,
         }
+    }
+
+    /// Packs and writes some rows.
+    fn write_rows(&self, gpu: &Gpu, wanted: &TableUse, table: &Table, some: Range<usize>) -> Checked<()> {
+        let (stride, rows, Range { start, end }) = (stride(wanted), Rows::new(wanted, table, some.clone()), some);
+        let at = |row: usize| (stride * row) as u64;
+        let TableMemory::Rows(buffer) = self else {
+            let mut bytes = vec![0; stride * (end - start)];
+            rows.write(start..end, &mut bytes)?;
+            self.write(gpu, at(start), &bytes);
+            return Ok(());
+        };
+        let size = wgpu::BufferSize::new(at(end) - at(start));
+        let view = size.and_then(|size| gpu.queue.write_buffer_with(buffer, at(start), size));
+        let Some(mut view) = view else { return Ok(()) };
+        let many = (BLOCK / stride).max(1).min(end - start);
+        let mut block = vec![0; stride * many];
+        for first in (start..end).step_by(many) {
+            let some = first..end.min(first + many);
+            let bytes = &mut block[..stride * some.len()];
+            rows.write(some, bytes)?;
+            view.slice(stride * (first - start)..).slice(..bytes.len()).copy_from_slice(bytes);
+        }
+        Ok(())
     }
 
     /// Writes bytes from byte number `at` on; of texels whole ones.

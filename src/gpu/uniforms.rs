@@ -118,12 +118,13 @@ impl Uniforms {
         (found.first + slot * found.stride) as u32
     }
 
-    /// Packs all slots for a frame and uploads them, unless no value differs from the frame before. Of equal names an
+    /// Packs the slots whose values differ from the frame before, and uploads all if there are any. Of equal names an
     /// `extra` wins over a loop's index, that over the frame's value, that over the plan's.
     ///
     /// # Errors
     /// Members that nothing gives a value, each with its shader.
     pub(super) fn upload(&mut self, gpu: &Gpu, plan: &Plan, frame: &Values) -> Checked<()> {
+        let mut changed: BTreeSet<&str> = BTreeSet::new();
         for (name, before) in &mut self.asked {
             let now = frame.get(name).copied();
             // By their bits: a zero may have a sign.
@@ -132,14 +133,18 @@ impl Uniforms {
                 (now, before) => now.is_none() && before.is_none(),
             };
             if !same {
-                (*before, self.uploaded) = (now, false);
+                *before = now;
+                changed.insert(name);
             }
         }
-        if self.uploaded {
+        let all = !self.uploaded;
+        if !all && changed.is_empty() {
             return Ok(());
         }
+        self.uploaded = false;
+        let due = |found: &&UniformUse| all || found.layout.members.iter().any(|m| changed.contains(m.name.as_str()));
         let mut faults: Vec<Diagnostic> = vec![];
-        for found in &self.uses {
+        for found in self.uses.iter().filter(due) {
             let size = found.layout.size as usize;
             let mut base = vec![0; size];
             let missing = found.layout.pack(&mut base, |name| found.value(plan, frame, name));

@@ -14,7 +14,7 @@ mod select;
 
 pub use select::{everything, full, select};
 
-use super::inputs::Contents;
+use super::inputs::ReadInputs;
 use super::keys::{Keys, UNDEFINED, Version, initial};
 use super::tables::SceneInputs;
 use super::{Desc, Plan, ResourceId, StepId, TextureDesc};
@@ -29,7 +29,7 @@ pub struct Held {
     /// By slot.
     cells: Vec<HeldSlot>,
     /// By the unit's name.
-    ran: BTreeMap<String, Arc<LastRun>>,
+    ran: BTreeMap<Arc<str>, Arc<LastRun>>,
     /// Frames so far, those of earlier plans among them.
     frames: u32,
     /// By unit: its fingerprint in the last frame of this plan, and what it is without inputs that change in part.
@@ -71,7 +71,7 @@ impl Content {
 #[derive(Debug)]
 struct LastRun {
     key: Version,
-    contents: Contents,
+    inputs: ReadInputs,
     frame: u32,
 }
 
@@ -139,19 +139,19 @@ impl std::fmt::Display for Why {
     }
 }
 
-/// Where the dirty bits of a frame come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Where the dirty bits of a frame come from; of several the greatest holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Bits {
     /// None is set: the inputs of the steps that go by them are unchanged.
     Clear,
-    /// All are set: something else changed than what they account for.
-    Set,
     /// A pass writes them, over cleared ones.
     Written,
+    /// All are set: something else changed than what they account for.
+    Set,
 }
 
 /// The choice for one frame.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Selection {
     /// By step.
     pub run: Vec<bool>,
@@ -163,7 +163,7 @@ pub struct Selection {
     pub bits: BTreeMap<ResourceId, Bits>,
     /// What the units that run write, in their order: slot, content.
     writes: Vec<(usize, Version)>,
-    ran: Vec<(String, Arc<LastRun>)>,
+    ran: Vec<(Arc<str>, Arc<LastRun>)>,
     /// Of the whole frame, by unit.
     keys: Vec<(Version, Version)>,
 }
@@ -171,15 +171,7 @@ pub struct Selection {
 impl Selection {
     /// These steps in full, whatever memory holds.
     pub fn of(run: &[bool]) -> Selection {
-        Selection {
-            run: run.to_vec(),
-            why: vec![],
-            partial: BTreeSet::new(),
-            bits: BTreeMap::new(),
-            writes: vec![],
-            ran: vec![],
-            keys: vec![],
-        }
+        Selection { run: run.to_vec(), ..Selection::default() }
     }
 
     /// How many steps run.
@@ -220,8 +212,8 @@ impl Held {
         let frames = earlier.map_or(0, |e| e.frames);
         let mut ran = earlier.map(|e| e.ran.clone()).unwrap_or_default();
         // Other plans' units are remembered for a while: one may come back.
-        let units: BTreeSet<&str> = keys.units.iter().map(|u| u.name.as_str()).collect();
-        ran.retain(|name, ran| units.contains(name.as_str()) || frames - ran.frame < REMEMBERED);
+        let units: BTreeSet<&str> = keys.units.iter().map(|u| &*u.name).collect();
+        ran.retain(|name, ran| units.contains(&**name) || frames - ran.frame < REMEMBERED);
         Held { cells: (0..plan.slots.len()).map(cell).collect(), ran, frames, previous: vec![] }
     }
 
@@ -248,12 +240,12 @@ impl Held {
     }
 
     /// The selected steps have run.
-    pub fn finish(&mut self, selection: Selection) {
-        for (slot, version) in selection.writes {
-            self.cells[slot].content.set(version);
+    pub fn finish(&mut self, selection: &Selection) {
+        for (slot, version) in &selection.writes {
+            self.cells[*slot].content.set(*version);
         }
-        self.ran.extend(selection.ran);
-        self.previous = selection.keys;
+        self.ran.extend(selection.ran.iter().cloned());
+        self.previous.clone_from(&selection.keys);
         self.frames += 1;
     }
 

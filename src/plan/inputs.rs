@@ -22,6 +22,7 @@ use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hash;
 use std::ops::{BitOr, BitOrAssign};
+use std::sync::Arc;
 
 /// The kinds of inputs, for messages and for tests that leave one out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -91,6 +92,37 @@ impl std::fmt::Display for Named {
 
 /// Named inputs with hashes of their contents.
 pub type Contents = BTreeMap<Named, u128>;
+
+/// What a unit read in a frame.
+#[derive(Debug)]
+pub struct ReadInputs {
+    pub(super) fixed: Arc<Contents>,
+    pub(super) names: Arc<[Named]>,
+    /// Of `names`.
+    pub(super) hashes: Vec<u128>,
+}
+
+impl ReadInputs {
+    fn contents(&self) -> Contents {
+        let mut all = Contents::clone(&self.fixed);
+        self.names.iter().zip(&self.hashes).for_each(|(named, content)| add(&mut all, named.clone(), *content));
+        all
+    }
+
+    /// What is new or different since, and what is gone.
+    pub(super) fn differences(&self, before: &ReadInputs) -> Vec<String> {
+        if Arc::ptr_eq(&self.fixed, &before.fixed) && Arc::ptr_eq(&self.names, &before.names) {
+            let all = self.names.iter().zip(self.hashes.iter().zip(&before.hashes));
+            let changed: BTreeSet<&Named> =
+                all.filter(|(_, (now, then))| now != then).map(|(named, _)| named).collect();
+            return changed.into_iter().map(Named::to_string).collect();
+        }
+        let (before, now) = (before.contents(), self.contents());
+        let changed = now.iter().filter(|(k, v)| before.get(k) != Some(v)).map(|(k, _)| k.to_string());
+        let gone = before.keys().filter(|k| !now.contains_key(k)).map(|k| format!("no {k} any more"));
+        changed.chain(gone).collect()
+    }
+}
 
 /// Adds an input. Two of one name, as two rows of one table, both count.
 pub(super) fn add(all: &mut Contents, input: Named, content: u128) {

@@ -4,12 +4,13 @@
 //! A fingerprint hashes all [`inputs`] of a unit. It contains no index into the plan and no name from the graph, so
 //! equal work has equal versions in any two plans.
 
-use super::inputs::{self, Contents, InputKind, Named, ResourceAccess, StepInput, add};
+use super::inputs::{self, Contents, InputKind, Named, ReadInputs, ResourceAccess, StepInput, add};
 use super::tables::SceneInputs;
-use super::{Comparison, Desc, Frames, Loop, OrderNode, Plan, ResourceId, StepId, Until};
+use super::{Desc, Frames, Loop, OrderNode, Plan, ResourceId, StepId, Until};
 use crate::content::hash;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Identifies a content. [`UNDEFINED`]: nothing has been written.
 pub type Version = u128;
@@ -20,7 +21,7 @@ pub const UNDEFINED: Version = 0;
 /// A step, or a loop as a whole.
 #[derive(Debug)]
 pub struct Unit {
-    pub name: String,
+    pub name: Arc<str>,
     pub steps: Vec<StepId>,
     /// Those in which it runs.
     pub frames: Frames,
@@ -35,10 +36,12 @@ pub struct Unit {
     /// Resources by the order in which the unit comes to them: its own names for them.
     roles: BTreeMap<ResourceId, usize>,
     /// Inputs known with the plan, to show.
-    fixed: Contents,
+    fixed: Arc<Contents>,
     /// All of `fixed` in its order.
     start: u128,
-    given: Vec<(Named, Given)>,
+    given: Vec<Given>,
+    /// Of `given`, then of `needs`.
+    names: Arc<[Named]>,
 }
 
 /// An input that a frame brings.
@@ -76,6 +79,8 @@ pub struct Versions {
     pub keys: Vec<Version>,
     /// By unit: the fingerprint without the inputs whose changes its dirty bits account for.
     pub rest: Vec<Version>,
+    /// By unit: of the inputs that the frame brings.
+    given: Vec<Vec<u128>>,
     /// By unit: of what it needs, in that order.
     pub before: Vec<Vec<Version>>,
     /// By unit: of what it writes, in that order.
@@ -126,22 +131,25 @@ impl Keys {
             if all.off.last() == Some(&true) {
                 all.keys.push(UNDEFINED);
                 all.rest.push(UNDEFINED);
+                all.given.push(vec![]);
                 all.before.push(before);
                 all.after.push(unit.writes.iter().map(|r| now[r.0]).collect());
                 continue;
             }
             let counts = |kind: InputKind| Some(kind) != self.without;
-            let given = || unit.given.iter().filter(|(i, _)| counts(i.kind));
+            let hash_of = |(given, named): (&Given, &Named)| given.hash(&named.name, scene, values);
+            let hashes: Vec<u128> = unit.given.iter().zip(&*unit.names).map(hash_of).collect();
+            let kinds = unit.names.iter().map(|named| named.kind);
+            let given = || unit.given.iter().zip(kinds.clone()).zip(&hashes).filter(|((_, kind), _)| counts(*kind));
             let needs = || unit.needs.iter().zip(&before).filter(|_| counts(InputKind::Resource));
-            let hashes: Vec<u128> = given().map(|(i, g)| g.hash(&i.name, scene, values)).collect();
-            let versions: Vec<Version> = needs().map(|(_, v)| *v).collect();
-            let key = hash(&(unit.start, &hashes, versions)).max(1);
+            let of = |given: Vec<u128>, versions: Vec<Version>| hash(&(unit.start, given, versions));
+            let key = of(given().map(|(_, h)| *h).collect(), needs().map(|(_, v)| *v).collect()).max(1);
             let rest = match plan.only(unit) {
                 Some(only) => {
                     let other = |g: &Given| !matches!(g, Given::Table(i) if only.tables.contains(i));
-                    let given = given().zip(&hashes).filter(|((_, g), _)| other(g)).map(|(_, h)| *h);
+                    let given = given().filter(|((g, _), _)| other(g)).map(|(_, h)| *h);
                     let needs = needs().filter(|(r, _)| !only.resources.contains(r)).map(|(_, v)| *v);
-                    hash(&(unit.start, given.collect::<Vec<_>>(), needs.collect::<Vec<_>>()))
+                    of(given.collect(), needs.collect())
                 }
                 None => UNDEFINED,
             };
@@ -149,6 +157,7 @@ impl Keys {
             unit.writes.iter().zip(&after).for_each(|(r, v)| now[r.0] = *v);
             all.keys.push(key);
             all.rest.push(rest);
+            all.given.push(hashes);
             all.before.push(before);
             all.after.push(after);
         }
@@ -158,6 +167,13 @@ impl Keys {
 }
 
 impl Versions {
+    /// All that the result of a unit, by its number, depends on.
+    pub fn inputs(&self, keys: &Keys, unit: usize) -> ReadInputs {
+        let Unit { fixed, names, .. } = &keys.units[unit];
+        let hashes = self.given[unit].iter().chain(&self.before[unit]).copied().collect();
+        ReadInputs { fixed: fixed.clone(), names: names.clone(), hashes }
+    }
+
     /// The unit that makes a resource in this frame, by the last that writes it in any.
     pub fn maker(&self, keys: &Keys, resource: ResourceId, last: Option<usize>) -> Option<usize> {
         let mut maker = last;
@@ -179,23 +195,11 @@ impl Unit {
 
     /// What it runs again for, besides results of others: the code, values, tables and the like, by name.
     pub fn depends(&self) -> Vec<String> {
-        let all: BTreeSet<&Named> = self.fixed.keys().chain(self.given.iter().map(|(i, _)| i)).collect();
+        let all: BTreeSet<&Named> = self.fixed.keys().chain(&self.names[..self.given.len()]).collect();
         let telling = |i: &&Named| {
             !matches!(i.kind, InputKind::Resource | InputKind::Size | InputKind::Target | InputKind::Extent)
         };
         all.into_iter().filter(telling).map(Named::to_string).collect()
-    }
-
-    /// All that its result depends on in a frame with these versions of what it needs.
-    pub fn contents(&self, plan: &Plan, before: &[Version], scene: &SceneInputs, values: &Values) -> Contents {
-        let mut all = self.fixed.clone();
-        for (named, given) in &self.given {
-            add(&mut all, named.clone(), given.hash(&named.name, scene, values));
-        }
-        for (r, version) in self.needs.iter().zip(before) {
-            add(&mut all, Named { kind: InputKind::Resource, name: plan.resources[r.0].name.clone() }, *version);
-        }
-        all
     }
 }
 
@@ -228,11 +232,11 @@ pub fn work(plan: &Plan, id: StepId) -> u128 {
 
 fn unit(plan: &Plan, node: &OrderNode, without: Option<InputKind>) -> Unit {
     let name = match node {
-        OrderNode::Step(s) => plan.steps[s.0].name.clone(),
-        OrderNode::Loop(l) => l.name.clone(),
+        OrderNode::Step(s) => &plan.steps[s.0].name,
+        OrderNode::Loop(l) => &l.name,
     };
     let unit = Unit {
-        name,
+        name: name.as_str().into(),
         steps: vec![],
         frames: Frames::All,
         needs: vec![],
@@ -240,12 +244,14 @@ fn unit(plan: &Plan, node: &OrderNode, without: Option<InputKind>) -> Unit {
         writes: vec![],
         bits: vec![],
         roles: BTreeMap::new(),
-        fixed: Contents::new(),
+        fixed: Arc::default(),
         start: 0,
         given: vec![],
+        names: Arc::default(),
     };
     let (written, needed) = (BTreeSet::new(), BTreeSet::new());
-    let mut gather = UnitBuilder { plan, without, around: vec![], order: vec![], written, needed, unit };
+    let (fixed, names) = (Contents::new(), vec![]);
+    let mut gather = UnitBuilder { plan, without, around: vec![], order: vec![], written, needed, fixed, names, unit };
     gather.node(node);
     gather.done()
 }
@@ -260,12 +266,14 @@ struct UnitBuilder<'p> {
     order: Vec<u128>,
     written: BTreeSet<ResourceId>,
     needed: BTreeSet<ResourceId>,
+    fixed: Contents,
+    names: Vec<Named>,
     unit: Unit,
 }
 
 impl<'p> UnitBuilder<'p> {
     fn done(self) -> Unit {
-        let UnitBuilder { plan, mut unit, order, written, needed, .. } = self;
+        let UnitBuilder { plan, mut unit, order, written, needed, fixed, mut names, .. } = self;
         let by_role = |set: BTreeSet<ResourceId>| {
             let mut list: Vec<ResourceId> = set.into_iter().collect();
             list.sort_by_key(|r| unit.roles.get(r));
@@ -274,18 +282,22 @@ impl<'p> UnitBuilder<'p> {
         let content = written.into_iter().filter(|id| !plan.resources[id.0].bits);
         (unit.needs, unit.writes) = (by_role(needed), by_role(content.collect()));
         unit.start = hash(&order);
+        let resource = |id: &ResourceId| Named { kind: InputKind::Resource, name: plan.resources[id.0].name.clone() };
+        names.extend(unit.needs.iter().map(resource));
+        (unit.fixed, unit.names) = (Arc::new(fixed), names.into());
         unit
     }
 
     fn fix(&mut self, kind: InputKind, name: &str, content: u128) {
         if self.without != Some(kind) {
             self.order.push(content);
-            add(&mut self.unit.fixed, Named { kind, name: name.into() }, content);
+            add(&mut self.fixed, Named { kind, name: name.into() }, content);
         }
     }
 
     fn give(&mut self, kind: InputKind, name: &str, given: Given) {
-        self.unit.given.push((Named { kind, name: name.into() }, given));
+        self.unit.given.push(given);
+        self.names.push(Named { kind, name: name.into() });
     }
 
     fn role(&mut self, id: ResourceId) -> usize {
@@ -306,12 +318,6 @@ impl<'p> UnitBuilder<'p> {
                 self.fix(InputKind::Loop, name, hash(count));
                 // Who ends it makes no difference to the result.
                 if let Some(Until { buffer, comparison, value, ending: _ }) = until {
-                    let comparison = match comparison {
-                        Comparison::Less => 0,
-                        Comparison::LessEqual => 1,
-                        Comparison::Greater => 2,
-                        Comparison::GreaterEqual => 3,
-                    };
                     let role = self.role(*buffer);
                     self.fix(InputKind::Loop, name, hash(&(role, comparison, value.to_bits())));
                 }

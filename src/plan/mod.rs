@@ -111,7 +111,7 @@ pub enum Ending {
     Host { why: String },
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Comparison {
     Less,
     LessEqual,

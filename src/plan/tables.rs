@@ -4,7 +4,11 @@ use super::{Action, Binding, DrawGeometry, Plan, TableUse};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::graph::Graph;
-use crate::scene::{AssetHashes, Column, FACTS, Follows, PREVIOUS_TRANSFORM, Table, VertexAttribute, table};
+use crate::scene::{
+    AssetHashes, Column, Corners, FACTS, Follows, PREVIOUS_TRANSFORM, Pieces, SharedCorners, Table, VertexAttribute,
+    table,
+};
+use crate::shader::Member;
 use crate::unused::mentioned;
 use crate::value::Type;
 use std::ops::Range;
@@ -31,7 +35,7 @@ pub fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
         // Whole lines of texels: what is left of the last is zero.
         let lines = (stride * length.max(1)).div_ceil(LINE);
         let mut out = vec![0u8; lines.checked_mul(LINE).ok_or_else(too_large)?];
-        rows(wanted, table, 0..table.rows, &mut out)?;
+        Rows::new(wanted, table, 0..table.rows).write(0..table.rows, &mut out)?;
         return Ok(out);
     }
     if table.rows > length {
@@ -42,7 +46,7 @@ pub fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
         return Err(d.help("take the array's length from a definition that a fact of the scene gives").into());
     }
     let mut out = vec![0u8; stride.checked_mul(length.max(1)).ok_or_else(too_large)?];
-    rows(wanted, table, 0..table.rows, &mut out)?;
+    Rows::new(wanted, table, 0..table.rows).write(0..table.rows, &mut out)?;
     Ok(out)
 }
 
@@ -51,47 +55,66 @@ pub fn stride(wanted: &TableUse) -> usize {
     wanted.stride.max(wanted.row.size).max(4) as usize
 }
 
-/// Writes some of the rows, the first of them to the start of `out`.
-///
-/// # Errors
-/// The table lacks a column, or has it in another type.
-pub fn rows(wanted: &TableUse, table: &Table, some: Range<usize>, out: &mut [u8]) -> Checked<()> {
-    let (stride, size) = (stride(wanted), wanted.row.size as usize);
-    let mut faults: Vec<Diagnostic> = vec![];
-    for member in &wanted.row.members {
-        let column = table.column(&member.name);
-        let places = out.chunks_exact_mut(stride).take(some.len()).map(|row| &mut row[member.offset as usize..size]);
-        if !column.is_some_and(|c| write(c, member.ty, some.start, places)) {
-            let (name, ty) = (&member.name, member.ty.wgsl());
-            let d = Diagnostic::error(format!("table `{}` has no column `{name}` of type {ty}", wanted.table));
-            faults.push(d.nearest(name, table.columns.iter().map(|(n, _)| *n)));
+/// Some rows of a table, ready to be written as a shader asks.
+pub struct Rows<'a> {
+    wanted: &'a TableUse,
+    table: &'a Table,
+    corners: Option<SharedCorners<'a>>,
+}
+
+impl<'a> Rows<'a> {
+    pub fn new(wanted: &'a TableUse, table: &'a Table, some: Range<usize>) -> Rows<'a> {
+        let (mut of, mut members) = (None, vec![]);
+        for member in &wanted.row.members {
+            if let Some((corners, corner, held)) = at_corner(table, member) {
+                of = Some(corners);
+                members.push((member.offset as usize, corner, held));
+            }
         }
+        Rows { wanted, table, corners: of.map(|of| of.shared(some, members)) }
     }
-    Faults::check(faults, ())
+
+    /// Writes some of them, the first to the start of `out`; what no member fills stays.
+    ///
+    /// # Errors
+    /// The table lacks a column, or has it in another type.
+    pub fn write(&self, some: Range<usize>, out: &mut [u8]) -> Checked<()> {
+        let Rows { wanted, table, corners } = self;
+        let (stride, size) = (stride(wanted), wanted.row.size as usize);
+        let mut faults: Vec<Diagnostic> = vec![];
+        for member in wanted.row.members.iter().filter(|member| at_corner(table, member).is_none()) {
+            let places =
+                out.chunks_exact_mut(stride).take(some.len()).map(|row| &mut row[member.offset as usize..size]);
+            let column = table.column(&member.name);
+            if !column.is_some_and(|c| write(c, member.ty, some.start, places)) {
+                let (name, ty) = (&member.name, member.ty.wgsl());
+                let d = Diagnostic::error(format!("table `{}` has no column `{name}` of type {ty}", wanted.table));
+                faults.push(d.nearest(name, table.columns.iter().map(|(n, _)| *n)));
+            }
+        }
+        corners.iter().for_each(|corners| corners.write(some.clone(), stride, out));
+        Faults::check(faults, ())
+    }
+}
+
+/// The corners that a member is filled from, if it is.
+fn at_corner<'a>(table: &'a Table, member: &Member) -> Option<(&'a Corners, usize, VertexAttribute)> {
+    match table.column(&member.name) {
+        Some(Column::Corner { of, corner, held }) if held.ty() == member.ty => Some((of, *corner, *held)),
+        _ => None,
+    }
 }
 
 /// Writes a column from row number `first` on, each row to the start of its place; false where it is too short or does
 /// not fit the type.
 fn write<'a>(column: &Column, ty: Type, first: usize, places: impl Iterator<Item = &'a mut [u8]>) -> bool {
     match (column, ty) {
-        (Column::Uint(v), Type::Uint) => fill(v.iter_from(first).copied(), places),
-        (Column::Float(v), Type::Float) => fill(v.iter_from(first).copied(), places),
-        (Column::Vec2(v), Type::Vec2) => fill(v.iter_from(first).copied(), places),
-        (Column::Vec3(v), Type::Vec3) => fill(v.iter_from(first).copied(), places),
-        (Column::Vec4(v), Type::Vec4) => fill(v.iter_from(first).copied(), places),
-        (Column::Mat4(v), Type::Mat4) => fill(v.iter_from(first).copied(), places),
-        (Column::Corner { of, corner, held: VertexAttribute::Position }, Type::Vec3) => {
-            fill((first..of.rows()).map(|row| of.position(of.vertex(row, *corner))), places)
-        }
-        (Column::Corner { of, corner, held: VertexAttribute::Normal }, Type::Vec3) => {
-            fill((first..of.rows()).map(|row| of.normal(of.vertex(row, *corner))), places)
-        }
-        (Column::Corner { of, corner, held: VertexAttribute::Uv }, Type::Vec2) => {
-            fill((first..of.rows()).map(|row| of.vertex(row, *corner).uv), places)
-        }
-        (Column::Corner { of, corner, held: VertexAttribute::Material }, Type::Uint) => {
-            fill((first..of.rows()).map(|row| of.vertex(row, *corner).material), places)
-        }
+        (Column::Uint(v), Type::Uint) => fill(v, first, places),
+        (Column::Float(v), Type::Float) => fill(v, first, places),
+        (Column::Vec2(v), Type::Vec2) => fill(v, first, places),
+        (Column::Vec3(v), Type::Vec3) => fill(v, first, places),
+        (Column::Vec4(v), Type::Vec4) => fill(v, first, places),
+        (Column::Mat4(v), Type::Mat4) => fill(v, first, places),
         (column, ty) => places.enumerate().all(|(row, to)| match column.get(first + row).and_then(|v| v.cast(ty)) {
             Some(v) => {
                 let bytes = v.bytes();
@@ -103,12 +126,18 @@ fn write<'a>(column: &Column, ty: Type, first: usize, places: impl Iterator<Item
     }
 }
 
-/// Writes values, each to the start of its place; false where there are too few.
+/// Writes values from one on, each to the start of its place; false where there are too few.
 fn fill<'a, T: bytemuck::Pod>(
-    mut values: impl Iterator<Item = T>,
+    values: &Pieces<T>,
+    first: usize,
     mut places: impl Iterator<Item = &'a mut [u8]>,
 ) -> bool {
-    places.all(|to| values.next().map(|v| to[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(&v))).is_some())
+    for slice in values.slices(first..values.len()) {
+        for (value, to) in slice.iter().zip(&mut places) {
+            to[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(value));
+        }
+    }
+    places.next().is_none()
 }
 
 /// What the scene gives to a plan, hashed.

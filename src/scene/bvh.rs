@@ -8,6 +8,8 @@
 use super::{model::Bounds, pieces::Pieces};
 use crate::parallel::threads;
 use glam::Vec3;
+use std::borrow::Borrow;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Boxes within boxes; row 0 holds everything. By row: never empty, since without triangles there is one leaf with the
@@ -85,75 +87,94 @@ impl Bvh {
     /// The boxes of a hierarchy over triangles that stand where it was made for, or elsewhere; all corners finite.
     /// `all` is the box round all of them.
     pub fn of(tree: Tree, all: Bounds, corners: impl Fn(usize) -> [Vec3; 3]) -> Bvh {
-        let (rows, margin) = (tree.rows(), margin(all));
+        let rows = tree.rows();
         let mut bvh = Bvh { lower: Pieces::repeat(Vec3::ZERO, rows), upper: Pieces::repeat(Vec3::ZERO, rows), tree };
         if !bvh.tree.order.is_empty() {
-            // Children stand after their parents.
-            for row in (0..rows).rev() {
-                bvh.put(row, bvh.round(row, margin, &corners));
-            }
+            let Tree { first, count, .. } = bvh.tree.clone();
+            let due = |row| Due { row, first: first[row] as usize, count: count[row] as usize, of: &() };
+            bvh.refit((0..rows).map(due), all, |(), triangle| corners(triangle), |_| ());
         }
         bvh
     }
 
     /// The same hierarchy after some triangles have moved, within the same [`reach`] of everything, and the rows whose
-    /// boxes are others, in their order. `was` are boxes round where those triangles stood; `moved` tells them by their
-    /// place in
-    /// [`Tree::order`]. A leaf moves as a whole.
-    pub fn moved(
+    /// boxes are others, in their order. `was` are boxes round where those triangles stood; `moved` are their places in
+    /// [`Tree::order`], in that order, with what tells their corners. A leaf moves as a whole.
+    pub fn moved<P>(
         mut self,
         all: Bounds,
-        corners: impl Fn(usize) -> [Vec3; 3],
         was: &[Bounds],
-        moved: impl Fn(usize) -> bool,
+        moved: &[(Range<usize>, P)],
+        corners: impl Fn(&P, usize) -> [Vec3; 3],
     ) -> (Bvh, Vec<usize>) {
+        let tree = &self.tree;
         // What holds a leaf that moved is round where it was.
-        let margin = margin(all);
-        let (mut waiting, mut due) = (vec![0], vec![]);
-        while let Some(row) = waiting.pop() {
-            let (first, bounds) = (self.tree.first[row] as usize, self.at(row));
-            if self.tree.order.is_empty() || !was.iter().any(|b| b.meets(&bounds)) {
-                continue;
-            }
-            if self.tree.count[row] == 0 {
-                waiting.extend([first, first + 1]);
-                due.push(row);
-            } else if moved(first) {
-                due.push(row);
-            }
+        let due = |row: usize| {
+            let (first, bounds) = (tree.first[row] as usize, Bounds { min: self.lower[row], max: self.upper[row] });
+            let count = tree.count[row] as usize;
+            let (_, of) = match count {
+                0 => moved.first(),
+                _ => moved.get(moved.partition_point(|m| m.0.end <= first)).filter(|m| m.0.start <= first),
+            }?;
+            was.iter().any(|b| b.meets(&bounds)).then_some(Due { row, first, count, of })
+        };
+        // In the order that they were made in, which is almost that of the rows.
+        let mut all_due: Vec<_> = due(0).into_iter().collect();
+        let mut waiting: Vec<usize> = all_due.iter().filter(|d| d.count == 0).map(|d| d.first).collect();
+        while let Some(first) = waiting.pop() {
+            let children = [due(first), due(first + 1)];
+            waiting.extend(children.iter().rev().flatten().filter(|d| d.count == 0).map(|d| d.first));
+            all_due.extend(children.into_iter().flatten());
         }
-        due.sort_unstable();
         let mut other = vec![];
-        for row in due.into_iter().rev() {
-            let (was, is) = (self.at(row), self.round(row, margin, &corners));
-            let bits = |b: Bounds| [b.min, b.max].map(|v| v.to_array().map(f32::to_bits));
-            if bits(was) != bits(is) {
-                self.put(row, is);
-                other.push(row);
-            }
-        }
-        other.reverse();
+        self.refit(all_due.iter(), all, corners, |row| other.push(row));
+        other.sort();
         (self, other)
     }
 
-    fn at(&self, row: usize) -> Bounds {
-        Bounds { min: self.lower[row], max: self.upper[row] }
-    }
-
-    fn put(&mut self, row: usize, bounds: Bounds) {
-        self.lower.set(row, bounds.min);
-        self.upper.set(row, bounds.max);
-    }
-
-    /// What the box of a row is, by those of its children or by its triangles.
-    fn round(&self, row: usize, margin: Vec3, corners: impl Fn(usize) -> [Vec3; 3]) -> Bounds {
-        let (first, count) = (self.tree.first[row] as usize, self.tree.count[row] as usize);
-        if count == 0 {
-            return self.at(first).union(self.at(first + 1));
+    /// Makes the boxes of some rows anew, of leaves by their corners. `all_due` has children after their parents;
+    /// `other` is told the rows whose boxes are others, the last first.
+    fn refit<'p, P: 'p>(
+        &mut self,
+        all_due: impl DoubleEndedIterator<Item = impl Borrow<Due<'p, P>>> + Clone,
+        all: Bounds,
+        corners: impl Fn(&P, usize) -> [Vec3; 3],
+        mut other: impl FnMut(usize),
+    ) {
+        let (margin, order) = (margin(all), &self.tree.order);
+        let opened = || all_due.clone().flat_map(|due| due.borrow().family());
+        let (mut lower, mut upper) = (self.lower.open(opened()), self.upper.open(opened()));
+        for due in all_due.rev() {
+            let Due { row, first, count, of } = *due.borrow();
+            let (min, max) = if count == 0 {
+                (lower[first].min(lower[first + 1]), upper[first].max(upper[first + 1]))
+            } else {
+                let round = |all: Bounds, i: &u32| all.union(Bounds::of(corners(of, *i as usize)));
+                let exact = order[first..first + count].iter().fold(Bounds::EMPTY, round);
+                (exact.min - margin, exact.max + margin)
+            };
+            let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+            if bits(lower[row]) != bits(min) || bits(upper[row]) != bits(max) {
+                (lower[row], upper[row]) = (min, max);
+                other(row);
+            }
         }
-        let triangles = &self.tree.order[first..first + count];
-        let exact = Bounds::of(triangles.iter().flat_map(|i| corners(*i as usize)));
-        Bounds { min: exact.min - margin, max: exact.max + margin }
+    }
+}
+
+/// A row whose box is to be made anew, and what tells its corners.
+struct Due<'p, P> {
+    row: usize,
+    first: usize,
+    count: usize,
+    of: &'p P,
+}
+
+impl<P> Due<'_, P> {
+    /// The row and its children.
+    fn family(&self) -> [usize; 3] {
+        let (left, right) = if self.count == 0 { (self.first, self.first + 1) } else { (self.row, self.row) };
+        [self.row, left, right]
     }
 }
 

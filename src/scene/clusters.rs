@@ -115,9 +115,9 @@ impl Parts {
     }
 }
 
-/// The box round a cluster's corners, given those of each triangle by its place in [`Geometry::indices`].
-pub(super) fn bounds(cluster: &Cluster, corners: impl Fn(usize) -> [Vec3; 3]) -> Bounds {
-    Bounds::of(triangles(cluster).flat_map(corners))
+/// The box round a cluster's corners, given each by its place in the indices.
+pub(super) fn bounds(cluster: &Cluster, corner: impl Fn(usize) -> Vec3) -> Bounds {
+    Bounds::of((cluster.first as usize..(cluster.first + cluster.count) as usize).map(corner))
 }
 
 /// The places of a cluster's triangles in [`Geometry::indices`].
@@ -223,7 +223,7 @@ mod tests {
         let area: f32 = g
             .clusters
             .iter()
-            .map(|c| widened(&bounds(c, |i| corners[i])))
+            .map(|c| widened(&bounds(c, |i| corners[i / 3][i % 3])))
             .map(|b| (b.max.x - b.min.x) * (b.max.y - b.min.y))
             .sum();
         assert!(area < 1.1 * 32.0 * 32.0, "the boxes overlap: {area}");
@@ -241,9 +241,7 @@ mod tests {
         g.one_sided = g.indices.len() as u32;
         cluster(&mut g, &[]);
         assert_eq!(g.clusters.len(), 3);
-        let corners = |c: &Cluster| {
-            bounds(c, |t| [0, 1, 2].map(|i| Vec3::from(g.vertices[g.indices[3 * t + i] as usize].position)))
-        };
+        let corners = |c: &Cluster| bounds(c, |i| Vec3::from(g.vertices[g.indices[i] as usize].position));
         let found: Vec<Bounds> = g.clusters.iter().map(corners).collect();
         let all = found.iter().fold(Bounds::EMPTY, |all, b| all.union(*b));
         let lies = |b: &Bounds| (b.min.z, sides(b, &all));

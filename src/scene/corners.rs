@@ -1,10 +1,10 @@
 //! What vertices hold at the corners of triangles, in world space: worked out where it is asked for, since tables of it
 //! would take more memory than the scene.
 
-use super::{Vertex, geometry::Geometry, model::Scene, motion::Pose};
-use crate::value::Value;
+use super::{geometry::Geometry, model::Scene, motion::Pose};
+use crate::value::{Type, Value};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
-use std::ops::Range;
+use std::ops::{Index, Range};
 use std::sync::Arc;
 
 /// The triangles of a scene at a pose, in some order.
@@ -44,6 +44,55 @@ impl TriangleOrder {
         runs.shrink_to_fit();
         TriangleOrder { triangles, runs }
     }
+
+    /// Rows of one node that follow on each other, with it.
+    fn runs(&self) -> impl Iterator<Item = (Range<usize>, u32)> + '_ {
+        let starts = std::iter::once(0).chain(self.runs.iter().map(|(_, end)| *end));
+        starts.zip(&self.runs).map(|(start, (node, end))| (start..*end, *node))
+    }
+
+    /// The same, of some rows.
+    fn runs_in(&self, rows: Range<usize>) -> impl Iterator<Item = Range<usize>> + '_ {
+        let first = self.runs.partition_point(|(_, end)| *end <= rows.start);
+        let ends = self.runs[first..].iter().map(|(_, end)| *end);
+        let mut start = rows.start;
+        std::iter::from_fn({
+            let mut ends = ends;
+            move || {
+                let end = ends.next()?.min(rows.end);
+                (start < end).then(|| std::mem::replace(&mut start, end)..end)
+            }
+        })
+    }
+}
+
+/// World-space values of vertices that follow on each other in the geometry.
+#[derive(Debug)]
+pub(super) struct Span<T> {
+    first: usize,
+    values: Vec<T>,
+}
+
+impl<T> Span<T> {
+    /// `place`: where the vertices are that values are wanted of.
+    pub(super) fn of(places: Range<usize>, value: impl FnMut(usize) -> T) -> Span<T> {
+        Span { first: places.start, values: places.map(value).collect() }
+    }
+}
+
+impl<T> Index<u32> for Span<T> {
+    type Output = T;
+
+    /// The value of a vertex by its place in the geometry.
+    fn index(&self, vertex: u32) -> &T {
+        &self.values[vertex as usize - self.first]
+    }
+}
+
+/// The least range round all of these; empty without any.
+pub(super) fn around(places: impl IntoIterator<Item = u32>) -> Range<usize> {
+    let (low, high) = places.into_iter().fold((u32::MAX, 0), |(low, high), i| (low.min(i), high.max(i + 1)));
+    low.min(high) as usize..high as usize
 }
 
 /// What a vertex holds.
@@ -65,6 +114,18 @@ pub enum VertexAttribute {
     Emitter,
 }
 
+impl VertexAttribute {
+    /// Of its values.
+    pub fn ty(self) -> Type {
+        match self {
+            VertexAttribute::Position | VertexAttribute::Normal => Type::Vec3,
+            VertexAttribute::Uv | VertexAttribute::SecondUv => Type::Vec2,
+            VertexAttribute::Color | VertexAttribute::Tangent => Type::Vec4,
+            VertexAttribute::Material | VertexAttribute::Emitter => Type::Uint,
+        }
+    }
+}
+
 impl Corners {
     pub(super) fn new(scene: &Scene, pose: &Pose, order: Arc<TriangleOrder>) -> Corners {
         let normals = pose.nodes.iter().map(normal_matrix).collect();
@@ -84,17 +145,14 @@ impl Corners {
         if !same || self.nodes.len() != before.nodes.len() || other.len() != self.rows() {
             return None;
         }
-        before.moved(&self.nodes).for_each(|rows| other[rows].fill(true));
+        before.moved(&self.nodes).for_each(|(rows, _)| other[rows].fill(true));
         Some(())
     }
 
-    /// The rows whose triangles stand elsewhere when the nodes stand here.
-    pub(super) fn moved<'a>(&'a self, nodes: &'a [Mat4]) -> impl Iterator<Item = Range<usize>> + 'a {
-        let runs = &self.order.runs;
-        let starts = std::iter::once(0).chain(runs.iter().map(|(_, end)| *end));
+    /// The rows whose triangles stand elsewhere when the nodes stand here, in their order and with their nodes.
+    pub(super) fn moved<'a>(&'a self, nodes: &'a [Mat4]) -> impl Iterator<Item = (Range<usize>, u32)> + 'a {
         let changed = self.geometry.owners.changed(&self.nodes, nodes);
-        let other = starts.zip(runs).filter(move |(_, (node, _))| changed.get(*node as usize) != Some(&false));
-        other.map(|(start, (_, end))| start..*end)
+        self.order.runs().filter(move |(_, node)| changed.get(*node as usize) != Some(&false))
     }
 
     pub(super) fn order(&self) -> &Arc<TriangleOrder> {
@@ -106,58 +164,122 @@ impl Corners {
         self.order.triangles.len()
     }
 
-    /// The vertex at a corner (0 to 2) of a row below [`Corners::rows`].
-    pub fn vertex(&self, row: usize, corner: usize) -> &Vertex {
-        let Geometry { vertices, indices, .. } = &*self.geometry;
-        &vertices[indices[3 * self.order.triangles[row] as usize + corner] as usize]
+    /// The vertices at the corners of a row below [`Corners::rows`], as places in the geometry.
+    fn vertices(&self, row: usize) -> [u32; 3] {
+        let first = 3 * self.order.triangles[row] as usize;
+        let indices = &self.geometry.indices[first..first + 3];
+        [indices[0], indices[1], indices[2]]
     }
 
-    /// The node that shows the triangle of a row below [`Corners::rows`].
-    pub fn node(&self, row: usize) -> u32 {
-        self.geometry.node(self.order.triangles[row] as usize)
+    fn position(&self, vertex: u32) -> Vec3 {
+        let vertex = &self.geometry.vertices[vertex as usize];
+        self.nodes[vertex.node as usize].transform_point3(vertex.position.into())
     }
 
-    /// The vertex of a corner of a row below [`Corners::rows`], as a place in the geometry.
-    fn place(&self, row: usize, corner: usize) -> usize {
-        self.geometry.indices[3 * self.order.triangles[row] as usize + corner] as usize
+    fn normal(&self, vertex: u32) -> Vec3 {
+        let vertex = &self.geometry.vertices[vertex as usize];
+        let turned = self.normals[vertex.node as usize] * Vec3::from(vertex.normal);
+        turned.try_normalize().unwrap_or(Vec3::Y)
     }
 
-    fn tangent(&self, row: usize, corner: usize) -> Vec4 {
-        let place = self.place(row, corner);
-        let tangent = Vec4::from(self.geometry.more.tangent(place));
-        let node = Mat3::from_mat4(self.nodes[self.geometry.vertices[place].node as usize]);
+    fn tangent(&self, vertex: u32) -> Vec4 {
+        let tangent = Vec4::from(self.geometry.more.tangent(vertex as usize));
+        let node = Mat3::from_mat4(self.nodes[self.geometry.vertices[vertex as usize].node as usize]);
         let turned = (node * tangent.truncate()).try_normalize().unwrap_or(Vec3::X);
         // What mirrors turns the third axis round.
         turned.extend(tangent.w * if node.determinant() < 0.0 { -1.0 } else { 1.0 })
     }
 
-    fn emitter(&self, row: usize) -> u32 {
-        self.emitters.get(self.order.triangles[row] as usize).copied().unwrap_or(u32::MAX)
-    }
-
-    pub fn position(&self, vertex: &Vertex) -> Vec3 {
-        self.nodes[vertex.node as usize].transform_point3(vertex.position.into())
-    }
-
-    pub fn normal(&self, vertex: &Vertex) -> Vec3 {
-        let turned = self.normals[vertex.node as usize] * Vec3::from(vertex.normal);
-        turned.try_normalize().unwrap_or(Vec3::Y)
-    }
-
     /// What is held at a corner (0 to 2) of a row; `None` past the rows.
     pub fn get(&self, row: usize, corner: usize, held: VertexAttribute) -> Option<Value> {
-        let vertex = (row < self.rows()).then(|| self.vertex(row, corner))?;
+        let vertex = (row < self.rows()).then(|| self.vertices(row)[corner])?;
+        let (Geometry { vertices, more, .. }, place) = (&*self.geometry, vertex as usize);
         Some(match held {
             VertexAttribute::Position => Value::Vec3(self.position(vertex)),
             VertexAttribute::Normal => Value::Vec3(self.normal(vertex)),
-            VertexAttribute::Uv => Value::Vec2(Vec2::from(vertex.uv)),
-            VertexAttribute::SecondUv => Value::Vec2(Vec2::from(self.geometry.more.uv(self.place(row, corner)))),
-            VertexAttribute::Color => Value::Vec4(Vec4::from(self.geometry.more.color(self.place(row, corner)))),
-            VertexAttribute::Tangent => Value::Vec4(self.tangent(row, corner)),
-            VertexAttribute::Material => Value::Uint(vertex.material),
-            VertexAttribute::Emitter => Value::Uint(self.emitter(row)),
+            VertexAttribute::Uv => Value::Vec2(Vec2::from(vertices[place].uv)),
+            VertexAttribute::SecondUv => Value::Vec2(Vec2::from(more.uv(place))),
+            VertexAttribute::Color => Value::Vec4(Vec4::from(more.color(place))),
+            VertexAttribute::Tangent => Value::Vec4(self.tangent(vertex)),
+            VertexAttribute::Material => Value::Uint(vertices[place].material),
+            VertexAttribute::Emitter => {
+                let triangle = self.order.triangles[row] as usize;
+                Value::Uint(self.emitters.get(triangle).copied().unwrap_or(u32::MAX))
+            }
         })
     }
+
+    /// What is to be written of some rows: of each member the place in a row, the corner and what is held there. What
+    /// triangles share is worked out here, once.
+    pub fn shared(&self, rows: Range<usize>, members: Vec<(usize, usize, VertexAttribute)>) -> SharedCorners<'_> {
+        let run = |rows: Range<usize>| {
+            let vertices = around(rows.clone().flat_map(|row| self.vertices(row)));
+            // Not where others lie between.
+            let dense = vertices.len() <= 3 * rows.len();
+            let span = |held, value: fn(&Corners, u32) -> Vec3| {
+                let wanted = dense && members.iter().any(|member| member.2 == held);
+                wanted.then(|| Span::of(vertices.clone(), |vertex| value(self, vertex as u32)))
+            };
+            let positions = span(VertexAttribute::Position, Corners::position);
+            SharedRun { end: rows.end, positions, normals: span(VertexAttribute::Normal, Corners::normal) }
+        };
+        let runs = self.order.runs_in(rows).map(run).collect();
+        SharedCorners { of: self, runs, members }
+    }
+}
+
+/// Rows of triangles on their way to a shader's layout.
+#[derive(Debug)]
+pub struct SharedCorners<'a> {
+    of: &'a Corners,
+    runs: Vec<SharedRun>,
+    members: Vec<(usize, usize, VertexAttribute)>,
+}
+
+/// Rows of one node that follow on each other; where they share much, their vertices.
+#[derive(Debug)]
+struct SharedRun {
+    end: usize,
+    positions: Option<Span<Vec3>>,
+    normals: Option<Span<Vec3>>,
+}
+
+impl SharedCorners<'_> {
+    /// Writes some of the rows, `stride` bytes each, the first to the start of `out`.
+    pub fn write(&self, rows: Range<usize>, stride: usize, out: &mut [u8]) {
+        let mut runs = &self.runs[self.runs.partition_point(|run| run.end <= rows.start)..];
+        let geometry = &self.of.geometry;
+        for (row, out) in rows.zip(out.chunks_exact_mut(stride)) {
+            let vertices = self.of.vertices(row);
+            while let [SharedRun { end, .. }, later @ ..] = runs
+                && *end <= row
+            {
+                runs = later;
+            }
+            let [SharedRun { positions, normals, .. }, ..] = runs else { return };
+            for (at, corner, held) in &self.members {
+                let (vertex, out) = (vertices[*corner], &mut out[*at..]);
+                match (held, positions, normals) {
+                    (VertexAttribute::Position, Some(known), _) => put(out, known[vertex]),
+                    (VertexAttribute::Normal, _, Some(known)) => put(out, known[vertex]),
+                    (VertexAttribute::Uv, ..) => put(out, geometry.vertices[vertex as usize].uv),
+                    (VertexAttribute::Material, ..) => put(out, geometry.vertices[vertex as usize].material),
+                    _ => match self.of.get(row, *corner, *held) {
+                        Some(Value::Vec2(v)) => put(out, v),
+                        Some(Value::Vec3(v)) => put(out, v),
+                        Some(Value::Vec4(v)) => put(out, v),
+                        Some(Value::Uint(v)) => put(out, v),
+                        _ => {}
+                    },
+                }
+            }
+        }
+    }
+}
+
+/// Writes a value to the start of some bytes.
+fn put<T: bytemuck::NoUninit>(out: &mut [u8], value: T) {
+    out[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(&value));
 }
 
 /// The matrix that turns normals: the inverse transpose, or where a flattening transform has none, the matrix of

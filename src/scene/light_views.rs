@@ -1,12 +1,14 @@
 //! The views that shadow maps are drawn from.
 
 use super::{
+    Column, Table,
     clusters::{Cluster, triangles, widened},
     model::{Bounds, LightKind, Scene},
     motion::{LightPose, Pose},
     pieces::Pieces,
 };
 use glam::{Mat4, Vec3};
+use std::sync::Arc;
 
 /// One shadow map's view.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,6 +107,23 @@ pub(super) fn light_views<C: Fn(usize) -> [Vec3; 3]>(
     views
 }
 
+/// The table of these views.
+pub(super) fn light_view_table(views: &[LightView], all: Bounds) -> Table {
+    Table {
+        name: "light_views",
+        rows: views.len(),
+        since: None,
+        columns: Arc::new([
+            ("light", Column::Uint(views.iter().map(|v| v.light).collect())),
+            ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
+            ("near", Column::Float(views.iter().map(|v| v.near).collect())),
+            ("far", Column::Float(views.iter().map(|v| v.far).collect())),
+            ("lower", Column::Vec3(Pieces::repeat(all.min, views.len()))),
+            ("upper", Column::Vec3(Pieces::repeat(all.max, views.len()))),
+        ]),
+    }
+}
+
 /// Near and far planes of a view from a light's position. `corner` is the least cosine between the view's axis
 /// and a direction inside it: what is `d` away lies at least `d · corner` deep.
 fn depths<C: Fn(usize) -> [Vec3; 3]>(
@@ -196,7 +215,7 @@ mod tests {
         };
         let corners = |i: usize| [0, 1, 2].map(|axis| corner(i, axis));
         let parts: Vec<Cluster> = (0..25).map(|i| Cluster { first: 12 * i, count: 12, node: 0 }).collect();
-        let boxes: Pieces<Bounds> = parts.iter().map(|c| bounds(c, corners)).collect();
+        let boxes: Pieces<Bounds> = parts.iter().map(|c| bounds(c, |i| corners(i / 3)[i % 3])).collect();
         let surfaces = Surfaces { parts: &parts, boxes: &boxes, corners };
         for p in [Vec3::ZERO, Vec3::new(4.0, -1.0, 2.0), corners(31)[1], Vec3::new(0.0, 90.0, 0.0)] {
             let all = (0..100).map(|i| distance_to_triangle(p, corners(i))).fold(f32::INFINITY, f32::min);

@@ -2,7 +2,7 @@
 
 use super::{Animation, Deformed, Environment, Geometry, KeyedParam, Levels, MaterialTexture, TextureArray};
 use crate::value::{Value, Values};
-use glam::{Mat3, Vec3, Vec4};
+use glam::{Mat3, Vec3, Vec3A, Vec4};
 use std::sync::Arc;
 
 /// Everything a graph may ask of a scene, checked: all numbers are finite, all indices in range.
@@ -217,7 +217,10 @@ impl Bounds {
 
     /// The smallest box round some points.
     pub fn of(points: impl IntoIterator<Item = Vec3>) -> Bounds {
-        points.into_iter().fold(Bounds::EMPTY, |b, p| Bounds { min: b.min.min(p), max: b.max.max(p) })
+        let nothing = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
+        let grown = |(min, max): (Vec3A, Vec3A), p: Vec3| (min.min(p.into()), max.max(p.into()));
+        let (min, max) = points.into_iter().fold(nothing, grown);
+        Bounds { min: min.into(), max: max.into() }
     }
 
     /// The smallest box round both.

@@ -1,12 +1,15 @@
 //! A scene at a time: where its nodes, lights and cameras are, and the box it stays in.
 
 use super::{
+    Column, PREVIOUS_TRANSFORM, Table,
+    corners::normal_matrix,
     deform::{Deformed, Skinned},
     keyed::KeyedParam,
     model::{Bounds, Keyframe, Lens, Node, Scene},
 };
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A scene at a time, in world space.
 #[derive(Debug, Clone, PartialEq)]
@@ -291,6 +294,23 @@ impl Scene {
         }
         let bounds = Bounds::of(points.iter().map(|p| pending.transform_point3(*p)));
         Bounds { min: bounds.min - margin, max: bounds.max + margin }
+    }
+}
+
+/// The table of nodes: where they are, and where they were before.
+pub(super) fn nodes(pose: &Pose, before: &Pose) -> Table {
+    // Nodes of another scene were nowhere.
+    let before = if before.nodes.len() == pose.nodes.len() { before } else { pose };
+    let normals = pose.nodes.iter().map(|m| Mat4::from_mat3(normal_matrix(m))).collect();
+    Table {
+        name: "nodes",
+        rows: pose.nodes.len(),
+        since: None,
+        columns: Arc::new([
+            ("transform", Column::Mat4(pose.nodes.iter().copied().collect())),
+            ("inverse_transpose", Column::Mat4(normals)),
+            (PREVIOUS_TRANSFORM, Column::Mat4(before.nodes.iter().copied().collect())),
+        ]),
     }
 }
 

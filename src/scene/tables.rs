@@ -4,17 +4,18 @@ use super::{
     Column, Follows, Level, MOVED, PREVIOUS_TRANSFORM, Since, TABLES, Table,
     bvh::{Bvh, Tree, reach},
     clusters,
-    corners::{Corners, TriangleOrder, VertexAttribute, normal_matrix},
+    corners::{Corners, Span, TriangleOrder, VertexAttribute, around},
     environment::Environment,
     geometry::Geometry,
-    light_views::{LightView, Surfaces, light_views},
+    light_views::{Surfaces, light_view_table, light_views},
     model::{Bounds, Scene},
-    motion::Pose,
+    motion::{Pose, nodes},
     pieces::Pieces,
     table,
 };
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The tables that boxes round clusters are needed for.
@@ -93,9 +94,12 @@ impl Scene {
         };
         let names = || TABLES.iter().map(|t| t.name).filter(|name| wanted(name));
         let world = World { scene: self, pose: &pose };
-        let boxes = match names().any(|name| BOXED.contains(&name)) {
+        let (boxes, placed) = match names().any(|name| BOXED.contains(&name)) {
             true => world.boxes(&levels, earlier),
-            false => Boxes { each: Pieces::default(), own: Bounds::EMPTY, all: Bounds::EMPTY, other: None },
+            false => {
+                let none = Boxes { each: Pieces::default(), own: Bounds::EMPTY, all: Bounds::EMPTY, other: None };
+                (none, PlacedVertices::new())
+            }
         };
         let corners = |triangle: usize| world.corners(triangle);
         let mut traced = None;
@@ -111,7 +115,7 @@ impl Scene {
             }
             // Both come of the same sorting.
             "triangles" | "bvh" => {
-                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, &boxes, earlier));
+                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, &boxes, &placed, earlier));
                 Some(if name == "bvh" { bvh.clone() } else { triangles.clone() })
             }
             "clusters" => Some(self.cluster_table(&boxes, &levels, earlier)),
@@ -259,6 +263,15 @@ fn same_levels(a: &[Arc<Level>], b: &[Arc<Level>]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Arc::ptr_eq(a, b))
 }
 
+/// By node: where its vertices are in the world.
+type PlacedVertices = BTreeMap<u32, Span<Vec3>>;
+
+/// The vertices of a triangle, by its place in some indices.
+fn corners(indices: &[u32], triangle: usize) -> [u32; 3] {
+    let of = &indices[3 * triangle..3 * triangle + 3];
+    [of[0], of[1], of[2]]
+}
+
 /// The triangles of a scene in world space.
 struct World<'a> {
     scene: &'a Scene,
@@ -268,37 +281,36 @@ struct World<'a> {
 impl World<'_> {
     /// The corners of a triangle by its place in the scene's indices.
     fn corners(&self, triangle: usize) -> [Vec3; 3] {
-        self.corners_of(&self.scene.geometry.indices, triangle)
+        corners(&self.scene.geometry.indices, triangle).map(|vertex| self.position(vertex as usize))
     }
 
-    /// The same of other indices.
-    fn corners_of(&self, indices: &[u32], triangle: usize) -> [Vec3; 3] {
-        let i = 3 * triangle;
-        [i, i + 1, i + 2].map(|i| self.position(indices[i] as usize))
-    }
-
-    /// The boxes of clusters; of those that stand still the earlier ones.
-    fn boxes(&self, levels: &[Arc<Level>], earlier: Option<&Tables>) -> Boxes {
+    /// The boxes of clusters, of those that stand still the earlier ones; and where the vertices of the others are.
+    fn boxes(&self, levels: &[Arc<Level>], earlier: Option<&Tables>) -> (Boxes, PlacedVertices) {
         let all = || self.scene.clustered(levels).flat_map(|(indices, list)| list.iter().map(move |c| (indices, c)));
         let count = self.scene.clustered(levels).map(|(_, list)| list.len()).sum::<usize>();
-        let round = |(indices, c): (&[u32], &clusters::Cluster)| {
-            clusters::bounds(c, |triangle| self.corners_of(indices, triangle))
-        };
         let known = earlier.filter(|e| same_levels(&e.levels, levels) && e.boxes.each.len() == count);
-        let (mut each, mut other) = (Pieces::default(), vec![]);
+        let (mut each, mut other, mut placed) = (Pieces::default(), vec![], PlacedVertices::new());
         match known {
             Some(known) => {
                 let changed = self.scene.geometry.owners.changed(&known.pose.nodes, &self.pose.nodes);
                 each.clone_from(&known.boxes.each);
                 if changed.contains(&true) {
                     let moved = |node: u32| changed.get(node as usize) != Some(&false);
-                    for (i, found) in all().enumerate().filter(|(_, (_, c))| moved(c.node)) {
-                        each.set(i, round(found));
+                    let moved = || all().enumerate().filter(|(_, (_, c))| moved(c.node));
+                    placed = self.placed(moved().map(|(_, found)| found));
+                    for (i, (indices, c)) in moved() {
+                        let of = &placed[&c.node];
+                        each.set(i, clusters::bounds(c, |i| of[indices[i]]));
                         other.push(i);
                     }
                 }
             }
-            None => each = all().map(round).collect(),
+            None => {
+                let round = |(indices, c): (&[u32], &clusters::Cluster)| {
+                    clusters::bounds(c, |i| self.position(indices[i] as usize))
+                };
+                each = all().map(round).collect();
+            }
         }
         let (own, all) = match known.filter(|_| other.is_empty()) {
             Some(known) => (known.boxes.own, known.boxes.all),
@@ -309,7 +321,18 @@ impl World<'_> {
                 (own, each.iter_from(count).fold(own, union))
             }
         };
-        Boxes { each, own, all, other: known.map(|_| other) }
+        (Boxes { each, own, all, other: known.map(|_| other) }, placed)
+    }
+
+    /// Where the vertices of some clusters are, given with the indices that they are of: each is worked out once.
+    fn placed<'c>(&self, all: impl Iterator<Item = (&'c [u32], &'c clusters::Cluster)>) -> PlacedVertices {
+        let mut spans: BTreeMap<u32, Range<usize>> = BTreeMap::new();
+        for (indices, c) in all {
+            let here = around(indices[c.first as usize..][..c.count as usize].iter().copied());
+            let span = spans.entry(c.node).or_insert(here.clone());
+            *span = span.start.min(here.start)..span.end.max(here.end);
+        }
+        spans.into_iter().map(|(node, span)| (node, Span::of(span, |vertex| self.position(vertex)))).collect()
     }
 
     fn position(&self, vertex: usize) -> Vec3 {
@@ -324,38 +347,6 @@ fn stood_still(list: &[Table]) -> bool {
     match (nodes.column("transform"), nodes.column(PREVIOUS_TRANSFORM)) {
         (Some(Column::Mat4(now)), Some(Column::Mat4(before))) => now == before,
         _ => true,
-    }
-}
-
-fn nodes(pose: &Pose, before: &Pose) -> Table {
-    // Nodes of another scene were nowhere.
-    let before = if before.nodes.len() == pose.nodes.len() { before } else { pose };
-    let normals = pose.nodes.iter().map(|m| Mat4::from_mat3(normal_matrix(m))).collect();
-    Table {
-        name: "nodes",
-        rows: pose.nodes.len(),
-        since: None,
-        columns: Arc::new([
-            ("transform", Column::Mat4(pose.nodes.iter().copied().collect())),
-            ("inverse_transpose", Column::Mat4(normals)),
-            (PREVIOUS_TRANSFORM, Column::Mat4(before.nodes.iter().copied().collect())),
-        ]),
-    }
-}
-
-fn light_view_table(views: &[LightView], all: Bounds) -> Table {
-    Table {
-        name: "light_views",
-        rows: views.len(),
-        since: None,
-        columns: Arc::new([
-            ("light", Column::Uint(views.iter().map(|v| v.light).collect())),
-            ("view_projection", Column::Mat4(views.iter().map(|v| v.view_projection).collect())),
-            ("near", Column::Float(views.iter().map(|v| v.near).collect())),
-            ("far", Column::Float(views.iter().map(|v| v.far).collect())),
-            ("lower", Column::Vec3(Pieces::repeat(all.min, views.len()))),
-            ("upper", Column::Vec3(Pieces::repeat(all.max, views.len()))),
-        ]),
     }
 }
 
@@ -410,7 +401,7 @@ impl<'a> Traced<'a> {
 
     /// The boxes for rays where clusters have these, and what they and the triangles have other than here; `None`: too
     /// much is.
-    fn moved(&self, world: &World<'_>, boxes: &Boxes) -> Option<(Bvh, [Since; 2])> {
+    fn moved(&self, world: &World<'_>, boxes: &Boxes, placed: &PlacedVertices) -> Option<(Bvh, [Since; 2])> {
         let Tables { boxes: before, .. } = self.tables;
         if reach(before.own) != reach(boxes.own) {
             return None;
@@ -423,19 +414,29 @@ impl<'a> Traced<'a> {
             *of = of.union(before.each[i]);
         }
         let places = Bounds::gathered(&was.values().copied().collect::<Vec<_>>(), MOST_PLACES);
-        let moved = |place: usize| was.contains_key(&self.corners.node(place));
-        let (bvh, other) = self.bvh.clone().moved(boxes.own, |i| world.corners(i), &places, moved);
+        let moved: Vec<(Range<usize>, u32)> = self.corners.moved(&world.pose.nodes).collect();
+        let places_of: Vec<_> =
+            moved.iter().filter_map(|(rows, node)| Some((rows.clone(), placed.get(node)?))).collect();
+        let indices = &world.scene.geometry.indices;
+        let (bvh, other) = self.bvh.clone().moved(boxes.own, &places, &places_of, |placed, triangle| {
+            corners(indices, triangle).map(|vertex| placed[vertex])
+        });
         let columns = |name: &str| Some(&self.tables.table(name)?.columns);
         let boxes = Since::of(columns("bvh")?, other.into_iter().map(|row| row..row + 1));
-        let triangles = Since::of(columns("triangles")?, self.corners.moved(&world.pose.nodes));
+        let triangles = Since::of(columns("triangles")?, moved.into_iter().map(|(rows, _)| rows));
         Some((bvh, [boxes, triangles]))
     }
 }
 
 /// The tables `triangles` and `bvh`.
-fn traced_tables(world: &World<'_>, boxes: &Boxes, earlier: Option<&Tables>) -> (Table, Table) {
+fn traced_tables(
+    world: &World<'_>,
+    boxes: &Boxes,
+    placed: &PlacedVertices,
+    earlier: Option<&Tables>,
+) -> (Table, Table) {
     let known = earlier.and_then(Traced::of);
-    let (bvh, since) = match known.as_ref().map(|known| (known, known.moved(world, boxes))) {
+    let (bvh, since) = match known.as_ref().map(|known| (known, known.moved(world, boxes, placed))) {
         Some((_, Some((bvh, since)))) => (bvh, since.map(Some)),
         Some((known, None)) => (Bvh::of(known.bvh.tree.clone(), boxes.own, |i| world.corners(i)), [None, None]),
         None => (Bvh::of(sorted(world.scene), boxes.own, |i| world.corners(i)), [None, None]),

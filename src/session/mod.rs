@@ -274,7 +274,7 @@ impl Session {
             self.held.forget();
             return done;
         }
-        self.held.finish(selection.clone());
+        self.held.finish(selection);
         self.last = Last { index, time, shift: self.shift.clone(), values: values.clone(), begins: false };
         self.why.clone_from(&selection.why);
         done

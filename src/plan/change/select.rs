@@ -1,7 +1,6 @@
 //! Selects the steps of a frame that run, in full or in part, each with its reason.
 
 use super::{Bits, Held, LastRun, Selection, Why};
-use crate::plan::inputs::Contents;
 use crate::plan::keys::{Keys, UNDEFINED, Unit, Version, Versions};
 use crate::plan::tables::SceneInputs;
 use crate::plan::{Plan, ResourceId};
@@ -23,9 +22,7 @@ pub fn select(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values
             (true, _) if unit.writes.is_empty() => Why::Marks,
             (true, None) => Why::First,
             (true, Some(_)) if same.is_some() => Why::Overwritten,
-            (true, Some(ran)) => {
-                Why::Changed(differences(&ran.contents, &unit.contents(plan, &versions.before[i], scene, values)))
-            }
+            (true, Some(ran)) => Why::Changed(versions.inputs(keys, i).differences(&ran.inputs)),
             (false, _) => {
                 // Under another name it may have run too.
                 let any = || held.ran.values().find(|ran| ran.key == versions.keys[i]);
@@ -34,7 +31,7 @@ pub fn select(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values
         }
     };
     let why = (0..keys.units.len()).map(why).collect();
-    selection(plan, keys, held, (scene, values), versions, why, bits)
+    selection(plan, keys, held, versions, why, bits)
 }
 
 /// Chooses all steps that the outputs take.
@@ -51,7 +48,7 @@ pub fn full(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, values: 
             open.extend(unit.needs.iter().zip(&unit.makers).filter_map(|(r, last)| maker(r, *last)));
         }
     }
-    selection(plan, keys, held, (scene, values), versions, why, AllBits::new())
+    selection(plan, keys, held, versions, why, AllBits::new())
 }
 
 /// Chooses all steps but those that write dirty bits: nothing goes by them.
@@ -63,31 +60,20 @@ pub fn everything(plan: &Plan, keys: &Keys, held: &Held, scene: &SceneInputs, va
         false => Why::Asked,
     };
     let why = keys.units.iter().zip(&versions.off).map(why).collect();
-    selection(plan, keys, held, (scene, values), versions, why, AllBits::new())
+    selection(plan, keys, held, versions, why, AllBits::new())
 }
 
 /// The dirty bits of a plan.
 type AllBits = BTreeMap<ResourceId, Bits>;
 
 /// The selection that runs the units whose reason says so; in part where there are bits to go by.
-fn selection(
-    plan: &Plan,
-    keys: &Keys,
-    held: &Held,
-    (scene, values): (&SceneInputs, &Values),
-    versions: Versions,
-    why: Vec<Why>,
-    bits: AllBits,
-) -> Selection {
+fn selection(plan: &Plan, keys: &Keys, held: &Held, versions: Versions, why: Vec<Why>, bits: AllBits) -> Selection {
     let steps = plan.steps.len();
     let mut all = Selection {
         run: vec![false; steps],
         why: vec![Why::NotNeeded; steps],
-        partial: BTreeSet::new(),
-        bits: BTreeMap::new(),
-        writes: vec![],
-        ran: vec![],
         keys: versions.keys.iter().copied().zip(versions.rest.iter().copied()).collect(),
+        ..Selection::default()
     };
     let mut slots = held.slots();
     for (i, (unit, mut why)) in keys.units.iter().zip(why).enumerate() {
@@ -107,8 +93,7 @@ fn selection(
                 slots[slot] = *version;
                 all.writes.push((slot, *version));
             }
-            let contents = unit.contents(plan, &versions.before[i], scene, values);
-            let ran = LastRun { key: versions.keys[i], contents, frame: held.frames };
+            let ran = LastRun { key: versions.keys[i], inputs: versions.inputs(keys, i), frame: held.frames };
             all.ran.push((unit.name.clone(), Arc::new(ran)));
         }
     }
@@ -131,11 +116,7 @@ fn bits(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions) -> AllBits {
             _ => Bits::Set,
         };
         let there = all.entry(only.bits).or_insert(now);
-        *there = match (*there, now) {
-            (Bits::Set, _) | (_, Bits::Set) => Bits::Set,
-            (Bits::Written, _) | (_, Bits::Written) => Bits::Written,
-            (Bits::Clear, Bits::Clear) => Bits::Clear,
-        };
+        *there = now.max(*there);
     }
     all
 }
@@ -200,11 +181,4 @@ fn required(plan: &Plan, keys: &Keys, held: &Held, versions: &Versions, bits: &A
             return run;
         }
     }
-}
-
-/// What is new or different, and what is gone.
-fn differences(before: &Contents, now: &Contents) -> Vec<String> {
-    let changed = now.iter().filter(|(k, v)| before.get(k) != Some(v)).map(|(k, _)| k.to_string());
-    let gone = before.keys().filter(|k| !now.contains_key(k)).map(|k| format!("no {k} any more"));
-    changed.chain(gone).collect()
 }

@@ -57,7 +57,7 @@ fn run(
     let selection = choose(plan, &Keys::of(plan, None), held, &SceneInputs::default(), &Values::new());
     let ran = plan.steps.iter().zip(&selection.run).filter(|(_, run)| **run).map(|(s, _)| s.name.clone()).collect();
     held.start(&selection);
-    held.finish(selection);
+    held.finish(&selection);
     ran
 }
 

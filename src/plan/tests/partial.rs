@@ -68,7 +68,7 @@ fn a_pass_runs_in_part_where_only_what_its_bits_account_for_has_changed() {
         let list = plan.steps.iter().position(|s| s.name == "list").unwrap_or_else(|| panic!("{plan}"));
         let ran = (selection.run[list], selection.partial.iter().any(|s| s.0 == list));
         held.start(&selection);
-        held.finish(selection);
+        held.finish(&selection);
         ran
     };
     assert_eq!(run(values(0.0, 0), everything), (true, false), "the first time for all");

@@ -220,8 +220,9 @@ fn after_a_move_the_boxes_are_those_that_would_be_made_anew() {
             triangles[*i] = triangles[*i].map(|p| p + by);
         }
         let anew = Bvh::of(tree.clone(), all, |i| triangles[i]);
-        let moved = |place: usize| moving.contains(&(tree.order[place] as usize));
-        let (after, other) = before.clone().moved(all, |i| triangles[i], &[was], moved);
+        let moved = |place: &usize| moving.contains(&(tree.order[*place] as usize));
+        let moved: Vec<_> = (0..triangles.len()).filter(moved).map(|place| (place..place + 1, ())).collect();
+        let (after, other) = before.clone().moved(all, &[was], &moved, |(), i| triangles[i]);
         assert_eq!(after, anew);
         let differ = |row: &usize| before.lower[*row] != anew.lower[*row] || before.upper[*row] != anew.upper[*row];
         assert_eq!(other, (0..tree.rows()).filter(differ).collect::<Vec<_>>());
