@@ -5,7 +5,7 @@ use super::{
     device_loop::DeviceLoop,
     dirty::{Arguments, Instances, workgroups},
     pipelines::{Built, view_mask},
-    pool::{Memory, Pool, floats, target_view},
+    pool::{Memory, Pool, numbers, target_view},
     prepare::{PreparedPass, PreparedTarget, Ready, Shaded},
     recorder::Recorder,
     scene_data::SceneData,
@@ -304,7 +304,8 @@ impl EncodeContext<'_> {
             Memory::Texture(texture) => clear_texture(self.gpu, encoder, (name, texture), value)?,
             Memory::Buffer(buffer) if value[0] == 0.0 => grouped(encoder, name, |e| e.clear_buffer(buffer, 0, None)),
             Memory::Buffer(buffer) => {
-                let from = filled(self.gpu, &floats(value[0], buffer.size()))?;
+                let number = self.plan.resources[target.0].number;
+                let from = filled(self.gpu, &numbers(number, value[0], buffer.size()))?;
                 grouped(encoder, name, |e| e.copy_buffer_to_buffer(&from, 0, buffer, 0, buffer.size()));
             }
         }

@@ -5,6 +5,7 @@ use crate::diag::{Checked, Diagnostic, Faults};
 use crate::image::texture::Texture;
 use crate::plan::{Desc, Plan, ResourceId, TextureDesc, TextureKind};
 use crate::shader::TextureDim;
+use crate::value::Type;
 use std::ops::Range;
 
 /// What a plan may allocate overall, in bytes. Beyond it a size in the graph is far more likely a slip than a wish.
@@ -166,7 +167,7 @@ impl Pool {
                         Ok(())
                     }
                     Memory::Buffer(buffer) => {
-                        gpu.queue.write_buffer(buffer, 0, &floats(value[0], buffer.size()));
+                        gpu.queue.write_buffer(buffer, 0, &numbers(resource.number, value[0], buffer.size()));
                         Ok(())
                     }
                 })?
@@ -177,9 +178,14 @@ impl Pool {
     }
 }
 
-/// `bytes` filled with one `f32`; `bytes` is a multiple of 4.
-pub(super) fn floats(value: f64, bytes: u64) -> Vec<u8> {
-    (value as f32).to_le_bytes().repeat(usize::try_from(bytes / 4).unwrap_or(0))
+/// `bytes` filled with one number of a type; `bytes` is a multiple of 4.
+pub(super) fn numbers(number: Type, value: f64, bytes: u64) -> Vec<u8> {
+    let word = match number {
+        Type::Uint => (value as u32).to_le_bytes(),
+        Type::Int => (value as i32).to_le_bytes(),
+        _ => (value as f32).to_le_bytes(),
+    };
+    word.repeat(usize::try_from(bytes / 4).unwrap_or(0))
 }
 
 /// A view of all of a texture in the dimension that a shader asks for, or of one mip level.

@@ -126,6 +126,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     let inputs = inputs(graph, &mut resources, &steps);
     let cleared = initial_clears(graph, &items, &wanted, &mut ids, &mut resources, &sizes, &mut steps);
     block = prepend(cleared, block);
+    memory::find_numbers(graph, &mut resources, &steps, &wiring.shaders, &mut faults);
     let mut outs = vec![];
     for (name, resource) in &outputs {
         if let Some(id) = ids.get(resource) {

@@ -204,8 +204,8 @@ impl Held {
                 return HeldSlot { history, ..old.clone() };
             }
             let content = Content::default();
-            if let Some(value) = tenant.and_then(|r| r.initial) {
-                content.set(initial(&plan.slots[slot].desc, value));
+            if let Some((number, value)) = tenant.and_then(|r| Some((r.number, r.initial?))) {
+                content.set(initial(&plan.slots[slot].desc, number, value));
             }
             HeldSlot { desc: plan.slots[slot].desc.clone(), content, history, lent: None, fixed: false }
         };

@@ -199,7 +199,7 @@ pub fn of<'p>(plan: &'p Plan, step: &'p Step, around: &[&str]) -> Vec<StepInput<
         }
         Action::Clear { target, value } => {
             list.uses(*target, ResourceAccess::Bound);
-            list.fix(InputKind::Extent, "", &value.map(f64::to_bits));
+            list.fix(InputKind::Extent, "", &(plan.resources[target.0].number, value.map(f64::to_bits)));
         }
     }
     for (at, binding) in bindings.iter().enumerate() {

@@ -8,6 +8,7 @@ use super::inputs::{self, Contents, InputKind, Named, ReadInputs, ResourceAccess
 use super::tables::SceneInputs;
 use super::{Desc, Frames, Loop, OrderNode, Plan, ResourceId, StepId, Until};
 use crate::content::hash;
+use crate::value::Type;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -217,8 +218,8 @@ impl Given {
 }
 
 /// The version of a content that memory is given when it is allocated.
-pub fn initial(desc: &Desc, value: [f64; 4]) -> Version {
-    hash(&("initial", desc.shape(), value.map(f64::to_bits))).max(1)
+pub fn initial(desc: &Desc, number: Type, value: [f64; 4]) -> Version {
+    hash(&("initial", desc.shape(), number, value.map(f64::to_bits))).max(1)
 }
 
 /// What a step does, as far as its time depends on it and a plan knows: code, sizes, how much it does, how it draws.

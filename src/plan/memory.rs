@@ -2,8 +2,12 @@
 
 use super::inputs::{self, Causes, Moving, ResourceAccess, StepInput, causes};
 use super::{Action, Binding, OrderNode, Place, Plan, ResourceId, Step};
-use crate::graph::ast;
+use crate::diag::Diagnostic;
+use crate::graph::Graph;
+use crate::graph::ast::{self, set_of};
 use crate::image::texture::Texture;
+use crate::shader::{BindingKind, Shader};
+use crate::value::Type;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -199,6 +203,8 @@ pub struct Resource {
     pub image: Option<Arc<Texture>>,
     /// Holds dirty bits: what they say is for one frame.
     pub bits: bool,
+    /// Of a buffer: the type of number that shaders bind it as, `f32`, `u32` or `i32`, in which it is cleared.
+    pub number: Type,
     /// What the graph says that its numbers lie between.
     pub min: Option<f64>,
     pub max: Option<f64>,
@@ -216,6 +222,7 @@ impl Resource {
             initial: None,
             image: None,
             bits: false,
+            number: Type::Float,
             min: None,
             max: None,
         }
@@ -231,6 +238,79 @@ impl Resource {
         let initial = if by.history { Some(by.initial.unwrap_or([0.0; 4])) } else { by.initial };
         Resource { history: by.history, initial, image, min: by.min, max: by.max, ..Resource::new(name, desc) }
     }
+}
+
+/// Finds the type of number of each buffer that is cleared to anything but zero.
+pub(super) fn find_numbers(
+    graph: &Graph,
+    resources: &mut [Resource],
+    steps: &[Step],
+    shaders: &[Arc<Shader>],
+    faults: &mut Vec<Diagnostic>,
+) {
+    let mut cleared: BTreeMap<usize, f64> = BTreeMap::new();
+    for (index, resource) in resources.iter().enumerate() {
+        cleared.extend(resource.initial.map(|value| (index, value[0])));
+    }
+    cleared.extend(steps.iter().filter_map(|step| match &step.action {
+        Action::Clear { target, value } if value[0] != 0.0 => Some((target.0, value[0])),
+        _ => None,
+    }));
+    for (index, value) in cleared {
+        let resource = &mut resources[index];
+        if value == 0.0 || !matches!(resource.desc, Desc::Buffer { .. }) {
+            continue;
+        }
+        let name = resource.name.clone();
+        let found = numbers_bound(ResourceId(index), steps, shaders);
+        resource.number = found.first().copied().unwrap_or(Type::Float);
+        let fits = match resource.number {
+            _ if found.len() > 1 => false,
+            Type::Uint => value == f64::from(value as u32),
+            Type::Int => value == f64::from(value as i32),
+            _ => true,
+        };
+        if fits {
+            continue;
+        }
+        let types = found.iter().map(|t| t.wgsl()).collect::<Vec<_>>().join(" and ");
+        let fault = Diagnostic::error(format!("`{name}` can't be cleared to {value}: shaders bind it as {types}"));
+        let declared = graph.resources.iter().find(|(n, _)| n.value == set_of(&name));
+        let fault = declared.map_or(fault.clone(), |(n, _)| fault.at(&n.span, "declared here"));
+        faults.push(fault.help("clear it to 0 or a number of its type, or let a shader write it"));
+    }
+}
+
+/// The types of number, each once, that shaders bind a buffer as.
+fn numbers_bound(buffer: ResourceId, steps: &[Step], shaders: &[Arc<Shader>]) -> Vec<Type> {
+    let mut found = vec![];
+    for step in steps {
+        let shader = match &step.action {
+            Action::Draw(d) => d.shader,
+            Action::Compute { shader, .. } => *shader,
+            Action::Copy { .. } | Action::Clear { .. } => continue,
+        };
+        for (variable, binding) in shaders[shader].interface.variables.iter().zip(&step.bindings) {
+            let (BindingKind::Storage { element, .. } | BindingKind::UniformArray { element, .. }) = &variable.kind
+            else {
+                continue;
+            };
+            if !matches!(binding, Binding::Resource(r) if *r == buffer) {
+                continue;
+            }
+            for member in &element.members {
+                let number = match member.ty {
+                    Type::Int => Type::Int,
+                    Type::Bool | Type::Uint | Type::UVec2 | Type::UVec3 | Type::UVec4 => Type::Uint,
+                    Type::Float | Type::Vec2 | Type::Vec3 | Type::Vec4 | Type::Mat4 => Type::Float,
+                };
+                if !found.contains(&number) {
+                    found.push(number);
+                }
+            }
+        }
+    }
+    found
 }
 
 /// Memory for one or more resources of the same [`Desc`] (usages united).

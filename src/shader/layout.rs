@@ -149,7 +149,7 @@ fn plain_type(inner: &TypeInner) -> Option<Type> {
     use ScalarKind::{Float, Sint, Uint};
     use VectorSize::{Bi, Quad, Tri};
     match *inner {
-        TypeInner::Scalar(s) if s.width == 4 => match s.kind {
+        TypeInner::Scalar(s) | TypeInner::Atomic(s) if s.width == 4 => match s.kind {
             Uint => Some(Type::Uint),
             Sint => Some(Type::Int),
             Float => Some(Type::Float),

@@ -64,6 +64,7 @@ mod bench_run;
 mod bench_shards;
 mod browser;
 mod camera_rays;
+mod cleared;
 mod closed_forms;
 mod command;
 mod culling;

@@ -3,7 +3,7 @@
 use super::super::build::Options;
 use super::*;
 
-/// Slots are shared only by resources that are never lifetime together.
+/// Resources share a slot only if their lifetimes never meet.
 fn apart(plan: &Plan) {
     for (i, a) in plan.resources.iter().enumerate() {
         for b in &plan.resources[i + 1..] {
