@@ -91,7 +91,7 @@ impl Bvh {
         let mut bvh = Bvh { lower: Pieces::repeat(Vec3::ZERO, rows), upper: Pieces::repeat(Vec3::ZERO, rows), tree };
         if !bvh.tree.order.is_empty() {
             let Tree { first, count, .. } = bvh.tree.clone();
-            let due = |row| Due { row, first: first[row] as usize, count: count[row] as usize, of: &() };
+            let due = |row| RefitRow { row, first: first[row] as usize, count: count[row] as usize, of: &() };
             bvh.refit((0..rows).map(due), all, |(), triangle| corners(triangle), |_| ());
         }
         bvh
@@ -116,7 +116,7 @@ impl Bvh {
                 0 => moved.first(),
                 _ => moved.get(moved.partition_point(|m| m.0.end <= first)).filter(|m| m.0.start <= first),
             }?;
-            was.iter().any(|b| b.meets(&bounds)).then_some(Due { row, first, count, of })
+            was.iter().any(|b| b.meets(&bounds)).then_some(RefitRow { row, first, count, of })
         };
         // In the order that they were made in, which is almost that of the rows.
         let mut all_due: Vec<_> = due(0).into_iter().collect();
@@ -136,7 +136,7 @@ impl Bvh {
     /// `other` is told the rows whose boxes are others, the last first.
     fn refit<'p, P: 'p>(
         &mut self,
-        all_due: impl DoubleEndedIterator<Item = impl Borrow<Due<'p, P>>> + Clone,
+        all_due: impl DoubleEndedIterator<Item = impl Borrow<RefitRow<'p, P>>> + Clone,
         all: Bounds,
         corners: impl Fn(&P, usize) -> [Vec3; 3],
         mut other: impl FnMut(usize),
@@ -145,7 +145,7 @@ impl Bvh {
         let opened = || all_due.clone().flat_map(|due| due.borrow().family());
         let (mut lower, mut upper) = (self.lower.open(opened()), self.upper.open(opened()));
         for due in all_due.rev() {
-            let Due { row, first, count, of } = *due.borrow();
+            let RefitRow { row, first, count, of } = *due.borrow();
             let (min, max) = if count == 0 {
                 (lower[first].min(lower[first + 1]), upper[first].max(upper[first + 1]))
             } else {
@@ -163,14 +163,14 @@ impl Bvh {
 }
 
 /// A row whose box is to be made anew, and what tells its corners.
-struct Due<'p, P> {
+struct RefitRow<'p, P> {
     row: usize,
     first: usize,
     count: usize,
     of: &'p P,
 }
 
-impl<P> Due<'_, P> {
+impl<P> RefitRow<'_, P> {
     /// The row and its children.
     fn family(&self) -> [usize; 3] {
         let (left, right) = if self.count == 0 { (self.first, self.first + 1) } else { (self.row, self.row) };

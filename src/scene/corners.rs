@@ -68,19 +68,19 @@ impl TriangleOrder {
 
 /// World-space values of vertices that follow on each other in the geometry.
 #[derive(Debug)]
-pub(super) struct Span<T> {
+pub(super) struct VertexRun<T> {
     first: usize,
     values: Vec<T>,
 }
 
-impl<T> Span<T> {
+impl<T> VertexRun<T> {
     /// `place`: where the vertices are that values are wanted of.
-    pub(super) fn of(places: Range<usize>, value: impl FnMut(usize) -> T) -> Span<T> {
-        Span { first: places.start, values: places.map(value).collect() }
+    pub(super) fn of(places: Range<usize>, value: impl FnMut(usize) -> T) -> VertexRun<T> {
+        VertexRun { first: places.start, values: places.map(value).collect() }
     }
 }
 
-impl<T> Index<u32> for Span<T> {
+impl<T> Index<u32> for VertexRun<T> {
     type Output = T;
 
     /// The value of a vertex by its place in the geometry.
@@ -218,7 +218,7 @@ impl Corners {
             let dense = vertices.len() <= 3 * rows.len();
             let span = |held, value: fn(&Corners, u32) -> Vec3| {
                 let wanted = dense && members.iter().any(|member| member.2 == held);
-                wanted.then(|| Span::of(vertices.clone(), |vertex| value(self, vertex as u32)))
+                wanted.then(|| VertexRun::of(vertices.clone(), |vertex| value(self, vertex as u32)))
             };
             let positions = span(VertexAttribute::Position, Corners::position);
             SharedRun { end: rows.end, positions, normals: span(VertexAttribute::Normal, Corners::normal) }
@@ -240,8 +240,8 @@ pub struct SharedCorners<'a> {
 #[derive(Debug)]
 struct SharedRun {
     end: usize,
-    positions: Option<Span<Vec3>>,
-    normals: Option<Span<Vec3>>,
+    positions: Option<VertexRun<Vec3>>,
+    normals: Option<VertexRun<Vec3>>,
 }
 
 impl SharedCorners<'_> {

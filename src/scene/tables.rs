@@ -4,7 +4,7 @@ use super::{
     Column, Follows, Level, MOVED, PREVIOUS_TRANSFORM, Since, TABLES, Table,
     bvh::{Bvh, Tree, reach},
     clusters,
-    corners::{Corners, Span, TriangleOrder, VertexAttribute, around},
+    corners::{Corners, TriangleOrder, VertexAttribute, VertexRun, around},
     environment::Environment,
     geometry::Geometry,
     light_views::{Surfaces, light_view_table, light_views},
@@ -264,7 +264,7 @@ fn same_levels(a: &[Arc<Level>], b: &[Arc<Level>]) -> bool {
 }
 
 /// By node: where its vertices are in the world.
-type PlacedVertices = BTreeMap<u32, Span<Vec3>>;
+type PlacedVertices = BTreeMap<u32, VertexRun<Vec3>>;
 
 /// The vertices of a triangle, by its place in some indices.
 fn corners(indices: &[u32], triangle: usize) -> [u32; 3] {
@@ -332,7 +332,7 @@ impl World<'_> {
             let span = spans.entry(c.node).or_insert(here.clone());
             *span = span.start.min(here.start)..span.end.max(here.end);
         }
-        spans.into_iter().map(|(node, span)| (node, Span::of(span, |vertex| self.position(vertex)))).collect()
+        spans.into_iter().map(|(node, span)| (node, VertexRun::of(span, |vertex| self.position(vertex)))).collect()
     }
 
     fn position(&self, vertex: usize) -> Vec3 {
