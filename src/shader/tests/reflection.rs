@@ -68,7 +68,7 @@ fn every_kind_of_variable_is_reflected() {
     assert_eq!(kind("acc"), BindingKind::StorageTexture { dim: TextureDim::D2, format, access });
     assert_eq!(kind("lin"), BindingKind::Sampler { comparison: false });
     assert_eq!(kind("cmp"), BindingKind::Sampler { comparison: true });
-    let element = Layout { size: 4, members: vec![] };
+    let element = Layout { size: 4, members: vec![member("count", 0, Type::Uint)] };
     assert_eq!(
         kind("count"),
         BindingKind::Storage { element, stride: 4, fixed_size: Some(4), writable: true, of: None }
