@@ -70,8 +70,10 @@ class Tracer:
 
 
 class AfterFirstBounce(mi.SamplingIntegrator):
-    """What arrives by paths of at least two bounces. Not all light less direct light: rounding may put a point on the edge
-    of a shadow into the one and not into the other."""
+    """Light of paths of at least two bounces, traced by itself.
+
+    The difference of all light and direct light is no substitute: rounding may light a point at a shadow's edge in only
+    one of them."""
 
     def __init__(self, integrator, depth):
         super().__init__(mi.Properties())

@@ -13,8 +13,7 @@
 #import lightgraph::tiles::{point_pixel, points_across}
 #import lightgraph::trace::leave
 #ifdef ENVIRONMENT
-#import lightgraph::environment
-#import lightgraph::rays::pack_sky
+#import lightgraph::sky_rays::pack_sky
 #import lightgraph::trace::FAR
 #endif
 #ifdef LIGHTS
@@ -66,7 +65,7 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
     var packed = pack(found);
 #ifdef ENVIRONMENT
     if in_sky {
-        packed = pack_sky(found.position, environment::radiance(-found.normal), environment::draw_density(-found.normal));
+        packed = pack_sky(found.position, -found.normal);
     }
 #endif
     gathered[2u * index] = packed[0];

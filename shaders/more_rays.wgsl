@@ -12,8 +12,7 @@
 #import lightgraph::tiles::{NO_POINT, point_pixel, points_across}
 #import lightgraph::trace::leave
 #ifdef ENVIRONMENT
-#import lightgraph::environment
-#import lightgraph::rays::pack_sky
+#import lightgraph::sky_rays::pack_sky
 #import lightgraph::trace::FAR
 #endif
 #ifdef LIGHTS
@@ -64,7 +63,7 @@ fn more_rays(@builtin(global_invocation_id) id: vec3u) {
     var packed = pack(found);
 #ifdef ENVIRONMENT
     if in_sky {
-        packed = pack_sky(found.position, environment::radiance(-found.normal), environment::draw_density(-found.normal));
+        packed = pack_sky(found.position, -found.normal);
     }
 #endif
     gathered[2u * (BEFORE + id.x)] = packed[0];

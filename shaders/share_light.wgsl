@@ -2,7 +2,7 @@
 #import lightgraph::cells::PLACES
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, density_of, form, share_of_ray, sum_of}
-#import lightgraph::rays::{Ray, SKY, unpack, unpack_normal}
+#import lightgraph::rays::{OF_SKY, Ray, SKY, unpack, unpack_normal}
 #ifdef MORE
 #import lightgraph::find_cell::find_near
 #import lightgraph::tiles::NO_POINT
@@ -27,10 +27,6 @@ var<storage, read> shown: array<vec2u>;
 /// source.
 var ray_texels: texture_storage_2d<rgba32uint, write>;
 const RAYS_A_ROW: u32 = 1024u;
-#ifdef ENVIRONMENT
-/// Marks what came of the environment, beside the row of a source.
-const OF_SKY: u32 = 0x80000000u;
-#endif
 
 /// What pixels read of ray `row`, which stands in row `from` of those gathered.
 fn put(row: u32, from_row: u32, light: vec3f) {

@@ -6,7 +6,7 @@
 #import lightgraph::gloss::matte
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, from_source}
-#import lightgraph::rays::unpack_normal
+#import lightgraph::rays::{OF_SKY, unpack_normal}
 #import lightgraph::rounds::round
 #import lightgraph::seen::{finished, seen_at}
 #import lightgraph::source_texels::source_at
@@ -44,8 +44,6 @@ var lobe_light: texture_2d<f32>;
 #endif
 
 #ifdef ENVIRONMENT
-/// Marks what came of the environment: see share_light.wgsl.
-const OF_SKY: u32 = 0x80000000u;
 #ifndef DOUBT
 /// What pixels reflect of the environment's light.
 var shared_sky: texture_storage_2d<rgba32float, write>;

@@ -1,5 +1,6 @@
 //! Direct light in the image, with traced shadows: emission, and the first bounce from lights, emitters and the
-//! environment; of this what rays of the pixels round it don't tell. With FINISH metals shine as rough as they are at each pixel.
+//! environment. Of the environment's matte light the part that pixels share by their rays is missing: share_rays.wgsl
+//! adds it. With FINISH metals shine as rough as they are at each pixel.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::random::seed
 #import lightgraph::rounds::salt

@@ -38,8 +38,8 @@ fn arrived(direction: vec3f, density: f32) -> vec3f {
 }
 
 #ifdef SKY_RAYS
-/// What a surface without lobes reflects of the environment: the mean over `samples` directions drawn by its light, weighed
-/// against as many as SKY_RAYS drawn by the cosine, whose part is not in it.
+/// Part of what a surface without lobes reflects of the environment: the mean over `samples` directions drawn by its
+/// light. They are weighed against SKY_RAYS directions drawn by the cosine, which bring the other part elsewhere.
 fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
     var sum = vec3f(0.0);
     let others = f32(#{SKY_RAYS}) / f32(samples);
@@ -54,7 +54,7 @@ fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3
 }
 
 #ifdef SPECULAR
-/// The same of the lobes, whole: half of the directions are drawn by them.
+/// All that the lobes of a surface reflect of the environment: half of the directions are drawn by the lobes.
 fn mirrored_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < samples; i++) {

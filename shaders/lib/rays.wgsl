@@ -17,6 +17,8 @@ struct Ray {
 
 /// In place of a cell: the ray left the scene.
 const SKY: u32 = 0xfffffffeu;
+/// Marks what such a ray brings, beside the row of a source that its point looked at.
+const OF_SKY: u32 = 0x80000000u;
 
 /// Steps of the root of what an albedo lacks to 1; see `packed_surface`.
 const STEPS: vec3f = vec3f(2047.0, 2047.0, 1023.0);
@@ -36,17 +38,6 @@ fn pack(r: Ray) -> array<vec4u, 2> {
         vec4u(bitcast<vec3u>(r.position), pack_normal(r.normal)),
         vec4u(packed_light::pack(r.lit), colors, r.cell),
     );
-}
-
-/// A ray that left the scene, seen from where `position` is far away: the environment's radiance, and in place of a normal
-/// the density with which its light draws the direction.
-fn pack_sky(position: vec3f, radiance: vec3f, density: f32) -> array<vec4u, 2> {
-    var sky = Ray();
-    sky.lit = radiance;
-    sky.cell = SKY;
-    var packed = pack(sky);
-    packed[0] = vec4u(bitcast<vec3u>(position), bitcast<u32>(density));
-    return packed;
 }
 
 fn unpack(a: vec4u, b: vec4u) -> Ray {

@@ -8,7 +8,7 @@ use lightgraph::{Checked, Project, Scene, Session, Settings};
 use std::path::Path;
 use std::sync::Arc;
 
-/// What a shader reads, as bits of an `f32`, of a buffer that holds `element`s, cleared to a value or beginning with it.
+/// The sixth number that a shader reads, as bits, of a buffer that holds `element`s.
 fn read(element: &str, resource: &str, clear: &str) -> Checked<u32> {
     let text = format!(
         "Graph(resources: {{
