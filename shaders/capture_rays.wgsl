@@ -12,7 +12,7 @@
 #ifdef DEPTHS
 #import lightgraph::moved::{ROWS, is_any, moved}
 #import lightgraph::probe_views::{depth_of, depths}
-#import lightgraph::trace::{Box, FAR, Hit, NOTHING, closest_between, enter, reciprocal}
+#import lightgraph::trace::{Box, FAR, Hit, NOTHING, closest_between, reciprocal, span}
 #else
 #import lightgraph::trace::{Hit, closest}
 #endif
@@ -62,7 +62,8 @@ var cube_far: texture_storage_2d<r32float, write>;
 fn is_as_before(probe: vec3f, ray: vec3f) -> bool {
     let inverse = reciprocal(ray);
     for (var i = 0u; i < ROWS; i++) {
-        if is_any(i) && enter(Box(moved[i].lower, 0u, moved[i].upper, 0u), probe, inverse, FAR) < FAR {
+        let within = span(Box(moved[i].lower, 0u, moved[i].upper, 0u), probe, inverse, inverse < vec3f(0.0), FAR);
+        if is_any(i) && within.first <= within.last {
             return false;
         }
     }

@@ -1,10 +1,11 @@
 //! A bounce between the cells: what each sends on of the light that it had, along all links at once.
-#import lightgraph::cells::{NO_CELL, PLACES}
+#import lightgraph::cells::NO_CELL
+#import lightgraph::kept::{NO_KEY, key_of_cell, link_place}
 #import lightgraph::rays::unpack
 
 const LINKS: u32 = #{LINKS}u;
-var<storage, read> keys: array<u32>;
-var<storage, read> link_rays: array<vec4u>;
+/// See connect_cells.wgsl.
+var link_texels: texture_storage_2d<rgba32uint, read>;
 #ifdef ENVIRONMENT
 /// Irradiance over pi of the environment.
 var<storage, read> of_environment: array<vec4f>;
@@ -16,7 +17,7 @@ var<storage, read_write> after: array<vec4f>;
 @compute @workgroup_size(64)
 fn cell_bounce(@builtin(global_invocation_id) id: vec3u) {
     let cell = id.x;
-    if cell >= PLACES || keys[cell] == 0u {
+    if key_of_cell(cell) == NO_KEY {
         return;
     }
     var lit = vec3f(0.0);
@@ -25,8 +26,7 @@ fn cell_bounce(@builtin(global_invocation_id) id: vec3u) {
     var lost = vec3f(0.0);
     var mean = vec4f(0.0);
     for (var i = 0u; i < LINKS; i++) {
-        let at = 2u * (cell * LINKS + i);
-        let met = unpack(link_rays[at], link_rays[at + 1u]);
+        let met = unpack(vec4u(0u), textureLoad(link_texels, link_place(cell * LINKS + i)));
         lit += met.lit;
         if met.cell != NO_CELL {
             let light = before[met.cell].rgb;

@@ -1,25 +1,22 @@
 //! Light that comes to the cells straight from emitters, or from the environment: irradiance over pi, the mean over the
 //! places that their rays leave.
-#import lightgraph::cells::PLACES
+#import lightgraph::kept::{NO_KEY, key_of_cell}
 #import lightgraph::packed_light
 
 const LINKS: u32 = #{LINKS}u;
-var<storage, read> keys: array<u32>;
 /// See cell_looks.wgsl and cell_sky.wgsl.
 var<storage, read> link_emission: array<vec2u>;
 var<storage, read_write> emitted: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn cell_emission(@builtin(global_invocation_id) id: vec3u) {
-    let place = id.x;
-    if place >= PLACES {
+    let cell = id.x;
+    if key_of_cell(cell) == NO_KEY {
         return;
     }
     var sum = vec3f(0.0);
-    if keys[place] != 0u {
-        for (var i = 0u; i < LINKS; i++) {
-            sum += packed_light::unpack(link_emission[place * LINKS + i]);
-        }
+    for (var i = 0u; i < LINKS; i++) {
+        sum += packed_light::unpack(link_emission[cell * LINKS + i]);
     }
-    emitted[place] = vec4f(sum / f32(LINKS), 1.0);
+    emitted[cell] = vec4f(sum / f32(LINKS), 1.0);
 }

@@ -1,7 +1,6 @@
 //! What the bounces to come would add, all together: changes shrink by the same share from bounce to bounce in the
 //! end.
-#import lightgraph::cells::PLACES
-
+var<storage, read> cell_count: array<u32>;
 var<storage, read> before: array<vec4f>;
 var<storage, read> after: array<vec4f>;
 var<storage, read_write> change: array<f32>;
@@ -14,7 +13,7 @@ var<workgroup> sums: array<f32, LANES>;
 @compute @workgroup_size(LANES)
 fn cell_tail(@builtin(local_invocation_id) id: vec3u) {
     var sum = 0.0;
-    for (var i = id.x; i < PLACES; i += LANES) {
+    for (var i = id.x; i < cell_count[0]; i += LANES) {
         sum += dot(after[i].rgb - before[i].rgb, vec3f(1.0));
     }
     sums[id.x] = sum;

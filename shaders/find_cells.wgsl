@@ -1,4 +1,4 @@
-//! The cells that rays met: a ray's key becomes its cell's place, and each cell keeps some of the rays that met it,
+//! The cells that rays met: a ray's key becomes its cell's number, and each cell keeps some of the rays that met it,
 //! chosen by chance: the smallest of their scrambled numbers, whoever comes first.
 #import lightgraph::cells::{NO_CELL, large_key_of}
 #import lightgraph::find_cell::find
@@ -10,18 +10,18 @@ const COUNT: u32 = #{COUNT}u;
 const SCOUTS: u32 = #{SCOUTS}u;
 var<storage, read_write> gathered: array<vec4u>;
 #ifdef KEEPS
-/// Numbers of rays, KEPT a cell: chance in the upper 10 bits.
+/// Numbers of rays, KEPT a cell behind its key: chance in the upper 10 bits.
 var<storage, read_write> kept: array<atomic<u32>>;
 const KEPT: u32 = #{KEPT}u;
 
 /// A ray that met a cell.
-fn keep(place: u32, index: u32) {
-    if place == NO_CELL {
+fn keep(cell: u32, index: u32) {
+    if cell == NO_CELL {
         return;
     }
     for (var i = 0u; i < KEPT; i++) {
         let first = select(0x80000000u, 0u, index >= SCOUTS || i % 2u == 0u);
-        atomicMin(&kept[place * KEPT + i], first | (scramble(index + (i << 24u) + salt()) & 0x7fc00000u) | index);
+        atomicMin(&kept[cell * (KEPT + 1u) + 1u + i], first | (scramble(index + (i << 24u) + salt()) & 0x7fc00000u) | index);
     }
 }
 #endif
@@ -40,11 +40,11 @@ fn find_cells(@builtin(global_invocation_id) id: vec3u) {
         gathered[2u * index + 1u].w = NO_CELL;
         return;
     }
-    let place = find(key);
-    gathered[2u * index + 1u].w = place;
+    let cell = find(key);
+    gathered[2u * index + 1u].w = cell;
 #ifdef KEEPS
     let ray = unpack(gathered[2u * index], gathered[2u * index + 1u]);
-    keep(place, index);
+    keep(cell, index);
     keep(find(large_key_of(ray.position, ray.normal)), index);
 #endif
 }

@@ -1,6 +1,9 @@
 //! Marks where rays ended: the zone, and the parts of the lights' beams that may have lit the place.
 #import lightgraph::marks::{PARTS, zone_of}
 #import lightgraph::rays::unpack
+#ifdef OF_CELLS
+#import lightgraph::kept::{NO_KEY, key_of_cell}
+#endif
 #ifdef LIGHTS
 #import lightgraph::lights::{arrival, light_count, lights}
 #import lightgraph::marks::part_of
@@ -12,7 +15,6 @@ var<storage, read> met: array<vec4u>;
 #ifdef OF_CELLS
 /// Rays of a cell.
 const LINKS: u32 = #{LINKS}u;
-var<storage, read> keys: array<u32>;
 #endif
 /// See `lightgraph::marks`.
 var<storage, read_write> marks: array<atomic<u32>>;
@@ -23,7 +25,7 @@ fn mark_rays(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
 #ifdef OF_CELLS
-    if keys[id.x / LINKS] == 0u {
+    if key_of_cell(id.x / LINKS) == NO_KEY {
         return;
     }
 #endif

@@ -213,6 +213,11 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
 #endif
 }
 
+/// The point after one, row by row. Loops that end at the end of their bodies save llvmpipe a run of each.
+fn next_step(step: vec2i, edge: i32) -> vec2i {
+    return select(step + vec2i(1, 0), vec2i(-edge, step.y + 1), step.x == edge);
+}
+
 @compute @workgroup_size(8, 8)
 fn share_rays(@builtin(global_invocation_id) id: vec3u) {
 #ifdef DOUBT
@@ -247,17 +252,23 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     let edge = reach();
     // How many rays are shared that end as far as a step says; then one over that.
     var sharing = array<f32, STEPS>();
-    for (var turn = 0; turn < 2 && sharing[STEPS - 1u] == 0.0; turn++) {
-        any_surface = turn == 1;
-        for (var y = -edge; y <= edge; y++) {
-            for (var x = -edge; x <= edge; x++) {
-                let n = neighbour(s, tile, vec2i(x, y));
-                let weight = n.weight * f32(params.rays + n.more.y);
-                for (var i = 0u; i < STEPS; i++) {
-                    sharing[i] += select(0.0, weight, i >= n.step);
-                }
+    loop {
+        var step = vec2i(-edge);
+        loop {
+            let n = neighbour(s, tile, step);
+            let weight = n.weight * f32(params.rays + n.more.y);
+            for (var i = 0u; i < STEPS; i++) {
+                sharing[i] += select(0.0, weight, i >= n.step);
+            }
+            step = next_step(step, edge);
+            if step.y > edge {
+                break;
             }
         }
+        if any_surface || sharing[STEPS - 1u] > 0.0 {
+            break;
+        }
+        any_surface = true;
     }
     // Where no point lies near enough, those that do lie nearest.
     nearest = 0u;
@@ -270,20 +281,29 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0u; i < STEPS; i++) {
         sharing[i] = 1.0 / max(sharing[i], 1e-20);
     }
-    for (var y = -edge; y <= edge; y++) {
-        for (var x = -edge; x <= edge; x++) {
-            let n = neighbour(s, tile, vec2i(x, y));
-            if n.weight == 0.0 {
-                continue;
-            }
-            for (var k = 0u; k < params.rays; k++) {
+    var step = vec2i(-edge);
+    loop {
+        let n = neighbour(s, tile, step);
+        let rays = select(0u, params.rays + n.more.y, n.weight > 0.0);
+        var k = 0u;
+        loop {
+            if k < rays {
+#ifdef DOUBT
                 add(s, n, &sharing, n.index * params.rays + k);
-            }
-#ifndef DOUBT
-            for (var k = n.more.x; k < n.more.x + n.more.y; k++) {
-                add(s, n, &sharing, COUNT + k);
-            }
+#else
+                // Those that all points have, then its own.
+                let own = COUNT + n.more.x + k - params.rays;
+                add(s, n, &sharing, select(own, n.index * params.rays + k, k < params.rays));
 #endif
+            }
+            k++;
+            if k >= rays {
+                break;
+            }
+        }
+        step = next_step(step, edge);
+        if step.y > edge {
+            break;
         }
     }
     let mean = sums.ends.rgb / max(sums.ends.a, 1e-6);

@@ -1,18 +1,19 @@
-//! Where cells stand.
+//! Cells by their keys.
 #define_import_path lightgraph::find_cell
 #import lightgraph::cells::{PLACES, TRIES, NO_CELL, LARGE, first_place, key_beside}
 
-var<storage, read> keys: array<u32>;
+/// The table: of each place the key that stands there, 0 for none, and the number of its cell.
+var<storage, read> numbered: array<vec2u>;
 
-/// The place of a key; NO_CELL where there is none.
+/// The cell of a key; NO_CELL where there is none.
 fn find(key: u32) -> u32 {
     var place = first_place(key);
     for (var i = 0u; i < TRIES; i++) {
-        let held = keys[place];
-        if held == key {
-            return place;
+        let held = numbered[place];
+        if held.x == key {
+            return held.y;
         }
-        if held < key {
+        if held.x < key {
             break;
         }
         place = (place + 1u) % PLACES;

@@ -126,15 +126,28 @@ fn reciprocal(direction: vec3f) -> vec3f {
     return 1.0 / select(direction, tiny, abs(direction) < vec3f(1e-20));
 }
 
-/// Distance at which a ray enters a box; `FAR` where it misses it before `end`.
-fn enter(box: Box, origin: vec3f, inverse: vec3f, end: f32) -> f32 {
-    let low = (box.lower - origin) * inverse;
-    let high = (box.upper - origin) * inverse;
-    let near = min(low, high);
-    let far = max(low, high);
-    let first = max(max(near.x, near.y), max(near.z, 0.0));
-    let last = min(min(far.x, far.y), min(far.z, end));
-    return select(FAR, first, first <= last);
+/// Where a ray runs through a box, as distances along it: no farther than `end`. It misses boxes whose `first` is
+/// beyond `last`.
+struct Span {
+    first: f32,
+    last: f32,
+}
+
+/// `turned` tells the axes along which the ray runs down.
+fn span(box: Box, origin: vec3f, inverse: vec3f, turned: vec3<bool>, end: f32) -> Span {
+    let near = (select(box.lower, box.upper, turned) - origin) * inverse;
+    let far = (select(box.upper, box.lower, turned) - origin) * inverse;
+    let first = larger(larger(near.x, near.y), larger(near.z, 0.0));
+    return Span(first, smaller(smaller(far.x, far.y), smaller(far.z, end)));
+}
+
+/// `max` and `min` for operands that are no NaN, for which those of the language look.
+fn larger(a: f32, b: f32) -> f32 {
+    return select(b, a, a > b);
+}
+
+fn smaller(a: f32, b: f32) -> f32 {
+    return select(b, a, a < b);
 }
 
 #ifdef MASKS
@@ -167,12 +180,12 @@ fn is_open(index: u32, at: vec2f) -> bool {
 #endif
 
 /// The hit with one triangle nearer than `best` and beyond `start`, or `best`; of two as near the one in the first row.
-/// `entry` is where the ray enters the leaf, before which nothing counts that rounding may say. So what a ray meets is
-/// a matter of the leaves on its way alone, in whatever order it comes to them.
+/// So what a ray meets does not depend on the order in which the search comes to the leaves.
 ///
 /// Inside is decided by the signs of the volumes that the ray spans with each edge, alike for both triangles at
-/// an edge, so that no ray slips between them; the distance by the triangle's plane.
-fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, entry: f32, best: Hit) -> Hit {
+/// an edge, so that no ray slips between them; the distance by the triangle's plane, and between those of its corners,
+/// however flat the ray meets it.
+fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, best: Hit) -> Hit {
     let corner = corners(index);
     let a = corner[0] - origin;
     let b = corner[1] - origin;
@@ -186,7 +199,9 @@ fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, entry: f32, bes
         return best;
     }
     let plane = dot(normal, a) / slope;
-    let distance = max(plane, entry);
+    let along = vec3f(dot(a, direction), dot(b, direction), dot(c, direction));
+    let nearest = smaller(along.x, smaller(along.y, along.z));
+    let distance = larger(nearest, smaller(plane, larger(along.x, larger(along.y, along.z))));
     let first = distance == best.distance && best.triangle != NOTHING && index < best.triangle;
     if plane > start && (distance < best.distance || first) {
 #ifdef MASKS
@@ -199,64 +214,74 @@ fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, entry: f32, bes
     return best;
 }
 
-/// Nothing is left: no box leads to the one that holds everything.
-const NOWHERE: u32 = 0u;
-
 /// What waits to be looked into. Arrays of a function begin as zero each time that it is called.
-var<private> stack: array<u32, STACK>;
-/// Where the ray enters it.
-var<private> entries: array<f32, STACK>;
+var<private> stack: array<i32, STACK>;
 
-/// What a box leads to, in one word: leaves hold at most 8 triangles.
-fn below(box: Box) -> u32 {
-    return box.first << 4u | box.count;
+/// What a box leads to, in one word: the row of its first child; for a leaf, which holds at most 8 triangles, the
+/// complement of the first triangle and their number.
+fn below(box: Box) -> i32 {
+    return select(i32(box.first), ~i32(box.first << 4u | box.count), box.count > 0u);
 }
+
+/// Nothing is left: a leaf without triangles.
+const NOWHERE: i32 = -1;
 
 /// What a ray meets first between `start` and `end`. With `any_will_do`, whatever it finds first.
 ///
 /// Lanes that run together go down to a leaf each, then look at their leaves together: one that is in a box while
 /// another is at a triangle would wait for it in every round (Aila and Laine, "Understanding the Efficiency of Ray
 /// Traversal on GPUs", 2009).
+///
+/// Loops end at the end of their bodies: llvmpipe runs the body once more, for no lane, where a loop ends at its start.
 fn search(origin: vec3f, direction: vec3f, start: f32, end: f32, any_will_do: bool) -> Hit {
     let inverse = reciprocal(direction);
+    let turned = inverse < vec3f(0.0);
     var best = Hit(end, NOTHING, vec2f(0.0));
     var waiting = 0u;
     var here = below(box_at(0u));
-    var entry = 0.0;
     loop {
-        while (here & 15u) == 0u && here != NOWHERE {
-            let first = here >> 4u;
-            let left = box_at(first);
-            let right = box_at(first + 1u);
-            let one = enter(left, origin, inverse, best.distance);
-            let two = enter(right, origin, inverse, best.distance);
-            if min(one, two) < FAR {
-                let swap = two < one;
-                if max(one, two) < FAR && waiting < STACK {
-                    stack[waiting] = select(below(right), below(left), swap);
-                    entries[waiting] = max(one, two);
-                    waiting++;
+        loop {
+            if here > NOWHERE {
+                let left = box_at(u32(here));
+                let right = box_at(u32(here) + 1u);
+                let one = span(left, origin, inverse, turned, best.distance);
+                let two = span(right, origin, inverse, turned, best.distance);
+                let meets_one = one.first <= one.last;
+                let meets_two = two.first <= two.last;
+                let swap = meets_two && (!meets_one || two.first < one.first);
+                // Written whether it counts or not: llvmpipe branches for each lane where not all write.
+                stack[waiting] = select(below(right), below(left), swap);
+                waiting += u32(meets_one && meets_two);
+                if meets_one || meets_two {
+                    here = select(below(left), below(right), swap);
+                } else if waiting == 0u {
+                    here = NOWHERE;
+                } else {
+                    waiting--;
+                    here = stack[waiting];
                 }
-                here = select(below(left), below(right), swap);
-                entry = min(one, two);
-            } else if waiting == 0u {
-                here = NOWHERE;
-            } else {
-                waiting--;
-                here = stack[waiting];
-                entry = entries[waiting];
+            }
+            if here <= NOWHERE {
+                break;
             }
         }
-        let count = select(here & 15u, 0u, entry > best.distance);
-        for (var i = 0u; i < count; i++) {
-            best = meet((here >> 4u) + i, origin, direction, start, entry, best);
+        let leaf = u32(~here);
+        let count = leaf & 15u;
+        var i = 0u;
+        loop {
+            if i < count {
+                best = meet((leaf >> 4u) + i, origin, direction, start, best);
+            }
+            i++;
+            if i >= count {
+                break;
+            }
         }
         if here == NOWHERE || waiting == 0u || any_will_do && best.triangle != NOTHING {
             break;
         }
         waiting--;
         here = stack[waiting];
-        entry = entries[waiting];
     }
     return best;
 }
