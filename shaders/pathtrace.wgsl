@@ -126,7 +126,7 @@ fn path(seen: Met, index: u32, pixel: vec2u) -> Light {
         if bounce == 0u {
             v = even_pair(index, shift);
         }
-        let direction = scatter(s, next(&state), v);
+        let direction = scatter(s, v);
         let density = scatter_density(s, direction);
         let reflected = reflectance(s, direction);
         // Below the triangle that a bent normal leans over nothing is: light would meet the surface itself again.

@@ -7,6 +7,9 @@
 #import lightgraph::metallic_roughness
 #endif
 
+/// The largest number below 1.
+const BELOW_1: f32 = 0.99999994;
+
 /// Radiance towards the viewer over radiance from the unit `direction`, times the cosine, in 1/sr: Lambert's
 /// albedo/pi * cos(theta), and the lobes of `gloss`. Nothing comes from behind.
 fn reflectance(s: Surface, direction: vec3f) -> vec3f {
@@ -46,25 +49,28 @@ fn below(s: Surface, direction: vec3f) -> vec3f {
     return sum;
 }
 
-/// A direction drawn about in proportion to `reflectance`, from a number that chooses between Lambert's lobe and the
-/// surface's own, and a pair for it.
-fn scatter(s: Surface, choice: f32, u: vec2f) -> vec3f {
+/// A direction drawn about in proportion to `reflectance`, from a pair of even numbers. The first also chooses the
+/// lobe: so each lobe gets its share of an even sequence, and that part of the sequence is even, too.
+fn scatter(s: Surface, u: vec2f) -> vec3f {
 #ifdef COATS
     let share = coat_share(s);
-    if choice < share {
-        return metallic_roughness::draw_lobe(coat_of(s), u);
+    if u.x < share {
+        return metallic_roughness::draw_lobe(coat_of(s), vec2f(min(u.x / share, BELOW_1), u.y));
     }
-    return scatter_below(s, (choice - share) / (1.0 - share), u);
+    return scatter_below(s, vec2f(min((u.x - share) / (1.0 - share), BELOW_1), u.y));
 }
 
-fn scatter_below(s: Surface, choice: f32, u: vec2f) -> vec3f {
+fn scatter_below(s: Surface, u: vec2f) -> vec3f {
 #endif
 #ifdef SPECULAR
-    if choice < lobe_share(s) {
-        return draw_lobe(s, u);
+    let gloss = lobe_share(s);
+    if u.x < gloss {
+        return draw_lobe(s, vec2f(min(u.x / gloss, BELOW_1), u.y));
     }
-#endif
+    return cosine_direction(s.normal, vec2f(min((u.x - gloss) / (1.0 - gloss), BELOW_1), u.y));
+#else
     return cosine_direction(s.normal, u);
+#endif
 }
 
 /// The density with which `scatter` draws a direction on the normal's side, in 1/sr.

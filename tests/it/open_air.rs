@@ -54,7 +54,7 @@ fn a_ball_under_a_uniform_sky_shows_its_albedo() {
         ("graphs/gi/pathtrace.ron", "samples=2048", 0.002),
         // The smooth ball's facets hide up to 0.06 % of the sky from its shading normals.
         ("graphs/gi/direct.ron", "environment_samples=256", 0.002),
-        ("graphs/gi/first_bounce.ron", "", 0.002),
+        ("graphs/gi/first_bounce.ron", "environment_samples=256", 0.002),
     ] {
         let shot = Shot { set, ..Shot::new(graph, "scenes/sky_ball.ron", 24) };
         let [image] = shot.render(["color"]);
