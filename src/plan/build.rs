@@ -6,7 +6,7 @@ use super::order::{OrderBlock, OrderEntry};
 use super::partial::frames;
 use super::request::{Request, values};
 use super::sizes::Sizes;
-use super::wire::{WiredItem, any_use, wire};
+use super::wire::{WiredItem, uses_of, wire};
 use super::{Action, Desc, Frames, LevelUse, Plan, Step, StepId, clear_usage, draw, fastest, memory, order, partial};
 use crate::diag::{Checked, Diagnostic, Faults, Severity};
 use crate::graph::Graph;
@@ -91,7 +91,7 @@ pub fn plan_with(request: &Request, options: Options) -> Checked<Planned> {
     Faults::check(if whole { vec![] } else { std::mem::take(&mut faults) }, ())?;
     faults.extend(unwritten(&wiring.items, &sizes, &wiring.off));
     for (name, resource) in &outputs {
-        let written = any_use(&wiring.items, &mut |u| u.resource == *resource && u.mode.writes());
+        let written = uses_of(&wiring.items).any(|u| u.resource == *resource && u.mode.writes());
         if let Some(Ok(sized)) = sizes.of(resource)
             && !sized.desc.is_readable()
         {

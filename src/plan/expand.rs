@@ -6,7 +6,7 @@ use super::dispatch::Most;
 use super::draw::PartRequest;
 use super::order::{OrderBlock, OrderEntry};
 use super::sizes::{MOST_STEPS, Sizes};
-use super::wire::{How, Mode, Wire, Wired, WiredItem};
+use super::wire::{How, Mode, Wire, Wired, WiredItem, passes_of};
 use super::{
     Action, Binding, Desc, DrawGeometry, Ending, LevelUse, Only, Resource, ResourceId, Step, StepId, TextureKind, Until,
 };
@@ -27,6 +27,9 @@ pub struct Expanded {
     pub ids: FxHashMap<String, ResourceId>,
 }
 
+/// What a step binds, reads and writes.
+type Bound = (Vec<Binding>, Vec<ResourceId>, Vec<ResourceId>);
+
 /// Expands live items.
 pub fn expand(
     items: &[WiredItem],
@@ -37,8 +40,7 @@ pub fn expand(
     faults: &mut Vec<Diagnostic>,
 ) -> Expanded {
     let out = Expanded { resources: vec![], steps: vec![], block: OrderBlock::default(), ids: FxHashMap::default() };
-    let mut bits = BTreeSet::new();
-    each_pass(items, &mut |w| bits.extend(w.pass.only.iter().map(|dirty| dirty.bits.value.clone())));
+    let bits = passes_of(items).iter().filter_map(|w| Some(w.pass.only.as_ref()?.bits.value.clone())).collect();
     let mut e = Expander { sizes, values, shaders, limits, features, levels, asked, bits, faults, out, counts: vec![] };
     let block = e.block(items);
     e.out.block = block;
@@ -153,27 +155,38 @@ impl Expander<'_, '_> {
         Some(ResourceId(self.out.resources.len() - 1))
     }
 
+    /// Adds a step of a pass.
+    fn push(
+        &mut self,
+        w: &Wired,
+        (name, action): (String, Action),
+        (bindings, reads, writes): Bound,
+        only: Option<Only>,
+    ) {
+        self.out.steps.push(Step {
+            name,
+            pass: w.pass.name.value.clone(),
+            group: w.pass.group.as_ref().map(|g| g.value.clone()),
+            frames: w.frames,
+            action,
+            bindings,
+            reads,
+            writes,
+            only,
+            after: vec![],
+        });
+    }
+
     /// Adds a step that the planner makes for a pass: a dispatch of one of the plan's shaders.
     pub(super) fn dispatch(
         &mut self,
         w: &Wired,
         name: String,
         (shader, groups): (usize, [u32; 3]),
-        (bindings, reads, writes): (Vec<Binding>, Vec<ResourceId>, Vec<ResourceId>),
+        bound: Bound,
     ) -> Option<()> {
         let entry = self.shaders[shader].interface.entry(Stage::Compute)?.name.clone();
-        self.out.steps.push(Step {
-            name,
-            pass: w.pass.name.value.clone(),
-            group: w.pass.group.as_ref().map(|g| g.value.clone()),
-            frames: w.frames,
-            action: Action::Compute { shader, entry, groups, instances: None, indirect: None },
-            bindings,
-            reads,
-            writes,
-            only: None,
-            after: vec![],
-        });
+        self.push(w, (name, Action::Compute { shader, entry, groups, instances: None, indirect: None }), bound, None);
         Some(())
     }
 
@@ -290,19 +303,7 @@ impl Expander<'_, '_> {
         };
         let bindings = self.bindings(w, member, &name, &BTreeMap::new())?;
         let only = self.only(w, batched, &action)?;
-        let step = Step {
-            name,
-            pass: pass.name.value.clone(),
-            group: pass.group.as_ref().map(|g| g.value.clone()),
-            frames: w.frames,
-            action,
-            bindings,
-            reads,
-            writes,
-            only,
-            after: vec![],
-        };
-        self.out.steps.push(step);
+        self.push(w, (name, action), (bindings, reads, writes), only);
         for (from, to) in &w.copies {
             self.copied(w, member, from, to)?;
         }
@@ -313,18 +314,8 @@ impl Expander<'_, '_> {
     fn copied(&mut self, w: &Wired, member: u32, from: &Name, to: &Name) -> Option<()> {
         let (from, to) = (self.id(&from.value, member, &from.span)?, self.id(&to.value, member, &to.span)?);
         self.usage(from, How::CopySource);
-        self.out.steps.push(Step {
-            name: format!("{}.copy", w.pass.name.value),
-            pass: w.pass.name.value.clone(),
-            group: w.pass.group.as_ref().map(|g| g.value.clone()),
-            frames: w.frames,
-            action: Action::Copy { from, to },
-            bindings: vec![],
-            reads: vec![from],
-            writes: vec![to],
-            only: None,
-            after: vec![],
-        });
+        let name = format!("{}.copy", w.pass.name.value);
+        self.push(w, (name, Action::Copy { from, to }), (vec![], vec![from], vec![to]), None);
         Some(())
     }
 
@@ -404,16 +395,6 @@ impl Expander<'_, '_> {
                     How::Sampled | How::Storage | How::Target => wgpu_types::BufferUsages::STORAGE,
                 }
             }
-        }
-    }
-}
-
-/// Every pass, those in loops among them.
-fn each_pass(items: &[WiredItem], tell: &mut impl FnMut(&Wired)) {
-    for item in items {
-        match item {
-            WiredItem::Pass(w) => tell(w),
-            WiredItem::Loop { body, .. } => each_pass(body, tell),
         }
     }
 }

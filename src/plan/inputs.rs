@@ -10,9 +10,10 @@
 //! lights ────────────→ ┘
 //! ```
 
+use super::keys::Keys;
 use super::{
-    Action, Binding, ColorTarget, DepthTarget, Draw, DrawGeometry, Frames, Frusta, Indirect, Only, OrderNode, Plan,
-    ResourceId, Step,
+    Action, Binding, ColorTarget, DepthTarget, Draw, DrawGeometry, Frames, Frusta, Indirect, Only, Plan, ResourceId,
+    Step,
 };
 use crate::content::hash;
 use crate::graph::check::FIRST_FRAME;
@@ -366,80 +367,33 @@ pub struct Causes {
     pub outlived: bool,
 }
 
-/// A step, or a loop as a whole, as far as causes go by it.
-#[derive(Default)]
-struct UnitUses {
-    own: Moving,
-    /// Read before the unit itself wrote them, or written in part only.
-    needs: BTreeSet<ResourceId>,
-    /// Dirty bits excepted, whose content holds for one frame.
-    writes: BTreeSet<ResourceId>,
-}
-
 /// By resource.
 pub fn causes(plan: &Plan) -> Vec<Causes> {
-    let unit = |node: &OrderNode| {
-        let mut unit = UnitUses::default();
-        unit.add(plan, node);
-        unit
-    };
-    let units: Vec<UnitUses> = plan.order.iter().map(unit).collect();
+    let units = Keys::of(plan, None).units;
+    let own: Vec<Moving> = units.iter().map(|unit| unit.moving(plan)).collect();
     let mut all = vec![Causes::default(); plan.resources.len()];
     plan.inputs.iter().for_each(|r| all[r.0].of = Moving::INPUTS);
-    let of = |unit: &UnitUses, all: &[Causes]| unit.needs.iter().fold(unit.own, |of, r| of | all[r.0].of);
+    let of = |i: usize, all: &[Causes]| units[i].needs.iter().fold(own[i], |of, r| of | all[r.0].of);
     // History brings causes from the end of a frame to the beginning of the next.
     loop {
         let before = all.clone();
-        for unit in &units {
-            let of = of(unit, &all);
+        for (i, unit) in units.iter().enumerate() {
+            let of = of(i, &all);
             unit.writes.iter().for_each(|r| all[r.0].of |= of);
         }
         if all == before {
             break;
         }
     }
-    for unit in &units {
-        let of = of(unit, &all);
+    for (i, unit) in units.iter().enumerate() {
+        let of = of(i, &all);
         unit.needs.iter().for_each(|r| all[r.0].outlived |= all[r.0].of != of);
     }
     all
 }
 
-impl UnitUses {
-    fn add(&mut self, plan: &Plan, node: &OrderNode) {
-        match node {
-            OrderNode::Loop(l) => l.body.iter().for_each(|node| self.add(plan, node)),
-            OrderNode::Step(id) => {
-                // What a value is called in which loop makes no difference to what moves it.
-                for input in of(plan, &plan.steps[id.0], &[]) {
-                    self.input(plan, &input);
-                }
-            }
-        }
-    }
-
-    fn input(&mut self, plan: &Plan, input: &StepInput) {
-        match input {
-            StepInput::Value { name, .. } => self.own |= value(name),
-            StepInput::Table(i) => self.own |= table(plan, *i),
-            StepInput::Resource { id, access } => {
-                if matches!(access, ResourceAccess::Read | ResourceAccess::Part) && !self.writes.contains(id) {
-                    self.needs.insert(*id);
-                }
-                if matches!(access, ResourceAccess::Part | ResourceAccess::Whole) && !plan.resources[id.0].bits {
-                    self.writes.insert(*id);
-                }
-            }
-            StepInput::Fixed { .. }
-            | StepInput::Geometry
-            | StepInput::Textures
-            | StepInput::Began
-            | StepInput::Bits(_) => {}
-        }
-    }
-}
-
-fn table(plan: &Plan, i: usize) -> Moving {
+/// What moves the rows of a table.
+pub(super) fn table(plan: &Plan, i: usize) -> Moving {
     let follows = plan.tables.get(i).and_then(|t| scene::table(&t.table)).map_or(Follows::NOTHING, |t| t.follows);
     let mut all = Moving::default();
     if follows.meets(Follows::NODES.and(Follows::MOTION)) {
@@ -451,7 +405,8 @@ fn table(plan: &Plan, i: usize) -> Moving {
     all
 }
 
-fn value(name: &str) -> Moving {
+/// What moves a value.
+pub(super) fn value(name: &str) -> Moving {
     match FRAME_VALUES.iter().position(|v| v.0 == name) {
         Some(_) if name.starts_with("camera_") => Moving::CAMERA,
         Some(place) => Moving::value(place),

@@ -4,7 +4,7 @@
 //! A fingerprint hashes all [`inputs`] of a unit. It contains no index into the plan and no name from the graph, so
 //! equal work has equal versions in any two plans.
 
-use super::inputs::{self, Contents, InputKind, Named, ReadInputs, ResourceAccess, StepInput, add};
+use super::inputs::{self, Contents, InputKind, Moving, Named, ReadInputs, ResourceAccess, StepInput, add};
 use super::tables::SceneInputs;
 use super::{Desc, Frames, Loop, OrderNode, Plan, ResourceId, StepId, Until};
 use crate::content::hash;
@@ -192,6 +192,15 @@ impl Unit {
     /// The version of what it writes to a resource when it has this fingerprint.
     pub fn content(&self, key: Version, resource: ResourceId) -> Version {
         hash(&(key, self.roles.get(&resource))).max(1)
+    }
+
+    /// What moves what it reads besides results of others.
+    pub fn moving(&self, plan: &Plan) -> Moving {
+        self.given.iter().zip(&*self.names).fold(Moving::default(), |all, (given, named)| match given {
+            Given::Value(_) => all | inputs::value(&named.name),
+            Given::Table(i) => all | inputs::table(plan, *i),
+            Given::Geometry | Given::Textures | Given::Began | Given::Frame => all,
+        })
     }
 
     /// What it runs again for, besides results of others: the code, values, tables and the like, by name.

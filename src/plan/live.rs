@@ -2,7 +2,7 @@
 
 use super::Desc;
 use super::sizes::{Sized, Sizes};
-use super::wire::{How, Mode, ResourceUse, Wired, WiredItem};
+use super::wire::{How, Mode, ResourceUse, Wired, WiredItem, passes_of};
 use crate::diag::{Diagnostic, Span};
 use crate::graph::ast::{Pass, ResourceDecl};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -83,8 +83,7 @@ pub fn retain<'g>(items: Vec<WiredItem<'g>>, live: &BTreeSet<&str>) -> Vec<Wired
 
 /// Faults of resources that are read before anything writes them, cycles among them.
 pub fn unwritten(items: &[WiredItem], sizes: &Sizes, off: &[(&Pass, String)]) -> Vec<Diagnostic> {
-    let mut passes = vec![];
-    flatten(items, &mut passes);
+    let passes = passes_of(items);
     let readers = readers(&passes);
     let mut faults = vec![];
     let mut written = FxHashSet::default();
@@ -183,16 +182,6 @@ fn path(from: &Wired, to: &Wired, readers: &Readers) -> Option<String> {
     names.push(&from.pass.name.value);
     names.reverse();
     Some(names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(" → "))
-}
-
-/// All passes, in order, loops opened.
-pub fn flatten<'a, 'g>(items: &'a [WiredItem<'g>], out: &mut Vec<&'a Wired<'g>>) {
-    for item in items {
-        match item {
-            WiredItem::Pass(w) => out.push(w),
-            WiredItem::Loop { body, .. } => flatten(body, out),
-        }
-    }
 }
 
 /// Calls `unwritten` for each read of something not yet written, with the level of a texture that has several.

@@ -285,11 +285,7 @@ pub(super) fn find_numbers(
 fn numbers_bound(buffer: ResourceId, steps: &[Step], shaders: &[Arc<Shader>]) -> Vec<Type> {
     let mut found = vec![];
     for step in steps {
-        let shader = match &step.action {
-            Action::Draw(d) => d.shader,
-            Action::Compute { shader, .. } => *shader,
-            Action::Copy { .. } | Action::Clear { .. } => continue,
-        };
+        let Some(shader) = step.action.shader() else { continue };
         for (variable, binding) in shaders[shader].interface.variables.iter().zip(&step.bindings) {
             let (BindingKind::Storage { element, .. } | BindingKind::UniformArray { element, .. }) = &variable.kind
             else {

@@ -82,6 +82,15 @@ pub enum OrderNode {
     Loop(Loop),
 }
 
+/// The steps of nodes in their order, those in loops among them.
+pub fn steps_of(nodes: &[OrderNode]) -> Vec<StepId> {
+    let of = |node: &OrderNode| match node {
+        OrderNode::Step(id) => vec![*id],
+        OrderNode::Loop(l) => steps_of(&l.body),
+    };
+    nodes.iter().flat_map(of).collect()
+}
+
 /// A body repeated `count` times, or until a number on the device passes a test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loop {

@@ -4,7 +4,7 @@
 //! the end must have no effect. Draws and dispatches get indirect sizes of zero. Copies and clears cannot be skipped;
 //! a loop may contain one only if nothing reads its result after the end, or if it writes the same content again.
 
-use super::{Action, DrawGeometry, Ending, Loop, OrderNode, Plan, ResourceId, Step, StepId, Until};
+use super::{Action, DrawGeometry, Ending, Loop, OrderNode, Plan, ResourceId, Step, StepId, Until, steps_of};
 use std::collections::BTreeSet;
 
 /// The entries of a graph or of a loop's body, in the order of the file, each with its rank.
@@ -160,12 +160,7 @@ fn walk(plan: &Plan, nodes: &mut [OrderNode], features: wgpu_types::Features, af
 }
 
 fn reads(plan: &Plan, nodes: &[OrderNode], out: &mut Vec<ResourceId>) {
-    for node in nodes {
-        match node {
-            OrderNode::Step(s) => out.extend(&plan.steps[s.0].reads),
-            OrderNode::Loop(l) => reads(plan, &l.body, out),
-        }
-    }
+    out.extend(steps_of(nodes).iter().flat_map(|s| &plan.steps[s.0].reads));
 }
 
 /// What keeps the host in charge of a loop's end, in words.

@@ -2,7 +2,7 @@
 //! "first_frame"`) together with the history that keeps their results.
 
 use super::keys::Keys;
-use super::wire::{Mode, ResourceUse, Wire, Wired, WiredItem, Wirer, any_use};
+use super::wire::{Mode, ResourceUse, Wire, Wired, WiredItem, Wirer, uses_of};
 use super::{Binding, Desc, Plan, ResourceId};
 use crate::diag::Diagnostic;
 use crate::graph::Graph;
@@ -108,16 +108,11 @@ impl<'g> Wirer<'g, '_> {
         for bits in used {
             let reads = |u: &ResourceUse| u.resource == bits && u.mode == Mode::Read;
             let writes = |u: &ResourceUse| u.resource == bits && u.mode.writes();
-            if any_use(items, &mut |u| reads(u)) && !any_use(items, &mut |u| writes(u)) {
-                let mut at = None;
-                any_use(items, &mut |u| {
-                    at = at.take().or_else(|| reads(u).then(|| u.span.clone()));
-                    false
-                });
-                let d = Diagnostic::error(format!("nothing writes the dirty bits `{bits}`"));
+            if let (Some(read), None) = (uses_of(items).find(|u| reads(u)), uses_of(items).find(|u| writes(u))) {
+                let d = Diagnostic::error(format!("nothing writes the dirty bits `{bits}`")).at(&read.span, "");
                 let help =
                     "let a pass before it set the bit of each instance that a change can touch, or leave `only` out";
-                self.faults.push(at.map_or(d.clone(), |span| d.at(&span, "")).help(help));
+                self.faults.push(d.help(help));
             }
         }
     }

@@ -18,7 +18,7 @@ mod work;
 use super::build::{Options, plan_with};
 use super::fastest::{Choices, FIRST};
 use super::request::{Request, sample_facts};
-use super::{Desc, OrderNode, Plan, Resource, Step, TextureDesc};
+use super::{Desc, Plan, Resource, Step, TextureDesc, steps_of};
 use crate::diag::{Checked, Source};
 use crate::graph::{Graph, load};
 use crate::project::Project;
@@ -199,19 +199,7 @@ impl Plan {
 
     /// Names of the steps in their order, loops opened.
     fn names(&self) -> Vec<&str> {
-        let mut steps = vec![];
-        leaves(&self.order, &mut steps);
-        steps.into_iter().map(|s| self.steps[s].name.as_str()).collect()
-    }
-}
-
-/// The steps in their order, loops opened.
-fn leaves(nodes: &[OrderNode], out: &mut Vec<usize>) {
-    for node in nodes {
-        match node {
-            OrderNode::Step(s) => out.push(s.0),
-            OrderNode::Loop(l) => leaves(&l.body, out),
-        }
+        steps_of(&self.order).into_iter().map(|s| self.steps[s.0].name.as_str()).collect()
     }
 }
 

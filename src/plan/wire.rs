@@ -162,12 +162,7 @@ pub fn wire<'g>(
     let input = |name: &str| request.graph.inputs.iter().any(|(n, _)| n.value == name);
     let given = request.graph.resources.iter().filter(|(name, r)| r.is_given() && !input(&name.value));
     let mut made: BTreeSet<String> = given.map(|(name, _)| name.value.clone()).collect();
-    any_use(&items, &mut |u| {
-        if u.mode.writes() {
-            made.insert(u.resource.clone());
-        }
-        false
-    });
+    made.extend(uses_of(&items).filter(|u| u.mode.writes()).map(|u| u.resource.clone()));
     w.dirty_inputs(&mut items, &made);
     if w.faults.is_empty() {
         w.marks(&items);
@@ -246,7 +241,7 @@ impl<'g> Wirer<'g, '_> {
                     inner.push(pass.name.value.clone());
                     let body = self.passes(passes, &inner);
                     if let Some((buffer, ..)) = &until
-                        && !any_use(&body, &mut |u| u.resource == *buffer && u.mode.writes())
+                        && !uses_of(&body).any(|u| u.resource == *buffer && u.mode.writes())
                     {
                         let d = Diagnostic::error(format!(
                             "nothing in the loop writes `{buffer}`, so it would never end early"
@@ -487,10 +482,16 @@ pub(super) fn by_name(name: &Name, mode: Mode, how: How) -> ResourceUse {
     ResourceUse { resource: name.value.clone(), mip: None, mode, how, span: name.span.clone() }
 }
 
-/// Whether any use in the items passes a test.
-pub fn any_use(items: &[WiredItem], test: &mut impl FnMut(&ResourceUse) -> bool) -> bool {
-    items.iter().any(|item| match item {
-        WiredItem::Pass(w) => w.uses.iter().any(&mut *test),
-        WiredItem::Loop { body, .. } => any_use(body, test),
-    })
+/// All uses of their passes.
+pub fn uses_of<'a>(items: &'a [WiredItem]) -> impl Iterator<Item = &'a ResourceUse> {
+    passes_of(items).into_iter().flat_map(|w| &w.uses)
+}
+
+/// All passes in their order, those in loops among them.
+pub fn passes_of<'a, 'g>(items: &'a [WiredItem<'g>]) -> Vec<&'a Wired<'g>> {
+    let of = |item: &'a WiredItem<'g>| match item {
+        WiredItem::Pass(w) => vec![&**w],
+        WiredItem::Loop { body, .. } => passes_of(body),
+    };
+    items.iter().flat_map(of).collect()
 }

@@ -4,7 +4,7 @@ use super::probe::find;
 use super::{Session, change};
 use crate::diag::Checked;
 use crate::gpu::{self, FrameInputs, FrameReport, Gpu};
-use crate::plan::{Binding, OrderNode, StepId};
+use crate::plan::{Binding, StepId, steps_of};
 use crate::value::Value;
 
 impl Session {
@@ -34,8 +34,7 @@ impl Session {
         let mut parts = [(); 3].map(|()| vec![false; self.plan.steps.len()]);
         let mut part = 0;
         for node in &self.plan.order {
-            let mut steps = vec![];
-            leaves(std::slice::from_ref(node), &mut steps);
+            let steps = steps_of(std::slice::from_ref(node));
             let here = steps.contains(&step);
             part = if here {
                 1
@@ -107,14 +106,4 @@ fn joined(mut whole: FrameReport, part: FrameReport) -> FrameReport {
     whole.record_ms += record_ms;
     whole.submit_ms += submit_ms;
     whole
-}
-
-/// The steps of these nodes, in their order.
-pub(super) fn leaves(nodes: &[OrderNode], out: &mut Vec<StepId>) {
-    for node in nodes {
-        match node {
-            OrderNode::Step(s) => out.push(*s),
-            OrderNode::Loop(l) => leaves(&l.body, out),
-        }
-    }
 }

@@ -2,11 +2,10 @@
 //! buffer that the copy writes to.
 
 use super::Session;
-use super::capture::leaves;
 use crate::diag::{Checked, Diagnostic};
 use crate::gpu::{self, Gpu};
 use crate::plan::change::Why;
-use crate::plan::{Action, Binding, Desc, Draw, Place, Plan, Resource, ResourceId, Slot, Step, StepId};
+use crate::plan::{Action, Binding, Desc, Draw, Place, Plan, Resource, ResourceId, Slot, Step, StepId, steps_of};
 use crate::shader::probe::{Invocation, Probe, instrument};
 use crate::shader::{BindingKind, EntryPoint, Shader, Stage};
 use std::sync::Arc;
@@ -133,8 +132,7 @@ impl Session {
     /// No shader of the plan writes the texture, or not by an invocation for each texel.
     pub fn writer(&self, texture: ResourceId, (mip, layer): (u32, u32), at: [u32; 2]) -> Checked<(StepId, [u32; 3])> {
         let plan = &self.plan;
-        let mut steps = vec![];
-        leaves(&plan.order, &mut steps);
+        let mut steps = steps_of(&plan.order);
         // A step for other frames wrote nothing in this one.
         steps.retain(|id| self.why.get(id.0) != Some(&Why::OtherFrames));
         let name = |id: ResourceId| plan.resources.get(id.0).map_or("?", |r| r.name.as_str());

@@ -5,8 +5,7 @@ use super::*;
 
 /// Each step once, and after all that must come before.
 pub fn legal(plan: &Plan) {
-    let mut steps = vec![];
-    leaves(&plan.order, &mut steps);
+    let steps: Vec<usize> = steps_of(&plan.order).into_iter().map(|s| s.0).collect();
     let mut once = steps.clone();
     once.sort_unstable();
     assert_eq!(once, (0..plan.steps.len()).collect::<Vec<_>>(), "each step once in\n{plan}");

@@ -1,7 +1,7 @@
 //! Passes and what flows between them. Small plans are seen step by step, large ones pass by pass.
 
 use lightgraph::internals::plan::text::words::{StepWords, intermediate, loop_head, member};
-use lightgraph::internals::plan::{Action, Desc, OrderNode, Plan, ResourceId, Step, StepId};
+use lightgraph::internals::plan::{Action, Desc, OrderNode, Plan, ResourceId, Step, StepId, steps_of};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Plans with more steps than this are drawn pass by pass.
@@ -164,8 +164,7 @@ impl Builder<'_> {
                 OrderNode::Step(s) => self.step(*s, again),
                 OrderNode::Loop(l) => {
                     self.flow(&l.body, again);
-                    let mut steps = vec![];
-                    leaves(&l.body, &mut steps);
+                    let steps = steps_of(&l.body);
                     let first = steps.iter().filter_map(|s| self.of_step.get(&s.0)).min().copied().unwrap_or(0);
                     if again.is_none() && l.count > 1 {
                         let round = Again { first, written: BTreeSet::new(), history_only: false };
@@ -270,14 +269,5 @@ fn overwrites(plan: &Plan, step: &Step, id: ResourceId) -> bool {
             (color || depth) && d.members.len() * d.views as usize >= layers
         }
         Action::Compute { .. } => false,
-    }
-}
-
-fn leaves(nodes: &[OrderNode], out: &mut Vec<StepId>) {
-    for node in nodes {
-        match node {
-            OrderNode::Step(s) => out.push(*s),
-            OrderNode::Loop(l) => leaves(&l.body, out),
-        }
     }
 }

@@ -5,7 +5,7 @@ use super::PanelContext;
 use crate::view::state::PanelState;
 use egui::{Align2, Color32, FontId, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, Ui, Vec2};
 use lightgraph::Plan;
-use lightgraph::internals::plan::{OrderNode, Resource, StepId};
+use lightgraph::internals::plan::{Resource, StepId, steps_of};
 
 const ROW: f32 = 18.0;
 /// Room of the names of pieces, and at least that of a step.
@@ -32,8 +32,7 @@ pub fn summary(ui: &mut Ui, seen: &PanelContext) {
 pub fn show(ui: &mut Ui, state: &mut PanelState, seen: &PanelContext) {
     let Some(subject) = &seen.feed.told.subject else { return };
     let plan = &subject.shared;
-    let mut steps = vec![];
-    in_order(&plan.order, &mut steps);
+    let steps = steps_of(&plan.order);
     let count = steps.len().max(1);
     let mut slots: Vec<usize> = (0..plan.slots.len()).collect();
     slots.sort_by_key(|s| (std::cmp::Reverse(plan.slots[*s].bytes), *s));
@@ -115,15 +114,6 @@ fn lifetime(
     let clicked = response.clicked();
     response.on_hover_text(format!("{}: {}, {when}", resource.name, mib(resource.desc.bytes())));
     clicked.then(|| resource.name.clone())
-}
-
-fn in_order(nodes: &[OrderNode], out: &mut Vec<StepId>) {
-    for node in nodes {
-        match node {
-            OrderNode::Step(step) => out.push(*step),
-            OrderNode::Loop(l) => in_order(&l.body, out),
-        }
-    }
 }
 
 fn mib(bytes: u64) -> String {
