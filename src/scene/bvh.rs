@@ -8,7 +8,6 @@
 use super::{model::Bounds, pieces::Pieces};
 use crate::parallel::threads;
 use glam::Vec3;
-use std::borrow::Borrow;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -90,9 +89,10 @@ impl Bvh {
         let rows = tree.rows();
         let mut bvh = Bvh { lower: Pieces::repeat(Vec3::ZERO, rows), upper: Pieces::repeat(Vec3::ZERO, rows), tree };
         if !bvh.tree.order.is_empty() {
-            let Tree { first, count, .. } = bvh.tree.clone();
-            let due = |row| RefitRow { row, first: first[row] as usize, count: count[row] as usize, of: &() };
-            bvh.refit((0..rows).map(due), all, |(), triangle| corners(triangle), |_| ());
+            let margin = margin(all);
+            for row in (0..rows).rev() {
+                bvh.refit(row, margin, &corners);
+            }
         }
         bvh
     }
@@ -107,74 +107,58 @@ impl Bvh {
         moved: &[(Range<usize>, P)],
         corners: impl Fn(&P, usize) -> [Vec3; 3],
     ) -> (Bvh, Vec<usize>) {
-        let tree = &self.tree;
-        // What holds a leaf that moved is round where it was.
-        let due = |row: usize| {
-            let (first, bounds) = (tree.first[row] as usize, Bounds { min: self.lower[row], max: self.upper[row] });
-            let count = tree.count[row] as usize;
-            let (_, of) = match count {
-                0 => moved.first(),
-                _ => moved.get(moved.partition_point(|m| m.0.end <= first)).filter(|m| m.0.start <= first),
-            }?;
-            was.iter().any(|b| b.meets(&bounds)).then_some(RefitRow { row, first, count, of })
-        };
-        // In the order that they were made in, which is almost that of the rows.
-        let mut all_due: Vec<_> = due(0).into_iter().collect();
-        let mut waiting: Vec<usize> = all_due.iter().filter(|d| d.count == 0).map(|d| d.first).collect();
-        while let Some(first) = waiting.pop() {
-            let children = [due(first), due(first + 1)];
-            waiting.extend(children.iter().rev().flatten().filter(|d| d.count == 0).map(|d| d.first));
-            all_due.extend(children.into_iter().flatten());
-        }
         let mut other = vec![];
-        self.refit(all_due.iter(), all, corners, |row| other.push(row));
-        other.sort();
+        if !moved.is_empty() {
+            self.follow(0, (margin(all), was, moved), &corners, &mut other);
+        }
+        other.sort_unstable();
         (self, other)
     }
 
-    /// Makes the boxes of some rows anew, of leaves by their corners. `all_due` has children after their parents;
-    /// `other` is told the rows whose boxes are others, the last first.
-    fn refit<'p, P: 'p>(
+    /// Makes the boxes of a row and of all below it anew where triangles moved; whether that of the row is another.
+    fn follow<P>(
         &mut self,
-        all_due: impl DoubleEndedIterator<Item = impl Borrow<RefitRow<'p, P>>> + Clone,
-        all: Bounds,
-        corners: impl Fn(&P, usize) -> [Vec3; 3],
-        mut other: impl FnMut(usize),
-    ) {
-        let (margin, order) = (margin(all), &self.tree.order);
-        let opened = || all_due.clone().flat_map(|due| due.borrow().family());
-        let (mut lower, mut upper) = (self.lower.open(opened()), self.upper.open(opened()));
-        for due in all_due.rev() {
-            let RefitRow { row, first, count, of } = *due.borrow();
-            let (min, max) = if count == 0 {
-                (lower[first].min(lower[first + 1]), upper[first].max(upper[first + 1]))
-            } else {
-                let round = |all: Bounds, i: &u32| all.union(Bounds::of(corners(of, *i as usize)));
-                let exact = order[first..first + count].iter().fold(Bounds::EMPTY, round);
-                (exact.min - margin, exact.max + margin)
-            };
-            let bits = |v: Vec3| v.to_array().map(f32::to_bits);
-            if bits(lower[row]) != bits(min) || bits(upper[row]) != bits(max) {
-                (lower[row], upper[row]) = (min, max);
-                other(row);
-            }
+        row: usize,
+        about: (Vec3, &[Bounds], &[(Range<usize>, P)]),
+        corners: &impl Fn(&P, usize) -> [Vec3; 3],
+        other: &mut Vec<usize>,
+    ) -> bool {
+        let (margin, was, moved) = about;
+        let first = self.tree.first[row] as usize;
+        let changed = if self.tree.count[row] > 0 {
+            let of = moved.get(moved.partition_point(|m| m.0.end <= first)).filter(|m| m.0.start <= first);
+            of.is_some_and(|(_, of)| self.refit(row, margin, &|triangle| corners(of, triangle)))
+        } else {
+            // What holds a leaf that moved is round where it was.
+            let bounds = Bounds { min: self.lower[row], max: self.upper[row] };
+            let below = was.iter().any(|b| b.meets(&bounds))
+                && self.follow(first, about, corners, other) | self.follow(first + 1, about, corners, other);
+            below && self.refit(row, margin, &|_| [Vec3::ZERO; 3])
+        };
+        if changed {
+            other.push(row);
         }
+        changed
     }
-}
 
-/// A row whose box is to be made anew, and what tells its corners.
-struct RefitRow<'p, P> {
-    row: usize,
-    first: usize,
-    count: usize,
-    of: &'p P,
-}
-
-impl<P> RefitRow<'_, P> {
-    /// The row and its children.
-    fn family(&self) -> [usize; 3] {
-        let (left, right) = if self.count == 0 { (self.first, self.first + 1) } else { (self.row, self.row) };
-        [self.row, left, right]
+    /// Makes the box of a row anew, of a leaf by its corners, else by its children's boxes; whether it is another.
+    fn refit(&mut self, row: usize, margin: Vec3, corners: &impl Fn(usize) -> [Vec3; 3]) -> bool {
+        let (first, count) = (self.tree.first[row] as usize, self.tree.count[row] as usize);
+        let (min, max) = if count == 0 {
+            let (lower, upper) = (&self.lower, &self.upper);
+            (lower[first].min(lower[first + 1]), upper[first].max(upper[first + 1]))
+        } else {
+            let round = |all: Bounds, i: &u32| all.union(Bounds::of(corners(*i as usize)));
+            let exact = self.tree.order[first..first + count].iter().fold(Bounds::EMPTY, round);
+            (exact.min - margin, exact.max + margin)
+        };
+        let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+        let other = bits(self.lower[row]) != bits(min) || bits(self.upper[row]) != bits(max);
+        if other {
+            self.lower.set(row, min);
+            self.upper.set(row, max);
+        }
+        other
     }
 }
 

@@ -1,6 +1,6 @@
 //! Long lists of which a clone costs little, and so does a change of few.
 
-use std::ops::{Index, IndexMut, Range};
+use std::ops::{Index, Range};
 use std::sync::Arc;
 
 /// A list in pieces that clones share. A change copies the piece that it falls in, if another clone has it too.
@@ -70,32 +70,6 @@ impl<T: Clone> Pieces<T> {
     pub fn set(&mut self, at: usize, value: T) {
         Arc::make_mut(&mut self.pieces[at / PIECE])[at % PIECE] = value;
     }
-
-    /// Opens the pieces that hold some places, to read and change many there.
-    pub fn open(&mut self, places: impl IntoIterator<Item = usize>) -> OpenPieces<'_, T> {
-        let mut wanted = vec![false; self.pieces.len()];
-        places.into_iter().for_each(|at| wanted[at / PIECE] = true);
-        let opened = self.pieces.iter_mut().zip(wanted);
-        let opened = opened.map(|(p, wanted)| if wanted { Arc::make_mut(p).as_mut_slice() } else { &mut [] });
-        OpenPieces(opened.collect())
-    }
-}
-
-/// Some pieces of a list, by places of the whole.
-pub struct OpenPieces<'a, T>(Vec<&'a mut [T]>);
-
-impl<T> Index<usize> for OpenPieces<'_, T> {
-    type Output = T;
-
-    fn index(&self, at: usize) -> &T {
-        &self.0[at / PIECE][at % PIECE]
-    }
-}
-
-impl<T> IndexMut<usize> for OpenPieces<'_, T> {
-    fn index_mut(&mut self, at: usize) -> &mut T {
-        &mut self.0[at / PIECE][at % PIECE]
-    }
 }
 
 impl<T> Default for Pieces<T> {
@@ -150,9 +124,6 @@ mod tests {
         assert_eq!(after.apart(&before).count(), 0);
         after.set(PIECE + 1, 7);
         assert_eq!((before[PIECE + 1], after[PIECE + 1]), (0, 7));
-        let mut opened = after.open([PIECE + 2, PIECE + 3]);
-        opened[PIECE + 2] = opened[PIECE + 1] + 1;
-        assert_eq!((before[PIECE + 2], after[PIECE + 2]), (0, 8));
         let apart: Vec<usize> = after.apart(&before).map(|(start, ..)| start).collect();
         assert_eq!(apart, [PIECE]);
     }
