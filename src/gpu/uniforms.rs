@@ -4,9 +4,9 @@
 use super::{device::Gpu, scope::scoped};
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::{Binding, OrderNode, Plan, StepId};
-use crate::shader::Layout;
-use crate::value::{Type, Value, Values};
-use std::collections::BTreeSet;
+use crate::shader::{Layout, Member};
+use crate::value::{Value, Values};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Where every uniform of a plan lies.
@@ -14,9 +14,9 @@ use std::sync::Arc;
 pub(super) struct Uniforms {
     buffer: wgpu::Buffer,
     uses: Vec<UniformUse>,
+    /// With all that no frame changes.
     bytes: Vec<u8>,
-    /// What is asked for besides the plan's own, by name, as it was when `bytes` were uploaded.
-    asked: Vec<(String, Option<Value>)>,
+    asked: Vec<AskedValue>,
     /// The buffer holds `bytes`.
     uploaded: bool,
 }
@@ -26,10 +26,7 @@ pub(super) struct Uniforms {
 struct UniformUse {
     step: usize,
     variable: usize,
-    /// As the user knows it: the shader's path and the variable's name.
-    shown: (String, String),
     layout: Arc<Layout>,
-    extra: Values,
     /// The loops whose indices tell its slots apart, outermost first: name and count. Empty when it reads none.
     loops: Vec<(String, u32)>,
     /// First slot, in bytes.
@@ -38,11 +35,21 @@ struct UniformUse {
     stride: u64,
 }
 
+/// A value that a frame or else the plan gives.
+#[derive(Debug)]
+struct AskedValue {
+    name: String,
+    /// As the frame gave it when it was written last.
+    value: Option<Value>,
+    /// The members of its name: which use, which of its members.
+    places: Vec<(usize, usize)>,
+}
+
 impl Uniforms {
     /// Lays out the slots and allocates the buffer.
     ///
     /// # Errors
-    /// The loops make it larger than the device allows.
+    /// The loops make it larger than the device allows; values of steps that don't fit their members.
     pub(super) fn allocate(gpu: &Gpu, plan: &Plan) -> Checked<Uniforms> {
         let align = u64::from(gpu.limits.min_uniform_buffer_offset_alignment.max(16));
         let mut uses = vec![];
@@ -50,21 +57,12 @@ impl Uniforms {
         for (step, loops) in enclosing_loops(plan) {
             let Some(found) = plan.steps.get(step.0) else { continue };
             for (variable, binding) in found.bindings.iter().enumerate() {
-                let Binding::Uniform { layout, extra } = binding else { continue };
+                let Binding::Uniform { layout, .. } = binding else { continue };
                 let turns = layout.members.iter().any(|m| loops.iter().any(|(name, _)| *name == m.name));
                 let loops = if turns { loops.clone() } else { vec![] };
                 let stride = u64::from(layout.size.max(16)).next_multiple_of(align);
                 let slots = loops.iter().fold(1u64, |n, (_, count)| n.saturating_mul((*count).max(1).into()));
-                uses.push(UniformUse {
-                    step: step.0,
-                    variable,
-                    shown: shown(plan, step, variable),
-                    layout: layout.clone(),
-                    extra: extra.clone(),
-                    loops,
-                    first: total,
-                    stride,
-                });
+                uses.push(UniformUse { step: step.0, variable, layout: layout.clone(), loops, first: total, stride });
                 total = total.saturating_add(stride.saturating_mul(slots));
             }
         }
@@ -86,10 +84,38 @@ impl Uniforms {
                 mapped_at_creation: false,
             })
         })?;
-        let names: BTreeSet<&String> = uses.iter().flat_map(|u| &u.layout.members).map(|m| &m.name).collect();
-        let asked = names.into_iter().map(|name| (name.clone(), None)).collect();
         let bytes = vec![0; usize::try_from(size).unwrap_or(0)];
-        Ok(Uniforms { buffer, uses, bytes, asked, uploaded: false })
+        let mut all = Uniforms { buffer, uses, bytes, asked: vec![], uploaded: false };
+        all.begin(plan)?;
+        Ok(all)
+    }
+
+    /// Writes what is the same in all frames, and notes what is not. Of equal names an `extra` of the binding wins over
+    /// a loop's index, that over the frame's value, that over the plan's.
+    fn begin(&mut self, plan: &Plan) -> Checked<()> {
+        let mut asked: BTreeMap<&str, Vec<(usize, usize)>> = BTreeMap::new();
+        let mut faults = vec![];
+        for (index, found) in self.uses.iter().enumerate() {
+            let binding = plan.steps.get(found.step).and_then(|s| s.bindings.get(found.variable));
+            let Some(Binding::Uniform { extra, .. }) = binding else { continue };
+            for (place, member) in found.layout.members.iter().enumerate() {
+                // The innermost of equal names counts.
+                let around = found.loops.iter().rposition(|(name, _)| *name == member.name);
+                let value = |slot| match (extra.get(&member.name), around) {
+                    (Some(value), _) => Some(*value),
+                    (None, Some(around)) => Some(Value::Uint(found.iteration(slot, around))),
+                    (None, None) => None,
+                };
+                if value(0).is_none() {
+                    asked.entry(&member.name).or_default().push((index, place));
+                } else if !found.write(&mut self.bytes, member, value) {
+                    faults.push(found.missing(plan, member, value(0), &[]));
+                }
+            }
+        }
+        let asked = asked.into_iter().map(|(name, places)| AskedValue { name: name.into(), value: None, places });
+        self.asked = asked.collect();
+        Faults::check(faults, ())
     }
 
     /// What to bind for a variable of a step: its first slot; the others are reached by dynamic offsets.
@@ -118,90 +144,73 @@ impl Uniforms {
         (found.first + slot * found.stride) as u32
     }
 
-    /// Packs the slots whose values differ from the frame before, and uploads all if there are any. Of equal names an
-    /// `extra` wins over a loop's index, that over the frame's value, that over the plan's.
+    /// Writes the values that differ from the frame before, and uploads all if there are any.
     ///
     /// # Errors
     /// Members that nothing gives a value, each with its shader.
     pub(super) fn upload(&mut self, gpu: &Gpu, plan: &Plan, frame: &Values) -> Checked<()> {
-        let mut changed: BTreeSet<&str> = BTreeSet::new();
-        for (name, before) in &mut self.asked {
-            let now = frame.get(name).copied();
+        let mut faults: Vec<Diagnostic> = vec![];
+        let mut other = !self.uploaded;
+        for asked in &mut self.asked {
+            let now = frame.get(&asked.name);
             // By their bits: a zero may have a sign.
-            let same = match (&now, &before) {
+            let same = match (now, &asked.value) {
                 (Some(now), Some(before)) => now.ty() == before.ty() && now.bytes() == before.bytes(),
                 (now, before) => now.is_none() && before.is_none(),
             };
-            if !same {
-                *before = now;
-                changed.insert(name);
+            if self.uploaded && same {
+                continue;
             }
-        }
-        let all = !self.uploaded;
-        if !all && changed.is_empty() {
-            return Ok(());
+            other = true;
+            asked.value = now.copied();
+            let value = now.or_else(|| plan.values.get(&asked.name)).copied();
+            for (index, place) in &asked.places {
+                let (found, member) = (&self.uses[*index], &self.uses[*index].layout.members[*place]);
+                if !found.write(&mut self.bytes, member, |_| value) {
+                    let fault = found.missing(plan, member, value, &[frame]);
+                    if !faults.contains(&fault) {
+                        faults.push(fault);
+                    }
+                }
+            }
         }
         self.uploaded = false;
-        let due = |found: &&UniformUse| all || found.layout.members.iter().any(|m| changed.contains(m.name.as_str()));
-        let mut faults: Vec<Diagnostic> = vec![];
-        for found in self.uses.iter().filter(due) {
-            let size = found.layout.size as usize;
-            let mut base = vec![0; size];
-            let missing = found.layout.pack(&mut base, |name| found.value(plan, frame, name));
-            for member in missing {
-                let fault = found.missing(&member.name, member.ty, plan, frame);
-                if !faults.contains(&fault) {
-                    faults.push(fault);
-                }
-            }
-            let mut iterations = vec![0; found.loops.len()];
-            let mut at = usize::try_from(found.first).unwrap_or(usize::MAX);
-            loop {
-                found.turn(&mut base, &iterations);
-                if let Some(slot) = self.bytes.get_mut(at..at.saturating_add(size)) {
-                    slot.copy_from_slice(&base);
-                }
-                at += found.stride as usize;
-                if !advance(&mut iterations, &found.loops) {
-                    break;
-                }
-            }
-        }
         Faults::check(faults, ())?;
-        gpu.queue.write_buffer(&self.buffer, 0, &self.bytes);
+        if other {
+            gpu.queue.write_buffer(&self.buffer, 0, &self.bytes);
+        }
         self.uploaded = true;
         Ok(())
     }
 }
 
 impl UniformUse {
-    fn value(&self, plan: &Plan, frame: &Values, name: &str) -> Option<Value> {
-        let index = || self.loops.iter().any(|(l, _)| l == name).then_some(Value::Uint(0));
-        let known = || frame.get(name).or_else(|| plan.values.get(name)).copied();
-        self.extra.get(name).copied().or_else(index).or_else(known)
+    /// How many slots it has.
+    fn slots(&self) -> usize {
+        self.loops.iter().map(|(_, count)| (*count).max(1) as usize).product()
     }
 
-    /// Writes the loops' indices over those of another iteration.
-    fn turn(&self, slot: &mut [u8], iterations: &[u32]) {
-        for member in &self.layout.members {
-            if self.extra.contains_key(&member.name) {
-                continue;
-            }
-            // The innermost of equal names counts.
-            let index = self.loops.iter().zip(iterations).rev().find(|((name, _), _)| *name == member.name);
-            if let Some(v) = index.and_then(|(_, i)| Value::Uint(*i).cast(member.ty)) {
-                let bytes = v.bytes();
-                let at = member.offset as usize;
-                if let Some(to) = slot.get_mut(at..at + bytes.len()) {
-                    to.copy_from_slice(bytes);
-                }
-            }
-        }
+    /// The index of a loop in a slot.
+    fn iteration(&self, slot: usize, around: usize) -> u32 {
+        let within: usize = self.loops[around + 1..].iter().map(|(_, count)| (*count).max(1) as usize).product();
+        (slot / within % self.loops[around].1.max(1) as usize) as u32
     }
 
-    fn missing(&self, name: &str, ty: Type, plan: &Plan, frame: &Values) -> Diagnostic {
-        let (shader, variable) = &self.shown;
-        match self.value(plan, frame, name) {
+    /// Writes a member of all slots; false where there is no value of its type.
+    fn write(&self, bytes: &mut [u8], member: &Member, value: impl Fn(usize) -> Option<Value>) -> bool {
+        let first = self.first as usize + member.offset as usize;
+        (0..self.slots()).all(|slot| {
+            let Some(value) = value(slot).and_then(|v| v.cast(member.ty)) else { return false };
+            let (value, at) = (value.bytes(), first + slot * self.stride as usize);
+            bytes[at..at + value.len()].copy_from_slice(value);
+            true
+        })
+    }
+
+    /// The fault of a member without a value of its type, given the one of its name and what else a frame gives.
+    fn missing(&self, plan: &Plan, member: &Member, value: Option<Value>, frame: &[&Values]) -> Diagnostic {
+        let (Member { name, ty, .. }, (shader, variable)) = (member, shown(plan, self.step, self.variable));
+        match value {
             Some(v) => Diagnostic::error(format!(
                 "{shader}: `{variable}.{name}` is {}, and the value of that name, {v}, is {}",
                 ty.wgsl(),
@@ -209,22 +218,10 @@ impl UniformUse {
             ))
             .help("declare the member with the value's type"),
             None => Diagnostic::error(format!("{shader}: nothing gives `{variable}.{name}` a value"))
-                .nearest(name, plan.values.keys().chain(frame.keys()).map(String::as_str))
+                .nearest(name, plan.values.keys().chain(frame.iter().flat_map(|f| f.keys())).map(String::as_str))
                 .help("name a parameter, a derived value, a fact of the scene or a value of the frame"),
         }
     }
-}
-
-/// The next combination of indices, the innermost fastest; false after the last.
-fn advance(iterations: &mut [u32], loops: &[(String, u32)]) -> bool {
-    for (i, (_, count)) in iterations.iter_mut().zip(loops).rev() {
-        if *i + 1 < *count {
-            *i += 1;
-            return true;
-        }
-        *i = 0;
-    }
-    false
 }
 
 /// The steps in their order, each with the loops around it: name and count, outermost first.
@@ -246,14 +243,10 @@ pub(super) fn enclosing_loops(plan: &Plan) -> Vec<(StepId, Vec<(String, u32)>)> 
     out
 }
 
-fn shown(plan: &Plan, step: StepId, variable: usize) -> (String, String) {
-    use crate::plan::Action;
-    let shader = match plan.steps.get(step.0).map(|s| &s.action) {
-        Some(Action::Draw(d)) => plan.shaders.get(d.shader),
-        Some(Action::Compute { shader, .. }) => plan.shaders.get(*shader),
-        Some(Action::Copy { .. } | Action::Clear { .. }) | None => None,
-    };
-    match shader {
+/// A variable of a step as the user knows it: the shader's path and its name.
+fn shown(plan: &Plan, step: usize, variable: usize) -> (String, String) {
+    let shader = plan.steps.get(step).and_then(|s| s.action.shader());
+    match shader.and_then(|shader| plan.shaders.get(shader)) {
         Some(s) => (s.path.clone(), s.interface.variables.get(variable).map_or_else(String::new, |v| v.name.clone())),
         None => (String::new(), String::new()),
     }
