@@ -109,7 +109,7 @@ impl Bvh {
     ) -> (Bvh, Vec<usize>) {
         let mut other = vec![];
         if !moved.is_empty() {
-            self.follow(0, (margin(all), was, moved), &corners, &mut other);
+            self.follow(0, &MovedLeaves { margin: margin(all), was, moved }, &corners, &mut other);
         }
         other.sort_unstable();
         (self, other)
@@ -119,11 +119,11 @@ impl Bvh {
     fn follow<P>(
         &mut self,
         row: usize,
-        about: (Vec3, &[Bounds], &[(Range<usize>, P)]),
+        moves: &MovedLeaves<P>,
         corners: &impl Fn(&P, usize) -> [Vec3; 3],
         other: &mut Vec<usize>,
     ) -> bool {
-        let (margin, was, moved) = about;
+        let MovedLeaves { margin, was, moved } = *moves;
         let first = self.tree.first[row] as usize;
         let changed = if self.tree.count[row] > 0 {
             let of = moved.get(moved.partition_point(|m| m.0.end <= first)).filter(|m| m.0.start <= first);
@@ -132,7 +132,7 @@ impl Bvh {
             // What holds a leaf that moved is round where it was.
             let bounds = Bounds { min: self.lower[row], max: self.upper[row] };
             let below = was.iter().any(|b| b.meets(&bounds))
-                && self.follow(first, about, corners, other) | self.follow(first + 1, about, corners, other);
+                && self.follow(first, moves, corners, other) | self.follow(first + 1, moves, corners, other);
             below && self.refit(row, margin, &|_| [Vec3::ZERO; 3])
         };
         if changed {
@@ -160,6 +160,13 @@ impl Bvh {
         }
         other
     }
+}
+
+/// What moved, as [`Bvh::moved`] is told.
+struct MovedLeaves<'m, P> {
+    margin: Vec3,
+    was: &'m [Bounds],
+    moved: &'m [(Range<usize>, P)],
 }
 
 /// How much wider leaves are than their triangles: rays that run along a flat box, or exactly through its edge, must
