@@ -28,7 +28,7 @@ pub struct Expanded {
 }
 
 /// What a step binds, reads and writes.
-type Bound = (Vec<Binding>, Vec<ResourceId>, Vec<ResourceId>);
+type StepUses = (Vec<Binding>, Vec<ResourceId>, Vec<ResourceId>);
 
 /// Expands live items.
 pub fn expand(
@@ -160,7 +160,7 @@ impl Expander<'_, '_> {
         &mut self,
         w: &Wired,
         (name, action): (String, Action),
-        (bindings, reads, writes): Bound,
+        (bindings, reads, writes): StepUses,
         only: Option<Only>,
     ) {
         self.out.steps.push(Step {
@@ -183,7 +183,7 @@ impl Expander<'_, '_> {
         w: &Wired,
         name: String,
         (shader, groups): (usize, [u32; 3]),
-        bound: Bound,
+        bound: StepUses,
     ) -> Option<()> {
         let entry = self.shaders[shader].interface.entry(Stage::Compute)?.name.clone();
         self.push(w, (name, Action::Compute { shader, entry, groups, instances: None, indirect: None }), bound, None);
