@@ -1,5 +1,5 @@
 # make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
-# make test-all  with the slow tests, which `make test` leaves out by name, and those of the Python module
+# make test-all  with the slow tests, which `make test` leaves out by name, and the lints and tests of the Python module and the page
 # make web     the page for browsers, the engine as WebAssembly and an editor, to target/web
 # make test-web  the same in Chromium without a display, on a software adapter: pictures go to out/web
 # make python  the Python module, built and installed into target/python/venv
@@ -27,18 +27,22 @@ export XDG_RUNTIME_DIR ?= /tmp
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test test-all pytest web test-web python wheel blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor book deny driver display browser lint
+.PHONY: test test-all pytest web test-web python wheel blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor book deny driver display browser lint lint-all
 
 # What takes half of the time of the tests: references by other renderers, proofs of skipping, random edits and mutants, every
 # field edited live.
 SLOW := references:: skips:: mutated:: reloads:: bench_run:: traced:: toggles:: stress::
 
+# The library, the command and the language server: the Python module and the page stand on crates of their own.
+CORE := --package lightgraph --package lightgraph-cli --package lightgraph-lsp
+
 test: SKIPPED := $(SLOW:%=--skip %)
-test-all: pytest
+test: PACKAGES := $(CORE)
+test-all: pytest lint-all
 test test-all: display browser lint
-	cargo test --workspace --lib --bins
-	cargo test --doc
-	cargo test --examples --test it -- $(SKIPPED)
+	cargo test $(or $(PACKAGES),--workspace) --lib --bins
+	cargo test $(PACKAGES) --doc
+	cargo test $(PACKAGES) --examples --test it -- $(SKIPPED)
 
 pytest: driver
 	scripts/install-python.sh
@@ -158,9 +162,6 @@ display:
 browser:
 	@scripts/install-browser.sh
 
-# The stages before the device, and the language server on them, build without wgpu; the page's engine builds for a
-# browser, and `make test-web` tests it there. Where cargo-deny is installed,
-# dependencies are held to deny.toml too.
 lint:
 	@for tool in fmt clippy; do \
 	    if ! cargo "$$tool" --version >/dev/null 2>&1; then \
@@ -169,7 +170,11 @@ lint:
 	    fi; \
 	done
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets -- -D warnings
+	cargo clippy $(or $(PACKAGES),--workspace) --all-targets -- -D warnings
+
+# The stages before the device, and the language server on them, build without wgpu; the page's engine builds for a
+# browser, and `make test-web` tests it there. Where cargo-deny is installed, dependencies are held to deny.toml too.
+lint-all:
 	cargo clippy --package lightgraph --package lightgraph-lsp --no-default-features --all-targets -- -D warnings
 	@if [ -d "$$(rustc --print sysroot)/lib/rustlib/wasm32-unknown-unknown" ]; then \
 	    cargo clippy --package lightgraph-web --lib --target wasm32-unknown-unknown -- -D warnings; \
