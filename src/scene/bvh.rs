@@ -91,7 +91,11 @@ impl Bvh {
         if !bvh.tree.order.is_empty() {
             let margin = margin(all);
             for row in (0..rows).rev() {
-                bvh.refit(row, margin, &corners);
+                let bounds = match bvh.tree.count[row] {
+                    0 => bvh.round_children(row),
+                    _ => bvh.round_triangles(row, margin, &corners),
+                };
+                bvh.set(row, bounds);
             }
         }
         bvh
@@ -115,7 +119,7 @@ impl Bvh {
         (self, other)
     }
 
-    /// Makes the boxes of a row and of all below it anew where triangles moved; whether that of the row is another.
+    /// Refits the boxes of a row and of all rows below where triangles moved. Returns whether the row's box changed.
     fn follow<P>(
         &mut self,
         row: usize,
@@ -127,13 +131,16 @@ impl Bvh {
         let first = self.tree.first[row] as usize;
         let changed = if self.tree.count[row] > 0 {
             let of = moved.get(moved.partition_point(|m| m.0.end <= first)).filter(|m| m.0.start <= first);
-            of.is_some_and(|(_, of)| self.refit(row, margin, &|triangle| corners(of, triangle)))
+            of.is_some_and(|(_, of)| {
+                let bounds = self.round_triangles(row, margin, |triangle| corners(of, triangle));
+                self.set(row, bounds)
+            })
         } else {
-            // What holds a leaf that moved is round where it was.
+            // Boxes above a moved leaf hold the place where it was.
             let bounds = Bounds { min: self.lower[row], max: self.upper[row] };
             let below = was.iter().any(|b| b.meets(&bounds))
                 && self.follow(first, moves, corners, other) | self.follow(first + 1, moves, corners, other);
-            below && self.refit(row, margin, &|_| [Vec3::ZERO; 3])
+            below && self.set(row, self.round_children(row))
         };
         if changed {
             other.push(row);
@@ -141,28 +148,33 @@ impl Bvh {
         changed
     }
 
-    /// Makes the box of a row anew, of a leaf by its corners, else by its children's boxes; whether it is another.
-    fn refit(&mut self, row: usize, margin: Vec3, corners: &impl Fn(usize) -> [Vec3; 3]) -> bool {
+    /// The box round the children of a row.
+    fn round_children(&self, row: usize) -> Bounds {
+        let (first, lower, upper) = (self.tree.first[row] as usize, &self.lower, &self.upper);
+        Bounds { min: lower[first].min(lower[first + 1]), max: upper[first].max(upper[first + 1]) }
+    }
+
+    /// The box of a leaf.
+    fn round_triangles(&self, row: usize, margin: Vec3, corners: impl Fn(usize) -> [Vec3; 3]) -> Bounds {
         let (first, count) = (self.tree.first[row] as usize, self.tree.count[row] as usize);
-        let (min, max) = if count == 0 {
-            let (lower, upper) = (&self.lower, &self.upper);
-            (lower[first].min(lower[first + 1]), upper[first].max(upper[first + 1]))
-        } else {
-            let round = |all: Bounds, i: &u32| all.union(Bounds::of(corners(*i as usize)));
-            let exact = self.tree.order[first..first + count].iter().fold(Bounds::EMPTY, round);
-            (exact.min - margin, exact.max + margin)
-        };
+        let round = |all: Bounds, i: &u32| all.union(Bounds::of(corners(*i as usize)));
+        let exact = self.tree.order[first..first + count].iter().fold(Bounds::EMPTY, round);
+        Bounds { min: exact.min - margin, max: exact.max + margin }
+    }
+
+    /// Sets the box of a row. Returns whether it changed.
+    fn set(&mut self, row: usize, Bounds { min, max }: Bounds) -> bool {
         let bits = |v: Vec3| v.to_array().map(f32::to_bits);
-        let other = bits(self.lower[row]) != bits(min) || bits(self.upper[row]) != bits(max);
-        if other {
+        let changed = bits(self.lower[row]) != bits(min) || bits(self.upper[row]) != bits(max);
+        if changed {
             self.lower.set(row, min);
             self.upper.set(row, max);
         }
-        other
+        changed
     }
 }
 
-/// What moved, as [`Bvh::moved`] is told.
+/// The arguments of [`Bvh::moved`] that a refit passes down.
 struct MovedLeaves<'m, P> {
     margin: Vec3,
     was: &'m [Bounds],
