@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub(super) struct Uniforms {
     buffer: wgpu::Buffer,
     uses: Vec<UniformUse>,
-    /// With all that no frame changes.
+    /// The content; values that no frame changes are written once.
     bytes: Vec<u8>,
     asked: Vec<AskedValue>,
     /// The buffer holds `bytes`.
@@ -35,13 +35,13 @@ struct UniformUse {
     stride: u64,
 }
 
-/// A value that a frame or else the plan gives.
+/// A value that each frame may give; the plan's is the default.
 #[derive(Debug)]
 struct AskedValue {
     name: String,
-    /// As the frame gave it when it was written last.
+    /// The frame's value that is in `bytes`.
     value: Option<Value>,
-    /// The members of its name: which use, which of its members.
+    /// Members of this name: the index of the use, and of the member in its layout.
     places: Vec<(usize, usize)>,
 }
 
@@ -49,7 +49,7 @@ impl Uniforms {
     /// Lays out the slots and allocates the buffer.
     ///
     /// # Errors
-    /// The loops make it larger than the device allows; values of steps that don't fit their members.
+    /// Fails where loops make the buffer larger than the device allows, or where a value doesn't fit its member.
     pub(super) fn allocate(gpu: &Gpu, plan: &Plan) -> Checked<Uniforms> {
         let align = u64::from(gpu.limits.min_uniform_buffer_offset_alignment.max(16));
         let mut uses = vec![];
@@ -90,8 +90,8 @@ impl Uniforms {
         Ok(all)
     }
 
-    /// Writes what is the same in all frames, and notes what is not. Of equal names an `extra` of the binding wins over
-    /// a loop's index, that over the frame's value, that over the plan's.
+    /// Writes the values that are the same in all frames and lists the others. Of equal names an `extra` of the binding
+    /// wins over a loop's index, a loop's index over the frame's value, and the frame's over the plan's.
     fn begin(&mut self, plan: &Plan) -> Checked<()> {
         let mut asked: BTreeMap<&str, Vec<(usize, usize)>> = BTreeMap::new();
         let mut faults = vec![];
@@ -185,18 +185,18 @@ impl Uniforms {
 }
 
 impl UniformUse {
-    /// How many slots it has.
+    /// The number of slots: one an iteration of all loops.
     fn slots(&self) -> usize {
         self.loops.iter().map(|(_, count)| (*count).max(1) as usize).product()
     }
 
-    /// The index of a loop in a slot.
+    /// The iteration of a loop that a slot is for.
     fn iteration(&self, slot: usize, around: usize) -> u32 {
         let within: usize = self.loops[around + 1..].iter().map(|(_, count)| (*count).max(1) as usize).product();
         (slot / within % self.loops[around].1.max(1) as usize) as u32
     }
 
-    /// Writes a member of all slots; false where there is no value of its type.
+    /// Writes a member in all slots. Returns false where the value is missing or of another type.
     fn write(&self, bytes: &mut [u8], member: &Member, value: impl Fn(usize) -> Option<Value>) -> bool {
         let first = self.first as usize + member.offset as usize;
         (0..self.slots()).all(|slot| {
@@ -207,7 +207,7 @@ impl UniformUse {
         })
     }
 
-    /// The fault of a member without a value of its type, given the one of its name and what else a frame gives.
+    /// The fault of a member without a value of its type: `value` is the one of that name, `frame` offers names.
     fn missing(&self, plan: &Plan, member: &Member, value: Option<Value>, frame: &[&Values]) -> Diagnostic {
         let (Member { name, ty, .. }, (shader, variable)) = (member, shown(plan, self.step, self.variable));
         match value {

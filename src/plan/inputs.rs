@@ -392,7 +392,7 @@ pub fn causes(plan: &Plan) -> Vec<Causes> {
     all
 }
 
-/// What moves the rows of a table.
+/// The volatility of a table's rows.
 pub(super) fn table(plan: &Plan, i: usize) -> Moving {
     let follows = plan.tables.get(i).and_then(|t| scene::table(&t.table)).map_or(Follows::NOTHING, |t| t.follows);
     let mut all = Moving::default();
@@ -405,7 +405,7 @@ pub(super) fn table(plan: &Plan, i: usize) -> Moving {
     all
 }
 
-/// What moves a value.
+/// The volatility of a value.
 pub(super) fn value(name: &str) -> Moving {
     match FRAME_VALUES.iter().position(|v| v.0 == name) {
         Some(_) if name.starts_with("camera_") => Moving::CAMERA,

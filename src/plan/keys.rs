@@ -194,7 +194,7 @@ impl Unit {
         hash(&(key, self.roles.get(&resource))).max(1)
     }
 
-    /// What moves what it reads besides results of others.
+    /// The volatility of the unit's own inputs: values and tables, not results of other units.
     pub fn moving(&self, plan: &Plan) -> Moving {
         self.given.iter().zip(&*self.names).fold(Moving::default(), |all, (given, named)| match given {
             Given::Value(_) => all | inputs::value(&named.name),

@@ -482,7 +482,7 @@ pub(super) fn by_name(name: &Name, mode: Mode, how: How) -> ResourceUse {
     ResourceUse { resource: name.value.clone(), mip: None, mode, how, span: name.span.clone() }
 }
 
-/// All uses of their passes.
+/// Uses of resources by all passes.
 pub fn uses_of<'a>(items: &'a [WiredItem]) -> impl Iterator<Item = &'a ResourceUse> {
     passes_of(items).into_iter().flat_map(|w| &w.uses)
 }
