@@ -2,7 +2,7 @@
 #define_import_path lightgraph::environment_light
 #import lightgraph::environment::{Drawn, draw, draw_density, radiance}
 #import lightgraph::lobe::{reflectance, scatter, scatter_density}
-#import lightgraph::random::{net_pair, scramble}
+#import lightgraph::random::{sobol_pair, scramble}
 #import lightgraph::surface::Surface
 #import lightgraph::trace::{is_free, FAR}
 #ifdef SKY_RAYS
@@ -44,7 +44,7 @@ fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3
     var sum = vec3f(0.0);
     let others = f32(#{SKY_RAYS}) / f32(samples);
     for (var i = 0u; i < samples; i++) {
-        let d = draw(net_pair(i, scramble(shift)));
+        let d = draw(sobol_pair(i, scramble(shift)));
         let density = max(dot(s.normal, d.direction), 0.0) / 3.14159265359;
         if density > 0.0 && d.density > 0.0 && is_free(start, d.direction, FAR) {
             sum += density * d.radiance / (d.density + others * density);
@@ -58,13 +58,13 @@ fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3
 fn mirrored_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < samples; i++) {
-        let d = draw(net_pair(i, scramble(shift)));
+        let d = draw(sobol_pair(i, scramble(shift)));
         let reflected = tints(s) * lobes(s, d.direction);
         let light = reflected * d.radiance / (d.density + draw_lobe_density(s, d.direction));
         if d.density > 0.0 && any(light > vec3f(0.0)) && is_free(start, d.direction, FAR) {
             sum += light;
         }
-        let direction = draw_lobe(s, net_pair(i, shift));
+        let direction = draw_lobe(s, sobol_pair(i, shift));
         let density = draw_lobe_density(s, direction);
         if density > 0.0 && dot(s.normal, direction) > 0.0 && is_free(start, direction, FAR) {
             sum += tints(s) * lobes(s, direction) / density * arrived(direction, density);
@@ -81,9 +81,9 @@ fn mirrored_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> v
 fn reflected_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < samples; i++) {
-        let d = draw(net_pair(i, scramble(shift)));
+        let d = draw(sobol_pair(i, scramble(shift)));
         sum += estimate(s, start, d, scatter_density(s, d.direction));
-        let direction = scatter(s, net_pair(i, shift));
+        let direction = scatter(s, sobol_pair(i, shift));
         let density = scatter_density(s, direction);
         let reflected = reflectance(s, direction);
         if density > 0.0 && any(reflected > vec3f(0.0)) && is_free(start, direction, FAR) {

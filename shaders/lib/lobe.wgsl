@@ -49,8 +49,8 @@ fn below(s: Surface, direction: vec3f) -> vec3f {
     return sum;
 }
 
-/// A direction drawn about in proportion to `reflectance`, from a pair of even numbers. The first also chooses the
-/// lobe: so each lobe gets its share of an even sequence, and that part of the sequence is even, too.
+/// A direction drawn about in proportion to `reflectance`, from a pair of numbers in 0..1. The first number chooses the
+/// lobe, too: of a low-discrepancy sequence, each lobe then gets a part that is one as well.
 fn scatter(s: Surface, u: vec2f) -> vec3f {
 #ifdef COATS
     let share = coat_share(s);

@@ -50,7 +50,7 @@ fn dither(pixel: vec2u, shift: u32) -> f32 {
 /// Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995). Of points 0 to 2^n - 1 each cell of every grid of 2^n equal
 /// cells holds one, whether squares, columns or rows: a mean over so many has less noise than one over as many of
 /// `even_pair`, which suits stretches that begin anywhere. Over all shifts each point is uniform.
-fn net_pair(index: u32, shift: u32) -> vec2f {
+fn sobol_pair(index: u32, shift: u32) -> vec2f {
     // Bit j of `sums` is the parity of the index's bits whose numbers have all the ones of j (Ahmed, "An Implementation
     // Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact", 2024).
     var sums = index;
@@ -59,13 +59,13 @@ fn net_pair(index: u32, shift: u32) -> vec2f {
     sums ^= (sums >> 4u) & 0x0f0f0f0fu;
     sums ^= (sums >> 2u) & 0x33333333u;
     sums ^= (sums >> 1u) & 0x55555555u;
-    return vec2f(unit(swap_halves(index, shift)), unit(swap_halves(sums, scramble(shift))));
+    return vec2f(unit(owen_scramble(index, shift)), unit(owen_scramble(sums, scramble(shift))));
 }
 
-/// Reverses a word's bits, then swaps at random the halves of the range of all words, the halves of each half, and so
-/// on: Owen's scrambling, by a hash in which each bit depends on lower bits alone (Laine and Karras, "Stratified
+/// Reverses a word's bits and scrambles the result as Owen does: halves of the range swap at random, then the halves of
+/// each half, and so on. A hash does so in which each bit depends on lower bits alone (Laine and Karras, "Stratified
 /// Sampling for Stochastic Transparency", 2011; constants of Vegdahl, "Building a Better LK Hash", 2021).
-fn swap_halves(word: u32, shift: u32) -> u32 {
+fn owen_scramble(word: u32, shift: u32) -> u32 {
     var x = word;
     x ^= x * 0x3d20adeau;
     x += shift;
