@@ -2,6 +2,9 @@
 //! chosen by chance: the smallest of their scrambled numbers, whoever comes first.
 #import lightgraph::cells::{NO_CELL, large_key_of}
 #import lightgraph::find_cell::find
+#ifdef KEEPS
+#import lightgraph::kept::{KEPT, WORDS}
+#endif
 #import lightgraph::random::scramble
 #import lightgraph::rays::{SKY, unpack}
 #import lightgraph::rounds::salt
@@ -10,9 +13,8 @@ const COUNT: u32 = #{COUNT}u;
 const SCOUTS: u32 = #{SCOUTS}u;
 var<storage, read_write> gathered: array<vec4u>;
 #ifdef KEEPS
-/// Numbers of rays, KEPT a cell behind its key: chance in the upper 10 bits.
+/// See `lightgraph::kept`; chance in the upper 10 bits of a row.
 var<storage, read_write> kept: array<atomic<u32>>;
-const KEPT: u32 = #{KEPT}u;
 
 /// A ray that met a cell.
 fn keep(cell: u32, index: u32) {
@@ -21,7 +23,8 @@ fn keep(cell: u32, index: u32) {
     }
     for (var i = 0u; i < KEPT; i++) {
         let first = select(0x80000000u, 0u, index >= SCOUTS || i % 2u == 0u);
-        atomicMin(&kept[cell * (KEPT + 1u) + 1u + i], first | (scramble(index + (i << 24u) + salt()) & 0x7fc00000u) | index);
+        let chance = scramble(index + (i << 24u) + salt()) & 0x7fc00000u;
+        atomicMin(&kept[cell * WORDS + 1u + i], first | chance | index);
     }
 }
 #endif

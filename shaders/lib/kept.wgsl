@@ -1,4 +1,4 @@
-//! What the cells keep: of each its key, then KEPT rows of rays that met it.
+//! What each cell keeps: its key, then the rows of KEPT rays that met it.
 #define_import_path lightgraph::kept
 #import lightgraph::cells::PLACES
 #import lightgraph::rays::{Ray, unpack}
@@ -6,7 +6,7 @@
 const KEPT: u32 = #{KEPT}u;
 /// Words of a cell.
 const WORDS: u32 = KEPT + 1u;
-/// In place of the key: there are fewer cells.
+/// Stands where there is no cell.
 const NO_KEY: u32 = 0xffffffffu;
 
 var<storage, read> kept: array<u32>;
@@ -18,12 +18,12 @@ fn key_of_cell(cell: u32) -> u32 {
     return select(NO_KEY, kept[min(cell, PLACES - 1u) * WORDS], cell < PLACES);
 }
 
-/// Where a link, numbered through all cells, stands in an image of them.
+/// The texel of a link in `link_texels`, where LINKS of the first cell come first.
 fn link_place(link: u32) -> vec2u {
     return vec2u(link % 2048u, link / 2048u);
 }
 
-/// Where a link of a cell leaves: the end of one of the rays that it keeps, which take turns.
+/// Where a link leaves its cell: the end of one of the rays that the cell keeps, in turn.
 fn leaves(cell: u32, link: u32) -> Ray {
     let row = kept[cell * WORDS + 1u + link % KEPT] & 0x3fffffu;
     return unpack(met_by[2u * row], met_by[2u * row + 1u]);
