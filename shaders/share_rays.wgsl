@@ -213,7 +213,8 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
 #endif
 }
 
-/// The point after one, row by row. Loops that end at the end of their bodies save llvmpipe a run of each.
+/// The next of the points around, row by row: for one loop that tests at its end, where llvmpipe runs nested ones that
+/// test at their start more often than there are points.
 fn next_step(step: vec2i, edge: i32) -> vec2i {
     return select(step + vec2i(1, 0), vec2i(-edge, step.y + 1), step.x == edge);
 }

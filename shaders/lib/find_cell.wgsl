@@ -2,7 +2,7 @@
 #define_import_path lightgraph::find_cell
 #import lightgraph::cells::{PLACES, TRIES, NO_CELL, LARGE, first_place, key_beside}
 
-/// The table: of each place the key that stands there, 0 for none, and the number of its cell.
+/// By place in the table: its key, 0 for none, and the number of the cell.
 var<storage, read> numbered: array<vec2u>;
 
 /// The cell of a key; NO_CELL where there is none.

@@ -126,14 +126,13 @@ fn reciprocal(direction: vec3f) -> vec3f {
     return 1.0 / select(direction, tiny, abs(direction) < vec3f(1e-20));
 }
 
-/// Where a ray runs through a box, as distances along it: no farther than `end`. It misses boxes whose `first` is
-/// beyond `last`.
+/// Where a ray enters and leaves a box, in distances from 0 to `end`. The ray misses the box if `first` exceeds `last`.
 struct Span {
     first: f32,
     last: f32,
 }
 
-/// `turned` tells the axes along which the ray runs down.
+/// `turned` is true for axes along which the ray's direction is negative.
 fn span(box: Box, origin: vec3f, inverse: vec3f, turned: vec3<bool>, end: f32) -> Span {
     let near = (select(box.lower, box.upper, turned) - origin) * inverse;
     let far = (select(box.upper, box.lower, turned) - origin) * inverse;
@@ -141,7 +140,7 @@ fn span(box: Box, origin: vec3f, inverse: vec3f, turned: vec3<bool>, end: f32) -
     return Span(first, smaller(smaller(far.x, far.y), smaller(far.z, end)));
 }
 
-/// `max` and `min` for operands that are no NaN, for which those of the language look.
+/// `max` and `min` that don't test for NaN: llvmpipe takes two instructions for them and three for the built-in ones.
 fn larger(a: f32, b: f32) -> f32 {
     return select(b, a, a > b);
 }
@@ -183,8 +182,8 @@ fn is_open(index: u32, at: vec2f) -> bool {
 /// So what a ray meets does not depend on the order in which the search comes to the leaves.
 ///
 /// Inside is decided by the signs of the volumes that the ray spans with each edge, alike for both triangles at
-/// an edge, so that no ray slips between them; the distance by the triangle's plane, and between those of its corners,
-/// however flat the ray meets it.
+/// an edge, so that no ray slips between them. The distance is that to the triangle's plane, clamped to the distances
+/// of its corners, since rounding moves the plane's far along rays that graze it.
 fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, best: Hit) -> Hit {
     let corner = corners(index);
     let a = corner[0] - origin;
@@ -232,7 +231,7 @@ const NOWHERE: i32 = -1;
 /// another is at a triangle would wait for it in every round (Aila and Laine, "Understanding the Efficiency of Ray
 /// Traversal on GPUs", 2009).
 ///
-/// Loops end at the end of their bodies: llvmpipe runs the body once more, for no lane, where a loop ends at its start.
+/// Loops test at the end of their bodies: where one tests at its start, llvmpipe runs the body once more with no lane.
 fn search(origin: vec3f, direction: vec3f, start: f32, end: f32, any_will_do: bool) -> Hit {
     let inverse = reciprocal(direction);
     let turned = inverse < vec3f(0.0);
@@ -249,7 +248,7 @@ fn search(origin: vec3f, direction: vec3f, start: f32, end: f32, any_will_do: bo
                 let meets_one = one.first <= one.last;
                 let meets_two = two.first <= two.last;
                 let swap = meets_two && (!meets_one || two.first < one.first);
-                // Written whether it counts or not: llvmpipe branches for each lane where not all write.
+                // Every lane writes, even one that keeps nothing: llvmpipe branches lane by lane where some don't.
                 stack[waiting] = select(below(right), below(left), swap);
                 waiting += u32(meets_one && meets_two);
                 if meets_one || meets_two {
