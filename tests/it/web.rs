@@ -5,8 +5,8 @@ use crate::support::{Scratch, repository};
 use std::fs;
 
 /// The files of a page that an export takes over.
-const PAGE: [&str; 7] =
-    ["engine.js", "engine_bg.wasm", "page.js", "worker.js", "offline.js", "style.css", "index.html"];
+const PAGE: [&str; 8] =
+    ["engine.js", "engine_bg.wasm", "start.js", "page.js", "worker.js", "offline.js", "style.css", "index.html"];
 
 fn export(graph: &str, page: &str, out: &str) -> (Option<i32>, String) {
     let what = ["export", "web", graph, "--scene", "scenes/hall", "--size", "16x12"];

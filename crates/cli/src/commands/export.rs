@@ -107,7 +107,7 @@ pub fn run(args: &ExportArgs) -> Result<u8, Failure> {
     for (name, bytes) in &all {
         write_atomically(&args.out.join(name), bytes)?;
     }
-    for name in ["engine.js", "engine_bg.wasm", "page.js", "worker.js", "offline.js", "style.css"] {
+    for name in ["engine.js", "engine_bg.wasm", "start.js", "page.js", "worker.js", "offline.js", "style.css"] {
         write_atomically(&args.out.join(name), &read(&page.join(name))?)?;
     }
     let index =

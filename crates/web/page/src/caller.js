@@ -17,7 +17,8 @@ export class EngineLink {
     canvas.width = canvas.height = 1;
     this.stage.replaceChildren(canvas);
     this.canvas = canvas;
-    const worker = new Worker("worker.js", { type: "module" });
+    const worker = window.startedWorker ?? new Worker("worker.js", { type: "module" });
+    window.startedWorker = undefined;
     this.worker = worker;
     worker.onmessage = ({ data }) => {
       if (worker !== this.worker) return;

@@ -65,10 +65,12 @@ function none(why) {
 
 async function begin() {
   if (!navigator.gpu) return none("navigator.gpu is missing.");
+  const opening = engine.open();
+  opening.catch(() => {});
   scenes = await (await fetch("scenes.json")).json();
   if (viewer) Object.assign(state, (await (await fetch("project.json")).json()));
   try {
-    await open();
+    await open(opening);
   } catch (error) {
     return none(error.message);
   }
@@ -78,8 +80,8 @@ async function begin() {
   if ("serviceWorker" in navigator) navigator.serviceWorker.register("offline.js").catch(() => {});
 }
 
-async function open() {
-  const opened = await engine.open();
+async function open(opening = engine.open()) {
+  const opened = await opening;
   device = opened.device;
   files = opened.files;
   await times.restore(engine, opened.times);

@@ -3,6 +3,10 @@ import init, { Engine, last_panic } from "./engine.js";
 
 let engine;
 const start = performance.now();
+// Both begin before the page asks for them.
+const [adapter, loaded] = [navigator.gpu?.requestAdapter(), init({ module_or_path: new URL("engine_bg.wasm", import.meta.url) })];
+// The page is told of a failure when it asks.
+for (const begun of [adapter, loaded]) begun?.catch(() => {});
 
 function post(message) {
   self.postMessage(message);
@@ -38,8 +42,8 @@ function turn() {
 self.onmessage = async ({ data: { id, call, args } }) => {
   try {
     if (call === "open") {
-      const [adapter] = await Promise.all([navigator.gpu?.requestAdapter(), init({ module_or_path: new URL("engine_bg.wasm", import.meta.url) })]);
-      const { vendor, architecture, description } = adapter?.info ?? {};
+      const [found] = await Promise.all([adapter, loaded]);
+      const { vendor, architecture, description } = found?.info ?? {};
       const name = description || [vendor, architecture].filter(Boolean).join(" ") || "this device";
       engine = await Engine.open(args[0], name, navigator.userAgent);
       post({ id, result: { device: JSON.parse(engine.device()), files: JSON.parse(engine.files()), times: engine.times() } });
