@@ -121,14 +121,14 @@ fn a_furnace_gives_its_closed_form() {
     for x in direct.data.chunks(direct.channels as usize).flat_map(|pixel| &pixel[..3]) {
         assert!((x - 1.8).abs() <= 1e-4, "{x} is not 1 + 0.8");
     }
-    let set = "samples=64 bounces=6";
+    let set = "samples=1024 bounces=6";
     let [color] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", "scenes/furnace_80.glb", 32) }.render(["color"]);
     let pixels = color.pixel_count();
     let channels = color.data.chunks(color.channels as usize).flat_map(|pixel| &pixel[..3]);
     let mean = channels.map(|x| f64::from(*x)).sum::<f64>() / (3 * pixels) as f64;
     let expected: f64 = (0..8).map(|k| 0.8_f64.powi(k)).sum();
     println!("furnace: {mean:.5}, on paper {expected:.5}");
-    // Some four standard errors.
+    // Five standard errors: over seeds, images of 64 paths a pixel differ by 0.16 %.
     assert!((mean / expected - 1.0).abs() <= 0.002, "{mean} is not {expected}");
 }
 
