@@ -6,7 +6,7 @@ use super::{
     dirty::Instances,
     pool::{Memory, Pool, view, view_dimension},
     reports::Reports,
-    scene_data::{SceneData, TableMemory},
+    scene_data::SceneData,
     uniforms::Uniforms,
 };
 use crate::diag::{Checked, Diagnostic, Faults};
@@ -108,9 +108,9 @@ pub(super) fn bind_group(
                     .map(wgpu::BindingResource::TextureView),
             },
             Binding::Uniform { .. } => things.uniforms.binding(index, at),
-            Binding::Table(table) => things.scene.tables.get(*table).map(|memory| match memory {
-                TableMemory::Rows(buffer) => extent(buffer, &variable.kind),
-                TableMemory::Texels(_, view) => wgpu::BindingResource::TextureView(view),
+            Binding::Table(table) => things.scene.tables.get(*table).map(|memory| match &memory.texels {
+                Some((_, view)) => wgpu::BindingResource::TextureView(view),
+                None => extent(&memory.buffer, &variable.kind),
             }),
             Binding::SceneTextures => Some(wgpu::BindingResource::TextureView(&things.scene.textures)),
             Binding::Report => things.reports.buffer(index).map(wgpu::Buffer::as_entire_binding),

@@ -1,7 +1,7 @@
 //! Caches what a device has built and a later plan may need again: pipelines, samplers, uploads of scenes and images.
 //! Entries are immutable, so any number of plans may share one.
 
-use super::{clear::Fill, dirty, numerics, pipelines::Pipeline, pool::Uploaded, scene_data::Mesh};
+use super::{clear::Fill, numerics, pipelines::Pipeline, pool::Uploaded, scene_data::Mesh};
 use crate::diag::Checked;
 use crate::lru::Lru;
 use crate::plan::SamplerDesc;
@@ -12,6 +12,9 @@ const PLANS: u64 = 16;
 
 /// Pipelines that clear: a plan has a few.
 const MOST_FILLS: usize = 32;
+
+/// All kernels that are built in.
+const MOST_KERNELS: usize = 4;
 
 /// Pipelines that check numbers: one for each way to read a resource.
 const MOST_CHECKS: usize = 4;
@@ -30,10 +33,9 @@ const MOST_SCENES: usize = 2;
 pub(super) struct Caches {
     pub pipelines: PlanCache<Pipeline>,
     pub fills: Cache<(Fill, wgpu::RenderPipeline)>,
-    /// The kernel that ends loops: there is one.
-    pub ends: Cache<((), wgpu::ComputePipeline)>,
+    /// Kernels that are built in, by their entry points.
+    pub kernels: Cache<(&'static str, wgpu::ComputePipeline)>,
     pub checks: Cache<(numerics::ReadMode, wgpu::ComputePipeline)>,
-    pub dirty: Cache<(dirty::Kernel, wgpu::ComputePipeline)>,
     pub samplers: Cache<(SamplerDesc, wgpu::Sampler)>,
     /// By the hash of their content.
     pub meshes: Cache<(u128, Option<Mesh>)>,
@@ -47,9 +49,8 @@ impl Default for Caches {
         Caches {
             pipelines: PlanCache::new(PLANS),
             fills: Cache::new(MOST_FILLS),
-            ends: Cache::new(1),
+            kernels: Cache::new(MOST_KERNELS),
             checks: Cache::new(MOST_CHECKS),
-            dirty: Cache::new(2),
             samplers: Cache::new(MOST_SAMPLERS),
             meshes: Cache::new(MOST_SCENES),
             textures: Cache::new(MOST_SCENES),
@@ -63,9 +64,8 @@ impl Caches {
     pub(super) fn clear(&self) {
         self.pipelines.lock().entries.clear();
         self.fills.clear();
-        self.ends.clear();
+        self.kernels.clear();
         self.checks.clear();
-        self.dirty.clear();
         self.samplers.clear();
         self.meshes.clear();
         self.textures.clear();

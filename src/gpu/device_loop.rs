@@ -2,9 +2,16 @@
 //! the sizes of all indirect draws and dispatches that follow to zero. The host submits iterations without waiting for
 //! the answer.
 
-use super::{device::Gpu, dirty::workgroups, pool::Pool, scene_data::SceneData, scope::scoped};
+use super::{
+    buffers::{bind_buffers, empty, filled, kernel},
+    device::Gpu,
+    dirty::workgroups,
+    pool::Pool,
+    scene_data::SceneData,
+};
 use crate::diag::{Checked, Diagnostic};
-use crate::plan::{Action, Comparison, Cull, Draw, DrawGeometry, Ending, Loop, OrderNode, Plan, StepId};
+use crate::plan::{Action, Comparison, Cull, Draw, DrawGeometry, Ending, Loop, OrderNode, Plan, StepId, steps_of};
+use wgpu::BufferUsages as U;
 
 /// The words of [`State`] on the device.
 const STATE_WORDS: usize = 5;
@@ -101,11 +108,8 @@ impl DeviceLoops {
             return Ok(DeviceLoops { loops: vec![], reports: None });
         }
         let size = runs.saturating_mul(STATE_BYTES);
-        let reports = scoped(gpu, "allocate room for the iterations of loops", || {
-            let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-            let desc = wgpu::BufferDescriptor { label: Some("loops"), size, usage, mapped_at_creation: false };
-            gpu.device.create_buffer(&desc)
-        })?;
+        let usage = U::COPY_SRC | U::COPY_DST;
+        let reports = empty(gpu, "room for the iterations of loops", size, usage)?;
         let loops =
             found.iter().map(|(l, _)| DeviceLoop::prepare(gpu, plan, l, pool, scene)).collect::<Checked<_>>()?;
         Ok(DeviceLoops { loops, reports: Some(reports) })
@@ -134,24 +138,6 @@ pub(super) fn states(bytes: &[u8]) -> Vec<State> {
     bytes.chunks_exact(STATE_BYTES as usize).map(state).collect()
 }
 
-/// Of [`TEST`].
-fn pipeline(gpu: &Gpu) -> Checked<wgpu::ComputePipeline> {
-    scoped(gpu, "build the kernel that ends loops", || {
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("end of a loop"),
-            source: wgpu::ShaderSource::Wgsl(TEST.into()),
-        });
-        gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("end of a loop"),
-            layout: None,
-            module: &module,
-            entry_point: Some("end_of_iteration"),
-            compilation_options: Default::default(),
-            cache: None,
-        })
-    })
-}
-
 impl DeviceLoop {
     fn prepare(gpu: &Gpu, plan: &Plan, l: &Loop, pool: &Pool, scene: &SceneData) -> Checked<DeviceLoop> {
         let Some(until) = &l.until else {
@@ -159,8 +145,7 @@ impl DeviceLoop {
         };
         let mut words = vec![];
         let mut places = vec![0; plan.steps.len()];
-        for node in &l.body {
-            let OrderNode::Step(id) = node else { continue };
+        for id in steps_of(&l.body) {
             let Some(step) = plan.steps.get(id.0) else { continue };
             places[id.0] = 4 * words.len() as u64;
             match &step.action {
@@ -178,46 +163,24 @@ impl DeviceLoop {
             Comparison::GreaterEqual => 3,
         };
         let number = pool.buffer(plan, until.buffer)?;
-        let pipeline = gpu.caches.ends.get(&(), || pipeline(gpu))?;
-        scoped(gpu, &format!("prepare the end of the loop `{}`", l.name), || {
-            use wgpu::BufferUsages as U;
-            let filled = |words: &[u32]| {
-                let size = 4 * words.len() as u64;
-                let usage = U::COPY_SRC | U::COPY_DST;
-                let desc = wgpu::BufferDescriptor { label: Some("loop"), size, usage, mapped_at_creation: false };
-                let buffer = gpu.device.create_buffer(&desc);
-                gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(words));
-                buffer
-            };
-            let empty = |size: u64, usage: U| {
-                let desc = wgpu::BufferDescriptor { label: Some("loop"), size, usage, mapped_at_creation: false };
-                gpu.device.create_buffer(&desc)
-            };
-            let sizes = empty(4 * words.len() as u64, U::STORAGE | U::INDIRECT | U::COPY_DST);
-            let state = empty(STATE_BYTES, U::STORAGE | U::COPY_SRC | U::COPY_DST);
-            let entry = |binding, buffer: &'_ wgpu::Buffer| (binding, buffer.clone());
-            let buffers = [entry(0, &state), entry(1, &sizes), entry(2, number)];
-            let entries: Vec<_> = buffers
-                .iter()
-                .map(|(binding, b)| wgpu::BindGroupEntry { binding: *binding, resource: b.as_entire_binding() })
-                .collect();
-            let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("end of a loop"),
-                layout: &pipeline.get_bind_group_layout(0),
-                entries: &entries,
-            });
-            let state_copy = || empty(STATE_BYTES, U::MAP_READ | U::COPY_DST);
-            DeviceLoop {
-                name: l.name.clone(),
-                places,
-                first_sizes: filled(&words),
-                first_state: filled(&[0, 0, 0, comparison, until.value.to_bits()]),
-                sizes,
-                state,
-                pipeline,
-                group,
-                state_copies: [state_copy(), state_copy()],
-            }
+        let what = format!("the end of the loop `{}`", l.name);
+        let filled = |words: &[u32]| filled(gpu, &what, &[bytemuck::cast_slice(words)], U::COPY_SRC);
+        let empty = |size: u64, usage: U| empty(gpu, &what, size, usage | U::COPY_DST);
+        let sizes = empty(4 * words.len() as u64, U::STORAGE | U::INDIRECT)?;
+        let state = empty(STATE_BYTES, U::STORAGE | U::COPY_SRC)?;
+        let pipeline = kernel(gpu, TEST, "end_of_iteration")?;
+        let group = bind_buffers(gpu, &what, &pipeline, &[&state, &sizes, number])?;
+        let state_copy = || empty(STATE_BYTES, U::MAP_READ);
+        Ok(DeviceLoop {
+            name: l.name.clone(),
+            places,
+            first_sizes: filled(&words)?,
+            first_state: filled(&[0, 0, 0, comparison, until.value.to_bits()])?,
+            sizes,
+            state,
+            pipeline,
+            group,
+            state_copies: [state_copy()?, state_copy()?],
         })
     }
 

@@ -1,6 +1,11 @@
 //! Compacts dirty bits into the list of instances that a step runs for, and the indirect arguments for it.
 
-use super::{device::Gpu, pool::Pool, recorder::Recorder, scope::scoped};
+use super::{
+    buffers::{bind_buffers, empty, filled, kernel},
+    device::Gpu,
+    pool::Pool,
+    recorder::Recorder,
+};
 use crate::diag::Checked;
 use crate::plan::change::{Bits, Selection};
 use crate::plan::cull::DRAW_BYTES;
@@ -66,7 +71,7 @@ impl Instances {
             let ([.., layers], fold) = folded(groups, instances, most);
             let numbers = (0..layers * fold).map(|i| i.min(instances.saturating_sub(1)));
             let words: Vec<u32> = [groups[0], fold, 0, instances].into_iter().chain(numbers).collect();
-            all.whole.insert(index, filled(gpu, "instances", &words, U::STORAGE)?);
+            all.whole.insert(index, filled(gpu, "instances", &[bytemuck::cast_slice(&words)], U::STORAGE)?);
         }
         let in_part = |(i, s): (usize, &Step)| Some((i, s.only.clone().filter(|_| able(s))?));
         let steps: Vec<(usize, Only)> = plan.steps.iter().enumerate().filter_map(in_part).collect();
@@ -76,7 +81,7 @@ impl Instances {
         let size = 4 * steps.len() as u64;
         let counts = empty(gpu, "instances that ran", size, U::STORAGE | U::COPY_SRC | U::COPY_DST)?;
         let longest = steps.iter().map(|(_, only)| plan.resources[only.bits.0].desc.bytes()).max().unwrap_or(4);
-        all.ones = Some(filled(gpu, "set bits", &vec![u32::MAX; longest as usize / 4], U::COPY_SRC)?);
+        all.ones = Some(filled(gpu, "set bits", &[&vec![u8::MAX; longest as usize]], U::COPY_SRC)?);
         for (place, (index, only)) in steps.iter().enumerate() {
             let step = &plan.steps[*index];
             let partial = Partial::prepare(gpu, plan, pool, step, only, (&counts, place as u64))?;
@@ -163,7 +168,7 @@ impl Partial {
         let bits = pool.buffer(plan, only.bits)?;
         let most = gpu.limits.max_compute_workgroups_per_dimension;
         let mut job = [only.instances, 1, 1, most, 0, place as u32, 0, 0];
-        let (kernel, arguments, draws) = match &step.action {
+        let (arguments, draws) = match &step.action {
             Action::Draw(draw) => {
                 let indirect = draw.indirect.map(|i| (pool.buffer(plan, i.buffer), i.first + i.second));
                 let (buffer, each) = indirect.map_or((Ok(bits), 0), |found| found);
@@ -172,7 +177,7 @@ impl Partial {
                 let draws = empty(gpu, "draws of dirty instances", size.max(4), U::STORAGE | U::INDIRECT)?;
                 let clears = 16 * u64::from(only.instances);
                 let clears = empty(gpu, "clears of dirty instances", clears, U::STORAGE | U::INDIRECT)?;
-                (Kernel::Draws, Arguments::Draws { draws, clears }, Some(buffer?))
+                (Arguments::Draws { draws, clears }, Some(buffer?))
             }
             Action::Compute { groups: [x, y, _], .. } => {
                 (job[1], job[2]) = (*x, *y);
@@ -180,77 +185,25 @@ impl Partial {
                 let words = HEADER as u64 + u64::from(layers) * u64::from(fold) + u64::from(fold);
                 let list = empty(gpu, "dirty instances", 4 * words, U::STORAGE)?;
                 let groups = empty(gpu, "workgroups of dirty instances", 12, U::STORAGE | U::INDIRECT)?;
-                (Kernel::Dispatch, Arguments::Dispatch { list, groups }, None)
+                (Arguments::Dispatch { list, groups }, None)
             }
             Action::Copy { .. } | Action::Clear { .. } => {
                 return Err(crate::diag::Diagnostic::error(format!("`{}` has no instances", step.name)).into());
             }
         };
-        let job = filled(gpu, "dirty instances", &job, U::UNIFORM)?;
-        let pipeline = gpu.caches.dirty.get(&kernel, || kernel.pipeline(gpu))?;
+        let job = filled(gpu, "dirty instances", &[bytemuck::cast_slice(&job)], U::UNIFORM)?;
         let mut buffers = vec![&job, bits, counts];
-        match &arguments {
-            Arguments::Dispatch { list, groups } => buffers.extend([list, groups]),
-            Arguments::Draws { draws: some, clears } => buffers.extend(draws.into_iter().chain([some, clears])),
-        }
-        let mut entries = vec![];
-        for (binding, buffer) in (0..).zip(&buffers) {
-            entries.push(wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
-        }
-        let group = scoped(gpu, &format!("prepare the dirty instances of `{}`", step.name), || {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("dirty instances"),
-                layout: &pipeline.get_bind_group_layout(0),
-                entries: &entries,
-            })
-        })?;
-        let workgroups = match kernel {
-            Kernel::Dispatch => 1,
-            Kernel::Draws => only.instances.div_ceil(64),
+        let (pipeline, workgroups) = match &arguments {
+            Arguments::Dispatch { list, groups } => {
+                buffers.extend([list, groups]);
+                (kernel(gpu, include_str!("dirty.wgsl"), "compact")?, 1)
+            }
+            Arguments::Draws { draws: some, clears } => {
+                buffers.extend(draws.into_iter().chain([some, clears]));
+                (kernel(gpu, include_str!("dirty_draws.wgsl"), "choose")?, only.instances.div_ceil(64))
+            }
         };
+        let group = bind_buffers(gpu, &format!("the dirty instances of `{}`", step.name), &pipeline, &buffers)?;
         Ok(Partial { place, pipeline, group, workgroups, arguments })
     }
-}
-
-/// A kernel that makes the arguments of a step from its dirty bits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kernel {
-    Dispatch,
-    Draws,
-}
-
-impl Kernel {
-    fn pipeline(self, gpu: &Gpu) -> Checked<wgpu::ComputePipeline> {
-        let (text, entry) = match self {
-            Kernel::Dispatch => (include_str!("dirty.wgsl"), "compact"),
-            Kernel::Draws => (include_str!("dirty_draws.wgsl"), "choose"),
-        };
-        scoped(gpu, "build the kernel that finds dirty instances", || {
-            let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("dirty instances"),
-                source: wgpu::ShaderSource::Wgsl(text.into()),
-            });
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("dirty instances"),
-                layout: None,
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        })
-    }
-}
-
-fn empty(gpu: &Gpu, label: &str, size: u64, usage: U) -> Checked<wgpu::Buffer> {
-    scoped(gpu, &format!("allocate {label}"), || {
-        let desc = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
-        gpu.device.create_buffer(&desc)
-    })
-}
-
-fn filled(gpu: &Gpu, label: &str, words: &[u32], usage: U) -> Checked<wgpu::Buffer> {
-    let buffer = empty(gpu, label, 4 * words.len().max(1) as u64, usage | U::COPY_DST)?;
-    gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(words));
-    Ok(buffer)
 }

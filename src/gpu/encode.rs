@@ -1,6 +1,7 @@
 //! Encodes one run of one step.
 
 use super::{
+    buffers::filled,
     device::Gpu,
     device_loop::DeviceLoop,
     dirty::{Arguments, Instances, workgroups},
@@ -305,7 +306,8 @@ impl EncodeContext<'_> {
             Memory::Buffer(buffer) if value[0] == 0.0 => grouped(encoder, name, |e| e.clear_buffer(buffer, 0, None)),
             Memory::Buffer(buffer) => {
                 let number = self.plan.resources[target.0].number;
-                let from = filled(self.gpu, &numbers(number, value[0], buffer.size()))?;
+                let bytes = numbers(number, value[0], buffer.size());
+                let from = filled(self.gpu, "clear value", &[&bytes], wgpu::BufferUsages::COPY_SRC)?;
                 grouped(encoder, name, |e| e.copy_buffer_to_buffer(&from, 0, buffer, 0, buffer.size()));
             }
         }
@@ -376,7 +378,8 @@ pub(super) fn clear_texture(
         let row = (texel.len() * size.width as usize).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
         let mut line = texel.repeat(size.width as usize);
         line.resize(row, 0);
-        let from = filled(gpu, &line.repeat(size.height as usize))?;
+        let bytes = line.repeat(size.height as usize);
+        let from = filled(gpu, "clear value", &[&bytes], wgpu::BufferUsages::COPY_SRC)?;
         for layer in 0..size.depth_or_array_layers {
             let layout = wgpu::TexelCopyBufferLayout {
                 offset: 0,
@@ -473,22 +476,6 @@ fn begin<'e>(
         occlusion_query_set: None,
         multiview_mask: view_mask(draw.views),
     }))
-}
-
-/// A buffer to copy from, with this content.
-fn filled(gpu: &Gpu, bytes: &[u8]) -> Checked<wgpu::Buffer> {
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("clear value"),
-        size: bytes.len() as u64,
-        usage: wgpu::BufferUsages::COPY_SRC,
-        mapped_at_creation: true,
-    });
-    match buffer.get_mapped_range_mut(..) {
-        Ok(mut range) => range.copy_from_slice(bytes),
-        Err(e) => return Err(Diagnostic::error(format!("no memory is left for a clear value: {e}")).into()),
-    }
-    buffer.unmap();
-    Ok(buffer)
 }
 
 fn mip_size(texture: &wgpu::Texture, mip: u32) -> wgpu::Extent3d {

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::plan::change::Selection;
-use crate::plan::{Action, Ending, Loop, OrderNode, Plan, StepId, Until};
+use crate::plan::{Action, Ending, Loop, OrderNode, Plan, StepId, Until, steps_of};
 use crate::scene::Table;
 use crate::value::Values;
 use web_time::Instant;
@@ -136,6 +136,7 @@ fn walk(
     if frame.timing == Timing::Frame {
         walk.timer.mark(gpu, &mut walk.record);
     }
+    walk.context.scene.encode(gpu, plan, &mut walk.record);
     if let Some(chosen) = frame.chosen {
         instances.begin(plan, pool, &mut walk.record, chosen)?;
     }
@@ -163,6 +164,7 @@ fn walk(
         }
         None => None,
     };
+    scene.encoded();
     let (reporting, period) = (reports.steps(), gpu.timestamp_period);
     let places = frame.chosen.map_or(vec![], |chosen| instances.places(chosen));
     Ok(Frame {
@@ -270,7 +272,8 @@ impl Walk<'_> {
     /// The nodes that are to run.
     fn top(&mut self, nodes: &[OrderNode]) -> Checked<()> {
         let Some(chosen) = self.chosen else { return self.nodes(nodes) };
-        for node in nodes.iter().filter(|n| selected(n, &chosen.run)) {
+        let runs = |id: &StepId| chosen.run.get(id.0).copied().unwrap_or(true);
+        for node in nodes.iter().filter(|n| steps_of(std::slice::from_ref(n)).iter().any(runs)) {
             self.nodes(std::slice::from_ref(node))?;
         }
         Ok(())
@@ -412,8 +415,7 @@ impl Walk<'_> {
             }
         }
         self.device_loops.report(self.record.encoder(), device_loop, self.device_loop_runs.len());
-        let steps = l.body.iter().filter_map(|n| if let OrderNode::Step(id) = n { Some(*id) } else { None });
-        self.device_loop_runs.push(DeviceLoopRun { report: self.loops.len(), submitted, steps: steps.collect() });
+        self.device_loop_runs.push(DeviceLoopRun { report: self.loops.len(), submitted, steps: steps_of(&l.body) });
         self.loops.push(LoopReport { name: l.name.clone(), iterations: 0, last: None });
         Ok(())
     }
@@ -476,13 +478,6 @@ impl Walk<'_> {
             }
             scope.end(&format!("run `{name}`")).and(encoded).err()
         })
-    }
-}
-
-fn selected(node: &OrderNode, run: &[bool]) -> bool {
-    match node {
-        OrderNode::Step(id) => run.get(id.0).copied().unwrap_or(true),
-        OrderNode::Loop(l) => l.body.iter().any(|n| selected(n, run)),
     }
 }
 

@@ -5,6 +5,7 @@
 //! errors come back as faults with the step's name.
 
 mod bindings;
+mod buffers;
 mod caches;
 mod clear;
 mod device;
@@ -31,6 +32,7 @@ mod tests;
 mod timing;
 mod uniforms;
 mod upload;
+mod world_space;
 
 pub use device::{ADAPTER_VARIABLE, Gpu, OpenError, set_patience, wanted_adapter};
 pub use display::{Arrangement, Display, DisplayLook};

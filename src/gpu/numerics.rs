@@ -6,6 +6,7 @@ mod found;
 pub use found::{Broken, Numerics, ResourceNumbers};
 
 use super::{
+    buffers::empty,
     device::Gpu,
     pool::{Memory, Pool},
     readback::{map, staging},
@@ -13,7 +14,7 @@ use super::{
 };
 use crate::diag::Checked;
 use crate::image::texel;
-use crate::plan::{Action, Binding, Desc, Plan, Resource, ResourceId, StepId, TextureDesc, TextureKind};
+use crate::plan::{Binding, Desc, Plan, Resource, ResourceId, StepId, TextureDesc, TextureKind};
 use crate::shader::BindingKind;
 use crate::value::Type;
 use std::collections::BTreeMap;
@@ -114,15 +115,9 @@ impl Watch {
     pub(super) fn new(gpu: &Gpu) -> Checked<Watch> {
         let pitch = PARAMS.next_multiple_of(u64::from(gpu.limits.min_uniform_buffer_offset_alignment).max(1));
         let bytes = SLOTS as u64 * u64::from(GROUPS) * ROW;
-        let (params, rows) = scoped(gpu, "allocate room for numerical checks", || {
-            let buffer = |label, size, usage| {
-                let d = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
-                gpu.device.create_buffer(&d)
-            };
-            use wgpu::BufferUsages as U;
-            let params = buffer("checks", SLOTS as u64 * pitch, U::UNIFORM | U::COPY_DST);
-            (params, buffer("rows of checks", bytes, U::STORAGE | U::COPY_SRC))
-        })?;
+        use wgpu::BufferUsages as U;
+        let params = empty(gpu, "numerical checks", SLOTS as u64 * pitch, U::UNIFORM | U::COPY_DST)?;
+        let rows = empty(gpu, "rows of numerical checks", bytes, U::STORAGE | U::COPY_SRC)?;
         Ok(Watch {
             ready: BTreeMap::new(),
             params,
@@ -316,11 +311,7 @@ fn numbers(plan: &Plan, step: StepId, id: ResourceId, resource: &Resource) -> Op
         }
         Desc::Buffer { size, .. } => {
             let step = plan.steps.get(step.0)?;
-            let shader = match &step.action {
-                Action::Draw(d) => plan.shaders.get(d.shader)?,
-                Action::Compute { shader, .. } => plan.shaders.get(*shader)?,
-                Action::Copy { .. } | Action::Clear { .. } => return None,
-            };
+            let shader = plan.shaders.get(step.action.shader()?)?;
             let bound = |b: &Binding| matches!(b, Binding::Resource(r) if *r == id);
             let variables = shader.interface.variables.iter().zip(&step.bindings).filter(|(_, b)| bound(b));
             let (stride, floats) = variables.filter_map(|(v, _)| floats(&v.kind)).next()?;

@@ -245,11 +245,7 @@ fn bound(
     shared: &mut Shared,
 ) -> Checked<wgpu::BindGroup> {
     let step = plan.steps.get(index);
-    let shader = match step.map(|s| &s.action) {
-        Some(Action::Draw(d)) => plan.shaders.get(d.shader),
-        Some(Action::Compute { shader, .. }) => plan.shaders.get(*shader),
-        Some(Action::Copy { .. } | Action::Clear { .. }) | None => None,
-    };
+    let shader = step.and_then(|s| plan.shaders.get(s.action.shader()?));
     let (Some(step), Some(shader)) = (step, shader) else {
         return Err(Diagnostic::error(format!("step {index} has no shader")).into());
     };

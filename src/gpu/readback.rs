@@ -1,6 +1,7 @@
 //! Copies results of the device back to the host.
 
 use super::{
+    buffers::empty,
     device::Gpu,
     pending::{PendingBytes, Spare},
     pool::Memory,
@@ -306,14 +307,8 @@ pub fn read_bytes(gpu: &Gpu, buffer: &wgpu::Buffer, name: &str) -> Checked<Vec<u
 /// # Errors
 /// No memory is left.
 pub(super) fn staging(gpu: &Gpu, name: &str, size: u64) -> Checked<wgpu::Buffer> {
-    scoped(gpu, &format!("allocate room to read back `{name}`"), || {
-        gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("readback"),
-            size,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
-    })
+    let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+    empty(gpu, &format!("room to read back `{name}`"), size, usage)
 }
 
 /// Waits for the device, then gives the first `size` bytes of a mappable buffer.

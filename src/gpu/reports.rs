@@ -1,6 +1,6 @@
 //! Holds the reports of shaders: a buffer for each step whose shader checks something, cleared before the step runs.
 
-use super::{device::Gpu, recorder::Recorder, scope::scoped};
+use super::{buffers::empty, device::Gpu, recorder::Recorder};
 use crate::diag::Checked;
 use crate::plan::{Binding, Plan, StepId};
 use crate::shader::report::{BYTES, Failed, read};
@@ -18,18 +18,9 @@ impl Reports {
     pub(super) fn allocate(gpu: &Gpu, plan: &Plan) -> Checked<Reports> {
         let wanted = |id: &usize| plan.steps[*id].bindings.iter().any(|b| matches!(b, Binding::Report));
         let steps: Vec<StepId> = (0..plan.steps.len()).filter(wanted).map(StepId).collect();
-        if steps.is_empty() {
-            return Ok(Reports::default());
-        }
-        let desc = wgpu::BufferDescriptor {
-            label: Some("report"),
-            size: BYTES,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        };
-        let buffers = scoped(gpu, "allocate what shaders report to", || {
-            steps.iter().map(|id| (*id, gpu.device.create_buffer(&desc))).collect()
-        })?;
+        use wgpu::BufferUsages as U;
+        let report = || empty(gpu, "what shaders report to", BYTES, U::STORAGE | U::COPY_SRC | U::COPY_DST);
+        let buffers = steps.iter().map(|id| Ok((*id, report()?))).collect::<Checked<_>>()?;
         Ok(Reports { buffers })
     }
 

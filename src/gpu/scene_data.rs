@@ -1,16 +1,16 @@
-//! Uploads the scene: vertices, indices, tables in the layout that shaders ask for, textures of materials.
+//! Uploads the scene: vertices, indices, tables in the layout that shaders ask for, textures of materials. At the
+//! start of a frame the device writes the members of tables that are in world space, and the texels of tables.
 
-use super::{device::Gpu, scope::scoped, upload::write_levels};
+use super::{
+    buffers::filled, device::Gpu, recorder::Recorder, scope::scoped, upload::write_levels, world_space::WorldSpace,
+};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::tables::{ACROSS, Rows, TEXEL, pack, stride};
+use crate::plan::tables::{ACROSS, TEXEL, pack, stride, world_space, write_rows};
 use crate::plan::{Plan, TableUse};
 use crate::scene::{Assets, Geometry, Level, Table, TextureArray};
 use std::ops::Range;
 use std::sync::Arc;
-
-/// Bytes of rows that are packed before they go to the device's memory: they stay in the processor's caches.
-const BLOCK: usize = 1 << 15;
 
 /// The uploaded scene.
 #[derive(Debug)]
@@ -21,21 +21,28 @@ pub(super) struct SceneData {
     pub tables: Vec<TableMemory>,
     /// What those hold.
     uploaded: Vec<Table>,
+    /// `None` where no shader reads triangles in world space.
+    world_space: Option<WorldSpace>,
     /// A 2D array; one white texel when the scene has no textures.
     pub textures: wgpu::TextureView,
 }
 
 /// A table on the device.
 #[derive(Debug)]
-pub(super) enum TableMemory {
-    Rows(wgpu::Buffer),
-    Texels(wgpu::Texture, wgpu::TextureView),
+pub(super) struct TableMemory {
+    pub buffer: wgpu::Buffer,
+    /// A copy of the buffer in whole lines, which shaders read in its place.
+    pub texels: Option<(wgpu::Texture, wgpu::TextureView)>,
+    /// Rows that the device has yet to transform and to copy to texels, sorted.
+    pub dirty: Vec<Range<usize>>,
 }
 
 /// Triangles.
 #[derive(Debug, Clone)]
 pub(super) struct Mesh {
     pub vertices: wgpu::Buffer,
+    /// By vertex; one for all, where they have none.
+    pub tangents: wgpu::Buffer,
     /// 32 bits each.
     pub indices: wgpu::Buffer,
     /// Of the scene as it is.
@@ -72,7 +79,7 @@ impl SceneData {
         let (mut memories, mut uploaded) = (vec![], vec![]);
         for wanted in &plan.tables {
             let memory = find(wanted, tables).and_then(|t| {
-                let memory = TableMemory::of(gpu, wanted, &pack(wanted, t)?)?;
+                let memory = TableMemory::of(gpu, wanted, t)?;
                 uploaded.push(t.clone());
                 Ok(memory)
             });
@@ -80,10 +87,22 @@ impl SceneData {
         }
         match (mesh, views) {
             (Some(mesh), Some(textures)) if faults.is_empty() => {
-                Ok(SceneData { mesh, tables: memories, uploaded, textures })
+                let mut data = SceneData { mesh, tables: memories, uploaded, world_space: None, textures };
+                data.prepare_world_space(gpu, plan)?;
+                Ok(data)
             }
             _ => Err(Faults(faults)),
         }
+    }
+
+    /// Prepares to transform triangles.
+    fn prepare_world_space(&mut self, gpu: &Gpu, plan: &Plan) -> Checked<()> {
+        let uses = || plan.tables.iter().zip(&self.uploaded).zip(&self.tables);
+        self.world_space = match &self.mesh {
+            Some(mesh) => WorldSpace::prepare(gpu, mesh, uses)?,
+            None => None,
+        };
+        Ok(())
     }
 
     /// Uploads changed tables. True when one needed new memory: what binds it must be bound again.
@@ -91,95 +110,107 @@ impl SceneData {
     /// # Errors
     /// As [`SceneData::upload`].
     pub(super) fn update(&mut self, gpu: &Gpu, plan: &Plan, changed: &[Table]) -> Checked<bool> {
-        let mut moved = false;
+        let (mut moved, mut other) = (false, false);
         for ((wanted, memory), held) in plan.tables.iter().zip(&mut self.tables).zip(&mut self.uploaded) {
             let Some(table) = changed.iter().find(|t| t.name == wanted.table) else { continue };
             let before = std::mem::replace(held, table.clone());
             if let Some(ranges) = table.differs(&before) {
-                ranges.into_iter().try_for_each(|some| memory.write_rows(gpu, wanted, table, some))?;
+                for some in ranges {
+                    memory.write_rows(gpu, wanted, table, some.clone())?;
+                    memory.dirty.push(some);
+                }
+                memory.dirty.sort_by_key(|rows| rows.start);
                 continue;
             }
+            other |= table.corners().is_some();
             let bytes = pack(wanted, table)?;
             // The same size exactly: a shader may ask for the length of the array.
-            if bytes.len() as u64 == memory.size() {
-                memory.write(gpu, 0, &bytes);
+            if bytes.len() as u64 == memory.buffer.size() {
+                gpu.queue.write_buffer(&memory.buffer, 0, &bytes);
+                memory.dirty = std::iter::once(0..table.rows).collect();
             } else {
-                *memory = TableMemory::of(gpu, wanted, &bytes)?;
+                *memory = TableMemory::of(gpu, wanted, table)?;
                 moved = true;
             }
         }
+        match (changed.iter().find_map(Table::corners), &mut self.world_space) {
+            _ if other || moved => self.prepare_world_space(gpu, plan)?,
+            (Some(now), Some(world_space)) => world_space.follow(gpu, now),
+            _ => {}
+        }
         Ok(moved)
+    }
+
+    /// Transforms the triangles of changed rows, then copies changed rows to texels.
+    pub(super) fn encode(&self, gpu: &Gpu, plan: &Plan, record: &mut Recorder<'_>) {
+        if let Some(world_space) = &self.world_space {
+            world_space.encode(gpu, record, &self.tables);
+        }
+        for (wanted, memory) in plan.tables.iter().zip(&self.tables) {
+            memory.copy_texels(record, stride(wanted) as u64);
+        }
+    }
+
+    /// Notes that the device got what was encoded.
+    pub(super) fn encoded(&mut self) {
+        self.tables.iter_mut().for_each(|memory| memory.dirty.clear());
     }
 }
 
 impl TableMemory {
-    fn of(gpu: &Gpu, wanted: &TableUse, bytes: &[u8]) -> Checked<TableMemory> {
-        if wanted.texels { lines(gpu, &wanted.table, bytes) } else { storage(gpu, &wanted.table, bytes) }
-    }
-
-    /// In bytes.
-    fn size(&self) -> u64 {
-        match self {
-            TableMemory::Rows(buffer) => buffer.size(),
-            TableMemory::Texels(texture, _) => u64::from(texture.width()) * u64::from(texture.height()) * TEXEL as u64,
-        }
+    fn of(gpu: &Gpu, wanted: &TableUse, table: &Table) -> Checked<TableMemory> {
+        use wgpu::BufferUsages as U;
+        let (name, bytes) = (&wanted.table, pack(wanted, table)?);
+        let texels = if wanted.texels { Some(lines(gpu, name, bytes.len())?) } else { None };
+        let usage = match wanted.texels {
+            false => U::STORAGE | U::UNIFORM,
+            true if has_world_space(wanted, table) => U::STORAGE | U::COPY_SRC,
+            true => U::COPY_SRC,
+        };
+        let buffer = filled(gpu, &format!("rows of the table `{name}`"), &[&bytes], usage)?;
+        Ok(TableMemory { buffer, texels, dirty: std::iter::once(0..table.rows).collect() })
     }
 
     /// Packs and writes some rows.
     fn write_rows(&self, gpu: &Gpu, wanted: &TableUse, table: &Table, some: Range<usize>) -> Checked<()> {
-        let (stride, rows, Range { start, end }) = (stride(wanted), Rows::new(wanted, table, some.clone()), some);
-        let at = |row: usize| (stride * row) as u64;
-        let TableMemory::Rows(buffer) = self else {
-            let mut bytes = vec![0; stride * (end - start)];
-            rows.write(start..end, &mut bytes)?;
-            self.write(gpu, at(start), &bytes);
+        // Nothing else of such a row changes while the triangles are the same.
+        if has_world_space(wanted, table) {
             return Ok(());
-        };
-        let size = wgpu::BufferSize::new(at(end) - at(start));
-        let view = size.and_then(|size| gpu.queue.write_buffer_with(buffer, at(start), size));
-        let Some(mut view) = view else { return Ok(()) };
-        let many = (BLOCK / stride).max(1).min(end - start);
-        let mut block = vec![0; stride * many];
-        for first in (start..end).step_by(many) {
-            let some = first..end.min(first + many);
-            let bytes = &mut block[..stride * some.len()];
-            rows.write(some, bytes)?;
-            view.slice(stride * (first - start)..).slice(..bytes.len()).copy_from_slice(bytes);
         }
+        let stride = stride(wanted);
+        let mut bytes = vec![0; stride * some.len()];
+        write_rows(wanted, table, some.clone(), &mut bytes)?;
+        gpu.queue.write_buffer(&self.buffer, (stride * some.start) as u64, &bytes);
         Ok(())
     }
 
-    /// Writes bytes from byte number `at` on; of texels whole ones.
-    fn write(&self, gpu: &Gpu, at: u64, bytes: &[u8]) {
-        let texture = match self {
-            TableMemory::Rows(buffer) => return gpu.queue.write_buffer(buffer, at, bytes),
-            TableMemory::Texels(texture, _) => texture,
-        };
-        let (mut at, mut bytes) = (at / TEXEL as u64, bytes);
-        while !bytes.is_empty() {
-            let (x, y) = ((at % u64::from(ACROSS)) as u32, (at / u64::from(ACROSS)) as u32);
-            let left = (bytes.len() / TEXEL) as u32;
-            let (width, height) =
-                if x == 0 && left >= ACROSS { (ACROSS, left / ACROSS) } else { (left.min(ACROSS - x), 1) };
-            let (now, later) = bytes.split_at(width as usize * height as usize * TEXEL);
-            gpu.queue.write_texture(
-                wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..texture.as_image_copy() },
-                now,
-                wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(width * TEXEL as u32),
-                    rows_per_image: Some(height),
-                },
-                wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+    /// Copies the lines that hold changed rows of `stride` bytes each.
+    fn copy_texels(&self, record: &mut Recorder<'_>, stride: u64) {
+        let Some((texture, _)) = &self.texels else { return };
+        let line = u64::from(ACROSS) * TEXEL as u64;
+        let mut done = 0;
+        for rows in self.dirty.iter().filter(|rows| !rows.is_empty()) {
+            let (first, end) = (rows.start as u64 * stride / line, (rows.end as u64 * stride).div_ceil(line));
+            let first = first.max(done);
+            if first >= end {
+                continue;
+            }
+            done = end;
+            let bytes_per_row = Some(line as u32);
+            let layout = wgpu::TexelCopyBufferLayout { offset: first * line, bytes_per_row, rows_per_image: None };
+            let origin = wgpu::Origin3d { x: 0, y: first as u32, z: 0 };
+            record.encoder().copy_buffer_to_texture(
+                wgpu::TexelCopyBufferInfo { buffer: &self.buffer, layout },
+                wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
+                wgpu::Extent3d { width: ACROSS, height: (end - first) as u32, depth_or_array_layers: 1 },
             );
-            at += u64::from(width) * u64::from(height);
-            bytes = later;
         }
     }
 }
 
 impl Mesh {
     fn upload(gpu: &Gpu, geometry: &Geometry, levels: &[Arc<Level>]) -> Checked<Option<Mesh>> {
+        use wgpu::BufferUsages as U;
         if geometry.indices.is_empty() || geometry.vertices.is_empty() {
             return Ok(None);
         }
@@ -193,11 +224,14 @@ impl Mesh {
             end = end.checked_add(count).ok_or_else(many)?;
         }
         let vertices: &[u8] = bytemuck::cast_slice(&geometry.vertices);
+        let all = &geometry.more.tangents;
+        let tangents = if all.is_empty() { &[geometry.more.tangent(0)] } else { all.as_slice() };
         let lists = std::iter::once(&geometry.indices).chain(levels.iter().map(|l| &l.indices));
         let lists: Vec<&[u8]> = lists.map(|indices| bytemuck::cast_slice(indices)).collect();
         Ok(Some(Mesh {
-            vertices: buffer(gpu, "vertices", &[vertices], wgpu::BufferUsages::VERTEX)?,
-            indices: buffer(gpu, "indices", &lists, wgpu::BufferUsages::INDEX)?,
+            vertices: filled(gpu, "vertices", &[vertices], U::VERTEX | U::STORAGE)?,
+            tangents: filled(gpu, "tangents", &[bytemuck::cast_slice(tangents)], U::STORAGE)?,
+            indices: filled(gpu, "indices", &lists, U::INDEX)?,
             whole: parts.remove(0),
             levels: parts,
         }))
@@ -209,6 +243,10 @@ impl Mesh {
     }
 }
 
+fn has_world_space(wanted: &TableUse, table: &Table) -> bool {
+    wanted.row.members.iter().any(|member| world_space(table, member).is_some())
+}
+
 fn find<'a>(wanted: &TableUse, tables: &'a [Table]) -> Checked<&'a Table> {
     tables.iter().find(|t| t.name == wanted.table).ok_or_else(|| {
         Diagnostic::error(format!("the scene has no table `{}`", wanted.table))
@@ -217,13 +255,14 @@ fn find<'a>(wanted: &TableUse, tables: &'a [Table]) -> Checked<&'a Table> {
     })
 }
 
-fn lines(gpu: &Gpu, name: &str, bytes: &[u8]) -> Checked<TableMemory> {
-    let (ours, most) = (bytes.len() / (ACROSS as usize * TEXEL), gpu.limits.max_texture_dimension_2d);
+/// A texture of whole lines, for so many bytes.
+fn lines(gpu: &Gpu, name: &str, bytes: usize) -> Checked<(wgpu::Texture, wgpu::TextureView)> {
+    let (ours, most) = (bytes / (ACROSS as usize * TEXEL), gpu.limits.max_texture_dimension_2d);
     let height = u32::try_from(ours).ok().filter(|height| ACROSS.max(*height) <= most).ok_or_else(|| {
         let ours = format!("table `{name}` takes {ours} lines of {ACROSS} texels");
         Diagnostic::error(format!("{ours}, and this device allows {most} each way")).help("use a smaller scene")
     })?;
-    let memory = scoped(gpu, &format!("upload `{name}`"), || {
+    scoped(gpu, &format!("upload `{name}`"), || {
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(name),
             size: wgpu::Extent3d { width: ACROSS, height, depth_or_array_layers: 1 },
@@ -237,45 +276,7 @@ fn lines(gpu: &Gpu, name: &str, bytes: &[u8]) -> Checked<TableMemory> {
             view_formats: &[],
         });
         let view = texture.create_view(&Default::default());
-        let memory = TableMemory::Texels(texture, view);
-        memory.write(gpu, 0, bytes);
-        memory
-    })?;
-    Ok(memory)
-}
-
-fn storage(gpu: &Gpu, name: &str, bytes: &[u8]) -> Checked<TableMemory> {
-    let (ours, most) = (bytes.len() as u64, gpu.limits.max_storage_buffer_binding_size);
-    if ours > most {
-        return Err(Diagnostic::error(format!("table `{name}` takes {ours} bytes, and this device allows {most}"))
-            .help("use a smaller scene")
-            .into());
-    }
-    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM;
-    Ok(TableMemory::Rows(buffer(gpu, name, &[bytes], usage)?))
-}
-
-/// A buffer of one piece of bytes after the other.
-fn buffer(gpu: &Gpu, label: &str, pieces: &[&[u8]], usage: wgpu::BufferUsages) -> Checked<wgpu::Buffer> {
-    let (ours, most) = (pieces.iter().map(|bytes| bytes.len() as u64).sum(), gpu.limits.max_buffer_size);
-    if ours > most {
-        return Err(Diagnostic::error(format!("the {label} take {ours} bytes, and this device allows {most}"))
-            .help("use a smaller scene")
-            .into());
-    }
-    scoped(gpu, &format!("upload `{label}`"), || {
-        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size: ours,
-            usage: usage | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut at = 0;
-        for bytes in pieces {
-            gpu.queue.write_buffer(&buffer, at, bytes);
-            at += bytes.len() as u64;
-        }
-        buffer
+        (texture, view)
     })
 }
 

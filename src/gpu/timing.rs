@@ -1,7 +1,7 @@
 //! Measures steps by device timestamps: a pair per run of a step, in as many query sets as a frame needs. Adjacent
 //! runs share a stamp, because on some drivers a stamp costs as much as a small dispatch.
 
-use super::{device::Gpu, recorder::Recorder, scope::scoped};
+use super::{buffers::empty, device::Gpu, recorder::Recorder};
 use crate::diag::Checked;
 use crate::plan::StepId;
 
@@ -175,14 +175,8 @@ impl Timer {
         if let Some(resolve) = self.resolved.as_ref().filter(|buffer| buffer.size() >= size) {
             return Ok(resolve.clone());
         }
-        let made = scoped(gpu, "allocate room for timestamps", || {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("timestamps"),
-                size: size.next_power_of_two(),
-                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            })
-        })?;
+        let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        let made = empty(gpu, "room for timestamps", size.next_power_of_two(), usage)?;
         Ok(self.resolved.insert(made).clone())
     }
 }

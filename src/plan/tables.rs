@@ -4,10 +4,7 @@ use super::{Action, Binding, DrawGeometry, Plan, TableUse};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::graph::Graph;
-use crate::scene::{
-    AssetHashes, Column, Corners, FACTS, Follows, PREVIOUS_TRANSFORM, Pieces, SharedCorners, Table, VertexAttribute,
-    table,
-};
+use crate::scene::{AssetHashes, Column, FACTS, Follows, PREVIOUS_TRANSFORM, Pieces, Table, VertexAttribute, table};
 use crate::shader::Member;
 use crate::unused::mentioned;
 use crate::value::Type;
@@ -22,8 +19,8 @@ pub const TEXEL: usize = 16;
 /// Bytes of a line.
 const LINE: usize = ACROSS as usize * TEXEL;
 
-/// The rows in the byte layout that a shader asks for; one zeroed row for an empty table, and as many as an array of
-/// fixed length has.
+/// The rows in the byte layout that a shader asks for, as [`write_rows`] writes them; one zeroed row for an empty table,
+/// and as many as an array of fixed length has.
 ///
 /// # Errors
 /// The table lacks a column, or has it in another type; it has more rows than the array.
@@ -35,7 +32,7 @@ pub fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
         // Whole lines of texels: what is left of the last is zero.
         let lines = (stride * length.max(1)).div_ceil(LINE);
         let mut out = vec![0u8; lines.checked_mul(LINE).ok_or_else(too_large)?];
-        Rows::new(wanted, table, 0..table.rows).write(0..table.rows, &mut out)?;
+        write_rows(wanted, table, 0..table.rows, &mut out)?;
         return Ok(out);
     }
     if table.rows > length {
@@ -46,7 +43,7 @@ pub fn pack(wanted: &TableUse, table: &Table) -> Checked<Vec<u8>> {
         return Err(d.help("take the array's length from a definition that a fact of the scene gives").into());
     }
     let mut out = vec![0u8; stride.checked_mul(length.max(1)).ok_or_else(too_large)?];
-    Rows::new(wanted, table, 0..table.rows).write(0..table.rows, &mut out)?;
+    write_rows(wanted, table, 0..table.rows, &mut out)?;
     Ok(out)
 }
 
@@ -55,52 +52,32 @@ pub fn stride(wanted: &TableUse) -> usize {
     wanted.stride.max(wanted.row.size).max(4) as usize
 }
 
-/// Some rows of a table, ready to be written as a shader asks.
-pub struct Rows<'a> {
-    wanted: &'a TableUse,
-    table: &'a Table,
-    corners: Option<SharedCorners<'a>>,
+/// Writes some rows as a shader asks, the first to the start of `out`. Leaves bytes that no member fills, and members
+/// in world space: the device writes those.
+///
+/// # Errors
+/// The table lacks a column, or has it in another type.
+pub fn write_rows(wanted: &TableUse, table: &Table, some: Range<usize>, out: &mut [u8]) -> Checked<()> {
+    let (stride, size) = (stride(wanted), wanted.row.size as usize);
+    let mut faults: Vec<Diagnostic> = vec![];
+    for member in wanted.row.members.iter().filter(|member| world_space(table, member).is_none()) {
+        let places = out.chunks_exact_mut(stride).take(some.len()).map(|row| &mut row[member.offset as usize..size]);
+        let column = table.column(&member.name);
+        if !column.is_some_and(|c| write(c, member.ty, some.start, places)) {
+            let (name, ty) = (&member.name, member.ty.wgsl());
+            let d = Diagnostic::error(format!("table `{}` has no column `{name}` of type {ty}", wanted.table));
+            faults.push(d.nearest(name, table.columns.iter().map(|(n, _)| *n)));
+        }
+    }
+    Faults::check(faults, ())
 }
 
-impl<'a> Rows<'a> {
-    pub fn new(wanted: &'a TableUse, table: &'a Table, some: Range<usize>) -> Rows<'a> {
-        let (mut of, mut members) = (None, vec![]);
-        for member in &wanted.row.members {
-            if let Some((corners, corner, held)) = at_corner(table, member) {
-                of = Some(corners);
-                members.push((member.offset as usize, corner, held));
-            }
-        }
-        Rows { wanted, table, corners: of.map(|of| of.shared(some, members)) }
-    }
-
-    /// Writes some of them, the first to the start of `out`; what no member fills stays.
-    ///
-    /// # Errors
-    /// The table lacks a column, or has it in another type.
-    pub fn write(&self, some: Range<usize>, out: &mut [u8]) -> Checked<()> {
-        let Rows { wanted, table, corners } = self;
-        let (stride, size) = (stride(wanted), wanted.row.size as usize);
-        let mut faults: Vec<Diagnostic> = vec![];
-        for member in wanted.row.members.iter().filter(|member| at_corner(table, member).is_none()) {
-            let places =
-                out.chunks_exact_mut(stride).take(some.len()).map(|row| &mut row[member.offset as usize..size]);
-            let column = table.column(&member.name);
-            if !column.is_some_and(|c| write(c, member.ty, some.start, places)) {
-                let (name, ty) = (&member.name, member.ty.wgsl());
-                let d = Diagnostic::error(format!("table `{}` has no column `{name}` of type {ty}", wanted.table));
-                faults.push(d.nearest(name, table.columns.iter().map(|(n, _)| *n)));
-            }
-        }
-        corners.iter().for_each(|corners| corners.write(some.clone(), stride, out));
-        Faults::check(faults, ())
-    }
-}
-
-/// The corners that a member is filled from, if it is.
-fn at_corner<'a>(table: &'a Table, member: &Member) -> Option<(&'a Corners, usize, VertexAttribute)> {
+/// The vertex attribute in world space that a member holds, and the corner of the triangle.
+pub fn world_space(table: &Table, member: &Member) -> Option<(VertexAttribute, usize)> {
     match table.column(&member.name) {
-        Some(Column::Corner { of, corner, held }) if held.ty() == member.ty => Some((of, *corner, *held)),
+        Some(Column::Corner { corner, held, .. }) if held.in_world_space() && held.ty() == member.ty => {
+            Some((*held, *corner))
+        }
         _ => None,
     }
 }

@@ -77,9 +77,10 @@ impl Table {
         })
     }
 
-    fn corners(&self) -> Option<&Corners> {
+    /// The triangles whose corners it holds.
+    pub fn corners(&self) -> Option<&Arc<Corners>> {
         let mut columns = self.columns.iter();
-        columns.find_map(|(_, c)| if let Column::Corner { of, .. } = c { Some(&**of) } else { None })
+        columns.find_map(|(_, c)| if let Column::Corner { of, .. } = c { Some(of) } else { None })
     }
 
     /// Ranges of rows, in their order, outside of which it is the same as an earlier one; `None`: it has other rows, or

@@ -13,8 +13,6 @@ pub struct Corners {
     geometry: Arc<Geometry>,
     /// Node to world, by node.
     nodes: Vec<Mat4>,
-    /// The same for normals.
-    normals: Vec<Mat3>,
     order: Arc<TriangleOrder>,
     /// Row of the `emitters` table, by triangle in the order of indices; empty where no shader needs it.
     emitters: Arc<Vec<u32>>,
@@ -49,20 +47,6 @@ impl TriangleOrder {
     fn runs(&self) -> impl Iterator<Item = (Range<usize>, u32)> + '_ {
         let starts = std::iter::once(0).chain(self.runs.iter().map(|(_, end)| *end));
         starts.zip(&self.runs).map(|(start, (node, end))| (start..*end, *node))
-    }
-
-    /// The same, of some rows.
-    fn runs_in(&self, rows: Range<usize>) -> impl Iterator<Item = Range<usize>> + '_ {
-        let first = self.runs.partition_point(|(_, end)| *end <= rows.start);
-        let ends = self.runs[first..].iter().map(|(_, end)| *end);
-        let mut start = rows.start;
-        std::iter::from_fn({
-            let mut ends = ends;
-            move || {
-                let end = ends.next()?.min(rows.end);
-                (start < end).then(|| std::mem::replace(&mut start, end)..end)
-            }
-        })
     }
 }
 
@@ -124,18 +108,31 @@ impl VertexAttribute {
             VertexAttribute::Material | VertexAttribute::Emitter => Type::Uint,
         }
     }
+
+    /// Whether its values are in world space, so that they change when nodes move.
+    pub fn in_world_space(self) -> bool {
+        matches!(self, VertexAttribute::Position | VertexAttribute::Normal | VertexAttribute::Tangent)
+    }
 }
 
 impl Corners {
     pub(super) fn new(scene: &Scene, pose: &Pose, order: Arc<TriangleOrder>) -> Corners {
-        let normals = pose.nodes.iter().map(normal_matrix).collect();
         let emitters = scene.emitter_rows();
-        Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), normals, order, emitters }
+        Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), order, emitters }
     }
 
     /// Node to world, by node.
-    pub(super) fn nodes(&self) -> &[Mat4] {
+    pub fn nodes(&self) -> &[Mat4] {
         &self.nodes
+    }
+
+    /// The columns of some nodes' transforms, each followed by those of the matrix for normals.
+    pub fn transforms(&self, nodes: Range<usize>) -> impl Iterator<Item = [[f32; 4]; 7]> + '_ {
+        self.nodes[nodes].iter().map(|node| {
+            let [a, b, c, d] = node.to_cols_array_2d();
+            let [x, y, z] = normal_matrix(node).to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]);
+            [a, b, c, d, x, y, z]
+        })
     }
 
     /// Marks the rows that hold something else than at an earlier pose; `None`: they are of other triangles.
@@ -165,7 +162,7 @@ impl Corners {
     }
 
     /// The vertices at the corners of a row below [`Corners::rows`], as places in the geometry.
-    fn vertices(&self, row: usize) -> [u32; 3] {
+    pub fn vertices(&self, row: usize) -> [u32; 3] {
         let first = 3 * self.order.triangles[row] as usize;
         let indices = &self.geometry.indices[first..first + 3];
         [indices[0], indices[1], indices[2]]
@@ -178,7 +175,7 @@ impl Corners {
 
     fn normal(&self, vertex: u32) -> Vec3 {
         let vertex = &self.geometry.vertices[vertex as usize];
-        let turned = self.normals[vertex.node as usize] * Vec3::from(vertex.normal);
+        let turned = normal_matrix(&self.nodes[vertex.node as usize]) * Vec3::from(vertex.normal);
         turned.try_normalize().unwrap_or(Vec3::Y)
     }
 
@@ -208,78 +205,6 @@ impl Corners {
             }
         })
     }
-
-    /// What is to be written of some rows: of each member the place in a row, the corner and what is held there. What
-    /// triangles share is worked out here, once.
-    pub fn shared(&self, rows: Range<usize>, members: Vec<(usize, usize, VertexAttribute)>) -> SharedCorners<'_> {
-        let run = |rows: Range<usize>| {
-            let vertices = around(rows.clone().flat_map(|row| self.vertices(row)));
-            // Not where others lie between.
-            let dense = vertices.len() <= 3 * rows.len();
-            let span = |held, value: fn(&Corners, u32) -> Vec3| {
-                let wanted = dense && members.iter().any(|member| member.2 == held);
-                wanted.then(|| VertexRun::of(vertices.clone(), |vertex| value(self, vertex as u32)))
-            };
-            let positions = span(VertexAttribute::Position, Corners::position);
-            SharedRun { end: rows.end, positions, normals: span(VertexAttribute::Normal, Corners::normal) }
-        };
-        let runs = self.order.runs_in(rows).map(run).collect();
-        SharedCorners { of: self, runs, members }
-    }
-}
-
-/// Rows of triangles on their way to a shader's layout.
-#[derive(Debug)]
-pub struct SharedCorners<'a> {
-    of: &'a Corners,
-    runs: Vec<SharedRun>,
-    members: Vec<(usize, usize, VertexAttribute)>,
-}
-
-/// Rows of one node that follow on each other; where they share much, their vertices.
-#[derive(Debug)]
-struct SharedRun {
-    end: usize,
-    positions: Option<VertexRun<Vec3>>,
-    normals: Option<VertexRun<Vec3>>,
-}
-
-impl SharedCorners<'_> {
-    /// Writes some of the rows, `stride` bytes each, the first to the start of `out`.
-    pub fn write(&self, rows: Range<usize>, stride: usize, out: &mut [u8]) {
-        let mut runs = &self.runs[self.runs.partition_point(|run| run.end <= rows.start)..];
-        let geometry = &self.of.geometry;
-        for (row, out) in rows.zip(out.chunks_exact_mut(stride)) {
-            let vertices = self.of.vertices(row);
-            while let [SharedRun { end, .. }, later @ ..] = runs
-                && *end <= row
-            {
-                runs = later;
-            }
-            let [SharedRun { positions, normals, .. }, ..] = runs else { return };
-            for (at, corner, held) in &self.members {
-                let (vertex, out) = (vertices[*corner], &mut out[*at..]);
-                match (held, positions, normals) {
-                    (VertexAttribute::Position, Some(known), _) => put(out, known[vertex]),
-                    (VertexAttribute::Normal, _, Some(known)) => put(out, known[vertex]),
-                    (VertexAttribute::Uv, ..) => put(out, geometry.vertices[vertex as usize].uv),
-                    (VertexAttribute::Material, ..) => put(out, geometry.vertices[vertex as usize].material),
-                    _ => match self.of.get(row, *corner, *held) {
-                        Some(Value::Vec2(v)) => put(out, v),
-                        Some(Value::Vec3(v)) => put(out, v),
-                        Some(Value::Vec4(v)) => put(out, v),
-                        Some(Value::Uint(v)) => put(out, v),
-                        _ => {}
-                    },
-                }
-            }
-        }
-    }
-}
-
-/// Writes a value to the start of some bytes.
-fn put<T: bytemuck::NoUninit>(out: &mut [u8], value: T) {
-    out[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(&value));
 }
 
 /// The matrix that turns normals: the inverse transpose, or where a flattening transform has none, the matrix of

@@ -104,7 +104,7 @@ pub use camera::FRAME_VALUES;
 pub use clusters::{CLUSTER, Cluster};
 pub(crate) use columns::Since;
 pub use columns::{Column, Table};
-pub use corners::{Corners, SharedCorners, VertexAttribute};
+pub use corners::{Corners, VertexAttribute};
 pub use deform::{Deformed, Owners};
 pub use environment::Environment;
 pub use geometry::{Geometry, More, VERTEX_ATTRIBUTES, Vertex};
