@@ -76,7 +76,7 @@ impl WorldSpace {
         let differs = |i: &usize| bytemuck::bytes_of(&now.nodes()[*i]) != bytemuck::bytes_of(&self.held.nodes()[*i]);
         let mut other = (0..now.nodes().len()).filter(differs);
         if let Some(first) = other.next() {
-            let last = other.last().unwrap_or(first);
+            let last = other.next_back().unwrap_or(first);
             let transforms: Vec<_> = now.transforms(first..last + 1).collect();
             gpu.queue.write_buffer(&self.nodes, (NODE * first) as u64, bytemuck::cast_slice(&transforms));
         }
