@@ -4,8 +4,8 @@ import { cp, mkdir, readFile, readdir, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 
 const [out, from] = process.argv.slice(2);
-const common = { bundle: true, minify: true, format: "esm", target: "es2022", external: ["./engine.js"], legalComments: "linked" };
-await build({ ...common, entryPoints: { start: "src/start.js", page: "src/main.js", worker: "src/worker.js", offline: "src/offline.js" }, outdir: out });
+const common = { bundle: true, minify: true, format: "esm", target: "es2022", external: ["./engine.js", "./editor.js"], legalComments: "linked" };
+await build({ ...common, entryPoints: { start: "src/start.js", page: "src/main.js", editor: "src/editor.js", worker: "src/worker.js", offline: "src/offline.js" }, outdir: out });
 for (const file of ["index.html", "style.css"]) await cp(file, join(out, file));
 
 // By scene: the files that it is made of. A scene RON names its glTF, or has one of its stem beside it.

@@ -1,7 +1,6 @@
 // The playground: what is chosen, edited and shared, and what the engine says of it.
 import { EngineLink } from "./caller.js";
 import * as compare from "./compare.js";
-import { Editor } from "./editor.js";
 import { show as showParams } from "./params.js";
 import { pointers } from "./pointers.js";
 import { isText, packed, unpacked } from "./project.js";
@@ -43,7 +42,19 @@ const arrange = compare.controls(state, {
   wish: () => (choices(), wish()),
   arrange: (kind, at) => engine.call("set_arrangement", [kind, at]).catch(() => {}),
 });
-const editor = new Editor(byId("editor"), (path, text) => {
+/// Most of the page's script: it is read while the first image is made.
+let editor;
+let reading;
+
+function readEditor() {
+  reading ??= import("./editor.js").then(({ Editor }) => {
+    editor = new Editor(byId("editor"), edited);
+    editor.setFaults(faults);
+  });
+  return reading;
+}
+
+function edited(path, text) {
   edits.set(path, text);
   tabs();
   clearTimeout(timer);
@@ -51,7 +62,7 @@ const editor = new Editor(byId("editor"), (path, text) => {
     await engine.call("hold", [path, new TextEncoder().encode(text)]);
     wish();
   }, PAUSE_MS);
-});
+}
 
 function say(text) {
   byId("said").textContent = text;
@@ -76,7 +87,9 @@ async function begin() {
   }
   await follow();
   choices();
-  await wish();
+  const wished = wish();
+  if (!viewer) readEditor().catch((error) => say(`The editor can't be read: ${error.message}`));
+  await wished;
   if ("serviceWorker" in navigator) navigator.serviceWorker.register("offline.js").catch(() => {});
 }
 
@@ -193,11 +206,12 @@ async function made(told) {
   resources.list(told.resources);
   arrange();
   if (!state.against) compare.showScore(null);
-  if (!viewer && (!editor.path || !state.sources.includes(editor.path))) await openFile(state.graph);
+  if (!viewer && (!editor?.path || !state.sources.includes(editor.path))) await openFile(state.graph);
   tabs();
 }
 
 async function openFile(path) {
+  await readEditor();
   if (!editor.has(path)) {
     const text = edits.get(path) ?? (await engine.call("text", [path]));
     if (text === undefined) return say(`${path} is not there`);
@@ -209,13 +223,13 @@ async function openFile(path) {
 function tabs() {
   const nav = byId("tabs");
   const faulty = new Set(faults.filter((f) => f.severity === "error").flatMap((f) => f.places.slice(0, 1).map((p) => p.path)));
-  const shown = [...new Set([...(state.sources ?? []), ...edits.keys(), ...(editor.path ? [editor.path] : [])])];
+  const shown = [...new Set([...(state.sources ?? []), ...edits.keys(), ...(editor?.path ? [editor.path] : [])])];
   const buttons = shown.slice(0, 24).map((path) => {
     const button = document.createElement("button");
     button.textContent = path.replace(/^(graphs|shaders)\//, "");
     button.title = path;
     button.role = "tab";
-    button.ariaSelected = String(path === editor.path);
+    button.ariaSelected = String(path === editor?.path);
     button.classList.toggle("edited", edits.has(path));
     button.classList.toggle("faulty", faulty.has(path));
     button.onclick = () => openFile(path);
@@ -231,7 +245,7 @@ function tabs() {
 
 function setFaults(list) {
   faults = list;
-  editor.setFaults(list);
+  editor?.setFaults(list);
   byId("faults").replaceChildren(
     ...list.map((fault) => {
       const box = document.createElement("div");
@@ -244,7 +258,7 @@ function setFaults(list) {
         line.textContent = `help: ${help}`;
         box.append(line);
       }
-      if (place && files.includes(place.path)) {
+      if (place && !viewer && files.includes(place.path)) {
         box.tabIndex = 0;
         const go = () => openFile(place.path).then(() => editor.go(place.from));
         box.onclick = go;
@@ -336,7 +350,7 @@ async function restart(why) {
 async function revert() {
   for (const path of edits.keys()) await engine.call("release", [path]);
   edits.clear();
-  editor.clear();
+  editor?.clear();
 }
 
 const images = [];

@@ -101,23 +101,23 @@ for (const { graph, scene, size, file } of WITH_DESKTOP) {
   });
 }
 
-page = await open(server.url);
-
 await test("the first frame is there within 3 s", async () => {
-  // Of a page that was never loaded. What else the machine does is no part of it: the best of three.
+  // Of a page that was never loaded. What else the machine does, as showing another page, is no part of it: the best of three.
   let best = Infinity;
   for (let i = 0; i < 3 && best >= 3; i += 1) {
-    const from = performance.now();
     const fresh = await open(server.url);
     assert.equal(await shown(fresh, ["shown", "fault", "none"]), "shown", await faults(fresh));
     await until(fresh, "a frame", () => Number(document.body.dataset.frames) > 0);
-    best = Math.min(best, (performance.now() - from) / 1000);
+    best = Math.min(best, (await fresh.evaluate(() => performance.now())) / 1000);
     await fresh.screenshot({ path: join(out, "playground.png") });
     await fresh.context().close();
   }
   assert.ok(best < 3, `${best.toFixed(2)} s`);
   return `${best.toFixed(2)} s after the page was asked for`;
 });
+
+page = await open(server.url);
+await shown(page);
 
 for (const { graph, scene, size, file } of WITH_DESKTOP) {
   await test(`${graph} on ${scene} is the desktop's`, async () => {
