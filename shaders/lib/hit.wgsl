@@ -7,6 +7,9 @@
 #ifdef GGX
 #import lightgraph::surface::finish
 #endif
+#ifdef COATS
+#import lightgraph::surface::bent_coat_normal
+#endif
 #ifdef GLOW
 #import lightgraph::surface::{glows, join}
 #endif
@@ -98,7 +101,8 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
     let color = base_color(m, p, wide);
     var s: Surface;
     s.position = origin + hit.distance * direction;
-    s.normal = side * bent_normal(m, weights.x * t.na + weights.y * t.nb + weights.z * t.nc, p, wide);
+    let shading = weights.x * t.na + weights.y * t.nb + weights.z * t.nc;
+    s.normal = side * bent_normal(m, shading, p, wide);
     s.view = -direction;
     s.albedo = color.rgb;
     s.emission = select(vec3f(0.0), m.emission, met.front);
@@ -135,7 +139,7 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
 #ifdef TEXTURES
     s.coat *= vec2f(read_texture(m.coat_texture, p, wide).r, read_texture(m.coat_roughness_texture, p, wide).g);
 #endif
-    s.coat_normal = side * normalize(weights.x * t.na + weights.y * t.nb + weights.z * t.nc);
+    s.coat_normal = side * bent_coat_normal(m, shading, p, wide);
 #endif
     let place = weights.x * t.a + weights.y * t.b + weights.z * t.c;
 #ifdef CLEAR

@@ -65,6 +65,10 @@ struct Material {
     coat_texture: u32,
     coat_roughness: f32,
     coat_roughness_texture: u32,
+#ifdef NORMAL_MAPS
+    coat_normal_texture: u32,
+    coat_normal_scale: f32,
+#endif
 #endif
 }
 var<storage, read> materials: array<Material>;
@@ -129,21 +133,41 @@ fn is_hole(m: Material, alpha: f32) -> bool {
 }
 #endif
 
+#ifdef NORMAL_MAPS
+/// The unit normal, as a normal map bends it by `scale`.
+fn bent_by(map: u32, scale: f32, normal: vec3f, p: Point, wide: Wide) -> vec3f {
+    let n = normalize(normal);
+    if map == NO_TEXTURE {
+        return n;
+    }
+    let texel = 2.0 * read_texture(map, p, wide).xyz - 1.0;
+    let along = p.tangent.xyz - dot(p.tangent.xyz, n) * n;
+    let x = along * inverseSqrt(max(dot(along, along), 1e-20));
+    let y = p.tangent.w * cross(n, x);
+    let bent = scale * (texel.x * x + texel.y * y) + texel.z * n;
+    return bent * inverseSqrt(max(dot(bent, bent), 1e-20));
+}
+#endif
+
 /// The unit normal, as its map bends it.
 fn bent_normal(m: Material, normal: vec3f, p: Point, wide: Wide) -> vec3f {
-    let n = normalize(normal);
 #ifdef NORMAL_MAPS
-    if m.normal_texture != NO_TEXTURE {
-        let texel = 2.0 * read_texture(m.normal_texture, p, wide).xyz - 1.0;
-        let along = p.tangent.xyz - dot(p.tangent.xyz, n) * n;
-        let x = along * inverseSqrt(max(dot(along, along), 1e-20));
-        let y = p.tangent.w * cross(n, x);
-        let bent = m.normal_scale * (texel.x * x + texel.y * y) + texel.z * n;
-        return bent * inverseSqrt(max(dot(bent, bent), 1e-20));
-    }
+    return bent_by(m.normal_texture, m.normal_scale, normal, p, wide);
+#else
+    return normalize(normal);
 #endif
-    return n;
 }
+
+#ifdef COATS
+/// The same of the clear layer on top, which has a map of its own.
+fn bent_coat_normal(m: Material, normal: vec3f, p: Point, wide: Wide) -> vec3f {
+#ifdef NORMAL_MAPS
+    return bent_by(m.coat_normal_texture, m.coat_normal_scale, normal, p, wide);
+#else
+    return normalize(normal);
+#endif
+}
+#endif
 
 #ifdef GGX
 /// Roughness and metalness.

@@ -102,8 +102,12 @@ pub(super) fn extend(
         if m.coat.strength > 0.0 {
             add(uses, TextureSlot::CoatStrength, c.clearcoat_texture);
             add(uses, TextureSlot::CoatRoughness, c.clearcoat_roughness_texture);
-            if c.clearcoat_normal_texture.is_some() {
-                faults.push(document.warning(at, "the normal map of its clearcoat is ignored; the coat is smooth"));
+            if let Some(map) = c.clearcoat_normal_texture {
+                m.coat.normal_scale = map.scale;
+                uses.push(map.texture.used(TextureSlot::CoatNormal));
+            }
+            if !m.coat.normal_scale.is_finite() {
+                faults.push(document.error(at, "the scale of its clearcoat's normal map must be finite"));
             }
         }
     }
@@ -191,6 +195,19 @@ impl RawInfo {
         let transform = transform(Some(&self.extensions));
         Use { slot, texture: self.index, set: self.tex_coord, transform, made: None }
     }
+}
+
+/// The same of a normal map.
+#[derive(Deserialize)]
+struct RawNormalMap {
+    #[serde(flatten)]
+    texture: RawInfo,
+    #[serde(default = "whole")]
+    scale: f32,
+}
+
+fn whole() -> f32 {
+    1.0
 }
 
 fn add(uses: &mut Vec<Use>, slot: TextureSlot, info: Option<RawInfo>) {
@@ -287,5 +304,5 @@ struct Clearcoat {
     clearcoat_texture: Option<RawInfo>,
     clearcoat_roughness_factor: f32,
     clearcoat_roughness_texture: Option<RawInfo>,
-    clearcoat_normal_texture: Option<RawInfo>,
+    clearcoat_normal_texture: Option<RawNormalMap>,
 }

@@ -48,6 +48,8 @@ impl Scene {
                 ("coat_texture", map(|m| m.coat.strength_texture)),
                 ("coat_roughness", float(|m| m.coat.roughness)),
                 ("coat_roughness_texture", map(|m| m.coat.roughness_texture)),
+                ("coat_normal_texture", map(|m| m.coat.normal_texture)),
+                ("coat_normal_scale", float(|m| m.coat.normal_scale)),
             ]),
         }
     }

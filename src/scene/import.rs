@@ -194,7 +194,9 @@ fn geometry_of(
                     materials.all.len() - 1
                 }),
             };
-            let normal_map = materials.all[row].normal_texture.map(|map| materials.maps[map as usize].set);
+            let material = &materials.all[row];
+            let normal_map = material.normal_texture.or(material.coat.normal_texture);
+            let normal_map = normal_map.map(|map| materials.maps[map as usize].set);
             let (uv_sets, lit) = (materials.sets[row], !materials.all[row].unlit);
             let surface = Surface { material: row as u32, lit, uv_sets, normal_map };
             primitives.extend(geometry::primitive(document, raw, &at, &surface, faults));

@@ -41,6 +41,7 @@ pub(super) enum TextureSlot {
     FaceTint,
     CoatStrength,
     CoatRoughness,
+    CoatNormal,
 }
 
 impl TextureSlot {
@@ -55,6 +56,7 @@ impl TextureSlot {
             TextureSlot::FaceTint => "specular colour texture",
             TextureSlot::CoatStrength => "clearcoat texture",
             TextureSlot::CoatRoughness => "clearcoat roughness texture",
+            TextureSlot::CoatNormal => "clearcoat normal map",
         }
     }
 
@@ -76,6 +78,7 @@ impl TextureSlot {
             TextureSlot::FaceTint => &mut m.face.tint_texture,
             TextureSlot::CoatStrength => &mut m.coat.strength_texture,
             TextureSlot::CoatRoughness => &mut m.coat.roughness_texture,
+            TextureSlot::CoatNormal => &mut m.coat.normal_texture,
         }
     }
 }

@@ -133,7 +133,8 @@ use crate::value::Type;
 ///   where alpha is less; 0 for opaque ones, one half for those that blend), `alpha_blend` (0 or 1), `unlit` (0 or 1),
 ///   `face` (of what is no metal: reflectance head on in rgb, at grazing angles in a), `face_texture` (times its
 ///   alpha), `face_tint_texture` (head on times its colour), `transmission`, `transmission_texture` (red), `coat` (share of a clear layer),
-///   `coat_texture` (red), `coat_roughness`, `coat_roughness_texture` (green)
+///   `coat_texture` (red), `coat_roughness`, `coat_roughness_texture` (green), `coat_normal_texture`,
+///   `coat_normal_scale`
 /// - `textures`: how materials read images: `turn` (a matrix's columns) and `offset` (what is added then) of
 ///   coordinates, `x`, `y`, `layer` (its first texel on the pages of `scene_textures`), `width`, `height`, `levels`
 ///   (mips), `flags` (bits 0 and 1 how x goes on beyond 0 to 1: 0 repeats, 1 stays, 2 mirrors; 2 and 3 the same for y;
@@ -209,6 +210,8 @@ pub const TABLES: &[TableKind] = &[
             ("coat_texture", Type::Uint),
             ("coat_roughness", Type::Float),
             ("coat_roughness_texture", Type::Uint),
+            ("coat_normal_texture", Type::Uint),
+            ("coat_normal_scale", Type::Float),
         ],
     },
     TableKind {

@@ -141,7 +141,7 @@ impl Default for Face {
 }
 
 /// A clear layer on top (`KHR_materials_clearcoat`).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coat {
     /// Share of the surface, 0 to 1; its texture in red.
     pub strength: f32,
@@ -149,6 +149,22 @@ pub struct Coat {
     pub roughness: f32,
     /// In green.
     pub roughness_texture: Option<u32>,
+    /// Without one it is as smooth as the geometry, whatever bends the normals below.
+    pub normal_texture: Option<u32>,
+    pub normal_scale: f32,
+}
+
+impl Default for Coat {
+    fn default() -> Coat {
+        Coat {
+            strength: 0.0,
+            strength_texture: None,
+            roughness: 0.0,
+            roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+        }
+    }
 }
 
 /// A light at a node, as glTF's `KHR_lights_punctual` states it.
@@ -298,7 +314,7 @@ impl Scene {
             ("metallic_materials", materials(|m| m.metallic > 0.0)),
             ("textured_materials", materials(|m| m.textures().next().is_some())),
             ("finish_textures", materials(|m| m.finish_texture.is_some())),
-            ("normal_textures", materials(|m| m.normal_texture.is_some())),
+            ("normal_textures", materials(|m| m.normal_texture.or(m.coat.normal_texture).is_some())),
             ("smooth_materials", materials(|m| m.normal_deviation > 0.0)),
             ("emission_textures", materials(|m| m.emission_texture.is_some())),
             ("masked_materials", materials(|m| m.alpha != Alpha::Opaque)),
@@ -383,6 +399,7 @@ impl Material {
             self.transmission_texture,
             self.coat.strength_texture,
             self.coat.roughness_texture,
+            self.coat.normal_texture,
         ];
         all.into_iter().flatten()
     }
