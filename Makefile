@@ -1,5 +1,6 @@
-# make test    the Vulkan driver, a virtual display and a browser, formatting, lints and tests; the test runner's summary comes last
-# make test-all  with the slow tests, which `make test` leaves out by name, and the lints and tests of the Python module and the page
+# make test    the Vulkan driver, formatting, lints and tests; the test runner's summary comes last
+# make test-all  with a virtual display and a browser for the window and for pages, with the slow tests, which `make test` leaves
+#              out by name, and the lints and tests of the Python module and the page
 # make web     the page for browsers, the engine as WebAssembly and an editor, to target/web
 # make test-web  the same in Chromium without a display, on a software adapter: pictures go to out/web
 # make python  the Python module, built and installed into target/python/venv
@@ -29,17 +30,20 @@ SHELL := /bin/bash
 .DEFAULT_GOAL := test
 .PHONY: test test-all pytest web test-web python wheel blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor book deny driver display browser lint lint-all
 
-# What takes half of the time of the tests: references by other renderers, proofs of skipping, random edits and mutants, every
-# field edited live.
-SLOW := references:: skips:: mutated:: reloads:: bench_run:: traced:: toggles:: stress::
+# What takes two thirds of the time of the tests: references by other renderers, proofs of skipping, random edits and mutants,
+# every field edited live, every graph under every setting, a thousand frames in flight. And what looks at pages in a browser.
+SLOW := references:: skips:: mutated:: reloads:: bench_run:: traced:: toggles:: stress:: turned:: seams:: trusted:: unbiased:: \
+    shipped::every_shader shipped::no_shader record::recorded report_page:: bench_page::
 
-# The library, the command and the language server: the Python module and the page stand on crates of their own.
-CORE := --package lightgraph --package lightgraph-cli --package lightgraph-lsp
+# The library, the command and the language server: the window, the Python module and the page stand on crates of their own.
+CORE := --package lightgraph --package lightgraph-cli --package lightgraph-lsp --no-default-features
 
 test: SKIPPED := $(SLOW:%=--skip %)
 test: PACKAGES := $(CORE)
 test-all: pytest lint-all
-test test-all: display browser lint
+test: driver
+test-all: display browser
+test test-all: lint
 	cargo test $(or $(PACKAGES),--workspace) --lib --bins
 	cargo test $(PACKAGES) --doc
 	cargo test $(PACKAGES) --examples --test it -- $(SKIPPED)

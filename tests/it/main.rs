@@ -6,6 +6,7 @@
 //! - `bench_shards`: a bench in parts, joined
 //! - `bench_page`: the page of kept results of a bench, in a browser
 //! - `closed_forms`: light whose amount is known on paper, in every pixel
+//! - `coats`: clear coats in a graph that traces paths
 //! - `command`: exit codes, messages and files of the `lightgraph` command
 //! - `culling`: draws that leave out what their members don't see change nothing
 //! - `endings`: a loop that ends on the device ends as one that the host ends
@@ -21,7 +22,6 @@
 //! - `test_command`: `lightgraph test` and `lightgraph new`
 //! - `editor`: the language server, driven as an editor drives it
 //! - `edits`: plan after plan, what did not change is not run, and all equals full runs
-//! - `link`: another program's scene in the window
 //! - `large_graph`: 1,000 passes, parsed and planned in time
 //! - `last_frame`: what shaders know of the last frame, of time and of the pointer
 //! - `lesser_devices`: what a device lacks is told, and all else goes on
@@ -52,9 +52,9 @@
 //! - `trace`: traces of runs for Perfetto and Chrome
 //! - `trusted`: the end of the bounce loop, held to what it promises
 //! - `twins`: shaders against the Rust of the same mathematics
-//! - `view`: the window, on a virtual display
 //! - `watch`: live reload without a window
 //! - `web`: what `export web` writes
+//! - `window`: the window, on a virtual display, and another program's scene in it
 //! - `support`, `device`, `browser`: what several of them need
 
 mod bad;
@@ -66,6 +66,7 @@ mod browser;
 mod camera_rays;
 mod cleared;
 mod closed_forms;
+mod coats;
 mod command;
 mod culling;
 mod device;
@@ -83,7 +84,6 @@ mod large_graph;
 mod last_frame;
 mod lesser_devices;
 mod library;
-mod link;
 mod lists;
 mod lobes;
 mod many_lights;
@@ -123,9 +123,9 @@ mod turned;
 mod tutorial;
 mod twins;
 mod unbiased;
-// A virtual display is a thing of X11.
-#[cfg(all(feature = "window", target_os = "linux"))]
-mod view;
 mod watch;
 mod web;
+// A virtual display is a thing of X11.
+#[cfg(all(feature = "window", target_os = "linux"))]
+mod window;
 mod written;

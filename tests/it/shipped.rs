@@ -12,9 +12,14 @@ use lightgraph::{Plan, Project, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Those of global illumination, then sub-graphs.
+/// Those of global illumination, then sub-graphs. What one has composed the next need not.
 fn graphs() -> Vec<(PathBuf, Project)> {
-    ["graphs/gi", "graphs/post", "graphs/play", "graphs/lists"].into_iter().flat_map(in_folder).collect()
+    let folders = ["graphs/gi", "graphs/post", "graphs/play", "graphs/lists"];
+    let mut opened: Vec<(PathBuf, Project)> = folders.into_iter().flat_map(in_folder).collect();
+    for i in 1..opened.len() {
+        opened[i].1.texts = opened[i].1.texts.clone().after(&opened[i - 1].1.texts);
+    }
+    opened
 }
 
 fn in_folder(folder: &str) -> Vec<(PathBuf, Project)> {

@@ -1,7 +1,8 @@
 //! `lightgraph view --link`: a real window, and a program that shows its scene in it.
 
+use super::{Display, finish};
 use crate::device;
-use crate::support::{Display, Scratch, finish, repository};
+use crate::support::{Scratch, repository};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;

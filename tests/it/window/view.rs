@@ -1,8 +1,9 @@
 //! `lightgraph view`: a real window on a virtual display, played by a script. It takes longer than other tests: a
 //! minute on two busy cores, for every step waits until the window shows what came of it.
 
+use super::{Display, finish};
 use crate::device;
-use crate::support::{Display, Scratch, finish, repository};
+use crate::support::{Scratch, repository};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
