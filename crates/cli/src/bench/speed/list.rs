@@ -144,7 +144,7 @@ pub struct Scaling {
     pub most_growth: f64,
 }
 
-/// A generated scene of so many triangles, read and sorted for rays.
+/// A generated scene.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Load {
@@ -162,6 +162,8 @@ pub enum Load {
         edge: u32,
         most_ms: f64,
     },
+    /// Frames of a skinned mesh of so many vertices, each at another pose: what the host does for one.
+    Poses { vertices: u32, frames: u32, graph: String, most_ms: f64 },
 }
 
 /// From reading the files to the first pixel.

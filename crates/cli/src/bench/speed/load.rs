@@ -1,8 +1,9 @@
-//! Scenes of many triangles or textures, made and read: how long that takes and how much memory.
+//! Scenes of many triangles, textures or skinned vertices, made, read and posed: how long that takes and how much memory.
 
 use super::list::Load;
 use super::{Bench, Goal, SpeedRow};
-use lightgraph::{Checked, Diagnostic, Scene};
+use lightgraph::{Checked, Diagnostic, Gpu, Scene, Session, Settings};
+use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
@@ -38,12 +39,101 @@ pub(super) fn hills(edge: u32) -> Vec<u8> {
         p + n,
         indices.len(),
     );
+    glb(json, blob)
+}
+
+fn glb(json: String, mut blob: Vec<u8>) -> Vec<u8> {
     let mut json = json.into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
+    blob.resize(blob.len().next_multiple_of(4), 0);
     let word = |n: usize| (n as u32).to_le_bytes();
     let total = 12 + 8 + json.len() + 8 + blob.len();
     let head = [b"glTF".as_slice(), &word(2), &word(total), &word(json.len()), b"JSON"].concat();
     [head, json, word(blob.len()).to_vec(), b"BIN\0".to_vec(), blob].concat()
+}
+
+/// Bones of the tube.
+const BONES: usize = 24;
+
+/// Vertices round the tube.
+const ROUND: u32 = 200;
+
+/// A tube of rings of [`ROUND`] vertices, as GLB. Each vertex follows four of the bones in a chain, which bend to one
+/// side within a second.
+pub(super) fn tube(vertices: u32) -> Vec<u8> {
+    let rings = (vertices / ROUND).max(2);
+    let place = |i: u32| {
+        let (turn, up) =
+            ((i % ROUND) as f32 * std::f32::consts::TAU / ROUND as f32, (i / ROUND) as f32 / (rings - 1) as f32);
+        (turn.cos(), up, turn.sin())
+    };
+    let all = 0..rings * ROUND;
+    let positions: Vec<f32> = all.clone().map(place).flat_map(|(x, y, z)| [0.1 * x, y, 0.1 * z]).collect();
+    let normals: Vec<f32> = all.clone().map(place).flat_map(|(x, _, z)| [x, 0.0, z]).collect();
+    let first = |up: f32| ((up * BONES as f32) as usize).clamp(1, BONES - 3) - 1;
+    let joints: Vec<u8> = all.clone().flat_map(|i| [0, 1, 2, 3].map(|k| (first(place(i).1) + k) as u8)).collect();
+    let weights: Vec<f32> = all.flat_map(|_| [0.25; 4]).collect();
+    let quad = |i: u32| {
+        let (a, b) = (i, i - i % ROUND + (i + 1) % ROUND);
+        [a, a + ROUND, b, b, a + ROUND, b + ROUND]
+    };
+    let indices: Vec<u32> = (0..(rings - 1) * ROUND).flat_map(quad).collect();
+    let bone = 1.0 / BONES as f32;
+    let identity = |up: f32| [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., up, 0., 1.];
+    let bind: Vec<f32> = (0..BONES).flat_map(|k| identity(-bone * k as f32)).collect();
+    let times = [0.0_f32, 1.0];
+    let bent = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.05, 0.998_749];
+    let parts: [&[u8]; 8] = [
+        bytemuck::cast_slice(&positions),
+        bytemuck::cast_slice(&normals),
+        &joints,
+        bytemuck::cast_slice(&weights),
+        bytemuck::cast_slice(&indices),
+        bytemuck::cast_slice(&bind),
+        bytemuck::cast_slice(&times),
+        bytemuck::cast_slice(&bent),
+    ];
+    let mut from = 0;
+    let views = parts.map(|part| {
+        let view = json!({"buffer": 0, "byteOffset": from, "byteLength": part.len()});
+        from += part.len();
+        view
+    });
+    let count = rings * ROUND;
+    let list = |view: usize, kind: &str, code: u32, count: u32| json!({"bufferView": view, "type": kind, "componentType": code, "count": count});
+    let mut accessors = vec![
+        list(0, "VEC3", 5126, count),
+        list(1, "VEC3", 5126, count),
+        list(2, "VEC4", 5121, count),
+        list(3, "VEC4", 5126, count),
+        list(4, "SCALAR", 5125, indices.len() as u32),
+        list(5, "MAT4", 5126, BONES as u32),
+        list(6, "SCALAR", 5126, 2),
+        list(7, "VEC4", 5126, 2),
+    ];
+    (accessors[0]["min"], accessors[0]["max"]) = (json!([-0.1, 0, -0.1]), json!([0.1, 1, 0.1]));
+    (accessors[6]["min"], accessors[6]["max"]) = (json!([0]), json!([1]));
+    // Node 0 has the mesh; the bones follow.
+    let mut nodes = vec![json!({"mesh": 0, "skin": 0})];
+    nodes.extend((0..BONES).map(|k| match k {
+        0 => json!({"children": [2]}),
+        k if k + 1 < BONES => json!({"translation": [0, bone, 0], "children": [k + 2]}),
+        _ => json!({"translation": [0, bone, 0]}),
+    }));
+    let channel = |k: usize| json!({"sampler": 0, "target": {"node": k + 1, "path": "rotation"}});
+    let json = json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}], "nodes": nodes,
+        "meshes": [{"primitives": [{
+            "attributes": {"POSITION": 0, "NORMAL": 1, "JOINTS_0": 2, "WEIGHTS_0": 3}, "indices": 4,
+        }]}],
+        "skins": [{"joints": (1..=BONES).collect::<Vec<_>>(), "inverseBindMatrices": 5}],
+        "animations": [{
+            "samplers": [{"input": 6, "output": 7}],
+            "channels": (0..BONES).map(channel).collect::<Vec<Value>>(),
+        }],
+        "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": from}],
+    });
+    glb(json.to_string(), parts.concat())
 }
 
 /// The most memory this process has held since the last call, in bytes; `None` where the system doesn't say.
@@ -123,7 +213,41 @@ impl Bench<'_> {
         match *load {
             Load::Triangles { count, most_ms, most_memory } => triangles(count, most_ms, most_memory),
             Load::Textures { count, edge, most_ms } => textures(count, edge, most_ms),
+            Load::Poses { vertices, frames, ref graph, most_ms } => self.poses(vertices, frames, graph, most_ms),
         }
+    }
+
+    /// On a device that computes nothing: the time is the host's alone.
+    fn poses(&self, vertices: u32, frames: u32, graph: &str, most_ms: f64) -> Checked<Vec<SpeedRow>> {
+        let bytes = tube(vertices);
+        let write = |folder: &Path| std::fs::write(folder.join("tube.glb"), &bytes);
+        let scene = in_folder(write, |folder| Ok(Scene::load(&folder.join("tube.glb"))?.scene))?;
+        let count = scene.geometry.vertices.len();
+        let gpu = Gpu::noop(wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() })?;
+        let project = self.project(graph)?;
+        let settings = Settings { size: [640, 480], skip: true, ..Settings::default() };
+        let mut session = Session::new(&gpu, &project, scene, settings)?;
+        let (mut recorded, mut posed) = (vec![], vec![]);
+        for frame in 0..frames {
+            let time = frame as f32 / frames as f32;
+            let start = Instant::now();
+            std::hint::black_box(session.scene.pose(time));
+            posed.push(start.elapsed().as_secs_f64() * 1e3);
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let start = Instant::now();
+            let later = session.record(&gpu, &mut encoder, frame, time)?;
+            recorded.push(start.elapsed().as_secs_f64() * 1e3);
+            gpu.queue.submit([encoder.finish()]);
+            gpu.wait()?;
+            drop(later);
+        }
+        let median = |mut times: Vec<f64>| {
+            times.sort_by(f64::total_cmp);
+            times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
+        };
+        let note = format!("the pose alone {:.2} ms; medians of {frames} frames of {graph}", median(posed));
+        let name = format!("{count} skinned vertices, a frame of another pose, the host's part");
+        Ok(vec![SpeedRow::new(SECTION, name, median(recorded), "ms").wanted(Goal::AtMost(most_ms)).note(note)])
     }
 }
 

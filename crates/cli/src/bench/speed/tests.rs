@@ -65,6 +65,21 @@ fn the_hills_are_a_scene_of_as_many_triangles_as_asked() {
 }
 
 #[test]
+fn the_tube_bends_with_its_bones() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tube.glb");
+    std::fs::write(&path, super::load::tube(1000)).unwrap();
+    let scene = lightgraph::Scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
+    assert_eq!(scene.geometry.vertices.len(), 1000);
+    let top = |time: f32| {
+        let pose = scene.pose(time);
+        let last = scene.geometry.vertices.last().unwrap();
+        pose.nodes[last.node as usize].transform_point3(last.position.into())
+    };
+    assert!(top(0.0).distance(top(1.0)) > 0.3, "{} {}", top(0.0), top(1.0));
+}
+
+#[test]
 fn each_quad_shows_an_image_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
     super::load::write_quads(folder.path(), 3, &super::load::picture(32).unwrap()).unwrap();
