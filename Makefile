@@ -35,16 +35,22 @@ SHELL := /bin/bash
 SLOW := references:: skips:: mutated:: reloads:: bench_run:: traced:: toggles:: stress:: turned:: seams:: trusted:: unbiased:: \
     shipped::every_shader shipped::no_shader record::recorded report_page:: bench_page::
 
+# Most of the time of the library's own tests: every graph in many orders and memories.
+SLOW_UNITS := plan::tests::memory::the_shipped_graphs
+
 # The library, the command and the language server: the window, the Python module and the page stand on crates of their own.
 CORE := --package lightgraph --package lightgraph-cli --package lightgraph-lsp --no-default-features
 
 test: SKIPPED := $(SLOW:%=--skip %)
+test: UNITS_SKIPPED := $(SLOW_UNITS:%=--skip %)
 test: PACKAGES := $(CORE)
 test-all: pytest lint-all
+# A first build has nothing to go on from, and takes a tenth less without what the next would go on from.
+test: export CARGO_INCREMENTAL ?= $(if $(wildcard target/debug/incremental),1,0)
 test: driver
 test-all: display browser
 test test-all: lint
-	cargo test $(or $(PACKAGES),--workspace) --lib --bins
+	cargo test $(or $(PACKAGES),--workspace) --lib --bins -- $(UNITS_SKIPPED)
 	cargo test $(PACKAGES) --doc
 	cargo test $(PACKAGES) --examples --test it -- $(SKIPPED)
 
