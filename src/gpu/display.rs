@@ -28,6 +28,15 @@ pub enum Arrangement {
 pub struct Display {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
+    last: Option<Drawn>,
+}
+
+/// What was drawn last.
+#[derive(Debug)]
+struct Drawn {
+    images: [wgpu::Texture; 2],
+    look: DisplayLook,
+    group: wgpu::BindGroup,
 }
 
 /// As the shader's struct of this name.
@@ -108,43 +117,24 @@ impl Display {
             multiview_mask: None,
             cache: None,
         });
-        Display { pipeline, layout }
+        Display { pipeline, layout, last: None }
     }
 
     /// Draws the first layers of two 2D textures of colours over all of the target; one image is both.
     pub fn draw(
-        &self,
+        &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         images: [&wgpu::Texture; 2],
         look: DisplayLook,
         target: &wgpu::TextureView,
     ) {
-        // One of its own for each draw: several are recorded before the first is handed over.
-        let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("display"),
-            size: size_of::<Uniform>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&Uniform::from(look)));
-        let views = images.map(|image| {
-            image.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2),
-                mip_level_count: Some(1),
-                array_layer_count: Some(1),
-                ..Default::default()
-            })
-        });
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("display"),
-            layout: &self.layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&views[0]) },
-                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&views[1]) },
-            ],
-        });
+        let same = self.last.take_if(|last| last.images.each_ref() == images && last.look == look);
+        let drawn = self.last.insert(same.unwrap_or_else(|| Drawn {
+            images: images.map(Clone::clone),
+            look,
+            group: bind(gpu, &self.layout, images, look),
+        }));
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("display"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -156,9 +146,37 @@ impl Display {
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
+        pass.set_bind_group(0, &drawn.group, &[]);
         pass.draw(0..3, 0..1);
     }
+}
+
+/// With a uniform of its own: several draws are recorded before the first is handed over.
+fn bind(gpu: &Gpu, layout: &wgpu::BindGroupLayout, images: [&wgpu::Texture; 2], look: DisplayLook) -> wgpu::BindGroup {
+    let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("display"),
+        size: size_of::<Uniform>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&Uniform::from(look)));
+    let views = images.map(|image| {
+        image.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2),
+            mip_level_count: Some(1),
+            array_layer_count: Some(1),
+            ..Default::default()
+        })
+    });
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("display"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&views[0]) },
+            wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&views[1]) },
+        ],
+    })
 }
 
 #[cfg(test)]
