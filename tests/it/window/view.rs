@@ -165,7 +165,8 @@ fn what_is_dragged_compared_saved_and_checked_is_seen() {
     let project = Project::new("moves", MOVES);
     let mut command = project.command();
     let (code, text) = finish(command.args(["--script", "script"]).env("DISPLAY", &display.name).spawn().unwrap());
-    assert_eq!(code, 0, "{text}");
+    let set = std::fs::read_to_string(project.path("graph_set.ron")).unwrap_or_default();
+    assert_eq!(code, 0, "{text}\nthe parameters that were saved:\n{set}");
 
     let read = |name: &str| std::fs::read_to_string(project.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     let (light, object) = (read("light.ron"), read("object.ron"));

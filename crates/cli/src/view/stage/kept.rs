@@ -28,7 +28,7 @@ pub(super) struct KeptSession {
     pub rest: bool,
     /// Why it can't.
     pub fault: Option<Faults>,
-    /// The checks in shaders that do not hold in the last frame, and what is wrong with the numbers that steps left.
+    /// The checks in shaders that do not hold in what is shown, and what is wrong with the numbers that steps left.
     pub checks: Arc<Vec<Diagnostic>>,
     /// Of what is in memory, where numbers are checked.
     pub numerics: Option<Numerics>,
@@ -52,7 +52,10 @@ impl KeptSession {
             report.numerics = Some(self.numerics.take().unwrap_or_default().then(now));
             self.numerics.clone_from(&report.numerics);
         }
-        self.checks = Arc::new(self.session.failed_checks(&report));
+        // Where nothing ran, what was wrong is wrong still.
+        if !report.steps.is_empty() {
+            self.checks = Arc::new(self.session.failed_checks(&report));
+        }
         let shown = match self.session.memory(self.session.output(&self.output)?)? {
             Memory::Texture(texture) => copy(gpu, texture, self.image.take()),
             Memory::Buffer(_) => None,

@@ -144,6 +144,27 @@ fn what_is_lit_in_lux_is_exposed_by_itself() {
     assert_eq!(wish.choice.stops(stops), -3.0);
 }
 
+/// A frame in which nothing runs changes nothing of what is shown, nor of what is wrong with it.
+#[test]
+fn checks_that_do_not_hold_are_told_until_they_are_mended() {
+    let (files, mut stage) = (Files::new("checks"), stage());
+    let wish = files.wish();
+    assert!(settle(&mut stage, &wish).checks.is_empty());
+    let shader = files.0.join("shaders/paint.wgsl");
+    let sound = fs::read_to_string(&shader).unwrap();
+    let mut written = |text: &str| {
+        fs::write(&shader, text).unwrap();
+        stage.changed(&BTreeSet::from([shader.clone()]));
+        settle(&mut stage, &wish).checks
+    };
+    let check = "check(false, vec3u(7u, 0u, 0u), #{HERE}); return ";
+    let broken = format!("#import lightgraph::report::{{check}}\n{}", sound.replacen("return ", check, 1));
+    let told = written(&broken);
+    assert!(render(&told).contains("a check in the shader of `paint` does not hold"), "{}", render(&told));
+    let told = written(&sound);
+    assert!(told.is_empty(), "{}", render(&told));
+}
+
 #[test]
 fn numbers_that_should_not_be_are_told_until_they_are_mended() {
     let (files, mut stage) = (Files::new("numbers"), stage());
