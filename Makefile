@@ -30,10 +30,11 @@ SHELL := /bin/bash
 .DEFAULT_GOAL := test
 .PHONY: test test-all pytest web test-web python wheel blender test-blender demo bench stress scenes peers references mutants fuzz soak vscode neovim editor book deny driver display browser lint lint-all
 
-# What takes two thirds of the time of the tests: references by other renderers, proofs of skipping, random edits and mutants,
-# every field edited live, every graph under every setting, a thousand frames in flight. And what looks at pages in a browser.
+# What takes two thirds of the time of the tests: references by other renderers, furnaces, lobes, proofs of skipping, random
+# edits and mutants, every field edited live, every graph under every setting, a thousand frames in flight. And what looks at
+# pages in a browser.
 SLOW := references:: skips:: mutated:: reloads:: bench_run:: traced:: toggles:: stress:: turned:: seams:: trusted:: unbiased:: \
-    shipped::every_shader shipped::no_shader record::recorded report_page:: bench_page::
+    furnace:: lobes:: probe::every_shipped shipped::every_shader shipped::no_shader record::recorded report_page:: bench_page::
 
 # Most of the time of the library's own tests: every graph in many orders and memories.
 SLOW_UNITS := plan::tests::memory::the_shipped_graphs
