@@ -165,7 +165,7 @@ fn walk(
         None => None,
     };
     scene.encoded();
-    let (reporting, period) = (reports.steps(), gpu.timestamp_period);
+    let (reports, period) = (reports.of_frame(), gpu.timestamp_period);
     let places = frame.chosen.map_or(vec![], |chosen| instances.places(chosen));
     Ok(Frame {
         times,
@@ -176,7 +176,7 @@ fn walk(
         numerics,
         taken,
         period,
-        reporting,
+        reports,
         places,
         pending_bytes,
         start,

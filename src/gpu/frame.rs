@@ -2,7 +2,7 @@
 
 use super::execute::{DeviceLoopRun, ms_since};
 use super::{
-    device::Gpu, device_loop::states, numerics::Numerics, pending::PendingBytes, reports::failed, timing::Stamps,
+    device::Gpu, device_loop::states, numerics::Numerics, pending::PendingBytes, reports::FrameReports, timing::Stamps,
 };
 use crate::diag::{Checked, Diagnostic};
 use crate::plan::StepId;
@@ -91,8 +91,7 @@ pub struct Frame {
     pub(super) taken: Stamps,
     /// Nanoseconds of a tick.
     pub(super) period: f32,
-    /// The steps whose shaders check themselves.
-    pub(super) reporting: Vec<StepId>,
+    pub(super) reports: FrameReports,
     /// Of steps that ran in part: where their counts are.
     pub(super) places: Vec<(StepId, usize)>,
     pub(super) pending_bytes: PendingBytes,
@@ -134,7 +133,7 @@ impl Frame {
             loops: std::mem::take(&mut self.loops),
             warnings: std::mem::take(&mut self.warnings),
             numerics: self.numerics.take(),
-            failed: failed(&self.reporting, part(1)),
+            failed: self.reports.failed(part(1)),
             device_ms: taken.whole,
             wall_ms: ms_since(self.start),
             record_ms: self.record_ms,

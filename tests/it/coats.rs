@@ -26,8 +26,8 @@ fn square(folder: &Path, name: &str, normal: Vec3, coat: &Value) -> String {
     image::RgbImage::from_pixel(4, 4, image::Rgb(TEXEL)).save(folder.join("tilted.png")).unwrap();
     let view = |from: usize, length: usize| json!({"buffer": 0, "byteOffset": from, "byteLength": length});
     let floats = |view: usize, kind: &str| json!({"bufferView": view, "componentType": 5126, "count": 4, "type": kind});
-    let mut accessors = ["VEC3", "VEC3", "VEC4", "VEC2"].iter().enumerate().map(|(i, kind)| floats(i, kind));
-    let mut accessors: Vec<Value> = accessors.by_ref().collect();
+    let kinds = ["VEC3", "VEC3", "VEC4", "VEC2"];
+    let mut accessors: Vec<Value> = kinds.iter().enumerate().map(|(i, kind)| floats(i, kind)).collect();
     (accessors[0]["min"], accessors[0]["max"]) = (json!([-1, -1, 0]), json!([1, 1, 0]));
     accessors.push(json!({"bufferView": 4, "componentType": 5125, "count": 6, "type": "SCALAR"}));
     let attributes = json!({"POSITION": 0, "NORMAL": 1, "TANGENT": 2, "TEXCOORD_0": 3});

@@ -1,11 +1,11 @@
 //! What a stranger's project may try: the command ends by itself, with a fault and a code, within time and memory.
 
-use crate::support::{Scratch, repository};
+use crate::support::{Scratch, ended, repository};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Nothing here may take longer, on however busy a machine.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -46,17 +46,7 @@ fn run(folder: &Path, args: &[&str]) -> (i32, String) {
     let file = File::create(&printed).unwrap();
     command.stdin(Stdio::null()).stdout(file.try_clone().unwrap()).stderr(file);
     let mut child = command.spawn().unwrap();
-    let start = Instant::now();
-    let status = loop {
-        match child.try_wait().unwrap() {
-            Some(status) => break status,
-            None if start.elapsed() > PATIENCE => {
-                child.kill().unwrap();
-                panic!("{args:?} does not end");
-            }
-            None => std::thread::sleep(Duration::from_millis(10)),
-        }
-    };
+    let status = ended(&mut child, PATIENCE).unwrap_or_else(|| panic!("{args:?} does not end"));
     let mut text = String::new();
     File::open(&printed).unwrap().take(1 << 20).read_to_string(&mut text).unwrap();
     assert!(!text.contains("panicked") && !text.contains("overflowed"), "{args:?}\n{text}");

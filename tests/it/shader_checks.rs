@@ -94,6 +94,13 @@ fn what_does_not_hold_is_shown_until_its_step_runs_again() {
     assert!(said[0].contains("show.wgsl:8:5"), "{}", said[0]);
     assert_eq!(frame(gpu, &mut s, 2), Vec::<String>::new());
 
+    // The same frame again: nothing runs, and what is shown stays wrong.
+    let mut s = session(gpu, &scratch, &["most=7"]);
+    frame(gpu, &mut s, 1);
+    let report = s.frame(gpu, 1, 0.0).unwrap_or_else(|f| panic!("{f}"));
+    assert!(report.steps.is_empty(), "{:?}", report.steps);
+    assert_eq!(s.failed_checks(&report).len(), 1);
+
     // Columns 6 and 7 of four rows; the step is left out of the second frame, and what it made stays wrong.
     let mut s = session(gpu, &scratch, &["most=5"]);
     for index in [0, 2] {

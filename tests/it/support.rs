@@ -6,7 +6,8 @@ use lightgraph::internals::plan::request::{Request, sample_device, sample_facts}
 use lightgraph::internals::value::Values;
 use lightgraph::{Checked, Diagnostic, Project};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, ExitStatus};
+use std::time::{Duration, Instant};
 
 /// A path in the repository.
 pub fn repository(path: &str) -> PathBuf {
@@ -111,4 +112,18 @@ impl Drop for Scratch {
         // What is left behind lies in the build folder and harms nobody.
         let _ = std::fs::remove_dir_all(&self.0);
     }
+}
+
+/// Waits for a process; `None` for one that had to be killed after all of `patience`.
+pub fn ended(child: &mut Child, patience: Duration) -> Option<ExitStatus> {
+    let start = Instant::now();
+    while start.elapsed() < patience {
+        if let Some(status) = child.try_wait().unwrap() {
+            return Some(status);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    None
 }

@@ -3,9 +3,10 @@
 mod link;
 mod view;
 
+use crate::support::ended;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A display without a screen, ended with the test.
 struct Display {
@@ -21,7 +22,7 @@ impl Display {
             .stderr(Stdio::null())
             .spawn();
         let mut server = server.unwrap_or_else(|e| {
-            panic!("this test opens a window on a virtual display, and can't start Xvfb ({e}): on Debian and Ubuntu `apt install xvfb`");
+            panic!("can't start the virtual display Xvfb ({e}): on Debian and Ubuntu `apt install xvfb`");
         });
         let mut number = String::new();
         let out = server.stdout.take().unwrap();
@@ -44,19 +45,9 @@ const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Waits for the command; its exit code and what it said.
 fn finish(mut child: Child) -> (i32, String) {
-    let start = Instant::now();
-    let status = loop {
-        match child.try_wait().unwrap() {
-            Some(status) => break status,
-            None if start.elapsed() > PATIENCE => {
-                child.kill().unwrap();
-                break child.wait().unwrap();
-            }
-            None => std::thread::sleep(Duration::from_millis(50)),
-        }
-    };
+    let status = ended(&mut child, PATIENCE);
     let mut text = String::new();
     child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
     child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
-    (status.code().unwrap_or(-1), text)
+    (status.and_then(|s| s.code()).unwrap_or(-1), text)
 }

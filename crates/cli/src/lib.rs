@@ -5,14 +5,15 @@
 //! - `view`: the window: graphs seen live, with what can be set, compared and looked into
 //! - `web`: the page for a browser: where it stands, how it is served
 //! - [`mod@show`]: a plan as JSON, DOT, SVG, and the difference of two
-//! - `base64`: bytes as text, for reports; `paths`: the files that a command line names; `probe_report`: what a probed
-//!   invocation computes, in sections; `shard`: parts of work that several machines share
+//! - `base64`: bytes as text, for reports; `glb`: generated scenes as files; `paths`: the files that a command line names
+//! - `probe_report`: what a probed invocation computes, in sections; `shard`: parts of work that several machines share
 
 #![forbid(unsafe_code)]
 
 mod base64;
 pub mod bench;
 pub mod commands;
+mod glb;
 mod paths;
 mod probe_report;
 mod shard;

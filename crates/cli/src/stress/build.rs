@@ -1,6 +1,7 @@
 //! Small glTF files in memory: what the cases' scenes are made of. They go through the loader that every file goes
 //! through.
 
+use crate::glb::glb;
 use glam::{DQuat, DVec3};
 use serde_json::{Value, json};
 
@@ -261,21 +262,8 @@ impl GltfBuilder {
             .map(|(name, strength, exponent)| format!("\"{name}\": (specular: {strength:?}, shininess: {exponent:?})"))
             .collect();
         let description = (!gloss.is_empty()).then(|| format!("Scene(materials: {{{}}})", gloss.join(", ")));
-        (glb(&json, &self.bytes), description)
+        (glb(&json.to_string(), &self.bytes), description)
     }
-}
-
-/// glTF's binary container: a header, then a chunk each of JSON and of bytes.
-fn glb(json: &Value, bytes: &[u8]) -> Vec<u8> {
-    let mut text = json.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let mut bytes = bytes.to_vec();
-    bytes.resize(bytes.len().next_multiple_of(4), 0);
-    let word = |n: usize| u32::try_from(n).unwrap_or(u32::MAX).to_le_bytes();
-    let total = 12 + 8 + text.len() + 8 + bytes.len();
-    let parts: [&[u8]; 9] =
-        [b"glTF", &word(2), &word(total), &word(text.len()), b"JSON", &text, &word(bytes.len()), b"BIN\0", &bytes];
-    parts.concat()
 }
 
 /// The rotation that turns −z, where glTF's cameras and lights look, to a direction.

@@ -42,16 +42,22 @@ const arrange = compare.controls(state, {
   wish: () => (choices(), wish()),
   arrange: (kind, at) => engine.call("set_arrangement", [kind, at]).catch(() => {}),
 });
-/// Most of the page's script: it is read while the first image is made.
+
+/// The editor is most of the page's script, and is read while the first image is made.
 let editor;
 let reading;
 
+/// Reads the editor, once; says so where it can't be read.
 function readEditor() {
-  reading ??= import("./editor.js").then(({ Editor }) => {
+  const made = ({ Editor }) => {
     editor = new Editor(byId("editor"), edited);
     editor.setFaults(faults);
-  });
-  return reading;
+  };
+  const failed = (error) => {
+    reading = undefined;
+    say(`The editor can't be read: ${error.message}`);
+  };
+  return (reading ??= import("./editor.js").then(made).catch(failed));
 }
 
 function edited(path, text) {
@@ -88,7 +94,7 @@ async function begin() {
   await follow();
   choices();
   const wished = wish();
-  if (!viewer) readEditor().catch((error) => say(`The editor can't be read: ${error.message}`));
+  if (!viewer) readEditor();
   await wished;
   if ("serviceWorker" in navigator) navigator.serviceWorker.register("offline.js").catch(() => {});
 }
@@ -212,6 +218,7 @@ async function made(told) {
 
 async function openFile(path) {
   await readEditor();
+  if (!editor) return;
   if (!editor.has(path)) {
     const text = edits.get(path) ?? (await engine.call("text", [path]));
     if (text === undefined) return say(`${path} is not there`);
@@ -260,7 +267,7 @@ function setFaults(list) {
       }
       if (place && !viewer && files.includes(place.path)) {
         box.tabIndex = 0;
-        const go = () => openFile(place.path).then(() => editor.go(place.from));
+        const go = () => openFile(place.path).then(() => editor?.go(place.from));
         box.onclick = go;
         box.onkeydown = (event) => event.key === "Enter" && go();
       }

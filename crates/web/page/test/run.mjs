@@ -102,7 +102,7 @@ for (const { graph, scene, size, file } of WITH_DESKTOP) {
 }
 
 await test("the first frame is there within 3 s", async () => {
-  // Of a page that was never loaded. What else the machine does, as showing another page, is no part of it: the best of three.
+  // Of a page that was never loaded, with no other page open. The best of three: the machine may be busy.
   let best = Infinity;
   for (let i = 0; i < 3 && best >= 3; i += 1) {
     const fresh = await open(server.url);

@@ -1,7 +1,8 @@
-//! Scenes of many triangles, textures or skinned vertices, made, read and posed: how long that takes and how much memory.
+//! Scenes of many triangles, textures or skinned vertices, made, read and posed: time and memory.
 
 use super::list::Load;
 use super::{Bench, Goal, SpeedRow};
+use crate::glb::glb;
 use lightgraph::{Checked, Diagnostic, Gpu, Scene, Session, Settings};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -39,17 +40,7 @@ pub(super) fn hills(edge: u32) -> Vec<u8> {
         p + n,
         indices.len(),
     );
-    glb(json, blob)
-}
-
-fn glb(json: String, mut blob: Vec<u8>) -> Vec<u8> {
-    let mut json = json.into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    blob.resize(blob.len().next_multiple_of(4), 0);
-    let word = |n: usize| (n as u32).to_le_bytes();
-    let total = 12 + 8 + json.len() + 8 + blob.len();
-    let head = [b"glTF".as_slice(), &word(2), &word(total), &word(json.len()), b"JSON"].concat();
-    [head, json, word(blob.len()).to_vec(), b"BIN\0".to_vec(), blob].concat()
+    glb(&json, &blob)
 }
 
 /// Bones of the tube.
@@ -100,17 +91,19 @@ pub(super) fn tube(vertices: u32) -> Vec<u8> {
         view
     });
     let count = rings * ROUND;
-    let list = |view: usize, kind: &str, code: u32, count: u32| json!({"bufferView": view, "type": kind, "componentType": code, "count": count});
-    let mut accessors = vec![
-        list(0, "VEC3", 5126, count),
-        list(1, "VEC3", 5126, count),
-        list(2, "VEC4", 5121, count),
-        list(3, "VEC4", 5126, count),
-        list(4, "SCALAR", 5125, indices.len() as u32),
-        list(5, "MAT4", 5126, BONES as u32),
-        list(6, "SCALAR", 5126, 2),
-        list(7, "VEC4", 5126, 2),
+    let lists = [
+        ("VEC3", 5126, count),
+        ("VEC3", 5126, count),
+        ("VEC4", 5121, count),
+        ("VEC4", 5126, count),
+        ("SCALAR", 5125, indices.len() as u32),
+        ("MAT4", 5126, BONES as u32),
+        ("SCALAR", 5126, 2),
+        ("VEC4", 5126, 2),
     ];
+    let accessor =
+        |(view, (kind, code, rows))| json!({"bufferView": view, "type": kind, "componentType": code, "count": rows});
+    let mut accessors: Vec<Value> = lists.into_iter().enumerate().map(accessor).collect();
     (accessors[0]["min"], accessors[0]["max"]) = (json!([-0.1, 0, -0.1]), json!([0.1, 1, 0.1]));
     (accessors[6]["min"], accessors[6]["max"]) = (json!([0]), json!([1]));
     // Node 0 has the mesh; the bones follow.
@@ -133,7 +126,7 @@ pub(super) fn tube(vertices: u32) -> Vec<u8> {
         }],
         "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": from}],
     });
-    glb(json.to_string(), parts.concat())
+    glb(&json.to_string(), &parts.concat())
 }
 
 /// The most memory this process has held since the last call, in bytes; `None` where the system doesn't say.

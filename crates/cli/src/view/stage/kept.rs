@@ -52,10 +52,7 @@ impl KeptSession {
             report.numerics = Some(self.numerics.take().unwrap_or_default().then(now));
             self.numerics.clone_from(&report.numerics);
         }
-        // Where nothing ran, what was wrong is wrong still.
-        if !report.steps.is_empty() {
-            self.checks = Arc::new(self.session.failed_checks(&report));
-        }
+        self.checks = Arc::new(self.session.failed_checks(&report));
         let shown = match self.session.memory(self.session.output(&self.output)?)? {
             Memory::Texture(texture) => copy(gpu, texture, self.image.take()),
             Memory::Buffer(_) => None,
