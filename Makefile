@@ -47,7 +47,7 @@ test: UNITS_SKIPPED := $(SLOW_UNITS:%=--skip %)
 test: PACKAGES := $(CORE)
 test-all: pytest lint-all
 # A first build has nothing to go on from, and takes a tenth less without what the next would go on from.
-test: export CARGO_INCREMENTAL ?= $(if $(wildcard target/debug/incremental),1,0)
+demo test: export CARGO_INCREMENTAL ?= $(if $(wildcard target/debug/incremental),1,0)
 test: driver
 test-all: display browser
 test test-all: lint
