@@ -27,25 +27,26 @@ SEED = 1
 BLOCK = 8
 # Samples that such an error is told from, at most.
 ERROR_SAMPLES = 256
-# Images with fewer bounces get this share of the samples.
+# Images with fewer bounces get this share of the samples, and no more than so many.
 SHARE_OF_BOUNCE_IMAGES = 4
+MOST_OF_BOUNCE_IMAGES = 4096
 BOUNCES = (1, 2, 3)
 
 # Scene, camera, samples a pixel of `indirect`, and which numbers of bounces have images of their own.
 REFERENCES = [
-    ("hall", "nave", 8192, BOUNCES),
-    ("art_gallery", "main", 4096, BOUNCES),
-    ("cornell", "front", 4096, BOUNCES),
-    ("corridor", "along", 16384, BOUNCES),
-    ("empty_room", "inside", 4096, BOUNCES),
-    ("two_rooms", "lit", 4096, BOUNCES),
+    ("hall", "nave", 32768, BOUNCES),
+    ("art_gallery", "main", 32768, BOUNCES),
+    ("cornell", "front", 49152, BOUNCES),
+    ("corridor", "along", 32768, BOUNCES),
+    ("empty_room", "inside", 16384, BOUNCES),
+    ("two_rooms", "lit", 32768, BOUNCES),
     ("two_rooms", "dark", 64, BOUNCES),
     ("lambert_plane", "above", 64, BOUNCES),
     ("metal_balls", "front", 1024, BOUNCES),
-    ("apartment", "living", 32768, ()),
-    ("atrium", "court", 8192, ()),
-    ("street", "along", 16384, ()),
-    ("workshop", "corner", 8192, ()),
+    ("apartment", "living", 49152, ()),
+    ("atrium", "court", 32768, ()),
+    ("street", "along", 49152, ()),
+    ("workshop", "corner", 16384, ()),
     ("materials", "front", 1024, ()),
 ]
 # Closed boxes whose walls all emit radiance 1 and have this albedo: no image is needed.
@@ -98,7 +99,7 @@ def make(scene, camera, samples, bounces, folder):
     tracer = light.Tracer(loaded, camera, SIZE, SIZE)
     stem = scene if camera == loaded.camera else f"{scene}_{camera}"
     mean, error, direct = light.mean_and_error(tracer, light.ALL, samples, SEED)
-    fewer = max(samples // SHARE_OF_BOUNCE_IMAGES, 16)
+    fewer = min(max(samples // SHARE_OF_BOUNCE_IMAGES, 16), MOST_OF_BOUNCE_IMAGES)
     images = {"direct": direct, "indirect": mean, "full": direct + mean}
     counts = {"direct": 1 if tracer.direct_is_exact else samples, "indirect": samples, "full": samples}
     errors = {"direct": 0.0, "indirect": percent(error, mean), "full": percent(error, direct + mean)}

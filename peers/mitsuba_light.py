@@ -9,8 +9,8 @@ from mitsuba_scene import build
 
 # No limit on the bounces: chance ends the paths (Russian roulette from the fifth segment on).
 ALL = -1
-# Rays in flight at a time; about 1 GB.
-RAYS = 1 << 20
+# Rays in flight at a time; about 1 GB, and 16 GB on a GPU, which fewer would not fill.
+RAYS = 1 << (24 if mi.variant().startswith("cuda") else 20)
 
 
 class Tracer:
@@ -40,11 +40,13 @@ class Tracer:
         sampler = mi.load_dict({"type": "independent"})
         most = max(RAYS // self.pixels, 1)
         total = np.zeros((self.pixels, 3))
-        done = 0
+        done = now = 0
         while done < samples:
-            now = min(most, samples - done)
+            if min(most, samples - done) != now:
+                now = min(most, samples - done)
+                rays = self.rays(now)
             sampler.seed(seed + done, self.pixels * now)
-            light, _, _ = integrator.sample(self.scene, sampler, self.rays(now))
+            light, _, _ = integrator.sample(self.scene, sampler, rays)
             total += np.array(dr.block_sum(dr.ravel(mi.Color3f(light), order="C"), now)).reshape(3, -1).T
             done += now
         return total / samples

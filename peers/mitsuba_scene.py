@@ -1,11 +1,14 @@
 """A scene of gltf.py as Mitsuba's, and images of it with one ray through the centre of each pixel."""
 
+import os
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 from gltf import Unsupported
 
-mi.set_variant("llvm_ad_rgb")
+# `LIGHTGRAPH_MITSUBA=cuda_ad_rgb` renders on a GPU.
+mi.set_variant(os.environ.get("LIGHTGRAPH_MITSUBA", "llvm_ad_rgb"))
 
 from image_files import decoded, memory_bitmap, read, values  # noqa: E402: reads the variant
 
