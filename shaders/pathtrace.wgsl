@@ -3,6 +3,7 @@
 #import lightgraph::camera::{Ray, pixel_ray}
 #import lightgraph::hit::{Met, describe, look}
 #import lightgraph::lobe::{reflectance, scatter, scatter_density}
+#import lightgraph::means::{Mean, place}
 #import lightgraph::random::{scramble, seed, next, next_pair, even_pair}
 #import lightgraph::report::{check}
 #import lightgraph::trace::{closest_between, FAR}
@@ -30,8 +31,8 @@ struct Params {
 var<uniform> params: Params;
 
 var<storage, read> progress: Progress;
-var direct_before: texture_2d<f32>;
-var indirect_before: texture_2d<f32>;
+/// Of the paths of all batches that show the same.
+var<storage, read_write> path_means: array<Mean>;
 var direct: texture_storage_2d<rgba32float, write>;
 var indirect: texture_storage_2d<rgba32float, write>;
 
@@ -242,8 +243,10 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
 #ifdef MOMENTS
     second = sum.square / f32(paths);
 #endif
-    let direct_mean = mix(textureLoad(direct_before, id.xy, 0).rgb, sum.direct, share);
-    let indirect_mean = mix(textureLoad(indirect_before, id.xy, 0), vec4f(sum.indirect, second), share);
-    textureStore(direct, id.xy, vec4f(direct_mean, 1.0));
+    let before = path_means[place(id.xy)];
+    let direct_mean = mix(before.direct, vec4f(sum.direct, 1.0), share);
+    let indirect_mean = mix(before.indirect, vec4f(sum.indirect, second), share);
+    path_means[place(id.xy)] = Mean(direct_mean, indirect_mean);
+    textureStore(direct, id.xy, vec4f(direct_mean.rgb, 1.0));
     textureStore(indirect, id.xy, indirect_mean);
 }
