@@ -2,7 +2,7 @@
 //! which they bring, bounce by bounce.
 #import lightgraph::cells::NO_CELL
 #import lightgraph::find_cell::find_near
-#import lightgraph::gloss::matte
+#import lightgraph::gloss::as_matte
 #import lightgraph::hit::look
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
 #import lightgraph::random::{even_pair, scramble}
@@ -40,7 +40,7 @@ fn cell_rays(@builtin(global_invocation_id) id: vec3u) {
     if met.lit {
         found.position = met.surface.position;
         found.normal = met.surface.normal;
-        found.albedo = matte(met.surface);
+        found.albedo = as_matte(met.surface);
         found.cell = find_near(met.surface.position, met.surface.normal);
 #ifdef LIGHTS
         found.lit = irradiance(met.surface.position, met.surface.normal, met.start);

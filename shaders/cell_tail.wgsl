@@ -6,6 +6,8 @@ var<storage, read> after: array<vec4f>;
 var<storage, read_write> change: array<f32>;
 
 const LANES: u32 = 128u;
+/// Walls that keep more than this of the light are taken for ones that do not: the share is known to a few millionths.
+const MOST: f32 = 0.9995;
 var<workgroup> sums: array<f32, LANES>;
 
 /// Element 0: the share; 1: the change of the last bounce. The sum over the cells of what the bounce before changed
@@ -25,7 +27,7 @@ fn cell_tail(@builtin(local_invocation_id) id: vec3u) {
     }
     if id.x == 0u {
         let last = change[1];
-        change[0] = clamp(select(0.0, sums[0] / last, last > 0.0), 0.0, 0.98);
+        change[0] = clamp(select(0.0, sums[0] / last, last > 0.0), 0.0, MOST);
         change[1] = sums[0];
     }
 }

@@ -31,11 +31,15 @@ fn looked(at: vec2u, first: u32, chance: u32) -> vec2u {
 }
 
 #ifdef MORE
+/// Beyond the numbers of looks that all points have.
+const MOST_RAYS: u32 = 257u;
 /// Rays, and looks, beside those that all points have.
 const MORE: u32 = #{MORE}u;
 /// Looks that all points have.
 const COUNT: u32 = #{COUNT}u;
 var<storage, read> more_points: array<u32>;
+/// See hand_out.wgsl.
+var<storage, read> more: array<vec2u>;
 
 @compute @workgroup_size(64)
 fn connect_points(@builtin(global_invocation_id) id: vec3u) {
@@ -48,7 +52,9 @@ fn connect_points(@builtin(global_invocation_id) id: vec3u) {
     }
     let across = points_across();
     let at = vec2u(point % across.x, point / across.x);
-    shown[COUNT + id.x] = looked(at, seed(at, 4u + salt()) + id.x * CANDIDATES, id.x + 1u);
+    // Its choices follow from its place and their number, not from how many the other points have.
+    let number = id.x - more[point].x;
+    shown[COUNT + id.x] = looked(at, seed(at, 4u + salt()) + number * CANDIDATES, MOST_RAYS + number);
 }
 #else
 @compute @workgroup_size(8, 8)

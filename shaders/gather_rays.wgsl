@@ -2,7 +2,7 @@
 #import lightgraph::camera::pixel_ray
 #import lightgraph::cell_keys::insert
 #import lightgraph::cells::{key_of, large_key_of}
-#import lightgraph::gloss::matte
+#import lightgraph::gloss::as_matte
 #import lightgraph::hit::look
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rays::{Ray, pack}
@@ -53,7 +53,7 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
         if met.lit {
             found.position = met.surface.position;
             found.normal = met.surface.normal;
-            found.albedo = matte(met.surface);
+            found.albedo = as_matte(met.surface);
             found.cell = key_of(met.surface.position, met.surface.normal);
             insert(found.cell);
             insert(large_key_of(found.position, found.normal));

@@ -1,7 +1,7 @@
 //! Rays beside those that all points of the image have, where the image is in doubt.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::cells::key_of
-#import lightgraph::gloss::matte
+#import lightgraph::gloss::as_matte
 #import lightgraph::hit::look
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rays::{Ray, pack}
@@ -23,6 +23,8 @@ const MORE: u32 = #{MORE}u;
 /// Rows of `gathered` before these rays.
 const BEFORE: u32 = #{BEFORE}u;
 var<storage, read> more_points: array<u32>;
+/// See hand_out.wgsl.
+var<storage, read> more: array<vec2u>;
 var<storage, read_write> gathered: array<vec4u>;
 
 @compute @workgroup_size(64)
@@ -42,8 +44,9 @@ fn more_rays(@builtin(global_invocation_id) id: vec3u) {
         let seen = seen_at(pixel);
         let ray = pixel_ray(pixel);
         let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
-        // A point's rays stand in a row: a run of one sequence.
-        let direction = cosine_direction(s.normal, even_pair(id.x, seed(at, 3u + salt())));
+        // A point's rays are a run of one sequence, whatever the other points have.
+        let number = id.x - more[point].x;
+        let direction = cosine_direction(s.normal, even_pair(number, seed(at, 3u + salt())));
         let met = look(leave(s.position, s.normal + s.view), direction);
         found.position = s.position + min(met.distance, 1e4) * direction;
         found.normal = -direction;
@@ -53,7 +56,7 @@ fn more_rays(@builtin(global_invocation_id) id: vec3u) {
         if met.lit {
             found.position = met.surface.position;
             found.normal = met.surface.normal;
-            found.albedo = matte(met.surface);
+            found.albedo = as_matte(met.surface);
             found.cell = key_of(met.surface.position, met.surface.normal);
 #ifdef LIGHTS
             found.lit = irradiance(met.surface.position, met.surface.normal, met.start);

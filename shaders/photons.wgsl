@@ -2,7 +2,7 @@
 //! place from which light comes again. Those that end where no ray did light nothing that is asked for.
 #import lightgraph::cells::{NO_CELL, key_of}
 #import lightgraph::find_cell::find
-#import lightgraph::gloss::matte
+#import lightgraph::gloss::as_matte
 #import lightgraph::hit::look
 #import lightgraph::marks::{PARTS, zone_of}
 #import lightgraph::packed_light
@@ -190,7 +190,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
         }
 #endif
     }
-    let sent = packed_light::pack(flux * matte(met.surface) / 3.14159265359);
+    let sent = packed_light::pack(flux * as_matte(met.surface) / 3.14159265359);
     photon_ends[3u * id.x] = vec4u(bitcast<vec3u>(position), pack_normal(normal));
     photon_ends[3u * id.x + 1u] = vec4u(sent, bitcast<u32>(arrived), cell);
     photon_ends[3u * id.x + 2u] = vec4u(bitcast<u32>(whole), u32(wanted), 0u, 0u);

@@ -4,7 +4,7 @@
 //! mostly, and can't stand for the others.
 #import lightgraph::cell_keys::insert
 #import lightgraph::cells::{key_of, large_key_of}
-#import lightgraph::gloss::matte
+#import lightgraph::gloss::as_matte
 #import lightgraph::hit::look
 #import lightgraph::random::{next_pair, scramble}
 #import lightgraph::rays::{Ray, SKY, pack, unpack}
@@ -34,7 +34,7 @@ fn scout_rays(@builtin(global_invocation_id) id: vec3u) {
             if met.lit {
                 found.position = met.surface.position;
                 found.normal = met.surface.normal;
-                found.albedo = matte(met.surface);
+                found.albedo = as_matte(met.surface);
                 found.cell = key_of(found.position, found.normal);
                 insert(found.cell);
                 insert(large_key_of(found.position, found.normal));

@@ -34,6 +34,12 @@ fn matte(s: Surface) -> vec3f {
     return s.albedo;
 }
 
+/// Albedo of a matte surface that reflects as much: what a surface is taken for where light goes on from it in all
+/// directions.
+fn as_matte(s: Surface) -> vec3f {
+    return min(s.albedo + vec3f(s.specular), vec3f(1.0));
+}
+
 /// How much each lobe counts, a column each. Of Phong's: its strength.
 fn tints(s: Surface) -> mat3x3f {
 #ifdef GGX
