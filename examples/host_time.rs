@@ -26,7 +26,11 @@ fn main() -> Checked<()> {
 
 /// The medians of each kind of frame in milliseconds: to record it, and to submit it.
 fn times(graph: &Path, scene: &Path, node: &str, params: &[String]) -> Checked<Vec<(&'static str, [f64; 2])>> {
-    let gpu = Gpu::noop(wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() })?;
+    let gpu = Gpu::noop(wgpu::Limits {
+        max_multiview_view_count: 6,
+        max_color_attachment_bytes_per_sample: 128,
+        ..wgpu::Limits::default()
+    })?;
     let project = Project::open(graph, &[])?;
     let scene = Scene::load(scene)?.scene;
     let moved = scene.nodes.iter().position(|n| n.name == node);

@@ -216,7 +216,11 @@ impl Bench<'_> {
         let write = |folder: &Path| std::fs::write(folder.join("tube.glb"), &bytes);
         let scene = in_folder(write, |folder| Ok(Scene::load(&folder.join("tube.glb"))?.scene))?;
         let count = scene.geometry.vertices.len();
-        let gpu = Gpu::noop(wgpu::Limits { max_multiview_view_count: 6, ..wgpu::Limits::default() })?;
+        let gpu = Gpu::noop(wgpu::Limits {
+            max_multiview_view_count: 6,
+            max_color_attachment_bytes_per_sample: 128,
+            ..wgpu::Limits::default()
+        })?;
         let project = self.project(graph)?;
         let settings = Settings { size: [640, 480], skip: true, ..Settings::default() };
         let mut session = Session::new(&gpu, &project, scene, settings)?;
