@@ -20,7 +20,8 @@
 # make editor  two minutes of random edits against the language server
 # make book    the pages of docs/ as a book, to out/book; installs mdBook into target/book
 # make deny    licences, duplicates, sources and advisories of dependencies; needs cargo-deny
-# make references  renders the images of tests/references anew with Mitsuba: half an hour and more on two cores
+# make references  renders the images of tests/references anew with Mitsuba: some minutes on a GPU by LIGHTGRAPH_MITSUBA=cuda_ad_rgb,
+#              hours on two cores
 
 # Drivers look for a display there, and complain where it is not set.
 export XDG_RUNTIME_DIR ?= /tmp
