@@ -1,11 +1,11 @@
 //! Path tracing: every batch adds some paths through the centre of each pixel to the mean of those before it.
-#import lightgraph::progress::Progress
 #import lightgraph::camera::{Ray, pixel_ray}
 #import lightgraph::hit::{Met, describe, look}
 #import lightgraph::lobe::{reflectance, scatter, scatter_density}
 #import lightgraph::means::{Mean, place}
 #import lightgraph::random::{scramble, seed, next, next_pair, even_pair}
 #import lightgraph::report::{check}
+#import lightgraph::rounds::counted
 #import lightgraph::trace::{closest_between, FAR}
 #ifdef LIGHTS
 #import lightgraph::traced_lights::traced_light
@@ -30,7 +30,6 @@ struct Params {
 }
 var<uniform> params: Params;
 
-var<storage, read> progress: Progress;
 /// Of the paths of all batches that show the same.
 var<storage, read_write> path_means: array<Mean>;
 var direct: texture_storage_2d<rgba32float, write>;
@@ -196,6 +195,7 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var sum: Light;
+    let progress = counted();
     let paths = progress.next - progress.paths;
     if paths == 0u {
         textureStore(direct, id.xy, vec4f(0.0, 0.0, 0.0, 1.0));

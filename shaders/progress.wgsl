@@ -23,6 +23,8 @@ struct View {
 var<uniform> view: View;
 
 var<storage, read_write> progress: Progress;
+/// The same, for `lightgraph::rounds`.
+var progress_texel: texture_storage_2d<rgba32uint, write>;
 
 @compute @workgroup_size(1)
 fn main() {
@@ -56,4 +58,5 @@ fn main() {
 #endif
     progress.round = select(0u, progress.round + 1u, same);
     progress.content = hash;
+    textureStore(progress_texel, vec2u(0u), vec4u(progress.paths, progress.next, hash, progress.round));
 }
