@@ -41,14 +41,14 @@ SLOW := references:: skips:: mutated:: reloads:: bench_run:: traced:: toggles:: 
 SLOW_UNITS := plan::tests::memory::the_shipped_graphs
 
 # The library, the command and the language server: the window, the Python module and the page stand on crates of their own.
-CORE := --package lightgraph --package lightgraph-cli --package lightgraph-lsp --no-default-features
+CORE := --package lightgraph --package lightgraph-cli --package lightgraph-lsp --no-default-features --features lightgraph-cli/lsp
 
 test: SKIPPED := $(SLOW:%=--skip %)
 test: UNITS_SKIPPED := $(SLOW_UNITS:%=--skip %)
 test: PACKAGES := $(CORE)
 test-all: pytest lint-all
 # A first build has nothing to go on from, and takes a tenth less without what the next would go on from.
-demo test: export CARGO_INCREMENTAL ?= $(if $(wildcard target/debug/incremental),1,0)
+test: export CARGO_INCREMENTAL ?= $(if $(wildcard target/debug/incremental),1,0)
 test: driver
 test-all: display browser
 test test-all: lint
@@ -90,11 +90,11 @@ web:
 test-web: driver
 	@scripts/test-web.sh
 
-# Without the window, and with this crate unoptimised: a renderer's time is the device's.
+# Without the window and the language server, and unoptimised: a renderer's time is the device's.
 demo: driver
-	cargo build --package lightgraph-cli --no-default-features
+	cargo build --package lightgraph-cli --no-default-features --profile demo
 	mkdir -p out
-	target/debug/lightgraph render graphs/gi/final_gather.ron --scene scenes/hall --size 640x480 --frames 4 --out out/hall.png --output color=out/hall.exr
+	target/demo/lightgraph render graphs/gi/final_gather.ron --scene scenes/hall --size 640x480 --frames 2 --out out/hall.png --output color=out/hall.exr
 
 # Every graph on eight scenes at twelve settings; then finer grids of those that gain by them; then the paper's scenes, its graph
 # and the fast one, in all phases.

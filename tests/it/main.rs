@@ -71,6 +71,7 @@ mod command;
 mod culling;
 mod device;
 mod dirty;
+#[cfg(feature = "lsp")]
 mod editor;
 mod edits;
 mod endings;

@@ -9,13 +9,11 @@ use super::outputs::{WrittenFiles, number, output_names};
 use super::render;
 use super::trace::Trace;
 use super::{Failure, needs_no_scene, notices, print, scene_or_none};
-use lightgraph::internals::plan::Step;
 use lightgraph::internals::plan::fastest::{Choices, still};
 use lightgraph::internals::reload::{Watcher, folder_of, folders, settled};
 use lightgraph::{Checked, Diagnostic, Faults, FrameReport, Gpu, Project, Session, Settings};
-use lightgraph_lsp::status::{PassStatus, Status};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
@@ -115,6 +113,7 @@ fn make(args: &WatchArgs, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<Pa
         let prepare_ms = trace.prepared(&session);
         let report = capture::frame(gpu, &mut session, (0, 0.0), args.capture.as_ref())?;
         let frame_ms = trace.frame(0, &session, &report);
+        #[cfg(feature = "lsp")]
         note(&args.graph, &session, &report);
         let files: Vec<(String, PathBuf)> = files.into_iter().map(|(o, path)| (o, number(&path, 0))).collect();
         let WrittenFiles { wrong, exposed } = args.outputs.write(gpu, &session, &files)?;
@@ -141,8 +140,10 @@ fn make(args: &WatchArgs, gpu: &Gpu, previous: Option<&Session>) -> (BTreeSet<Pa
 }
 
 /// Leaves for editors what the passes took and why they ran.
-fn note(graph: &Path, session: &Session, report: &FrameReport) {
-    let status = |(i, step): (usize, &Step)| {
+#[cfg(feature = "lsp")]
+fn note(graph: &std::path::Path, session: &Session, report: &FrameReport) {
+    use lightgraph_lsp::status::{PassStatus, Status};
+    let status = |(i, step): (usize, &lightgraph::internals::plan::Step)| {
         let time = report.steps.iter().find(|t| t.step == i);
         let why = session.why().get(i).map_or(String::new(), ToString::to_string);
         PassStatus { name: step.pass.clone(), ms: time.and_then(|t| t.gpu_ms), ran: time.is_some(), why }
