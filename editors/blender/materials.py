@@ -39,6 +39,8 @@ class Surface:
     ior: float = 1.5
     coat: float = 0.0
     coat_roughness: float = 0.0
+    coat_normal_image: Any = None
+    coat_normal_scale: float = 1.0
     notices: list[str] = field(default_factory=list)
 
 
@@ -130,10 +132,13 @@ def _shade(node: Any, found: Surface) -> None:
             socket = _socket(node, name)
             if socket is not None and (socket.is_linked or abs(socket.default_value - usual) > 1e-6):
                 said.append(f"{name} is left out")
-        _normals(node, found)
+        found.normal_image, found.normal_scale = _normals(node, "Normal", said)
+        if found.coat > 0:
+            name = "Coat Normal" if _socket(node, "Coat Normal") is not None else "Clearcoat Normal"
+            found.coat_normal_image, found.coat_normal_scale = _normals(node, name, said)
     elif kind == "ShaderNodeBsdfDiffuse":
         found.color, found.color_image = _tinted(node, "Color", said)
-        _normals(node, found)
+        found.normal_image, found.normal_scale = _normals(node, "Normal", said)
     elif kind == "ShaderNodeEmission":
         found.color = BLACK
         emission, found.emission_image = _tinted(node, "Color", said)
@@ -166,19 +171,18 @@ def _see_through(node: Any, found: Surface) -> None:
         found.ior = _number(node, "IOR", found.notices)
 
 
-def _normals(node: Any, found: Surface) -> None:
-    """A normal map in tangent space."""
-    socket = _socket(node, "Normal")
-    source = _source(socket)
+def _normals(node: Any, name: str, notices: list[str]) -> tuple[Any, float]:
+    """The image and the strength of a normal map in tangent space."""
+    source = _source(_socket(node, name))
     if source is None:
-        return
+        return None, 1.0
     image = None
     if source.bl_idname == "ShaderNodeNormalMap" and getattr(source, "space", "TANGENT") == "TANGENT":
         image = _source(_socket(source, "Color"))
     if image is None or image.bl_idname != "ShaderNodeTexImage" or image.image is None:
-        found.notices.append(f"Normal: {_called(source)} is not read; only images in tangent space are")
-        return
-    found.normal_image, found.normal_scale = image.image, _number(source, "Strength", found.notices)
+        notices.append(f"{name}: {_called(source)} is not read; only images in tangent space are")
+        return None, 1.0
+    return image.image, _number(source, "Strength", notices)
 
 
 def _channel(node: Any, name: str, notices: list[str]) -> tuple[float, Channel | None]:

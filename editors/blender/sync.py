@@ -13,7 +13,7 @@ from . import materials, meshes, textures, units
 from .content import Content, Lamp, upright
 
 # The textures of a material.
-TEXTURES = ("color_texture", "emission_texture", "finish_texture", "normal_texture")
+TEXTURES = ("color_texture", "emission_texture", "finish_texture", "normal_texture", "coat_normal_texture")
 
 # The sun's angle in the sky, as a new sun of Blender's has it.
 SUN_ANGLE = 0.0092
@@ -98,7 +98,7 @@ class Sync:
         key = (obj.type, data.as_pointer() if obj.type == "MESH" else obj.name_full)
         slots = tuple(self._material(slot.material) for slot in obj.material_slots)
         textured = any(getattr(m, name) is not None for m in slots for name in TEXTURES)
-        bent = any(m.normal_texture is not None for m in slots)
+        bent = any(m.normal_texture is not None or m.coat_normal_texture is not None for m in slots)
         key += (textured, bent)
         if key not in read:
             before = self._meshes.get(key)
@@ -167,6 +167,8 @@ class Sync:
             ior=min(max(said.ior, 1.0), 4.0),
             coat=min(max(said.coat, 0.0), 1.0),
             coat_roughness=min(max(said.coat_roughness, 0.0), 1.0),
+            coat_normal_texture=self._image("normal", said.notices, said.coat_normal_image),
+            coat_normal_scale=said.coat_normal_scale,
         )
         return made, said.notices
 

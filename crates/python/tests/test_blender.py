@@ -253,7 +253,18 @@ def test_maps_of_normals_and_roughness_are_read():
     found = materials.surface(material(shader))
     assert (found.normal_image, found.normal_scale, found.alpha) == (image.image, 0.5, 0.5)
     assert found.roughness == 1 and found.roughness_image == materials.Channel(packed.image, "G")
-    assert not found.notices
+    assert found.coat_normal_image is None and not found.notices
+
+
+def test_a_coat_has_normals_of_its_own():
+    image = node("ShaderNodeTexImage")
+    image.image = Thing(name="normals")
+    bumps = node("ShaderNodeNormalMap", Color=socket("Color", None, image), Strength=0.25)
+    coat = [socket("Coat Weight", 1.0), socket("Coat Normal", None, bumps)]
+    shader = node("ShaderNodeBsdfPrincipled", **{one.name: one for one in coat})
+    found = materials.surface(material(shader))
+    assert (found.coat_normal_image, found.coat_normal_scale) == (image.image, 0.25)
+    assert found.normal_image is None and not found.notices
 
 
 def test_materials_with_all_that_gltf_knows_make_a_scene():
@@ -265,6 +276,8 @@ def test_materials_with_all_that_gltf_knows_make_a_scene():
         transmission=0.5,
         ior=1.3,
         coat=0.5,
+        coat_normal_texture=picture[:, :, :3],
+        coat_normal_scale=0.5,
         alpha=0.9,
     )
     (plain,) = floor()

@@ -134,7 +134,8 @@ class _Build:
 
     def material_entry(self, at: str, material: Material) -> int:
         color, emission = vector(f"{at}.color", material.color), vector(f"{at}.emission", material.emission)
-        factors = ("alpha", "roughness", "metallic", "normal_scale", "transmission", "ior", "coat", "coat_roughness")
+        factors = ("alpha", "roughness", "metallic", "normal_scale", "transmission", "ior")
+        factors += ("coat", "coat_roughness", "coat_normal_scale")
         said = {name: number(f"{at}.{name}", getattr(material, name)) for name in factors}
         entry: dict[str, Any] = {
             "pbrMetallicRoughness": {
@@ -165,7 +166,13 @@ class _Build:
         if said["ior"] != 1.5:
             stated["KHR_materials_ior"] = {"ior": said["ior"]}
         if said["coat"] > 0:
-            coat = {"clearcoatFactor": said["coat"], "clearcoatRoughnessFactor": said["coat_roughness"]}
+            coat: dict[str, Any] = {
+                "clearcoatFactor": said["coat"],
+                "clearcoatRoughnessFactor": said["coat_roughness"],
+            }
+            if material.coat_normal_texture is not None:
+                texture = self.texture(f"{at}.coat_normal_texture", material.coat_normal_texture)
+                coat["clearcoatNormalTexture"] = {**texture, "scale": said["coat_normal_scale"]}
             stated["KHR_materials_clearcoat"] = coat
         strength = max(emission)
         if min(emission) < 0:

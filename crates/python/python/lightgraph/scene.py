@@ -62,8 +62,9 @@ class Material:
     Textures multiply what they belong to: uint8 arrays of the shape (height, width, 3) or (height, width, 4), row 0 at
     the top, where v is 0. Those of `color` and `emission` are in sRGB, the fourth channel of `color_texture` times
     `alpha` is the share of the surface that is there. `finish_texture` has roughness in green and metalness in blue,
-    `normal_texture` normals as glTF has them, x and y times `normal_scale`. `transmission`, `ior`, `coat` and
-    `coat_roughness` are those of glTF's extensions.
+    `normal_texture` normals as glTF has them, x and y times `normal_scale`; `coat_normal_texture` and
+    `coat_normal_scale` are those of the coat, which follows the mesh's normals without. `transmission`, `ior`, `coat`
+    and `coat_roughness` are those of glTF's extensions.
     """
 
     color: Vec3 = (0.8, 0.8, 0.8)
@@ -82,6 +83,8 @@ class Material:
     ior: float = 1.5
     coat: float = 0.0
     coat_roughness: float = 0.0
+    coat_normal_texture: Any = None
+    coat_normal_scale: float = 1.0
 
 
 @dataclass(frozen=True)
