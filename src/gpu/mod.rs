@@ -22,6 +22,7 @@ mod pool;
 mod prepare;
 mod readback;
 mod recorder;
+mod refit;
 mod reports;
 mod scene_data;
 mod scope;

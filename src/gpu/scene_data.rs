@@ -6,7 +6,7 @@ use super::{
 };
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
-use crate::plan::tables::{ACROSS, TEXEL, pack, stride, world_space, write_rows};
+use crate::plan::tables::{ACROSS, TEXEL, has_derived, pack, stride, write_rows};
 use crate::plan::{Plan, TableUse};
 use crate::scene::{Assets, Geometry, Level, Table, TextureArray};
 use std::ops::Range;
@@ -21,7 +21,7 @@ pub(super) struct SceneData {
     pub tables: Vec<TableMemory>,
     /// What those hold.
     uploaded: Vec<Table>,
-    /// `None` where no shader reads triangles in world space.
+    /// `None` where no shader reads what the device derives.
     world_space: Option<WorldSpace>,
     /// A 2D array; one white texel when the scene has no textures.
     pub textures: wgpu::TextureView,
@@ -133,10 +133,10 @@ impl SceneData {
                 moved = true;
             }
         }
-        match (changed.iter().find_map(Table::corners), &mut self.world_space) {
+        match &mut self.world_space {
             _ if other || moved => self.prepare_world_space(gpu, plan)?,
-            (Some(now), Some(world_space)) => world_space.follow(gpu, now),
-            _ => {}
+            Some(world_space) => world_space.follow(gpu, changed),
+            None => {}
         }
         Ok(moved)
     }
@@ -154,6 +154,7 @@ impl SceneData {
     /// Notes that the device got what was encoded.
     pub(super) fn encoded(&mut self) {
         self.tables.iter_mut().for_each(|memory| memory.dirty.clear());
+        self.world_space.iter_mut().for_each(WorldSpace::encoded);
     }
 }
 
@@ -164,7 +165,7 @@ impl TableMemory {
         let texels = if wanted.texels { Some(lines(gpu, name, bytes.len())?) } else { None };
         let usage = match wanted.texels {
             false => U::STORAGE | U::UNIFORM,
-            true if has_world_space(wanted, table) => U::STORAGE | U::COPY_SRC,
+            true if has_derived(wanted, table) => U::STORAGE | U::COPY_SRC,
             true => U::COPY_SRC,
         };
         let buffer = filled(gpu, &format!("rows of the table `{name}`"), &[&bytes], usage)?;
@@ -174,7 +175,7 @@ impl TableMemory {
     /// Packs and writes some rows.
     fn write_rows(&self, gpu: &Gpu, wanted: &TableUse, table: &Table, some: Range<usize>) -> Checked<()> {
         // Nothing else of such a row changes while the triangles are the same.
-        if has_world_space(wanted, table) {
+        if has_derived(wanted, table) {
             return Ok(());
         }
         let stride = stride(wanted);
@@ -241,10 +242,6 @@ impl Mesh {
     pub(super) fn part(&self, level: Option<usize>) -> MeshPart {
         level.and_then(|i| self.levels.get(i)).copied().unwrap_or(self.whole)
     }
-}
-
-fn has_world_space(wanted: &TableUse, table: &Table) -> bool {
-    wanted.row.members.iter().any(|member| world_space(table, member).is_some())
 }
 
 fn find<'a>(wanted: &TableUse, tables: &'a [Table]) -> Checked<&'a Table> {

@@ -1,15 +1,16 @@
-//! Transforms the triangles in tables to world space on the device, so that a frame in which nodes move uploads
-//! their matrices alone.
+//! Transforms the triangles in tables to world space on the device, and fits the boxes round them, so that a frame in
+//! which nodes move uploads their matrices alone.
 
 use super::{
     buffers::{bind_buffers, filled, kernel},
     device::Gpu,
     recorder::Recorder,
+    refit::{Boxes, layout},
     scene_data::{Mesh, TableMemory},
 };
 use crate::diag::Checked;
 use crate::plan::TableUse;
-use crate::plan::tables::{stride, world_space};
+use crate::plan::tables::{Derived, derived, has_derived, stride};
 use crate::scene::{Corners, Table, VertexAttribute};
 use std::ops::Range;
 use std::sync::Arc;
@@ -26,20 +27,32 @@ const LANES: usize = 64;
 /// Bytes of a node's transforms.
 const NODE: usize = size_of::<[[f32; 4]; 7]>();
 
-/// The kernel that transforms triangles, and what it reads.
+/// The kernels that transform triangles and fit boxes, and what they read.
 #[derive(Debug)]
 pub(super) struct WorldSpace {
     pipeline: wgpu::ComputePipeline,
     nodes: wgpu::Buffer,
     /// The triangles whose transforms the device has.
     held: Arc<Corners>,
-    /// By table; `None` for others.
-    jobs: Vec<Option<(wgpu::Buffer, wgpu::BindGroup)>>,
+    /// `None` where no table has any.
+    boxes: Option<Boxes>,
+    /// By table.
+    jobs: Vec<Job>,
+}
+
+/// What the device writes to a table.
+#[derive(Debug)]
+enum Job {
+    Nothing,
+    /// Corners of triangles; with the rows to transform.
+    Corners(wgpu::Buffer, wgpu::BindGroup),
+    /// Boxes round triangles.
+    Boxes(wgpu::BindGroup),
 }
 
 impl WorldSpace {
-    /// Takes all tables of a plan, with the content and memory of each. Returns `None` where none has a member in world
-    /// space.
+    /// Takes all tables of a plan, with the content and memory of each. Returns `None` where the device derives no
+    /// member of any.
     ///
     /// # Errors
     /// Fails where the device has no memory left or binds less than a buffer takes.
@@ -47,9 +60,12 @@ impl WorldSpace {
     where
         I: Iterator<Item = ((&'a TableUse, &'a Table), &'a TableMemory)>,
     {
-        let Some(held) = uses().find_map(|((wanted, table), _)| header(wanted, table).and(table.corners())) else {
+        let triangles = |wanted, table: &'a Table| table.corners().filter(|_| has_derived(wanted, table));
+        let Some(held) = uses().find_map(|((wanted, table), _)| triangles(wanted, table)) else {
             return Ok(None);
         };
+        let hierarchy = uses().find_map(|((wanted, table), _)| layout(wanted, table).and(table.hierarchy()));
+        let boxes = hierarchy.map(|of| Boxes::prepare(gpu, of)).transpose()?;
         let pipeline = kernel(gpu, include_str!("world_space.wgsl"), "to_world")?;
         let vertices: Vec<[u32; 3]> = (0..held.rows()).map(|row| held.vertices(row)).collect();
         let corners = filled(gpu, "corners of triangles", &[bytemuck::cast_slice(&vertices)], U::STORAGE)?;
@@ -57,8 +73,13 @@ impl WorldSpace {
         let nodes = filled(gpu, "transforms of nodes", &[bytemuck::cast_slice(&transforms)], U::STORAGE)?;
         let mut jobs = vec![];
         for ((wanted, table), memory) in uses() {
+            if let (Some(boxes), Some(layout)) = (&boxes, layout(wanted, table)) {
+                let group = boxes.bind(gpu, layout, [&mesh.vertices, &corners, &nodes], &memory.buffer)?;
+                jobs.push(Job::Boxes(group));
+                continue;
+            }
             let Some(header) = header(wanted, table) else {
-                jobs.push(None);
+                jobs.push(Job::Nothing);
                 continue;
             };
             let ranges = vec![0; 2 * MOST_RANGES];
@@ -66,13 +87,17 @@ impl WorldSpace {
             let job = filled(gpu, "rows to transform", &pieces, U::STORAGE)?;
             let buffers = [&job, &mesh.vertices, &mesh.tangents, &corners, &nodes, &memory.buffer];
             let group = bind_buffers(gpu, &format!("the transform of `{}`", wanted.table), &pipeline, &buffers)?;
-            jobs.push(Some((job, group)));
+            jobs.push(Job::Corners(job, group));
         }
-        Ok(Some(WorldSpace { pipeline, nodes, held: held.clone(), jobs }))
+        Ok(Some(WorldSpace { pipeline, nodes, held: held.clone(), boxes, jobs }))
     }
 
-    /// Uploads the transforms that changed.
-    pub(super) fn follow(&mut self, gpu: &Gpu, now: &Arc<Corners>) {
+    /// Uploads what changed of transforms, and of which boxes are to be fitted.
+    pub(super) fn follow(&mut self, gpu: &Gpu, changed: &[Table]) {
+        if let (Some(boxes), Some(now)) = (&mut self.boxes, changed.iter().find_map(Table::hierarchy)) {
+            boxes.follow(gpu, now);
+        }
+        let Some(now) = changed.iter().find_map(Table::corners) else { return };
         let differs = |i: &usize| bytemuck::bytes_of(&now.nodes()[*i]) != bytemuck::bytes_of(&self.held.nodes()[*i]);
         let mut other = (0..now.nodes().len()).filter(differs);
         if let Some(first) = other.next() {
@@ -83,10 +108,17 @@ impl WorldSpace {
         self.held = now.clone();
     }
 
-    /// Transforms the changed rows.
+    /// Transforms the changed rows, and fits boxes.
     pub(super) fn encode(&self, gpu: &Gpu, record: &mut Recorder<'_>, tables: &[TableMemory]) {
         for (job, memory) in self.jobs.iter().zip(tables) {
-            let Some((job, group)) = job else { continue };
+            let (job, group) = match (job, &self.boxes) {
+                (Job::Corners(job, group), _) => (job, group),
+                (Job::Boxes(group), Some(boxes)) => {
+                    boxes.encode(record, group);
+                    continue;
+                }
+                _ => continue,
+            };
             let mut ranges: Vec<Range<usize>> = memory.dirty.iter().filter(|r| !r.is_empty()).cloned().collect();
             if ranges.len() > MOST_RANGES {
                 let end = ranges.iter().map(|r| r.end).max().unwrap_or(0);
@@ -104,13 +136,20 @@ impl WorldSpace {
     }
 }
 
+impl WorldSpace {
+    /// Notes that the device got what was encoded.
+    pub(super) fn encoded(&mut self) {
+        self.boxes.iter_mut().for_each(Boxes::encoded);
+    }
+}
+
 /// The start of a job: the number of words in a row, then the places in it of three positions, three normals and three
 /// tangents. `None` where a row has no member in world space.
 fn header(wanted: &TableUse, table: &Table) -> Option<[u32; HEADER]> {
     let mut words = [ABSENT; HEADER];
     words[0] = stride(wanted) as u32 / 4;
     for member in &wanted.row.members {
-        let Some((held, corner)) = world_space(table, member) else { continue };
+        let Some(Derived::Corner(held, corner)) = derived(wanted, table, member) else { continue };
         let first = match held {
             VertexAttribute::Position => 1,
             VertexAttribute::Normal => 4,

@@ -52,15 +52,15 @@ pub fn stride(wanted: &TableUse) -> usize {
     wanted.stride.max(wanted.row.size).max(4) as usize
 }
 
-/// Writes some rows as a shader asks, the first to the start of `out`. Leaves bytes that no member fills, and members
-/// in world space: the device writes those.
+/// Writes some rows as a shader asks, the first to the start of `out`. Leaves bytes that no member fills, and
+/// [`Derived`] members: the device writes those.
 ///
 /// # Errors
 /// The table lacks a column, or has it in another type.
 pub fn write_rows(wanted: &TableUse, table: &Table, some: Range<usize>, out: &mut [u8]) -> Checked<()> {
     let (stride, size) = (stride(wanted), wanted.row.size as usize);
     let mut faults: Vec<Diagnostic> = vec![];
-    for member in wanted.row.members.iter().filter(|member| world_space(table, member).is_none()) {
+    for member in wanted.row.members.iter().filter(|member| derived(wanted, table, member).is_none()) {
         let places = out.chunks_exact_mut(stride).take(some.len()).map(|row| &mut row[member.offset as usize..size]);
         let column = table.column(&member.name);
         if !column.is_some_and(|c| write(c, member.ty, some.start, places)) {
@@ -72,14 +72,37 @@ pub fn write_rows(wanted: &TableUse, table: &Table, some: Range<usize>, out: &mu
     Faults::check(faults, ())
 }
 
-/// The vertex attribute in world space that a member holds, and the corner of the triangle.
-pub fn world_space(table: &Table, member: &Member) -> Option<(VertexAttribute, usize)> {
-    match table.column(&member.name) {
-        Some(Column::Corner { corner, held, .. }) if held.in_world_space() && held.ty() == member.ty => {
-            Some((*held, *corner))
+/// What the device works out of where nodes are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Derived {
+    /// A vertex attribute in world space, at a corner of a triangle.
+    Corner(VertexAttribute, usize),
+    /// A corner of a hierarchy's box.
+    Lower,
+    Upper,
+}
+
+/// What the device writes to a member; `None`: the host does.
+pub fn derived(wanted: &TableUse, table: &Table, member: &Member) -> Option<Derived> {
+    let upper = |member: &Member| match table.column(&member.name) {
+        Some(Column::Box { upper, .. }) if member.ty == Type::Vec3 => Some(*upper),
+        _ => None,
+    };
+    match table.column(&member.name)? {
+        Column::Corner { corner, held, .. } if held.in_world_space() && held.ty() == member.ty => {
+            Some(Derived::Corner(*held, *corner))
+        }
+        // Boxes are made of boxes: whole ones.
+        Column::Box { .. } if wanted.row.members.iter().filter_map(upper).count() == 2 => {
+            upper(member).map(|upper| if upper { Derived::Upper } else { Derived::Lower })
         }
         _ => None,
     }
+}
+
+/// Whether the device writes members of a table's rows.
+pub fn has_derived(wanted: &TableUse, table: &Table) -> bool {
+    wanted.row.members.iter().any(|member| derived(wanted, table, member).is_some())
 }
 
 /// Writes a column from row number `first` on, each row to the start of its place; false where it is too short or does

@@ -3,7 +3,7 @@
 //! Built from the top by the surface area heuristic over bins of the centres (Wald, "On fast Construction of SAH-based
 //! Bounding Volume Hierarchies", 2007). The same triangles give the same hierarchy, on however many cores: the top is
 //! split by one thread with the help of the others, the parts below it by all of them at once. Triangles that move keep
-//! their places in it: the boxes alone are made anew.
+//! their places in it: the boxes alone are made anew, on the device ([`super::hierarchy`]).
 
 use super::{model::Bounds, pieces::Pieces};
 use crate::parallel::threads;
@@ -30,6 +30,19 @@ pub struct Tree {
     pub count: Pieces<u32>,
     /// The triangles in the order of the leaves.
     pub order: Arc<Vec<u32>>,
+}
+
+/// Rows whose boxes are to be fitted anew after triangles moved.
+#[derive(Debug, PartialEq, Default)]
+pub struct Refit {
+    /// Where those triangles stand in [`Tree::order`].
+    pub places: Vec<Range<usize>>,
+    /// By row: its number, `first` and `count`. Those of a level come after all of the levels below it.
+    pub rows: Vec<[u32; 3]>,
+    /// Where the levels end, from the leaves up.
+    pub ends: Vec<u32>,
+    /// The numbers of the rows, in their order.
+    pub spans: Vec<Range<usize>>,
 }
 
 /// Leaves are at most so many levels below the root: what a traversal's stack must hold.
@@ -89,63 +102,17 @@ impl Bvh {
         let rows = tree.rows();
         let mut bvh = Bvh { lower: Pieces::repeat(Vec3::ZERO, rows), upper: Pieces::repeat(Vec3::ZERO, rows), tree };
         if !bvh.tree.order.is_empty() {
-            let margin = margin(all);
+            let margin = Vec3::splat(margin(all));
             for row in (0..rows).rev() {
                 let bounds = match bvh.tree.count[row] {
                     0 => bvh.round_children(row),
                     _ => bvh.round_triangles(row, margin, &corners),
                 };
-                bvh.set(row, bounds);
+                bvh.lower.set(row, bounds.min);
+                bvh.upper.set(row, bounds.max);
             }
         }
         bvh
-    }
-
-    /// The same hierarchy after some triangles have moved, within the same [`reach`] of everything, and the rows whose
-    /// boxes are others, in their order. `was` are boxes round where those triangles stood; `moved` are their places in
-    /// [`Tree::order`], in that order, with what tells their corners. A leaf moves as a whole.
-    pub fn moved<P>(
-        mut self,
-        all: Bounds,
-        was: &[Bounds],
-        moved: &[(Range<usize>, P)],
-        corners: impl Fn(&P, usize) -> [Vec3; 3],
-    ) -> (Bvh, Vec<usize>) {
-        let mut other = vec![];
-        if !moved.is_empty() {
-            self.follow(0, &MovedLeaves { margin: margin(all), was, moved }, &corners, &mut other);
-        }
-        other.sort_unstable();
-        (self, other)
-    }
-
-    /// Refits the boxes of a row and of all rows below where triangles moved. Returns whether the row's box changed.
-    fn follow<P>(
-        &mut self,
-        row: usize,
-        moves: &MovedLeaves<P>,
-        corners: &impl Fn(&P, usize) -> [Vec3; 3],
-        other: &mut Vec<usize>,
-    ) -> bool {
-        let MovedLeaves { margin, was, moved } = *moves;
-        let first = self.tree.first[row] as usize;
-        let changed = if self.tree.count[row] > 0 {
-            let of = moved.get(moved.partition_point(|m| m.0.end <= first)).filter(|m| m.0.start <= first);
-            of.is_some_and(|(_, of)| {
-                let bounds = self.round_triangles(row, margin, |triangle| corners(of, triangle));
-                self.set(row, bounds)
-            })
-        } else {
-            // Boxes above a moved leaf hold the place where it was.
-            let bounds = Bounds { min: self.lower[row], max: self.upper[row] };
-            let below = was.iter().any(|b| b.meets(&bounds))
-                && self.follow(first, moves, corners, other) | self.follow(first + 1, moves, corners, other);
-            below && self.set(row, self.round_children(row))
-        };
-        if changed {
-            other.push(row);
-        }
-        changed
     }
 
     /// The box round the children of a row.
@@ -161,30 +128,12 @@ impl Bvh {
         let exact = self.tree.order[first..first + count].iter().fold(Bounds::EMPTY, round);
         Bounds { min: exact.min - margin, max: exact.max + margin }
     }
-
-    /// Sets the box of a row. Returns whether it changed.
-    fn set(&mut self, row: usize, Bounds { min, max }: Bounds) -> bool {
-        let bits = |v: Vec3| v.to_array().map(f32::to_bits);
-        let changed = bits(self.lower[row]) != bits(min) || bits(self.upper[row]) != bits(max);
-        if changed {
-            self.lower.set(row, min);
-            self.upper.set(row, max);
-        }
-        changed
-    }
-}
-
-/// The arguments of [`Bvh::moved`] that a refit passes down.
-struct MovedLeaves<'m, P> {
-    margin: Vec3,
-    was: &'m [Bounds],
-    moved: &'m [(Range<usize>, P)],
 }
 
 /// How much wider leaves are than their triangles: rays that run along a flat box, or exactly through its edge, must
 /// not slip by for a rounding error.
-fn margin(all: Bounds) -> Vec3 {
-    Vec3::splat(reach(all) * 4.0 * f32::EPSILON)
+pub fn margin(all: Bounds) -> f32 {
+    reach(all) * 4.0 * f32::EPSILON
 }
 
 /// The least power of two that no coordinate of a box exceeds: what moves changes it hardly ever.
@@ -247,6 +196,54 @@ impl Tree {
 
     pub fn rows(&self) -> usize {
         self.count.len()
+    }
+
+    /// The leaves over some places of [`Tree::order`], given in their order, and all rows above these.
+    pub fn refit(&self, places: Vec<Range<usize>>) -> Refit {
+        let mut levels = vec![];
+        if !self.order.is_empty() {
+            self.gather(0, 0..self.order.len(), &places, &mut levels);
+        }
+        let ends = levels.iter().scan(0, |end, level: &Vec<[u32; 3]>| {
+            *end += level.len() as u32;
+            Some(*end)
+        });
+        let (ends, rows) = (ends.collect(), levels.concat());
+        let mut numbers: Vec<usize> = rows.iter().map(|[row, ..]| *row as usize).collect();
+        numbers.sort_unstable();
+        let spans = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[run.len() - 1] + 1).collect();
+        Refit { places, rows, ends, spans }
+    }
+
+    /// Adds a row that lies over some places, and all such rows below it. Returns its level; `None` where it is over
+    /// none of them.
+    fn gather(
+        &self,
+        row: usize,
+        over: Range<usize>,
+        places: &[Range<usize>],
+        levels: &mut Vec<Vec<[u32; 3]>>,
+    ) -> Option<usize> {
+        places.get(places.partition_point(|p| p.end <= over.start)).filter(|p| p.start < over.end)?;
+        let [first, count] = [self.first[row], self.count[row]];
+        let mut level = 0;
+        if count == 0 {
+            let child = first as usize;
+            let middle = self.start(child + 1);
+            let left = self.gather(child, over.start..middle, places, levels);
+            level = 1 + left.max(self.gather(child + 1, middle..over.end, places, levels))?;
+        }
+        levels.resize_with(levels.len().max(level + 1), Vec::new);
+        levels[level].push([row as u32, first, count]);
+        Some(level)
+    }
+
+    /// The first place below a row.
+    fn start(&self, mut row: usize) -> usize {
+        while self.count[row] == 0 {
+            row = self.first[row] as usize;
+        }
+        self.first[row] as usize
     }
 
     fn push(&mut self, row: BvhRow) {

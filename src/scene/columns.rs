@@ -1,6 +1,6 @@
 //! A table as data: rows of named columns, and what one has other than one before.
 
-use super::{Corners, Pieces, VertexAttribute};
+use super::{Corners, Hierarchy, Pieces, VertexAttribute};
 use crate::content::hash;
 use crate::value::Value;
 use glam::{Mat4, Vec2, Vec3, Vec4};
@@ -72,15 +72,24 @@ impl Table {
         };
         self.columns.iter().find_map(|(name, column)| match column {
             Column::Corner { of, .. } => Some(bits(&mut of.nodes().iter())),
+            Column::Box { of, .. } => Some(bits(&mut of.corners.nodes().iter())),
             Column::Mat4(nodes) if (self.name, *name) == ("nodes", "transform") => Some(bits(&mut nodes.iter())),
             _ => None,
         })
     }
 
-    /// The triangles whose corners it holds.
+    /// The triangles whose corners it holds, or that its boxes lie round.
     pub fn corners(&self) -> Option<&Arc<Corners>> {
-        let mut columns = self.columns.iter();
-        columns.find_map(|(_, c)| if let Column::Corner { of, .. } = c { Some(of) } else { None })
+        self.columns.iter().find_map(|(_, column)| match column {
+            Column::Corner { of, .. } => Some(of),
+            Column::Box { of, .. } => Some(&of.corners),
+            _ => None,
+        })
+    }
+
+    /// The hierarchy whose boxes it holds.
+    pub fn hierarchy(&self) -> Option<&Arc<Hierarchy>> {
+        self.columns.iter().find_map(|(_, c)| if let Column::Box { of, .. } = c { Some(of) } else { None })
     }
 
     /// Ranges of rows, in their order, outside of which it is the same as an earlier one; `None`: it has other rows, or
@@ -95,7 +104,7 @@ impl Table {
             return Some(since.rows.to_vec());
         }
         let mut other = vec![false; self.rows];
-        if let (Some(now), Some(then)) = (self.corners(), before.corners()) {
+        if let (None, Some(now), Some(then)) = (self.hierarchy(), self.corners(), before.corners()) {
             now.mark(then, &mut other)?;
         }
         for ((name, now), (then_name, then)) in self.columns.iter().zip(before.columns.iter()) {
@@ -123,6 +132,11 @@ pub enum Column {
         corner: usize,
         held: VertexAttribute,
     },
+    /// The lower or the upper corner of a hierarchy's boxes.
+    Box {
+        of: Arc<Hierarchy>,
+        upper: bool,
+    },
 }
 
 impl Column {
@@ -147,6 +161,7 @@ impl Column {
             (Column::Vec4(a), Column::Vec4(b)) => each(a, b, other),
             (Column::Mat4(a), Column::Mat4(b)) => each(a, b, other),
             (Column::Corner { corner: a, held: x, .. }, Column::Corner { corner: b, held: y, .. }) => (a, x) == (b, y),
+            (Column::Box { of: a, upper: x }, Column::Box { of: b, upper: y }) => x == y && a.mark(b, other),
             _ => false,
         }
     }
@@ -155,6 +170,7 @@ impl Column {
     pub fn get(&self, row: usize) -> Option<Value> {
         match self {
             Column::Corner { of, corner, held } => of.get(row, *corner, *held),
+            Column::Box { of, upper } => of.corner(row, *upper).map(Value::Vec3),
             Column::Uint(v) => v.get(row).map(|x| Value::Uint(*x)),
             Column::Float(v) => v.get(row).map(|x| Value::Float(*x)),
             Column::Vec2(v) => v.get(row).map(|x| Value::Vec2(*x)),

@@ -168,6 +168,11 @@ impl Corners {
         [indices[0], indices[1], indices[2]]
     }
 
+    /// The corners of a triangle by its number in the scene.
+    pub(super) fn triangle(&self, triangle: usize) -> [Vec3; 3] {
+        [0, 1, 2].map(|corner| self.position(self.geometry.indices[3 * triangle + corner]))
+    }
+
     fn position(&self, vertex: u32) -> Vec3 {
         let vertex = &self.geometry.vertices[vertex as usize];
         self.nodes[vertex.node as usize].transform_point3(vertex.position.into())

@@ -2,11 +2,12 @@
 
 use super::{
     Column, Follows, Level, MOVED, PREVIOUS_TRANSFORM, Since, TABLES, Table,
-    bvh::{Bvh, Tree, reach},
+    bvh::{Tree, reach},
     clusters,
     corners::{Corners, TriangleOrder, VertexAttribute, VertexRun, around},
     environment::Environment,
     geometry::Geometry,
+    hierarchy::Hierarchy,
     light_views::{Surfaces, light_view_table, light_views},
     model::{Bounds, Scene},
     motion::{Pose, nodes},
@@ -20,9 +21,6 @@ use std::sync::Arc;
 
 /// The tables that boxes round clusters are needed for.
 const BOXED: [&str; 5] = ["light_views", "triangles", "bvh", "clusters", MOVED];
-
-/// Boxes round what moved that each row of a hierarchy is held against, at most.
-const MOST_PLACES: usize = 8;
 
 /// Rows of the table `moved`.
 const MOVED_ROWS: usize = 8;
@@ -38,6 +36,8 @@ pub struct Tables {
     pub levels: Vec<Arc<Level>>,
     pub list: Vec<Table>,
     boxes: Boxes,
+    /// Where rays are traced.
+    traced: Option<Arc<Hierarchy>>,
 }
 
 /// Boxes round clusters at a pose; none where no table is made of them.
@@ -82,7 +82,7 @@ impl Scene {
         earlier: Option<&Tables>,
     ) -> Tables {
         let kept = |name: &str| {
-            let Tables { pose: before, levels: beside, list, boxes: _ } = earlier?;
+            let Tables { pose: before, levels: beside, list, .. } = earlier?;
             let changed = [
                 (Follows::NODES, before.nodes != pose.nodes || name == "nodes" && !stood_still(list)),
                 (Follows::LIGHTS, before.lights != pose.lights),
@@ -94,12 +94,9 @@ impl Scene {
         };
         let names = || TABLES.iter().map(|t| t.name).filter(|name| wanted(name));
         let world = World { scene: self, pose: &pose };
-        let (boxes, placed) = match names().any(|name| BOXED.contains(&name)) {
+        let boxes = match names().any(|name| BOXED.contains(&name)) {
             true => world.boxes(&levels, earlier),
-            false => {
-                let none = Boxes { each: Pieces::default(), own: Bounds::EMPTY, all: Bounds::EMPTY, other: None };
-                (none, PlacedVertices::new())
-            }
+            false => Boxes { each: Pieces::default(), own: Bounds::EMPTY, all: Bounds::EMPTY, other: None },
         };
         let corners = |triangle: usize| world.corners(triangle);
         let mut traced = None;
@@ -115,7 +112,7 @@ impl Scene {
             }
             // Both come of the same sorting.
             "triangles" | "bvh" => {
-                let (triangles, bvh) = traced.get_or_insert_with(|| traced_tables(&world, &boxes, &placed, earlier));
+                let (triangles, bvh, _) = traced.get_or_insert_with(|| traced_tables(&world, &boxes, earlier));
                 Some(if name == "bvh" { bvh.clone() } else { triangles.clone() })
             }
             "clusters" => Some(self.cluster_table(&boxes, &levels, earlier)),
@@ -125,7 +122,8 @@ impl Scene {
             _ => None,
         };
         let list = names().filter_map(|name| kept(name).or_else(|| made(name))).collect();
-        Tables { list, boxes, levels, pose }
+        let traced = traced.map(|(.., of)| of).or_else(|| earlier?.traced.clone());
+        Tables { list, boxes, traced, levels, pose }
     }
 
     fn light_table(&self, pose: &Pose) -> Table {
@@ -284,12 +282,12 @@ impl World<'_> {
         corners(&self.scene.geometry.indices, triangle).map(|vertex| self.position(vertex as usize))
     }
 
-    /// The boxes of clusters, of those that stand still the earlier ones; and where the vertices of the others are.
-    fn boxes(&self, levels: &[Arc<Level>], earlier: Option<&Tables>) -> (Boxes, PlacedVertices) {
+    /// The boxes of clusters, of those that stand still the earlier ones.
+    fn boxes(&self, levels: &[Arc<Level>], earlier: Option<&Tables>) -> Boxes {
         let all = || self.scene.clustered(levels).flat_map(|(indices, list)| list.iter().map(move |c| (indices, c)));
         let count = self.scene.clustered(levels).map(|(_, list)| list.len()).sum::<usize>();
         let known = earlier.filter(|e| same_levels(&e.levels, levels) && e.boxes.each.len() == count);
-        let (mut each, mut other, mut placed) = (Pieces::default(), vec![], PlacedVertices::new());
+        let (mut each, mut other) = (Pieces::default(), vec![]);
         match known {
             Some(known) => {
                 let changed = self.scene.geometry.owners.changed(&known.pose.nodes, &self.pose.nodes);
@@ -297,7 +295,7 @@ impl World<'_> {
                 if changed.contains(&true) {
                     let moved = |node: u32| changed.get(node as usize) != Some(&false);
                     let moved = || all().enumerate().filter(|(_, (_, c))| moved(c.node));
-                    placed = self.placed(moved().map(|(_, found)| found));
+                    let placed = self.placed(moved().map(|(_, found)| found));
                     for (i, (indices, c)) in moved() {
                         let of = &placed[&c.node];
                         each.set(i, clusters::bounds(c, |i| of[indices[i]]));
@@ -321,7 +319,7 @@ impl World<'_> {
                 (own, each.iter_from(count).fold(own, union))
             }
         };
-        (Boxes { each, own, all, other: known.map(|_| other) }, placed)
+        Boxes { each, own, all, other: known.map(|_| other) }
     }
 
     /// Where the vertices of some clusters are, given with the indices that they are of: each is worked out once.
@@ -365,105 +363,43 @@ impl Tables {
     fn table(&self, name: &str) -> Option<&Table> {
         self.list.iter().find(|t| t.name == name)
     }
-
-    fn column(&self, table: &str, column: &str) -> Option<&Column> {
-        self.table(table)?.column(column)
-    }
 }
 
-/// What rays meet, as earlier tables of a scene hold it.
-struct Traced<'a> {
-    tables: &'a Tables,
-    bvh: Bvh,
-    corners: &'a Corners,
-}
-
-impl<'a> Traced<'a> {
-    fn of(tables: &'a Tables) -> Option<Traced<'a>> {
-        let column = |table, column| tables.column(table, column);
-        match (
-            (column("bvh", "lower")?, column("bvh", "upper")?),
-            (column("bvh", "first")?, column("bvh", "count")?),
-            column("triangles", "a")?,
-        ) {
-            (
-                (Column::Vec3(lower), Column::Vec3(upper)),
-                (Column::Uint(first), Column::Uint(count)),
-                Column::Corner { of: corners, .. },
-            ) => {
-                let order = corners.order().triangles.clone();
-                let tree = Tree { first: first.clone(), count: count.clone(), order };
-                Some(Traced { tables, bvh: Bvh { lower: lower.clone(), upper: upper.clone(), tree }, corners })
-            }
-            _ => None,
+/// The tables `triangles` and `bvh`, and what both come from.
+fn traced_tables(world: &World<'_>, boxes: &Boxes, earlier: Option<&Tables>) -> (Table, Table, Arc<Hierarchy>) {
+    let known = earlier.and_then(|earlier| Some((earlier, earlier.traced.as_ref()?)));
+    let corners = |order| Arc::new(Corners::new(world.scene, world.pose, order));
+    let of = Arc::new(match known {
+        Some((_, known)) => known.at(corners(known.corners.order().clone()), boxes.own),
+        None => {
+            let tree = sorted(world.scene);
+            let order = Arc::new(TriangleOrder::new(&world.scene.geometry, tree.order.clone()));
+            Hierarchy::new(tree, corners(order), boxes.own)
         }
-    }
-
-    /// The boxes for rays where clusters have these, and what they and the triangles have other than here; `None`: too
-    /// much is.
-    fn moved(&self, world: &World<'_>, boxes: &Boxes, placed: &PlacedVertices) -> Option<(Bvh, [Since; 2])> {
-        let Tables { boxes: before, .. } = self.tables;
-        if reach(before.own) != reach(boxes.own) {
-            return None;
-        }
-        // By node that moved: the box round its triangles where they were.
-        let mut was: BTreeMap<u32, Bounds> = BTreeMap::new();
-        let clusters = &world.scene.geometry.clusters;
-        for (i, cluster) in boxes.other.as_ref()?.iter().filter_map(|i| Some((*i, clusters.get(*i)?))) {
-            let of = was.entry(cluster.node).or_insert(Bounds::EMPTY);
-            *of = of.union(before.each[i]);
-        }
-        let places = Bounds::gathered(&was.values().copied().collect::<Vec<_>>(), MOST_PLACES);
-        let moved: Vec<(Range<usize>, u32)> = self.corners.moved(&world.pose.nodes).collect();
-        let places_of: Vec<_> =
-            moved.iter().filter_map(|(rows, node)| Some((rows.clone(), placed.get(node)?))).collect();
-        let indices = &world.scene.geometry.indices;
-        let (bvh, other) = self.bvh.clone().moved(boxes.own, &places, &places_of, |placed, triangle| {
-            corners(indices, triangle).map(|vertex| placed[vertex])
-        });
-        let columns = |name: &str| Some(&self.tables.table(name)?.columns);
-        let boxes = Since::of(columns("bvh")?, other.into_iter().map(|row| row..row + 1));
-        let triangles = Since::of(columns("triangles")?, moved.into_iter().map(|(rows, _)| rows));
-        Some((bvh, [boxes, triangles]))
-    }
-}
-
-/// The tables `triangles` and `bvh`.
-fn traced_tables(
-    world: &World<'_>,
-    boxes: &Boxes,
-    placed: &PlacedVertices,
-    earlier: Option<&Tables>,
-) -> (Table, Table) {
-    let known = earlier.and_then(Traced::of);
-    let (bvh, since) = match known.as_ref().map(|known| (known, known.moved(world, boxes, placed))) {
-        Some((_, Some((bvh, since)))) => (bvh, since.map(Some)),
-        Some((known, None)) => (Bvh::of(known.bvh.tree.clone(), boxes.own, |i| world.corners(i)), [None, None]),
-        None => (Bvh::of(sorted(world.scene), boxes.own, |i| world.corners(i)), [None, None]),
+    });
+    let since = |name: &str| {
+        let (earlier, known) = known?;
+        let (before, moved) = (&earlier.table(name)?.columns, of.moved_since(known)?);
+        let rows = if name == "triangles" { &moved.places } else { &moved.spans };
+        Some(Since::of(before, rows.iter().cloned()))
     };
-    let Bvh { lower, upper, tree: Tree { first, count, order } } = bvh;
-    let order = match &known {
-        Some(known) => known.corners.order().clone(),
-        None => Arc::new(TriangleOrder::new(&world.scene.geometry, order)),
-    };
-    let [boxes_since, triangles_since] = since;
+    let Tree { first, count, .. } = &of.tree;
     let bvh = Table {
         name: "bvh",
         rows: count.len(),
-        since: boxes_since,
+        since: since("bvh"),
         columns: Arc::new([
-            ("lower", Column::Vec3(lower)),
-            ("upper", Column::Vec3(upper)),
-            ("first", Column::Uint(first)),
-            ("count", Column::Uint(count)),
+            ("lower", Column::Box { of: of.clone(), upper: false }),
+            ("upper", Column::Box { of: of.clone(), upper: true }),
+            ("first", Column::Uint(first.clone())),
+            ("count", Column::Uint(count.clone())),
         ]),
     };
-    let of = Arc::new(Corners::new(world.scene, world.pose, order));
-    let at = |corner, held| Column::Corner { of: of.clone(), corner, held };
+    let at = |corner, held| Column::Corner { of: of.corners.clone(), corner, held };
     let triangles = Table {
         name: "triangles",
-        rows: of.rows(),
-        since: triangles_since,
+        rows: of.corners.rows(),
+        since: since("triangles"),
         columns: Arc::new([
             ("a", at(0, VertexAttribute::Position)),
             ("b", at(1, VertexAttribute::Position)),
@@ -487,5 +423,5 @@ fn traced_tables(
             ("emitter", at(0, VertexAttribute::Emitter)),
         ]),
     };
-    (triangles, bvh)
+    (triangles, bvh, of)
 }
