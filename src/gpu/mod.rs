@@ -15,6 +15,7 @@ mod display;
 mod encode;
 mod execute;
 mod frame;
+mod node_places;
 mod numerics;
 mod pending;
 mod pipelines;

@@ -40,7 +40,7 @@ impl Boxes {
         Ok(Boxes { pipeline, list, listed, held: held.clone(), due: true })
     }
 
-    /// Binds a table. `triangles`: vertices, corners of triangles, transforms of nodes.
+    /// Binds a table. `triangles`: vertices, corners of triangles, where nodes are.
     ///
     /// # Errors
     /// Fails where the device has no memory left.

@@ -9,12 +9,12 @@
 @group(0) @binding(2) var<storage, read> vertices: array<u32>;
 /// Three vertices a triangle.
 @group(0) @binding(3) var<storage, read> corners: array<u32>;
-struct Node {
-    transform: mat4x4f,
-    /// For normals.
-    turn: mat3x3f,
+struct Nodes {
+    /// The first of those of now.
+    now: u32,
+    transforms: array<mat4x4f>,
 }
-@group(0) @binding(4) var<storage, read> nodes: array<Node>;
+@group(0) @binding(4) var<storage, read> nodes: Nodes;
 @group(0) @binding(5) var<storage, read_write> rows: array<u32>;
 
 const ENDS: u32 = 2u;
@@ -59,7 +59,7 @@ fn fitted(first: u32, count: u32) -> Box {
 fn placed(vertex: u32) -> vec3f {
     let at = 10u * vertex;
     let p = vec3f(bitcast<f32>(vertices[at]), bitcast<f32>(vertices[at + 1u]), bitcast<f32>(vertices[at + 2u]));
-    let m = nodes[vertices[at + 8u]].transform;
+    let m = nodes.transforms[nodes.now + vertices[at + 8u]];
     return m[0].xyz * p.x + m[1].xyz * p.y + m[2].xyz * p.z + m[3].xyz;
 }
 

@@ -95,13 +95,10 @@ impl SceneData {
         }
     }
 
-    /// Prepares to transform triangles.
+    /// Prepares for what the device writes.
     fn prepare_world_space(&mut self, gpu: &Gpu, plan: &Plan) -> Checked<()> {
         let uses = || plan.tables.iter().zip(&self.uploaded).zip(&self.tables);
-        self.world_space = match &self.mesh {
-            Some(mesh) => WorldSpace::prepare(gpu, mesh, uses)?,
-            None => None,
-        };
+        self.world_space = WorldSpace::prepare(gpu, self.mesh.as_ref(), uses)?;
         Ok(())
     }
 
@@ -122,7 +119,7 @@ impl SceneData {
                 memory.dirty.sort_by_key(|rows| rows.start);
                 continue;
             }
-            other |= table.corners().is_some();
+            other |= table.places().is_some();
             let bytes = pack(wanted, table)?;
             // The same size exactly: a shader may ask for the length of the array.
             if bytes.len() as u64 == memory.buffer.size() {
@@ -141,7 +138,7 @@ impl SceneData {
         Ok(moved)
     }
 
-    /// Transforms the triangles of changed rows, then copies changed rows to texels.
+    /// Writes what follows from nodes to changed rows, then copies changed rows to texels.
     pub(super) fn encode(&self, gpu: &Gpu, plan: &Plan, record: &mut Recorder<'_>) {
         if let Some(world_space) = &self.world_space {
             world_space.encode(gpu, record, &self.tables);
@@ -174,7 +171,7 @@ impl TableMemory {
 
     /// Packs and writes some rows.
     fn write_rows(&self, gpu: &Gpu, wanted: &TableUse, table: &Table, some: Range<usize>) -> Checked<()> {
-        // Nothing else of such a row changes while the triangles are the same.
+        // Nothing else of such a row changes while the nodes and triangles are the same.
         if has_derived(wanted, table) {
             return Ok(());
         }

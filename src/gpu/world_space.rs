@@ -1,19 +1,19 @@
-//! Transforms the triangles in tables to world space on the device, and fits the boxes round them, so that a frame in
-//! which nodes move uploads their matrices alone.
+//! Writes on the device what follows from where nodes are: their matrices in tables, triangles in world space, and the
+//! boxes round those. A frame in which nodes move uploads their transforms alone.
 
 use super::{
     buffers::{bind_buffers, filled, kernel},
     device::Gpu,
+    node_places::NodePlaces,
     recorder::Recorder,
     refit::{Boxes, layout},
     scene_data::{Mesh, TableMemory},
 };
 use crate::diag::Checked;
 use crate::plan::TableUse;
-use crate::plan::tables::{Derived, derived, has_derived, stride};
-use crate::scene::{Corners, Table, VertexAttribute};
+use crate::plan::tables::{Derived, derived, earlier_places, has_derived, stride};
+use crate::scene::{NodeMatrix, Table, VertexAttribute};
 use std::ops::Range;
-use std::sync::Arc;
 use wgpu::BufferUsages as U;
 
 /// Words of a job before its ranges.
@@ -24,16 +24,10 @@ const MOST_RANGES: usize = 64;
 const ABSENT: u32 = u32::MAX;
 /// Rows of a workgroup.
 const LANES: usize = 64;
-/// Bytes of a node's transforms.
-const NODE: usize = size_of::<[[f32; 4]; 7]>();
-
-/// The kernels that transform triangles and fit boxes, and what they read.
+/// What the kernels read, and what they write.
 #[derive(Debug)]
 pub(super) struct WorldSpace {
-    pipeline: wgpu::ComputePipeline,
-    nodes: wgpu::Buffer,
-    /// The triangles whose transforms the device has.
-    held: Arc<Corners>,
+    places: NodePlaces,
     /// `None` where no table has any.
     boxes: Option<Boxes>,
     /// By table.
@@ -44,8 +38,8 @@ pub(super) struct WorldSpace {
 #[derive(Debug)]
 enum Job {
     Nothing,
-    /// Corners of triangles; with the rows to transform.
-    Corners(wgpu::Buffer, wgpu::BindGroup),
+    /// A list of rows, and what writes them.
+    Rows(wgpu::Buffer, wgpu::ComputePipeline, wgpu::BindGroup),
     /// Boxes round triangles.
     Boxes(wgpu::BindGroup),
 }
@@ -56,25 +50,31 @@ impl WorldSpace {
     ///
     /// # Errors
     /// Fails where the device has no memory left or binds less than a buffer takes.
-    pub(super) fn prepare<'a, I>(gpu: &Gpu, mesh: &Mesh, uses: impl Fn() -> I) -> Checked<Option<WorldSpace>>
+    pub(super) fn prepare<'a, I>(gpu: &Gpu, mesh: Option<&Mesh>, uses: impl Fn() -> I) -> Checked<Option<WorldSpace>>
     where
         I: Iterator<Item = ((&'a TableUse, &'a Table), &'a TableMemory)>,
     {
-        let triangles = |wanted, table: &'a Table| table.corners().filter(|_| has_derived(wanted, table));
-        let Some(held) = uses().find_map(|((wanted, table), _)| triangles(wanted, table)) else {
+        let derives = |wanted, table: &'a Table| table.places().filter(|_| has_derived(wanted, table));
+        let Some(now) = uses().find_map(|((wanted, table), _)| derives(wanted, table)) else {
             return Ok(None);
         };
+        let before = uses().find_map(|((wanted, table), _)| earlier_places(wanted, table));
+        let places = NodePlaces::prepare(gpu, now, before)?;
         let hierarchy = uses().find_map(|((wanted, table), _)| layout(wanted, table).and(table.hierarchy()));
         let boxes = hierarchy.map(|of| Boxes::prepare(gpu, of)).transpose()?;
-        let pipeline = kernel(gpu, include_str!("world_space.wgsl"), "to_world")?;
-        let vertices: Vec<[u32; 3]> = (0..held.rows()).map(|row| held.vertices(row)).collect();
-        let corners = filled(gpu, "corners of triangles", &[bytemuck::cast_slice(&vertices)], U::STORAGE)?;
-        let transforms: Vec<_> = held.transforms(0..held.nodes().len()).collect();
-        let nodes = filled(gpu, "transforms of nodes", &[bytemuck::cast_slice(&transforms)], U::STORAGE)?;
+        let corners =
+            match uses().find_map(|((wanted, table), _)| table.corners().filter(|_| has_derived(wanted, table))) {
+                Some(held) => {
+                    let vertices: Vec<[u32; 3]> = (0..held.rows()).map(|row| held.vertices(row)).collect();
+                    Some(filled(gpu, "corners of triangles", &[bytemuck::cast_slice(&vertices)], U::STORAGE)?)
+                }
+                None => None,
+            };
+        let triangles = mesh.zip(corners.as_ref());
         let mut jobs = vec![];
         for ((wanted, table), memory) in uses() {
-            if let (Some(boxes), Some(layout)) = (&boxes, layout(wanted, table)) {
-                let group = boxes.bind(gpu, layout, [&mesh.vertices, &corners, &nodes], &memory.buffer)?;
+            if let (Some(boxes), Some(layout), Some((mesh, corners))) = (&boxes, layout(wanted, table), triangles) {
+                let group = boxes.bind(gpu, layout, [&mesh.vertices, corners, &places.buffer], &memory.buffer)?;
                 jobs.push(Job::Boxes(group));
                 continue;
             }
@@ -84,12 +84,25 @@ impl WorldSpace {
             };
             let ranges = vec![0; 2 * MOST_RANGES];
             let pieces = [bytemuck::cast_slice(&header), bytemuck::cast_slice(&ranges)];
-            let job = filled(gpu, "rows to transform", &pieces, U::STORAGE)?;
-            let buffers = [&job, &mesh.vertices, &mesh.tangents, &corners, &nodes, &memory.buffer];
-            let group = bind_buffers(gpu, &format!("the transform of `{}`", wanted.table), &pipeline, &buffers)?;
-            jobs.push(Job::Corners(job, group));
+            let job = filled(gpu, "rows to write", &pieces, U::STORAGE)?;
+            let mut buffers = vec![&job, &places.buffer, &memory.buffer];
+            let entry = match (table.placement(), triangles) {
+                (Some(_), _) => "write_matrices",
+                (None, Some((mesh, corners))) => {
+                    buffers.extend([&mesh.vertices, &mesh.tangents, corners]);
+                    "write_triangles"
+                }
+                (None, None) => {
+                    jobs.push(Job::Nothing);
+                    continue;
+                }
+            };
+            let pipeline = kernel(gpu, include_str!("world_space.wgsl"), entry)?;
+            let group =
+                bind_buffers(gpu, &format!("what follows from nodes in `{}`", wanted.table), &pipeline, &buffers)?;
+            jobs.push(Job::Rows(job, pipeline, group));
         }
-        Ok(Some(WorldSpace { pipeline, nodes, held: held.clone(), boxes, jobs }))
+        Ok(Some(WorldSpace { places, boxes, jobs }))
     }
 
     /// Uploads what changed of transforms, and of which boxes are to be fitted.
@@ -97,22 +110,16 @@ impl WorldSpace {
         if let (Some(boxes), Some(now)) = (&mut self.boxes, changed.iter().find_map(Table::hierarchy)) {
             boxes.follow(gpu, now);
         }
-        let Some(now) = changed.iter().find_map(Table::corners) else { return };
-        let differs = |i: &usize| bytemuck::bytes_of(&now.nodes()[*i]) != bytemuck::bytes_of(&self.held.nodes()[*i]);
-        let mut other = (0..now.nodes().len()).filter(differs);
-        if let Some(first) = other.next() {
-            let last = other.next_back().unwrap_or(first);
-            let transforms: Vec<_> = now.transforms(first..last + 1).collect();
-            gpu.queue.write_buffer(&self.nodes, (NODE * first) as u64, bytemuck::cast_slice(&transforms));
+        if let Some(now) = changed.iter().find_map(Table::places) {
+            self.places.follow(gpu, now, changed.iter().find_map(Table::placement).map(|of| &of.before));
         }
-        self.held = now.clone();
     }
 
-    /// Transforms the changed rows, and fits boxes.
+    /// Writes the changed rows, and fits boxes.
     pub(super) fn encode(&self, gpu: &Gpu, record: &mut Recorder<'_>, tables: &[TableMemory]) {
         for (job, memory) in self.jobs.iter().zip(tables) {
-            let (job, group) = match (job, &self.boxes) {
-                (Job::Corners(job, group), _) => (job, group),
+            let (job, pipeline, group) = match (job, &self.boxes) {
+                (Job::Rows(job, pipeline, group), _) => (job, pipeline, group),
                 (Job::Boxes(group), Some(boxes)) => {
                     boxes.encode(record, group);
                     continue;
@@ -128,7 +135,7 @@ impl WorldSpace {
             let words: Vec<u32> = ranges.iter().flat_map(|r| [r.start as u32, r.len() as u32]).collect();
             gpu.queue.write_buffer(job, 4 * HEADER as u64, bytemuck::cast_slice(&words));
             let pass = record.compute();
-            pass.set_pipeline(&self.pipeline);
+            pass.set_pipeline(pipeline);
             pass.set_bind_group(0, group, &[]);
             let across = (longest.div_ceil(LANES) as u32).min(gpu.limits.max_compute_workgroups_per_dimension);
             pass.dispatch_workgroups(across, ranges.len() as u32, 1);
@@ -143,19 +150,22 @@ impl WorldSpace {
     }
 }
 
-/// The start of a job: the number of words in a row, then the places in it of three positions, three normals and three
-/// tangents. `None` where a row has no member in world space.
+/// The start of a job: the number of words in a row, then the places in it of three matrices, or of three positions,
+/// three normals and three tangents. `None` where a row has none of them.
 fn header(wanted: &TableUse, table: &Table) -> Option<[u32; HEADER]> {
     let mut words = [ABSENT; HEADER];
     words[0] = stride(wanted) as u32 / 4;
     for member in &wanted.row.members {
-        let Some(Derived::Corner(held, corner)) = derived(wanted, table, member) else { continue };
-        let first = match held {
-            VertexAttribute::Position => 1,
-            VertexAttribute::Normal => 4,
-            _ => 7,
+        let place = match derived(wanted, table, member) {
+            Some(Derived::Node(NodeMatrix::Transform)) => 1,
+            Some(Derived::Node(NodeMatrix::InverseTranspose)) => 2,
+            Some(Derived::Node(NodeMatrix::PreviousTransform)) => 3,
+            Some(Derived::Corner(VertexAttribute::Position, corner)) => 1 + corner,
+            Some(Derived::Corner(VertexAttribute::Normal, corner)) => 4 + corner,
+            Some(Derived::Corner(_, corner)) => 7 + corner,
+            _ => continue,
         };
-        words[first + corner] = member.offset / 4;
+        words[place] = member.offset / 4;
     }
     words[1..].iter().any(|place| *place != ABSENT).then_some(words)
 }

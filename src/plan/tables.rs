@@ -4,7 +4,9 @@ use super::{Action, Binding, DrawGeometry, Plan, TableUse};
 use crate::content::hash;
 use crate::diag::{Checked, Diagnostic, Faults};
 use crate::graph::Graph;
-use crate::scene::{AssetHashes, Column, FACTS, Follows, PREVIOUS_TRANSFORM, Pieces, Table, VertexAttribute, table};
+use crate::scene::{
+    AssetHashes, Column, FACTS, Follows, NodeMatrix, Pieces, Table, Transforms, VertexAttribute, table,
+};
 use crate::shader::Member;
 use crate::unused::mentioned;
 use crate::value::Type;
@@ -77,6 +79,7 @@ pub fn write_rows(wanted: &TableUse, table: &Table, some: Range<usize>, out: &mu
 pub enum Derived {
     /// A vertex attribute in world space, at a corner of a triangle.
     Corner(VertexAttribute, usize),
+    Node(NodeMatrix),
     /// A corner of a hierarchy's box.
     Lower,
     Upper,
@@ -92,6 +95,7 @@ pub fn derived(wanted: &TableUse, table: &Table, member: &Member) -> Option<Deri
         Column::Corner { corner, held, .. } if held.in_world_space() && held.ty() == member.ty => {
             Some(Derived::Corner(*held, *corner))
         }
+        Column::Node { matrix, .. } if member.ty == Type::Mat4 => Some(Derived::Node(*matrix)),
         // Boxes are made of boxes: whole ones.
         Column::Box { .. } if wanted.row.members.iter().filter_map(upper).count() == 2 => {
             upper(member).map(|upper| if upper { Derived::Upper } else { Derived::Lower })
@@ -177,17 +181,24 @@ impl SceneInputs {
             let columns: Vec<_> = wanted.row.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
             let layout = (found.name, &columns, wanted.stride, wanted.rows, wanted.texels);
             *hashed = match (places, table(found.name)) {
-                // Where nodes were is none of the places where they are.
-                (Some(places), Some(t)) if t.large && columns.iter().all(|c| c.0 != PREVIOUS_TRANSFORM) => {
+                (Some(places), Some(t)) if t.large => {
                     let triangles = t.follows.contains(Follows::TRIANGLES).then_some((geometry, order));
                     let levels = t.follows.contains(Follows::LEVELS).then_some(&levels);
-                    hash(&(places, triangles, levels, layout))
+                    let earlier = earlier_places(wanted, found).map(Transforms::key);
+                    hash(&(places.key(), earlier, triangles, levels, layout))
                 }
                 _ => hash(&pack(wanted, found)?),
             };
         }
         Ok(())
     }
+}
+
+/// Where nodes were, where a row holds that.
+pub fn earlier_places<'a>(wanted: &TableUse, table: &'a Table) -> Option<&'a Transforms> {
+    let earlier = Some(Derived::Node(NodeMatrix::PreviousTransform));
+    let mut members = wanted.row.members.iter();
+    members.find(|member| derived(wanted, table, member) == earlier).and(table.placement()).map(|of| &of.before)
 }
 
 /// What a plan takes from the scene, if anything: what it draws, reads or counts of it. A camera is no part of it.

@@ -1,7 +1,6 @@
 //! A table as data: rows of named columns, and what one has other than one before.
 
-use super::{Corners, Hierarchy, Pieces, VertexAttribute};
-use crate::content::hash;
+use super::{Corners, Hierarchy, NodeMatrix, Pieces, Placement, Transforms, VertexAttribute};
 use crate::value::Value;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::ops::Range;
@@ -65,17 +64,14 @@ impl Table {
         self.name == other.name && Arc::ptr_eq(&self.columns, &other.columns)
     }
 
-    /// Where the nodes stand that it holds, or whose triangles, hashed; `None` for tables of anything else.
-    pub fn places(&self) -> Option<u128> {
-        let bits = |nodes: &mut dyn Iterator<Item = &Mat4>| {
-            hash(&nodes.map(|m| m.to_cols_array().map(f32::to_bits)).collect::<Vec<_>>())
-        };
-        self.columns.iter().find_map(|(name, column)| match column {
-            Column::Corner { of, .. } => Some(bits(&mut of.nodes().iter())),
-            Column::Box { of, .. } => Some(bits(&mut of.corners.nodes().iter())),
-            Column::Mat4(nodes) if (self.name, *name) == ("nodes", "transform") => Some(bits(&mut nodes.iter())),
-            _ => None,
-        })
+    /// Where the nodes stand that it holds, or whose triangles; `None` for tables of anything else.
+    pub fn places(&self) -> Option<&Transforms> {
+        self.placement().map(|of| &of.now).or_else(|| self.corners().map(|of| of.nodes()))
+    }
+
+    /// The nodes whose matrices it holds.
+    pub fn placement(&self) -> Option<&Arc<Placement>> {
+        self.columns.iter().find_map(|(_, c)| if let Column::Node { of, .. } = c { Some(of) } else { None })
     }
 
     /// The triangles whose corners it holds, or that its boxes lie round.
@@ -132,6 +128,11 @@ pub enum Column {
         corner: usize,
         held: VertexAttribute,
     },
+    /// A matrix of each node.
+    Node {
+        of: Arc<Placement>,
+        matrix: NodeMatrix,
+    },
     /// The lower or the upper corner of a hierarchy's boxes.
     Box {
         of: Arc<Hierarchy>,
@@ -161,6 +162,7 @@ impl Column {
             (Column::Vec4(a), Column::Vec4(b)) => each(a, b, other),
             (Column::Mat4(a), Column::Mat4(b)) => each(a, b, other),
             (Column::Corner { corner: a, held: x, .. }, Column::Corner { corner: b, held: y, .. }) => (a, x) == (b, y),
+            (Column::Node { of: a, matrix: x }, Column::Node { of: b, matrix: y }) => x == y && a.mark(b, *x, other),
             (Column::Box { of: a, upper: x }, Column::Box { of: b, upper: y }) => x == y && a.mark(b, other),
             _ => false,
         }
@@ -170,6 +172,7 @@ impl Column {
     pub fn get(&self, row: usize) -> Option<Value> {
         match self {
             Column::Corner { of, corner, held } => of.get(row, *corner, *held),
+            Column::Node { of, matrix } => of.get(row, *matrix),
             Column::Box { of, upper } => of.corner(row, *upper).map(Value::Vec3),
             Column::Uint(v) => v.get(row).map(|x| Value::Uint(*x)),
             Column::Float(v) => v.get(row).map(|x| Value::Float(*x)),

@@ -1,7 +1,12 @@
 //! What vertices hold at the corners of triangles, in world space: worked out where it is asked for, since tables of it
 //! would take more memory than the scene.
 
-use super::{geometry::Geometry, model::Scene, motion::Pose};
+use super::{
+    geometry::Geometry,
+    model::Scene,
+    motion::Pose,
+    transforms::{Transforms, normal_matrix},
+};
 use crate::value::{Type, Value};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::ops::{Index, Range};
@@ -11,8 +16,7 @@ use std::sync::Arc;
 #[derive(Debug, PartialEq)]
 pub struct Corners {
     geometry: Arc<Geometry>,
-    /// Node to world, by node.
-    nodes: Vec<Mat4>,
+    nodes: Transforms,
     order: Arc<TriangleOrder>,
     /// Row of the `emitters` table, by triangle in the order of indices; empty where no shader needs it.
     emitters: Arc<Vec<u32>>,
@@ -121,18 +125,8 @@ impl Corners {
         Corners { geometry: scene.geometry.clone(), nodes: pose.nodes.clone(), order, emitters }
     }
 
-    /// Node to world, by node.
-    pub fn nodes(&self) -> &[Mat4] {
+    pub fn nodes(&self) -> &Transforms {
         &self.nodes
-    }
-
-    /// The columns of some nodes' transforms, each followed by those of the matrix for normals.
-    pub fn transforms(&self, nodes: Range<usize>) -> impl Iterator<Item = [[f32; 4]; 7]> + '_ {
-        self.nodes[nodes].iter().map(|node| {
-            let [a, b, c, d] = node.to_cols_array_2d();
-            let [x, y, z] = normal_matrix(node).to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]);
-            [a, b, c, d, x, y, z]
-        })
     }
 
     /// Marks the rows that hold something else than at an earlier pose; `None`: they are of other triangles.
@@ -210,16 +204,4 @@ impl Corners {
             }
         })
     }
-}
-
-/// The matrix that turns normals: the inverse transpose, or where a flattening transform has none, the matrix of
-/// cofactors, which points the same way. Normals are to be normalised after it.
-pub(super) fn normal_matrix(transform: &Mat4) -> Mat3 {
-    let m = Mat3::from_mat4(*transform);
-    let inverse = m.inverse().transpose();
-    if inverse.is_finite() {
-        return inverse;
-    }
-    let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
-    if cofactors.is_finite() { cofactors } else { Mat3::IDENTITY }
 }

@@ -16,7 +16,7 @@
 //! - `geometry` holds the vertices, `tangents` what normal maps need, `clusters` their compact groups, `levels` fewer
 //!   triangles. `glow` says how much light textured triangles give, `smooth` how far normals lie from the triangles'.
 //! - `model` holds the scene and its facts; `motion` poses it; `tables`, `finishes`, `corners`, `light_views` and `bvh`
-//!   fill the shaders' tables, whose columns are `pieces`; `camera` makes the view matrices, [`navigate`] moves views,
+//!   fill the shaders' tables, whose columns are `pieces`, or `transforms` of nodes; `camera` makes the view matrices, [`navigate`] moves views,
 //!   `placed` is what programs say that show a scene of their own
 //!
 //! # The scene file
@@ -96,6 +96,7 @@ mod tangents;
 #[cfg(test)]
 mod tests;
 mod textures;
+mod transforms;
 
 pub use added::{AddedCamera, AddedEnvironment, AddedLight, Additions};
 pub use animation::Animation;
@@ -120,6 +121,7 @@ pub use pieces::Pieces;
 pub use placed::{Extent, Look};
 pub use tables::Tables;
 pub use textures::{Between, MaterialTexture, TextureArray, Wrap};
+pub use transforms::{NodeMatrix, Placement, Transforms};
 
 use crate::value::Type;
 

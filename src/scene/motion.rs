@@ -2,10 +2,10 @@
 
 use super::{
     Column, PREVIOUS_TRANSFORM, Table,
-    corners::normal_matrix,
     deform::{Deformed, Skinned},
     keyed::KeyedParam,
     model::{Bounds, Keyframe, Lens, Node, Scene},
+    transforms::{NodeMatrix, Placement, Transforms},
 };
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -16,8 +16,7 @@ use std::sync::Arc;
 pub struct Pose {
     /// Seconds.
     pub time: f32,
-    /// Node to world, for each of the scene's nodes; then for each vertex that a skin or morph targets move.
-    pub nodes: Vec<Mat4>,
+    pub nodes: Transforms,
     /// For each of the scene's lights.
     pub lights: Vec<LightPose>,
     /// For each of the scene's cameras.
@@ -123,12 +122,17 @@ impl Scene {
 
     /// Appends the rows of vertices.
     fn deform(&self, pose: &mut Pose) {
-        let (mut rows, mut skins) = (Vec::with_capacity(self.geometry.owners.rows()), Skinned::default());
+        if self.deformed.is_empty() {
+            return;
+        }
+        let mut all = Vec::with_capacity(pose.nodes.len() + self.geometry.owners.rows());
+        all.extend_from_slice(&pose.nodes);
+        let mut skins = Skinned::default();
         for deformed in self.deformed.iter() {
             let vertices = &self.geometry.vertices[deformed.vertices.clone()];
-            deformed.pose(vertices, &pose.nodes, pose.time, &mut skins, &mut rows);
+            deformed.pose(vertices, &pose.nodes, pose.time, &mut skins, &mut all);
         }
-        pose.nodes.extend(rows);
+        pose.nodes = all.into();
     }
 
     fn pose_of_nodes(&self, time: f32, places: &BTreeMap<usize, Mat4>) -> Pose {
@@ -155,7 +159,7 @@ impl Scene {
             let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or(forward.any_orthonormal_vector());
             CameraPose { position: m.w_axis.truncate(), forward, up }
         });
-        Pose { time, lights: lights.collect(), cameras: cameras.collect(), nodes, view: None }
+        Pose { time, lights: lights.collect(), cameras: cameras.collect(), nodes: nodes.into(), view: None }
     }
 
     /// The scene at a time, moved from where it says. Indices of nodes and lights that are not there are ignored.
@@ -301,15 +305,16 @@ impl Scene {
 pub(super) fn nodes(pose: &Pose, before: &Pose) -> Table {
     // Nodes of another scene were nowhere.
     let before = if before.nodes.len() == pose.nodes.len() { before } else { pose };
-    let normals = pose.nodes.iter().map(|m| Mat4::from_mat3(normal_matrix(m))).collect();
+    let of = Arc::new(Placement { now: pose.nodes.clone(), before: before.nodes.clone() });
+    let column = |matrix| Column::Node { of: of.clone(), matrix };
     Table {
         name: "nodes",
         rows: pose.nodes.len(),
         since: None,
         columns: Arc::new([
-            ("transform", Column::Mat4(pose.nodes.iter().copied().collect())),
-            ("inverse_transpose", Column::Mat4(normals)),
-            (PREVIOUS_TRANSFORM, Column::Mat4(before.nodes.iter().copied().collect())),
+            ("transform", column(NodeMatrix::Transform)),
+            ("inverse_transpose", column(NodeMatrix::InverseTranspose)),
+            (PREVIOUS_TRANSFORM, column(NodeMatrix::PreviousTransform)),
         ]),
     }
 }

@@ -3,8 +3,9 @@
 use super::{
     clusters::{Cluster, triangles},
     model::{Bounds, Scene},
+    transforms::Transforms,
 };
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 use std::f32::consts::TAU;
 
 /// A place inside of a room.
@@ -58,7 +59,7 @@ struct Seen {
 
 struct Surroundings<'a> {
     scene: &'a Scene,
-    nodes: Vec<Mat4>,
+    nodes: Transforms,
     /// A box round each [`GROUP`] of clusters, and round each of these.
     groups: Vec<(Bounds, Vec<(Bounds, Cluster)>)>,
     all: Bounds,

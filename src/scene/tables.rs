@@ -1,7 +1,7 @@
 //! The tables shaders read, in world space at a pose.
 
 use super::{
-    Column, Follows, Level, MOVED, PREVIOUS_TRANSFORM, Since, TABLES, Table,
+    Column, Follows, Level, MOVED, Since, TABLES, Table,
     bvh::{Tree, reach},
     clusters,
     corners::{Corners, TriangleOrder, VertexAttribute, VertexRun, around},
@@ -341,11 +341,7 @@ impl World<'_> {
 
 /// Whether the nodes of tables are where they were in the frame before.
 fn stood_still(list: &[Table]) -> bool {
-    let Some(nodes) = list.iter().find(|t| t.name == "nodes") else { return true };
-    match (nodes.column("transform"), nodes.column(PREVIOUS_TRANSFORM)) {
-        (Some(Column::Mat4(now)), Some(Column::Mat4(before))) => now == before,
-        _ => true,
-    }
+    list.iter().find_map(Table::placement).is_none_or(|of| of.now == of.before)
 }
 
 /// The scene's triangles sorted where they stand in the beginning: one order for all poses.

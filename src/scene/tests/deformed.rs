@@ -2,7 +2,7 @@
 
 use super::fixture::{Fixture, QUAD};
 use crate::{
-    scene::{Column, MOVED, Scene, Shift},
+    scene::{MOVED, Scene, Shift},
     value::Value,
 };
 use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
@@ -263,9 +263,10 @@ fn normals_follow_joints_and_targets() {
         let tables = scene.tables(&scene.pose(0.0));
         let nodes = tables.iter().find(|t| t.name == "nodes").unwrap();
         assert_eq!(nodes.rows, scene.nodes.len() + scene.geometry.vertices.len());
-        let Some(Column::Mat4(turns)) = nodes.column("inverse_transpose") else { panic!("a matrix") };
+        let turns = nodes.column("inverse_transpose").unwrap();
         for v in &scene.geometry.vertices {
-            let found = (turns[v.node as usize] * Vec3::from(v.normal).extend(0.0)).truncate().normalize();
+            let Some(Value::Mat4(turn)) = turns.get(v.node as usize) else { panic!("a matrix") };
+            let found = (turn * Vec3::from(v.normal).extend(0.0)).truncate().normalize();
             let expected = Vec3::new(turned.z, turned.y, 0.0).normalize();
             assert!(found.distance(expected) < 1e-5, "{given}: {found}, not {expected}");
         }

@@ -1,0 +1,117 @@
+//! Where the nodes of a scene are: one list, shared by all that is made of it.
+
+use crate::content::hash;
+use crate::value::Value;
+use glam::{Mat3, Mat4};
+use std::ops::{Deref, DerefMut};
+use std::sync::{Arc, OnceLock};
+
+/// Node to world, for each node; then for each vertex that a skin or morph targets move. A clone shares the list.
+#[derive(Debug, Clone, Default)]
+pub struct Transforms(Arc<Held>);
+
+#[derive(Debug, Clone, Default)]
+struct Held {
+    all: Vec<Mat4>,
+    key: OnceLock<u128>,
+}
+
+impl Transforms {
+    /// Stands for the places.
+    pub fn key(&self) -> u128 {
+        *self.0.key.get_or_init(|| hash(self.bytes()))
+    }
+
+    pub fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.0.all)
+    }
+}
+
+impl From<Vec<Mat4>> for Transforms {
+    fn from(all: Vec<Mat4>) -> Transforms {
+        Transforms(Arc::new(Held { all, key: OnceLock::new() }))
+    }
+}
+
+impl Deref for Transforms {
+    type Target = [Mat4];
+
+    fn deref(&self) -> &[Mat4] {
+        &self.0.all
+    }
+}
+
+impl DerefMut for Transforms {
+    /// Takes a list of its own where others share it.
+    fn deref_mut(&mut self) -> &mut [Mat4] {
+        let held = Arc::make_mut(&mut self.0);
+        held.key.take();
+        &mut held.all
+    }
+}
+
+/// By bits: 0 and -0 are told apart, as everywhere where results are kept.
+impl PartialEq for Transforms {
+    fn eq(&self, other: &Transforms) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.bytes() == other.bytes()
+    }
+}
+
+/// Where nodes are, and where they were in the frame before.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Placement {
+    pub now: Transforms,
+    /// As many.
+    pub before: Transforms,
+}
+
+/// A matrix of a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NodeMatrix {
+    Transform,
+    /// Turns normals.
+    InverseTranspose,
+    /// In the frame before.
+    PreviousTransform,
+}
+
+impl Placement {
+    /// A matrix in a row; `None` past the rows.
+    pub fn get(&self, row: usize, matrix: NodeMatrix) -> Option<Value> {
+        let of = |all: &Transforms| all.get(row).copied();
+        let found = match matrix {
+            NodeMatrix::Transform => of(&self.now),
+            NodeMatrix::InverseTranspose => of(&self.now).map(|m| Mat4::from_mat3(normal_matrix(&m))),
+            NodeMatrix::PreviousTransform => of(&self.before),
+        };
+        found.map(Value::Mat4)
+    }
+
+    /// Marks the rows in which a matrix may be another one than before; false where there are others.
+    pub(super) fn mark(&self, before: &Placement, matrix: NodeMatrix, other: &mut [bool]) -> bool {
+        let (now, then) = match matrix {
+            NodeMatrix::PreviousTransform => (&self.before, &before.before),
+            NodeMatrix::Transform | NodeMatrix::InverseTranspose => (&self.now, &before.now),
+        };
+        if [now.len(), then.len()] != [other.len(); 2] {
+            return false;
+        }
+        if now != then {
+            let rows = now.iter().zip(&**then).zip(other);
+            rows.for_each(|((a, b), other)| *other |= bytemuck::bytes_of(a) != bytemuck::bytes_of(b));
+        }
+        true
+    }
+}
+
+/// The matrix that turns normals: the inverse transpose, or where a flattening transform has none, the matrix of
+/// cofactors, which points the same way. Normals are to be normalised after it.
+pub(super) fn normal_matrix(transform: &Mat4) -> Mat3 {
+    let m = Mat3::from_mat4(*transform);
+    let inverse = m.inverse().transpose();
+    if inverse.is_finite() {
+        return inverse;
+    }
+    let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+    if cofactors.is_finite() { cofactors } else { Mat3::IDENTITY }
+}
