@@ -86,13 +86,13 @@ impl WorldSpace {
             let pieces = [bytemuck::cast_slice(&header), bytemuck::cast_slice(&ranges)];
             let job = filled(gpu, "rows to write", &pieces, U::STORAGE)?;
             let mut buffers = vec![&job, &places.buffer, &memory.buffer];
-            let entry = match (table.placement(), triangles) {
-                (Some(_), _) => "write_matrices",
-                (None, Some((mesh, corners))) => {
+            let entry = match (table.corners(), triangles) {
+                (None, _) => "write_matrices",
+                (Some(_), Some((mesh, corners))) => {
                     buffers.extend([&mesh.vertices, &mesh.tangents, corners]);
                     "write_triangles"
                 }
-                (None, None) => {
+                (Some(_), None) => {
                     jobs.push(Job::Nothing);
                     continue;
                 }
@@ -111,7 +111,7 @@ impl WorldSpace {
             boxes.follow(gpu, now);
         }
         if let Some(now) = changed.iter().find_map(Table::places) {
-            self.places.follow(gpu, now, changed.iter().find_map(Table::placement).map(|of| &of.before));
+            self.places.follow(gpu, now, changed.iter().find_map(|t| t.matrices(NodeMatrix::PreviousTransform)));
         }
     }
 

@@ -196,9 +196,9 @@ impl SceneInputs {
 
 /// Where nodes were, where a row holds that.
 pub fn earlier_places<'a>(wanted: &TableUse, table: &'a Table) -> Option<&'a Transforms> {
-    let earlier = Some(Derived::Node(NodeMatrix::PreviousTransform));
+    let earlier = NodeMatrix::PreviousTransform;
     let mut members = wanted.row.members.iter();
-    members.find(|member| derived(wanted, table, member) == earlier).and(table.placement()).map(|of| &of.before)
+    members.find(|m| derived(wanted, table, m) == Some(Derived::Node(earlier))).and(table.matrices(earlier))
 }
 
 /// What a plan takes from the scene, if anything: what it draws, reads or counts of it. A camera is no part of it.

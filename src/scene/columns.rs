@@ -1,6 +1,6 @@
 //! A table as data: rows of named columns, and what one has other than one before.
 
-use super::{Corners, Hierarchy, NodeMatrix, Pieces, Placement, Transforms, VertexAttribute};
+use super::{Corners, Hierarchy, NodeMatrix, Pieces, Transforms, VertexAttribute};
 use crate::value::Value;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::ops::Range;
@@ -66,12 +66,15 @@ impl Table {
 
     /// Where the nodes stand that it holds, or whose triangles; `None` for tables of anything else.
     pub fn places(&self) -> Option<&Transforms> {
-        self.placement().map(|of| &of.now).or_else(|| self.corners().map(|of| of.nodes()))
+        self.matrices(NodeMatrix::Transform).or_else(|| self.corners().map(|of| of.nodes()))
     }
 
-    /// The nodes whose matrices it holds.
-    pub fn placement(&self) -> Option<&Arc<Placement>> {
-        self.columns.iter().find_map(|(_, c)| if let Column::Node { of, .. } = c { Some(of) } else { None })
+    /// The transforms of nodes that a matrix of each is held of.
+    pub fn matrices(&self, wanted: NodeMatrix) -> Option<&Transforms> {
+        self.columns.iter().find_map(|(_, column)| match column {
+            Column::Node { of, matrix } if *matrix == wanted => Some(of),
+            _ => None,
+        })
     }
 
     /// The triangles whose corners it holds, or that its boxes lie round.
@@ -130,7 +133,7 @@ pub enum Column {
     },
     /// A matrix of each node.
     Node {
-        of: Arc<Placement>,
+        of: Transforms,
         matrix: NodeMatrix,
     },
     /// The lower or the upper corner of a hierarchy's boxes.
@@ -162,7 +165,7 @@ impl Column {
             (Column::Vec4(a), Column::Vec4(b)) => each(a, b, other),
             (Column::Mat4(a), Column::Mat4(b)) => each(a, b, other),
             (Column::Corner { corner: a, held: x, .. }, Column::Corner { corner: b, held: y, .. }) => (a, x) == (b, y),
-            (Column::Node { of: a, matrix: x }, Column::Node { of: b, matrix: y }) => x == y && a.mark(b, *x, other),
+            (Column::Node { of: a, matrix: x }, Column::Node { of: b, matrix: y }) => x == y && a.mark(b, other),
             (Column::Box { of: a, upper: x }, Column::Box { of: b, upper: y }) => x == y && a.mark(b, other),
             _ => false,
         }
@@ -172,7 +175,7 @@ impl Column {
     pub fn get(&self, row: usize) -> Option<Value> {
         match self {
             Column::Corner { of, corner, held } => of.get(row, *corner, *held),
-            Column::Node { of, matrix } => of.get(row, *matrix),
+            Column::Node { of, matrix } => matrix.get(of, row),
             Column::Box { of, upper } => of.corner(row, *upper).map(Value::Vec3),
             Column::Uint(v) => v.get(row).map(|x| Value::Uint(*x)),
             Column::Float(v) => v.get(row).map(|x| Value::Float(*x)),

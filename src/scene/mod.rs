@@ -121,7 +121,7 @@ pub use pieces::Pieces;
 pub use placed::{Extent, Look};
 pub use tables::Tables;
 pub use textures::{Between, MaterialTexture, TextureArray, Wrap};
-pub use transforms::{NodeMatrix, Placement, Transforms};
+pub use transforms::{NodeMatrix, Transforms};
 
 use crate::value::Type;
 

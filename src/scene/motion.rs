@@ -5,7 +5,7 @@ use super::{
     deform::{Deformed, Skinned},
     keyed::KeyedParam,
     model::{Bounds, Keyframe, Lens, Node, Scene},
-    transforms::{NodeMatrix, Placement, Transforms},
+    transforms::{NodeMatrix, Transforms},
 };
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -305,16 +305,15 @@ impl Scene {
 pub(super) fn nodes(pose: &Pose, before: &Pose) -> Table {
     // Nodes of another scene were nowhere.
     let before = if before.nodes.len() == pose.nodes.len() { before } else { pose };
-    let of = Arc::new(Placement { now: pose.nodes.clone(), before: before.nodes.clone() });
-    let column = |matrix| Column::Node { of: of.clone(), matrix };
+    let column = |of: &Pose, matrix| Column::Node { of: of.nodes.clone(), matrix };
     Table {
         name: "nodes",
         rows: pose.nodes.len(),
         since: None,
         columns: Arc::new([
-            ("transform", column(NodeMatrix::Transform)),
-            ("inverse_transpose", column(NodeMatrix::InverseTranspose)),
-            (PREVIOUS_TRANSFORM, column(NodeMatrix::PreviousTransform)),
+            ("transform", column(pose, NodeMatrix::Transform)),
+            ("inverse_transpose", column(pose, NodeMatrix::InverseTranspose)),
+            (PREVIOUS_TRANSFORM, column(before, NodeMatrix::PreviousTransform)),
         ]),
     }
 }

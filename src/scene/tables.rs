@@ -13,6 +13,7 @@ use super::{
     motion::{Pose, nodes},
     pieces::Pieces,
     table,
+    transforms::NodeMatrix,
 };
 use glam::Vec3;
 use std::collections::BTreeMap;
@@ -341,7 +342,8 @@ impl World<'_> {
 
 /// Whether the nodes of tables are where they were in the frame before.
 fn stood_still(list: &[Table]) -> bool {
-    list.iter().find_map(Table::placement).is_none_or(|of| of.now == of.before)
+    let of = |matrix| list.iter().find_map(|t| t.matrices(matrix));
+    of(NodeMatrix::Transform) == of(NodeMatrix::PreviousTransform)
 }
 
 /// The scene's triangles sorted where they stand in the beginning: one order for all poses.

@@ -25,6 +25,18 @@ impl Transforms {
     pub fn bytes(&self) -> &[u8] {
         bytemuck::cast_slice(&self.0.all)
     }
+
+    /// Marks the rows that are others than before; false where there are more or less.
+    pub(super) fn mark(&self, before: &Transforms, other: &mut [bool]) -> bool {
+        if [self.len(), before.len()] != [other.len(); 2] {
+            return false;
+        }
+        if self != before {
+            let rows = self.iter().zip(&**before).zip(other);
+            rows.for_each(|((a, b), other)| *other |= bytemuck::bytes_of(a) != bytemuck::bytes_of(b));
+        }
+        true
+    }
 }
 
 impl From<Vec<Mat4>> for Transforms {
@@ -57,50 +69,24 @@ impl PartialEq for Transforms {
     }
 }
 
-/// Where nodes are, and where they were in the frame before.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Placement {
-    pub now: Transforms,
-    /// As many.
-    pub before: Transforms,
-}
-
 /// A matrix of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NodeMatrix {
     Transform,
     /// Turns normals.
     InverseTranspose,
-    /// In the frame before.
+    /// The transform in the frame before.
     PreviousTransform,
 }
 
-impl Placement {
-    /// A matrix in a row; `None` past the rows.
-    pub fn get(&self, row: usize, matrix: NodeMatrix) -> Option<Value> {
-        let of = |all: &Transforms| all.get(row).copied();
-        let found = match matrix {
-            NodeMatrix::Transform => of(&self.now),
-            NodeMatrix::InverseTranspose => of(&self.now).map(|m| Mat4::from_mat3(normal_matrix(&m))),
-            NodeMatrix::PreviousTransform => of(&self.before),
-        };
-        found.map(Value::Mat4)
-    }
-
-    /// Marks the rows in which a matrix may be another one than before; false where there are others.
-    pub(super) fn mark(&self, before: &Placement, matrix: NodeMatrix, other: &mut [bool]) -> bool {
-        let (now, then) = match matrix {
-            NodeMatrix::PreviousTransform => (&self.before, &before.before),
-            NodeMatrix::Transform | NodeMatrix::InverseTranspose => (&self.now, &before.now),
-        };
-        if [now.len(), then.len()] != [other.len(); 2] {
-            return false;
-        }
-        if now != then {
-            let rows = now.iter().zip(&**then).zip(other);
-            rows.for_each(|((a, b), other)| *other |= bytemuck::bytes_of(a) != bytemuck::bytes_of(b));
-        }
-        true
+impl NodeMatrix {
+    /// In a row, of transforms at the time that it is of; `None` past the rows.
+    pub(super) fn get(self, of: &Transforms, row: usize) -> Option<Value> {
+        let transform = of.get(row)?;
+        Some(Value::Mat4(match self {
+            NodeMatrix::Transform | NodeMatrix::PreviousTransform => *transform,
+            NodeMatrix::InverseTranspose => Mat4::from_mat3(normal_matrix(transform)),
+        }))
     }
 }
 
