@@ -51,12 +51,12 @@ impl NodePlaces {
 
     fn hold(&mut self, gpu: &Gpu, slot: usize, wanted: &Transforms) {
         let held = std::mem::replace(&mut self.slots[slot], wanted.clone());
-        let differs = |i: &usize| bytemuck::bytes_of(&wanted[*i]) != bytemuck::bytes_of(&held[*i]);
-        let mut other = (0..wanted.len()).filter(differs);
-        let Some(first) = other.next() else { return };
-        let last = other.next_back().unwrap_or(first);
-        let at = HEADER + ((slot * wanted.len() + first) * size_of::<Mat4>()) as u64;
-        gpu.queue.write_buffer(&self.buffer, at, bytemuck::cast_slice(&wanted[first..last + 1]));
+        let other = wanted.differ(&held);
+        if other.is_empty() {
+            return;
+        }
+        let at = HEADER + ((slot * wanted.len() + other.start) * size_of::<Mat4>()) as u64;
+        gpu.queue.write_buffer(&self.buffer, at, bytemuck::cast_slice(&wanted[other]));
     }
 }
 

@@ -165,7 +165,13 @@ impl Column {
             (Column::Vec4(a), Column::Vec4(b)) => each(a, b, other),
             (Column::Mat4(a), Column::Mat4(b)) => each(a, b, other),
             (Column::Corner { corner: a, held: x, .. }, Column::Corner { corner: b, held: y, .. }) => (a, x) == (b, y),
-            (Column::Node { of: a, matrix: x }, Column::Node { of: b, matrix: y }) => x == y && a.mark(b, other),
+            (Column::Node { of: a, matrix: x }, Column::Node { of: b, matrix: y }) => {
+                let same = x == y && [a.len(), b.len()] == [other.len(); 2];
+                if same {
+                    other[a.differ(b)].fill(true);
+                }
+                same
+            }
             (Column::Box { of: a, upper: x }, Column::Box { of: b, upper: y }) => x == y && a.mark(b, other),
             _ => false,
         }

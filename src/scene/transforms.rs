@@ -3,7 +3,7 @@
 use crate::content::hash;
 use crate::value::Value;
 use glam::{Mat3, Mat4};
-use std::ops::{Deref, DerefMut};
+use std::ops::{Deref, DerefMut, Range};
 use std::sync::{Arc, OnceLock};
 
 /// Node to world, for each node; then for each vertex that a skin or morph targets move. A clone shares the list.
@@ -26,16 +26,14 @@ impl Transforms {
         bytemuck::cast_slice(&self.0.all)
     }
 
-    /// Marks the rows that are others than before; false where there are more or less.
-    pub(super) fn mark(&self, before: &Transforms, other: &mut [bool]) -> bool {
-        if [self.len(), before.len()] != [other.len(); 2] {
-            return false;
+    /// The least range of rows outside of which they are as before, of as many.
+    pub fn differ(&self, before: &Transforms) -> Range<usize> {
+        if Arc::ptr_eq(&self.0, &before.0) {
+            return 0..0;
         }
-        if self != before {
-            let rows = self.iter().zip(&**before).zip(other);
-            rows.for_each(|((a, b), other)| *other |= bytemuck::bytes_of(a) != bytemuck::bytes_of(b));
-        }
-        true
+        let differs = |i: &usize| bytemuck::bytes_of(&self[*i]) != bytemuck::bytes_of(&before[*i]);
+        let mut rows = (0..self.len().min(before.len())).filter(differs);
+        rows.next().map_or(0..0, |first| first..rows.next_back().unwrap_or(first) + 1)
     }
 }
 
