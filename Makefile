@@ -8,7 +8,7 @@
 # make blender the add-on for Blender, with the Python module inside, to out/lightgraph_blender.zip
 # make test-blender  the add-on in Blender, against Cycles; installs Blender as a Python module (400 MB) into target/blender
 # make demo    renders the hall by global illumination to out/hall.png and out/hall.exr
-# make bench   run time against error: all graphs on eight scenes in a quarter to half an hour, to out/bench/report.html
+# make bench   run time against error: all graphs on twelve scenes, to out/bench/report.html
 # make stress  every graph under what scenes and parameters can do, at most a quarter of an hour, to out/stress/report.html
 # make scenes  writes the generated files of scenes/ anew
 # make peers   installs other renderers, for comparisons, into target/peers
@@ -96,7 +96,7 @@ demo: driver
 	mkdir -p out
 	target/demo/lightgraph render graphs/gi/final_gather.ron --scene scenes/hall --size 640x480 --frames 2 --out out/hall.png --output color=out/hall.exr
 
-# Every graph on eight scenes at twelve settings; then finer grids of those that gain by them; then the paper's scenes, its graph
+# Every graph on twelve scenes, along its own axes; then finer grids of those that gain by them; then the paper's scenes, its graph
 # and the fast one, in all phases.
 bench: driver
 	cargo build --release
