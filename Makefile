@@ -100,7 +100,7 @@ demo: driver
 # and the fast one, in all phases.
 bench: driver
 	cargo build --release
-	target/release/lightgraph bench --scenes $(BENCHED) --graphs $(PROBES) --sweep "grid=2,4;face=8,16;bounces=4" $(QUIETLY)
+	target/release/lightgraph bench --scenes $(BENCHED) --graphs $(PROBES) --sweep "grid=2,4;face=8;bounces=4" $(QUIETLY)
 	target/release/lightgraph bench --resume --scenes $(BENCHED) --graphs graphs/gi/final_gather.ron --sweep "rays=1,2,4,16" $(QUIETLY)
 	target/release/lightgraph bench --resume --scenes $(BENCHED) --graphs graphs/gi/first_bounce.ron --sweep "directions=2,4,16" $(QUIETLY)
 	target/release/lightgraph bench --resume --scenes $(BENCHED) --graphs graphs/gi/pathtrace.ron --sweep "samples=1,4,16,64" $(QUIETLY)
