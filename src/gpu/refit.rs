@@ -19,7 +19,7 @@ const HEADER: usize = 2 + LEVELS;
 
 /// What a frame fits.
 #[derive(Debug)]
-pub(super) struct Boxes {
+pub(super) struct FittedBoxes {
     pipeline: wgpu::ComputePipeline,
     list: wgpu::Buffer,
     /// What the list says.
@@ -30,14 +30,14 @@ pub(super) struct Boxes {
     due: bool,
 }
 
-impl Boxes {
+impl FittedBoxes {
     /// # Errors
     /// Fails where the device has no memory left or binds less than the list takes.
-    pub(super) fn prepare(gpu: &Gpu, held: &Arc<Hierarchy>) -> Checked<Boxes> {
+    pub(super) fn prepare(gpu: &Gpu, held: &Arc<Hierarchy>) -> Checked<FittedBoxes> {
         let listed = Arc::new(held.whole());
         let list = filled(gpu, "boxes to fit", &[bytemuck::cast_slice(&words(held, &listed))], U::STORAGE)?;
         let pipeline = kernel(gpu, include_str!("refit.wgsl"), "refit")?;
-        Ok(Boxes { pipeline, list, listed, held: held.clone(), due: true })
+        Ok(FittedBoxes { pipeline, list, listed, held: held.clone(), due: true })
     }
 
     /// Binds a table. `triangles`: vertices, corners of triangles, where nodes are.

@@ -6,7 +6,7 @@ use super::{
     device::Gpu,
     node_places::NodePlaces,
     recorder::Recorder,
-    refit::{Boxes, layout},
+    refit::{FittedBoxes, layout},
     scene_data::{Mesh, TableMemory},
 };
 use crate::diag::Checked;
@@ -29,14 +29,14 @@ const LANES: usize = 64;
 pub(super) struct WorldSpace {
     places: NodePlaces,
     /// `None` where no table has any.
-    boxes: Option<Boxes>,
+    boxes: Option<FittedBoxes>,
     /// By table.
-    jobs: Vec<Job>,
+    jobs: Vec<DeviceJob>,
 }
 
 /// What the device writes to a table.
 #[derive(Debug)]
-enum Job {
+enum DeviceJob {
     Nothing,
     /// A list of rows, and what writes them.
     Rows(wgpu::Buffer, wgpu::ComputePipeline, wgpu::BindGroup),
@@ -61,7 +61,7 @@ impl WorldSpace {
         let before = uses().find_map(|((wanted, table), _)| earlier_places(wanted, table));
         let places = NodePlaces::prepare(gpu, now, before)?;
         let hierarchy = uses().find_map(|((wanted, table), _)| layout(wanted, table).and(table.hierarchy()));
-        let boxes = hierarchy.map(|of| Boxes::prepare(gpu, of)).transpose()?;
+        let boxes = hierarchy.map(|of| FittedBoxes::prepare(gpu, of)).transpose()?;
         let corners =
             match uses().find_map(|((wanted, table), _)| table.corners().filter(|_| has_derived(wanted, table))) {
                 Some(held) => {
@@ -75,11 +75,11 @@ impl WorldSpace {
         for ((wanted, table), memory) in uses() {
             if let (Some(boxes), Some(layout), Some((mesh, corners))) = (&boxes, layout(wanted, table), triangles) {
                 let group = boxes.bind(gpu, layout, [&mesh.vertices, corners, &places.buffer], &memory.buffer)?;
-                jobs.push(Job::Boxes(group));
+                jobs.push(DeviceJob::Boxes(group));
                 continue;
             }
             let Some(header) = header(wanted, table) else {
-                jobs.push(Job::Nothing);
+                jobs.push(DeviceJob::Nothing);
                 continue;
             };
             let ranges = vec![0; 2 * MOST_RANGES];
@@ -93,14 +93,14 @@ impl WorldSpace {
                     "write_triangles"
                 }
                 (Some(_), None) => {
-                    jobs.push(Job::Nothing);
+                    jobs.push(DeviceJob::Nothing);
                     continue;
                 }
             };
             let pipeline = kernel(gpu, include_str!("world_space.wgsl"), entry)?;
             let group =
                 bind_buffers(gpu, &format!("what follows from nodes in `{}`", wanted.table), &pipeline, &buffers)?;
-            jobs.push(Job::Rows(job, pipeline, group));
+            jobs.push(DeviceJob::Rows(job, pipeline, group));
         }
         Ok(Some(WorldSpace { places, boxes, jobs }))
     }
@@ -119,8 +119,8 @@ impl WorldSpace {
     pub(super) fn encode(&self, gpu: &Gpu, record: &mut Recorder<'_>, tables: &[TableMemory]) {
         for (job, memory) in self.jobs.iter().zip(tables) {
             let (job, pipeline, group) = match (job, &self.boxes) {
-                (Job::Rows(job, pipeline, group), _) => (job, pipeline, group),
-                (Job::Boxes(group), Some(boxes)) => {
+                (DeviceJob::Rows(job, pipeline, group), _) => (job, pipeline, group),
+                (DeviceJob::Boxes(group), Some(boxes)) => {
                     boxes.encode(record, group);
                     continue;
                 }
@@ -146,7 +146,7 @@ impl WorldSpace {
 impl WorldSpace {
     /// Notes that the device got what was encoded.
     pub(super) fn encoded(&mut self) {
-        self.boxes.iter_mut().for_each(Boxes::encoded);
+        self.boxes.iter_mut().for_each(FittedBoxes::encoded);
     }
 }
 

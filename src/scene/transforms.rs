@@ -8,10 +8,10 @@ use std::sync::{Arc, OnceLock};
 
 /// Node to world, for each node; then for each vertex that a skin or morph targets move. A clone shares the list.
 #[derive(Debug, Clone, Default)]
-pub struct Transforms(Arc<Held>);
+pub struct Transforms(Arc<MatrixList>);
 
 #[derive(Debug, Clone, Default)]
-struct Held {
+struct MatrixList {
     all: Vec<Mat4>,
     key: OnceLock<u128>,
 }
@@ -39,7 +39,7 @@ impl Transforms {
 
 impl From<Vec<Mat4>> for Transforms {
     fn from(all: Vec<Mat4>) -> Transforms {
-        Transforms(Arc::new(Held { all, key: OnceLock::new() }))
+        Transforms(Arc::new(MatrixList { all, key: OnceLock::new() }))
     }
 }
 
