@@ -24,6 +24,7 @@ const MOST_RANGES: usize = 64;
 const ABSENT: u32 = u32::MAX;
 /// Rows of a workgroup.
 const LANES: usize = 64;
+
 /// What the kernels read, and what they write.
 #[derive(Debug)]
 pub(super) struct WorldSpace {
@@ -62,14 +63,12 @@ impl WorldSpace {
         let places = NodePlaces::prepare(gpu, now, before)?;
         let hierarchy = uses().find_map(|((wanted, table), _)| layout(wanted, table).and(table.hierarchy()));
         let boxes = hierarchy.map(|of| FittedBoxes::prepare(gpu, of)).transpose()?;
-        let corners =
-            match uses().find_map(|((wanted, table), _)| table.corners().filter(|_| has_derived(wanted, table))) {
-                Some(held) => {
-                    let vertices: Vec<[u32; 3]> = (0..held.rows()).map(|row| held.vertices(row)).collect();
-                    Some(filled(gpu, "corners of triangles", &[bytemuck::cast_slice(&vertices)], U::STORAGE)?)
-                }
-                None => None,
-            };
+        let held = uses().find_map(|((wanted, table), _)| table.corners().filter(|_| has_derived(wanted, table)));
+        let corners = held.map(|of| {
+            let vertices: Vec<[u32; 3]> = (0..of.rows()).map(|row| of.vertices(row)).collect();
+            filled(gpu, "corners of triangles", &[bytemuck::cast_slice(&vertices)], U::STORAGE)
+        });
+        let corners = corners.transpose()?;
         let triangles = mesh.zip(corners.as_ref());
         let mut jobs = vec![];
         for ((wanted, table), memory) in uses() {
@@ -141,9 +140,7 @@ impl WorldSpace {
             pass.dispatch_workgroups(across, ranges.len() as u32, 1);
         }
     }
-}
 
-impl WorldSpace {
     /// Notes that the device got what was encoded.
     pub(super) fn encoded(&mut self) {
         self.boxes.iter_mut().for_each(FittedBoxes::encoded);

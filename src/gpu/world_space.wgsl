@@ -1,9 +1,9 @@
 //! Writes what follows from where nodes are to the rows of a table: their matrices, or positions, normals and tangents
 //! of triangles in world space.
 
-/// The number of words in a row; the places in it of a node's transform, the matrix for its normals and its transform in
-/// the frame before, or of three positions, three normals and three tangents; then each range of rows: its first, and
-/// how many.
+/// The number of words in a row. Then nine places in it: of a node's transform, the matrix for its normals and its
+/// transform in the frame before; or of three positions, three normals and three tangents. Then each range of rows: its
+/// first, and how many.
 @group(0) @binding(0) var<storage, read> job: array<u32>;
 struct Nodes {
     /// The first of those of now.
@@ -82,7 +82,8 @@ fn write_matrices(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgro
         let row = job[range] + i;
         let m = nodes.transforms[nodes.now + row];
         let turn = for_normals(mat3x3f(m[0].xyz, m[1].xyz, m[2].xyz));
-        let normals = mat4x4f(vec4f(turn[0], 0.0), vec4f(turn[1], 0.0), vec4f(turn[2], 0.0), vec4f(0.0, 0.0, 0.0, 1.0));
+        let last = vec4f(0.0, 0.0, 0.0, 1.0);
+        let normals = mat4x4f(vec4f(turn[0], 0.0), vec4f(turn[1], 0.0), vec4f(turn[2], 0.0), last);
         put_matrix(row, TRANSFORM, m);
         put_matrix(row, INVERSE_TRANSPOSE, normals);
         put_matrix(row, PREVIOUS_TRANSFORM, nodes.transforms[nodes.before + row]);

@@ -15,9 +15,10 @@
 //!   `panorama`).
 //! - `geometry` holds the vertices, `tangents` what normal maps need, `clusters` their compact groups, `levels` fewer
 //!   triangles. `glow` says how much light textured triangles give, `smooth` how far normals lie from the triangles'.
-//! - `model` holds the scene and its facts; `motion` poses it; `tables`, `finishes`, `corners`, `light_views` and `bvh`
-//!   fill the shaders' tables, whose columns are `pieces`, or `transforms` of nodes; `camera` makes the view matrices, [`navigate`] moves views,
-//!   `placed` is what programs say that show a scene of their own
+//! - `model` holds the scene and its facts; `motion` poses it. `tables`, `finishes`, `corners`, `light_views` and `bvh`
+//!   fill the shaders' tables. Columns are `pieces`, `transforms` of nodes, or boxes of a `hierarchy`.
+//! - `camera` makes the view matrices, [`navigate`] moves views, `placed` is what programs say that show a scene of
+//!   their own.
 //!
 //! # The scene file
 //! A RON file beside the glTF says what glTF has no place for:
