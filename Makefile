@@ -100,19 +100,15 @@ demo: driver
 # and the fast one, in all phases.
 bench: driver
 	cargo build --release
-	target/release/lightgraph bench --scenes $(BENCHED) --graphs $(PROBES) --sweep "grid=2,4;face=8;bounces=4" $(QUIETLY)
-	target/release/lightgraph bench --resume --scenes $(BENCHED) --graphs graphs/gi/final_gather.ron --sweep "rays=1,2,4,16" $(QUIETLY)
-	target/release/lightgraph bench --resume --scenes $(BENCHED) --graphs graphs/gi/first_bounce.ron --sweep "directions=2,4,16" $(QUIETLY)
-	target/release/lightgraph bench --resume --scenes $(BENCHED) --graphs graphs/gi/pathtrace.ron --sweep "samples=1,4,16,64" $(QUIETLY)
+	target/release/lightgraph bench --scenes $(BENCHED) --sweep "grid=2,4;face=8;bounces=4" $(BRIEFLY)
+	target/release/lightgraph bench --resume --scenes $(BENCHED) --graphs graphs/gi/final_gather.ron --sweep "rays=1,2,4,16" $(BRIEFLY)
+	target/release/lightgraph bench --resume --scenes $(BENCHED) --graphs graphs/gi/first_bounce.ron --sweep "directions=2,4,16" $(BRIEFLY)
+	target/release/lightgraph bench --resume --scenes $(BENCHED) --graphs graphs/gi/pathtrace.ron --sweep "samples=1,4,16,64" $(BRIEFLY)
 	target/release/lightgraph bench --resume --graphs $(FINE) --scenes cornell_point,room_spot,hall,corridor,two_rooms:lit --sweep "grid=8;face=16;bounces=6" --phases everything --images 6 --out out/bench
 	target/release/lightgraph bench --resume --graphs $(ROWS) --scenes hall,art_gallery --sweep "grid=4;face=16;bounces=2" --images 6 --out out/bench
 
 BENCHED := cornell_point,room_spot,room_area,empty_room,hall,corridor,two_rooms:lit,furnace_80,apartment,atrium,street,workshop
-GI = $(basename $(notdir $(wildcard graphs/gi/*.ron)))
-COMMA := ,
-EMPTY :=
-PROBES = $(subst $(EMPTY) ,$(COMMA),$(patsubst %,graphs/gi/%.ron,$(filter-out final_gather first_bounce pathtrace,$(GI))))
-QUIETLY := --phases everything --seconds 0 --patience 2 --rounds 4 --brief 0.15 --images 6 --out out/bench
+BRIEFLY := --phases everything --seconds 0 --patience 2 --rounds 4 --brief 0.15 --images 6 --out out/bench
 FINE := graphs/gi/fast_grid.ron,graphs/gi/facing_probes.ron,graphs/gi/inset_grid.ron,graphs/gi/nonuniform_grid.ron,graphs/gi/fast_grid_visible.ron
 ROWS := graphs/gi/uniform_grid.ron,graphs/gi/fast_grid.ron,graphs/gi/infinite_bounce.ron
 

@@ -16,6 +16,8 @@ use wgpu::BufferUsages as U;
 const LEVELS: usize = MAX_DEPTH as usize + 1;
 /// Words of a list before its rows.
 const HEADER: usize = 2 + LEVELS;
+// `ROWS` in refit.wgsl.
+const _: () = assert!(HEADER == 50);
 
 /// What a frame fits.
 #[derive(Debug)]
