@@ -51,12 +51,10 @@ impl NodePlaces {
 
     fn hold(&mut self, gpu: &Gpu, slot: usize, wanted: &Transforms) {
         let held = std::mem::replace(&mut self.slots[slot], wanted.clone());
-        let other = wanted.differ(&held);
-        if other.is_empty() {
-            return;
+        for rows in wanted.differ(&held) {
+            let at = HEADER + ((slot * wanted.len() + rows.start) * size_of::<Mat4>()) as u64;
+            gpu.queue.write_buffer(&self.buffer, at, bytemuck::cast_slice(&wanted[rows]));
         }
-        let at = HEADER + ((slot * wanted.len() + other.start) * size_of::<Mat4>()) as u64;
-        gpu.queue.write_buffer(&self.buffer, at, bytemuck::cast_slice(&wanted[other]));
     }
 }
 

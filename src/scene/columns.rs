@@ -168,7 +168,7 @@ impl Column {
             (Column::Node { of: a, matrix: x }, Column::Node { of: b, matrix: y }) => {
                 let same = x == y && [a.len(), b.len()] == [other.len(); 2];
                 if same {
-                    other[a.differ(b)].fill(true);
+                    a.differ(b).into_iter().for_each(|rows| other[rows].fill(true));
                 }
                 same
             }

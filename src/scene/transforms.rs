@@ -6,6 +6,9 @@ use glam::{Mat3, Mat4};
 use std::ops::{Deref, DerefMut, Range};
 use std::sync::{Arc, OnceLock};
 
+/// Rows that are held against earlier ones at once.
+const BLOCK: usize = 64;
+
 /// Node to world, for each node; then for each vertex that a skin or morph targets move. A clone shares the list.
 #[derive(Debug, Clone, Default)]
 pub struct Transforms(Arc<MatrixList>);
@@ -26,14 +29,22 @@ impl Transforms {
         bytemuck::cast_slice(&self.0.all)
     }
 
-    /// The least range of rows outside of which they are as before, of as many.
-    pub fn differ(&self, before: &Transforms) -> Range<usize> {
+    /// Ranges of rows, in their order, outside of which they are as before, of as many.
+    pub fn differ(&self, before: &Transforms) -> Vec<Range<usize>> {
+        let mut ranges: Vec<Range<usize>> = vec![];
         if Arc::ptr_eq(&self.0, &before.0) {
-            return 0..0;
+            return ranges;
         }
-        let differs = |i: &usize| bytemuck::bytes_of(&self[*i]) != bytemuck::bytes_of(&before[*i]);
-        let mut rows = (0..self.len().min(before.len())).filter(differs);
-        rows.next().map_or(0..0, |first| first..rows.next_back().unwrap_or(first) + 1)
+        let bytes = BLOCK * size_of::<Mat4>();
+        let blocks = self.bytes().chunks(bytes).zip(before.bytes().chunks(bytes));
+        for (i, _) in blocks.enumerate().filter(|(_, (now, then))| now != then) {
+            let rows = BLOCK * i..self.len().min(BLOCK * (i + 1));
+            match ranges.last_mut() {
+                Some(last) if last.end == rows.start => last.end = rows.end,
+                _ => ranges.push(rows),
+            }
+        }
+        ranges
     }
 }
 
