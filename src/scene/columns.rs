@@ -167,7 +167,8 @@ impl Column {
             (Column::Corner { corner: a, held: x, .. }, Column::Corner { corner: b, held: y, .. }) => (a, x) == (b, y),
             (Column::Node { of: a, matrix: x }, Column::Node { of: b, matrix: y }) => {
                 let same = x == y && [a.len(), b.len()] == [other.len(); 2];
-                if same {
+                // The transforms beside it mark its rows.
+                if same && *x != NodeMatrix::InverseTranspose {
                     a.differ(b).into_iter().for_each(|rows| other[rows].fill(true));
                 }
                 same
