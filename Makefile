@@ -56,7 +56,7 @@ test test-all: lint
 	cargo test $(PACKAGES) --doc
 	cargo test $(PACKAGES) --examples --test it -- $(SKIPPED)
 
-pytest: driver
+pytest: display
 	scripts/install-python.sh
 	cargo build
 	scripts/python-module.sh
