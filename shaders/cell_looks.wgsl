@@ -1,6 +1,7 @@
-//! From where their rays leave, the cells look at emitters: as many points on each as its power says. Rays that met
-//! emitters count, too.
-#import lightgraph::emitters::{draw, draw_density}
+//! From where their rays leave, the cells look at emitters: each time at one of a few points drawn by power, chosen by
+//! what it gives unshadowed (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005). Rays that
+//! met emitters count, too.
+#import lightgraph::emitters::{Sample, draw, draw_density, emitters}
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
 #import lightgraph::packed_light
 #import lightgraph::random::{next, next_pair, scramble}
@@ -15,6 +16,9 @@ var<storage, read> link_rays: array<vec4u>;
 /// would send it on.
 var<storage, read_write> link_emission: array<vec2u>;
 
+/// Points that one is chosen from at most, and the emitters that make one of them worth its time.
+const CANDIDATES: u32 = 4u;
+const EMITTERS_EACH: u32 = 64u;
 /// Rays end this share before an emitter, which would be in its own way.
 const REACH: f32 = 0.9999;
 
@@ -30,13 +34,32 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u) {
     let start = leave(here.position, here.normal);
     var state = scramble(key + scramble(link) + salt());
     var straight = vec3f(0.0);
+    let each = clamp(arrayLength(&emitters) / EMITTERS_EACH, 1u, CANDIDATES);
+    let candidates = cell_samples * each;
     for (var i = 0u; i < cell_samples; i++) {
-        let choice = (f32(link * cell_samples + i) + next(&state)) / f32(LINKS * cell_samples);
-        let p = draw(start, choice, next_pair(&state));
-        let cosine = dot(here.normal, p.direction);
-        // Both by how likely each finds a point (the balance heuristic): some of the points, and one ray.
-        if p.density > 0.0 && cosine > 0.0 && is_free(start, p.direction, REACH * p.distance) {
-            straight += p.radiance * cosine / (3.14159265359 * f32(cell_samples) * p.density + cosine);
+        var chosen: Sample;
+        var own = 0.0;
+        var total = 0.0;
+        for (var k = 0u; k < each; k++) {
+            let number = link * candidates + i * each + k;
+            let choice = (f32(number) + next(&state)) / f32(LINKS * candidates);
+            let p = draw(start, choice, next_pair(&state));
+            let cosine = dot(here.normal, p.direction);
+            if p.density > 0.0 && cosine > 0.0 {
+                let light = cosine * dot(p.radiance, vec3f(1.0));
+                total += light / p.density;
+                if next(&state) * total * p.density < light {
+                    chosen = p;
+                    own = light;
+                }
+            }
+        }
+        // Both by how likely each finds a point (the balance heuristic), as if all candidates counted: some of the
+        // points, and one ray.
+        if own > 0.0 && is_free(start, chosen.direction, REACH * chosen.distance) {
+            let density = dot(here.normal, chosen.direction) / 3.14159265359;
+            let drawn = f32(candidates) * chosen.density;
+            straight += chosen.radiance * (density * total / (own * f32(candidates)) * drawn / (drawn + density));
         }
     }
     // What the ray met that leaves there.
@@ -46,7 +69,7 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u) {
         let way = normalize(offset);
         let density = max(dot(here.normal, way), 0.0) / 3.14159265359;
         let faced = -dot(unpack_normal(link_rays[2u * id.x].w), way);
-        let drawn = f32(cell_samples) * draw_density(emission, length(offset), faced);
+        let drawn = f32(candidates) * draw_density(emission, length(offset), faced);
         straight += emission * (density / max(density + drawn, 1e-20));
     }
     link_emission[id.x] = packed_light::pack(straight);

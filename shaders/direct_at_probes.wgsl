@@ -26,7 +26,7 @@
 #endif
 #endif
 #ifdef EMITTERS_DIRECT
-#import lightgraph::emitters::reflected_emitters
+#import lightgraph::emitters::{BLOCK, reflected_emitters}
 #endif
 #ifdef RAYS
 #import lightgraph::random::{dither, seed}
@@ -76,7 +76,8 @@ fn direct_at_probes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocati
         let start = leave(s.position, s.normal + s.view);
 #endif
 #ifdef EMITTERS_DIRECT
-        light = reflected_emitters(s, start, vec2u(params.hit_samples), dither(at, 0u), seed(at, 0u));
+        let block = seed(at / BLOCK, 0u);
+        light = reflected_emitters(s, start, vec2u(params.hit_samples), dither(at, 0u), seed(at, 0u), block);
 #else
         light = s.emission;
 #endif

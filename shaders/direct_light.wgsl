@@ -22,7 +22,7 @@
 #endif
 #endif
 #ifdef EMITTERS_DIRECT
-#import lightgraph::emitters::{MANY, reflected_emitters}
+#import lightgraph::emitters::{BLOCK, MANY, reflected_emitters}
 #endif
 #ifdef RAYS
 #import lightgraph::random::{dither, seed}
@@ -65,7 +65,9 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
         let start = leave(s.position, s.normal + s.view);
 #endif
 #ifdef EMITTERS_DIRECT
-        light += reflected_emitters(s, start, vec2u(1u, MANY) * emitter_samples, dither(id.xy, 0u), seed(id.xy, 0u));
+        let block = seed(id.xy / BLOCK, 0u);
+        let samples = vec2u(1u, MANY) * emitter_samples;
+        light += reflected_emitters(s, start, samples, dither(id.xy, 0u), seed(id.xy, 0u), block);
 #endif
 #ifdef ENVIRONMENT_DIRECT
         light += reflected_environment(s, start, environment_samples, seed(id.xy, 1u));

@@ -49,7 +49,7 @@ fn arriving(start: vec3f, direction: vec3f, shift: u32) -> vec3f {
     light += reflected_light(met.surface);
 #endif
 #ifdef EMITTERS_DIRECT
-    light += reflected_emitters(met.surface, met.start, vec2u(params.hit_samples), unit(scramble(shift)), shift);
+    light += reflected_emitters(met.surface, met.start, vec2u(params.hit_samples), unit(scramble(shift)), shift, shift);
 #endif
 #ifdef ENVIRONMENT_DIRECT
     light += reflected_environment(met.surface, met.start, params.hit_samples, shift + 1u);

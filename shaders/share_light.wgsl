@@ -44,38 +44,50 @@ fn put(row: u32, from_row: u32, light: vec3f) {
 
 /// Rays that all points have.
 const COUNT: u32 = #{COUNT}u;
-#ifndef FIRST
-/// What the cells that a point's rays met hold on the mean.
-fn mean_held(point: u32) -> vec3f {
-    var sum = vec4f(0.0);
+
+/// What a cell has straight from emitters, and of all bounces.
+struct OfCell {
+    emitted: vec3f,
+    held: vec3f,
+}
+
+fn of_cell(cell: u32) -> OfCell {
+#ifdef FIRST
+    return OfCell(emitted[cell].rgb, vec3f(0.0));
+#else
+    return OfCell(emitted[cell].rgb, held[cell].rgb);
+#endif
+}
+
+/// What the cells that a point's rays met have on the mean.
+fn mean_of_cells(point: u32) -> OfCell {
+    var sum = OfCell();
+    var found = 0.0;
     for (var i = point * rays; i < (point + 1u) * rays; i++) {
         let cell = gathered[2u * i + 1u].w;
         if cell < PLACES {
-            sum += vec4f(held[cell].rgb, 1.0);
+            let one = of_cell(cell);
+            sum.emitted += one.emitted;
+            sum.held += one.held;
+            found += 1.0;
         }
     }
-    return sum.rgb / max(sum.a, 1.0);
+    return OfCell(sum.emitted / max(found, 1.0), sum.held / max(found, 1.0));
 }
-#endif
 
 /// What a ray brings a point from what it met, in a cell or, where too few rays came for one, in none.
 fn brought(met: Ray, point: u32, cell: u32) -> vec3f {
-    var arrived = met.lit;
-    var sum = vec3f(0.0);
+    var there = OfCell();
     if cell < PLACES {
-        arrived += emitted[cell].rgb;
-    }
-#ifndef FIRST
-    if cell < PLACES {
-        sum = held[cell].rgb;
+        there = of_cell(cell);
     } else {
-        sum = mean_held(point);
+        there = mean_of_cells(point);
     }
-#endif
+    let arrived = met.lit + there.emitted;
     let at = points[point];
     let density = density_of(sum_of(arrived), source_count.scale);
     let found = form(met.position - bitcast<vec3f>(at.xyz), unpack_normal(at.w), met.normal);
-    return met.albedo * (sum + arrived * share_of_ray(found, density, RAYS_A_SOURCE));
+    return met.albedo * (there.held + arrived * share_of_ray(found, density, RAYS_A_SOURCE));
 }
 
 #ifdef MORE

@@ -23,7 +23,7 @@
 var<uniform> environment_samples: u32;
 #endif
 #ifdef EMITTERS
-#import lightgraph::emitters::{MANY, reflected_emitters}
+#import lightgraph::emitters::{BLOCK, MANY, reflected_emitters}
 #import lightgraph::random::{dither, scramble}
 var<uniform> emitter_samples: u32;
 #endif
@@ -50,7 +50,9 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
 #endif
 #ifdef EMITTERS
         let first = dither(id.xy, scramble(salt()));
-        light += reflected_emitters(s, start, vec2u(1u, MANY) * emitter_samples, first, seed(id.xy, salt()));
+        let shift = seed(id.xy, salt());
+        let block = seed(id.xy / BLOCK, salt());
+        light += reflected_emitters(s, start, vec2u(1u, MANY) * emitter_samples, first, shift, block);
 #endif
 #ifdef ENVIRONMENT
         light += drawn_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));

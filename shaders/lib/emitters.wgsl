@@ -143,17 +143,23 @@ fn arc(p: vec3f, q: vec3f, normal: vec3f) -> f32 {
     return select(0.0, atan2(sine, dot(p, q)) * dot(across, normal) / sine, sine > 0.0);
 }
 
+/// Pixels that are shaded at once, across and down.
+const BLOCK: vec2u = vec2u(8u, 4u);
+
 /// Times as many points at most where many triangles give alike.
 const MANY: u32 = 8u;
 
-/// Points on a triangle that tell whether a surface sees all or none of it.
-const FIRST_POINTS: u32 = 4u;
+/// Points for each of the triangles that give alike.
+const POINTS: f32 = 4.0;
+
+/// Points on a triangle that tell whether a surface sees all or none of it, mostly.
+const FIRST_POINTS: u32 = 8u;
+/// Where they agree, one block of surfaces in so many asks the others, too, and counts what these change so many times:
+/// so the mean is right behind a grate, through which few points are seen.
+const ONE_IN: u32 = 4u;
 
 /// Triangles that a surface looks at, at most.
-const LOOKED_AT: u32 = 4096u;
-
-/// Of more triangles half as many are looked at: each is searched for, and software drivers bound the rounds of loops.
-const VERY_MANY: u32 = 16384u;
+const LOOKED_AT: u32 = 512u;
 
 /// A triangle that is looked at, and how many times its light stands for that of its neighbours.
 struct Looked {
@@ -182,11 +188,11 @@ fn looked_at(i: u32, count: u32, shift: u32) -> Looked {
 /// distances along the sum of these shares, from `first` of a distance on. Matte: the exact irradiance of a triangle,
 /// times the share of its points that is seen; so what sees all emitters, or none, has no noise. Lobes: the mean over
 /// the points, and half as many directions drawn from the lobes, each weighed against the other (balance heuristic of
-/// Veach, 1995). Where the first points on a triangle see all of it, or none, no others are asked. Of more than
-/// LOOKED_AT triangles some stand for all. `shift` moves the points, and chooses these.
-fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shift: u32) -> vec3f {
-    let rows = arrayLength(&emitters);
-    let count = min(rows, select(LOOKED_AT, LOOKED_AT / 2u, rows > VERY_MANY));
+/// Veach, 1995). Where the first points on a triangle see all of it, or none, others are asked seldom. Of more than
+/// LOOKED_AT triangles some stand for all. `shift` moves the points, and chooses these; `block` is the same for surfaces
+/// that a device shades at once, of which all wait for each other.
+fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shift: u32, block: u32) -> vec3f {
+    let count = min(arrayLength(&emitters), LOOKED_AT);
     var total = 0.0;
     var roots = 0.0;
     for (var i = 0u; i < count; i++) {
@@ -200,7 +206,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
     }
     // As many triangles would give as much, were they alike.
     let alike = roots * roots / total;
-    let points = clamp(f32(FIRST_POINTS) * alike, f32(samples.x), f32(samples.y));
+    let points = clamp(POINTS * alike, f32(samples.x), f32(samples.y));
     let step = total / points;
 #ifdef SPECULAR
     let drawn = select(0u, (samples.x + 1u) / 2u, shines(s));
@@ -209,8 +215,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
     var next = step * first;
     var reached = 0.0;
     var sum = vec3f(0.0);
-    // What the triangles that told of their light stand for: about `total`. One across the horizon may have all its
-    // points below, and tells nothing.
+    // What the triangles that were asked stand for: about `total`.
     var asked_of = 0.0;
     for (var i = 0u; i < count && next < total; i++) {
         let looked = looked_at(i, count, shift);
@@ -235,12 +240,19 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
 #ifdef SPECULAR
         var shine = vec3f(0.0);
 #endif
+        // What the first points told, and how many times the others count.
+        var told = 0.0;
+        var others = 1.0;
         var asked = 0u;
         while asked < u32(asks) {
 #ifndef EMISSION_MAPS
             // Of a picture all points are asked.
             if asked == FIRST_POINTS && (arrived == 0.0 || arrived == all) {
-                break;
+                if scramble(block ^ looked.row) % ONE_IN != 0u {
+                    break;
+                }
+                told = f32(arrived > 0.0);
+                others = f32(ONE_IN);
             }
 #endif
             let p = towards(e, start, even_pair(asked, shift + looked.row));
@@ -263,17 +275,18 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
 #endif
             }
         }
-        if all > 0.0 {
+        if arrived > 0.0 {
+            let seen = max(mix(told, arrived / all, others), 0.0);
 #ifndef EMISSION_MAPS
             let light = arrived * e.radiance;
 #endif
-            var part = matte(s) / 3.14159265359 * form(e, start, s.normal) / all * light;
+            var part = matte(s) / 3.14159265359 * form(e, start, s.normal) / arrived * light;
 #ifdef SPECULAR
-            part += shine / f32(asked);
+            part += shine / f32(asked) * (all / arrived);
 #endif
-            sum += part * weight * looked.stands_for;
-            asked_of += weight * alone;
+            sum += seen * part * weight * looked.stands_for;
         }
+        asked_of += weight * alone;
     }
     sum *= select(0.0, total / asked_of, asked_of > 0.0);
 #ifdef SPECULAR

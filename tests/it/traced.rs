@@ -49,28 +49,24 @@ fn shadows_of_the_sun_agree_with_the_reference() {
     }
 }
 
-/// A floor four metres wide below a lamp of one metre, whose square is cut into `n` × `n`.
-fn lamp_of_squares(n: u32, folder: &Path) -> String {
-    let mut corners: Vec<[f32; 3]> = vec![[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]];
-    let along = |i: u32| i as f32 / n as f32 - 0.5;
-    for i in 0..=n {
-        corners.extend((0..=n).map(|k| [along(i), 1.0, along(k)]));
-    }
-    let mut indices: Vec<u32> = vec![0, 1, 2, 0, 2, 3];
-    for i in 0..n * n {
-        let a = 4 + i / n * (n + 1) + i % n;
-        let (b, c, d) = (a + 1, a + n + 1, a + n + 2);
-        indices.extend([a, c, b, b, c, d]);
-    }
-    let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+/// A scene of matte and of emissive quads, counter-clockwise from the front, seen from `height` metres above the
+/// origin.
+fn lit_by(lamps: &[Quad], matte: &[Quad], height: f32, folder: &Path) -> String {
+    let quads = || matte.iter().chain(lamps);
+    let mut bytes: Vec<u8> = quads().flatten().flatten().flat_map(|x| x.to_le_bytes()).collect();
     let from = bytes.len();
-    bytes.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
-    let (vertices, length, lamp) = (corners.len(), bytes.len(), indices.len() - 6);
+    for first in (0..quads().count() as u32).map(|quad| 4 * quad) {
+        bytes.extend([0, 1, 2, 0, 2, 3].iter().flat_map(|i| (first + i).to_le_bytes()));
+    }
+    let (vertices, length) = (4 * quads().count(), bytes.len());
+    let bound = |of: fn(f32, f32) -> f32| [0, 1, 2].map(|i| quads().flatten().map(|c| c[i]).reduce(of).unwrap());
+    let (low, high) = (bound(f32::min), bound(f32::max));
+    let (plain, bright) = (6 * matte.len(), 6 * lamps.len());
     let text = format!(
         r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0, 1]}}],
         "nodes": [
             {{"mesh": 0}},
-            {{"camera": 0, "translation": [0, 0.9, 0], "rotation": [-0.70710678, 0, 0, 0.70710678]}}
+            {{"camera": 0, "translation": [0, {height}, 0], "rotation": [-0.70710678, 0, 0, 0.70710678]}}
         ],
         "cameras": [{{"type": "perspective", "perspective": {{"yfov": 1.5, "znear": 0.01}}}}],
         "materials": [{{"pbrMetallicRoughness": {{"metallicFactor": 0}}}}, {{"emissiveFactor": [1, 1, 1]}}],
@@ -79,22 +75,39 @@ fn lamp_of_squares(n: u32, folder: &Path) -> String {
             {{"attributes": {{"POSITION": 0}}, "indices": 2, "material": 1}}
         ]}}],
         "accessors": [
-            {{"bufferView": 0, "componentType": 5126, "count": {vertices}, "type": "VEC3",
-              "min": [-2, 0, -2], "max": [2, 1, 2]}},
-            {{"bufferView": 1, "componentType": 5125, "count": 6, "type": "SCALAR"}},
-            {{"bufferView": 1, "byteOffset": 24, "componentType": 5125, "count": {lamp}, "type": "SCALAR"}}
+            {{"bufferView": 0, "componentType": 5126, "count": {vertices}, "type": "VEC3", "min": {low:?}, "max": {high:?}}},
+            {{"bufferView": 1, "componentType": 5125, "count": {plain}, "type": "SCALAR"}},
+            {{"bufferView": 1, "byteOffset": {}, "componentType": 5125, "count": {bright}, "type": "SCALAR"}}
         ],
         "bufferViews": [
             {{"buffer": 0, "byteLength": {from}}},
             {{"buffer": 0, "byteOffset": {from}, "byteLength": {}}}
         ],
-        "buffers": [{{"byteLength": {length}, "uri": "{n}.bin"}}]}}"#,
+        "buffers": [{{"byteLength": {length}, "uri": "lit.bin"}}]}}"#,
+        4 * plain,
         length - from
     );
-    std::fs::write(folder.join(format!("{n}.bin")), bytes).unwrap();
-    let path = folder.join(format!("{n}.gltf"));
+    std::fs::write(folder.join("lit.bin"), bytes).unwrap();
+    let path = folder.join("lit.gltf");
     std::fs::write(&path, text).unwrap();
     path.display().to_string()
+}
+
+/// Its corners.
+type Quad = [[f32; 3]; 4];
+
+/// Four metres wide.
+const FLOOR: Quad = [[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]];
+
+/// Faces down.
+fn ceiling([low_x, high_x]: [f32; 2], [low_z, high_z]: [f32; 2], height: f32) -> Quad {
+    [[low_x, height, low_z], [high_x, height, low_z], [high_x, height, high_z], [low_x, height, high_z]]
+}
+
+/// A lamp of one metre above the floor, cut into `n` × `n` squares.
+fn lamp_of_squares(n: u32) -> Vec<Quad> {
+    let along = |i: u32| [i as f32, (i + 1) as f32].map(|i| i / n as f32 - 0.5);
+    (0..n * n).map(|i| ceiling(along(i / n), along(i % n), 1.0)).collect()
 }
 
 /// However finely a lamp is cut, it gives the same light. Of so many triangles a surface looks at some; llvmpipe ends
@@ -103,7 +116,7 @@ fn lamp_of_squares(n: u32, folder: &Path) -> String {
 fn a_lamp_of_a_hundred_thousand_triangles_gives_what_one_of_two_gives() {
     let folder = Scratch::new("fine-lamp");
     let of = |n: u32| {
-        let scene = lamp_of_squares(n, folder.path());
+        let scene = lit_by(&lamp_of_squares(n), &[FLOOR], 0.9, folder.path());
         let [direct] = Shot::new("graphs/gi/direct.ron", &scene, 24).render(["direct"]);
         direct
     };
@@ -111,6 +124,38 @@ fn a_lamp_of_a_hundred_thousand_triangles_gives_what_one_of_two_gives() {
     println!("115,200 triangles: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
     assert!(metrics.mean_reference > 0.1, "the floor is lit");
     assert!(metrics.rmse_percent <= 0.5 && metrics.bias_percent.abs() <= 0.1, "{metrics:?}");
+}
+
+/// Direct light of emissive quads on the floor is that of the path tracer on the mean.
+fn agrees_with_paths(what: &str, lamps: &[Quad], matte: &[Quad], height: f32) {
+    let folder = Scratch::new(what);
+    let scene = lit_by(lamps, matte, height, folder.path());
+    let set = "samples=512 bounces=0";
+    let [expected] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", &scene, 48) }.render(["direct"]);
+    let [direct] = Shot::new("graphs/gi/direct.ron", &scene, 48).render(["direct"]);
+    let metrics = compared(&direct, &expected, None);
+    println!("{what}: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
+    assert!(metrics.mean_reference > 0.01, "the floor is lit");
+    assert!(metrics.bias_percent.abs() <= 1.0, "{what}: {metrics:?}");
+}
+
+/// The first points on a lamp may all be hidden where a fifth of it is seen.
+#[test]
+fn a_lamp_behind_a_grate_lights_what_it_shows() {
+    let slat = |i: u32| ceiling([0.2, 0.36].map(|x| x + 0.2 * i as f32 - 2.0), [-2.0, 2.0], 0.5);
+    let matte: Vec<Quad> = std::iter::once(FLOOR).chain((0..19).map(slat)).collect();
+    agrees_with_paths("grate", &lamp_of_squares(1), &matte, 0.4);
+}
+
+/// Lamps that are below a surface but for their edges give it next to nothing, and take nothing from what others give.
+#[test]
+fn lamps_across_the_horizon_leave_the_light_of_others() {
+    let sunk = |i: u32| {
+        let z = [0.0, 0.1].map(|z| z + 0.1 * i as f32 - 1.5);
+        [[1.5, -1.0, z[0]], [1.5, -1.0, z[1]], [1.5, 0.02, z[1]], [1.5, 0.02, z[0]]]
+    };
+    let lamps: Vec<Quad> = lamp_of_squares(2).into_iter().chain((0..30).map(sunk)).collect();
+    agrees_with_paths("horizon", &lamps, &[FLOOR], 0.9);
 }
 
 /// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
