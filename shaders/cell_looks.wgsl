@@ -1,6 +1,6 @@
 //! From where their rays leave, the cells look at emitters: each time at one of a few points drawn by power, chosen by
-//! what it gives unshadowed (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005). Rays that
-//! met emitters count, too.
+//! what it gives unshadowed (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005). Rays
+//! that met emitters count, too.
 #import lightgraph::emitters::{Sample, draw, draw_density, emitters}
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
 #import lightgraph::packed_light

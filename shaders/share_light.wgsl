@@ -3,6 +3,7 @@
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, density_of, form, share_of_ray, sum_of}
 #import lightgraph::rays::{OF_SKY, Ray, SKY, unpack, unpack_normal}
+#import lightgraph::tiles::points_across
 #ifdef MORE
 #import lightgraph::find_cell::find_near
 #import lightgraph::tiles::NO_POINT
@@ -59,17 +60,25 @@ fn of_cell(cell: u32) -> OfCell {
 #endif
 }
 
-/// What the cells that a point's rays met have on the mean.
+/// What the cells that rays of a point and of those beside it met have on the mean.
 fn mean_of_cells(point: u32) -> OfCell {
+    let across = points_across();
+    let at = vec2u(point % across.x, point / across.x);
+    let last = min(at + 1u, across - 1u);
     var sum = OfCell();
     var found = 0.0;
-    for (var i = point * rays; i < (point + 1u) * rays; i++) {
-        let cell = gathered[2u * i + 1u].w;
-        if cell < PLACES {
-            let one = of_cell(cell);
-            sum.emitted += one.emitted;
-            sum.held += one.held;
-            found += 1.0;
+    for (var y = max(at.y, 1u) - 1u; y <= last.y; y++) {
+        for (var x = max(at.x, 1u) - 1u; x <= last.x; x++) {
+            let first = (y * across.x + x) * rays;
+            for (var i = first; i < first + rays; i++) {
+                let cell = gathered[2u * i + 1u].w;
+                if cell < PLACES {
+                    let one = of_cell(cell);
+                    sum.emitted += one.emitted;
+                    sum.held += one.held;
+                    found += 1.0;
+                }
+            }
         }
     }
     return OfCell(sum.emitted / max(found, 1.0), sum.held / max(found, 1.0));
@@ -77,6 +86,10 @@ fn mean_of_cells(point: u32) -> OfCell {
 
 /// What a ray brings a point from what it met, in a cell or, where too few rays came for one, in none.
 fn brought(met: Ray, point: u32, cell: u32) -> vec3f {
+    // As of rays that met nothing.
+    if all(met.albedo <= vec3f(0.0)) {
+        return vec3f(0.0);
+    }
     var there = OfCell();
     if cell < PLACES {
         there = of_cell(cell);

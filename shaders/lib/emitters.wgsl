@@ -189,8 +189,8 @@ fn looked_at(i: u32, count: u32, shift: u32) -> Looked {
 /// times the share of its points that is seen; so what sees all emitters, or none, has no noise. Lobes: the mean over
 /// the points, and half as many directions drawn from the lobes, each weighed against the other (balance heuristic of
 /// Veach, 1995). Where the first points on a triangle see all of it, or none, others are asked seldom. Of more than
-/// LOOKED_AT triangles some stand for all. `shift` moves the points, and chooses these; `block` is the same for surfaces
-/// that a device shades at once, of which all wait for each other.
+/// LOOKED_AT triangles some stand for all. `shift` moves the points, and chooses these; `block` is the same for
+/// surfaces that a device shades at once, which wait for each other.
 fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shift: u32, block: u32) -> vec3f {
     let count = min(arrayLength(&emitters), LOOKED_AT);
     var total = 0.0;

@@ -158,6 +158,21 @@ fn lamps_across_the_horizon_leave_the_light_of_others() {
     agrees_with_paths("horizon", &lamps, &[FLOOR], 0.9);
 }
 
+/// Where the cache has no room for a place that rays meet, what others met beside it stands for its light: half of it
+/// was lost.
+#[test]
+fn a_cache_without_room_keeps_the_light_of_emitters() {
+    let folder = Scratch::new("full-cache");
+    let file = folder.path().join("small.ron");
+    let variant = r#"Variant(base: "lightgraph:graphs/gi/final_gather.ron", lets: {"places": "512"})"#;
+    std::fs::write(&file, variant).unwrap();
+    let path = file.display().to_string();
+    let [indirect] = Shot::new(&path, "scenes/room_area.gltf", SIZE).render(["indirect"]);
+    let metrics = compared(&indirect, &reference("room_area_indirect"), None);
+    println!("full cache: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
+    assert!(metrics.bias_percent.abs() <= 12.0, "{metrics:?}");
+}
+
 /// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
 #[test]
 fn a_furnace_gives_its_closed_form() {
