@@ -226,7 +226,7 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
             }
             rounds++;
         }
-        check(rounds > paths, id, #{HERE});
+        check(rounds > paths, id, #{HERE}); // Else the driver ended the loops: ask for fewer `samples`.
         sum.direct /= f32(paths);
         sum.indirect /= f32(paths);
 #ifndef CLEAR
