@@ -75,7 +75,8 @@ fn lit_by(lamps: &[Quad], matte: &[Quad], height: f32, folder: &Path) -> String 
             {{"attributes": {{"POSITION": 0}}, "indices": 2, "material": 1}}
         ]}}],
         "accessors": [
-            {{"bufferView": 0, "componentType": 5126, "count": {vertices}, "type": "VEC3", "min": {low:?}, "max": {high:?}}},
+            {{"bufferView": 0, "componentType": 5126, "count": {vertices}, "type": "VEC3",
+              "min": {low:?}, "max": {high:?}}},
             {{"bufferView": 1, "componentType": 5125, "count": {plain}, "type": "SCALAR"}},
             {{"bufferView": 1, "byteOffset": {}, "componentType": 5125, "count": {bright}, "type": "SCALAR"}}
         ],
