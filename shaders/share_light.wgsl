@@ -86,7 +86,7 @@ fn mean_of_cells(point: u32) -> OfCell {
 
 /// What a ray brings a point from what it met, in a cell or, where too few rays came for one, in none.
 fn brought(met: Ray, point: u32, cell: u32) -> vec3f {
-    // As of rays that met nothing.
+    // Black surfaces send nothing on; rays that met nothing count as black.
     if all(met.albedo <= vec3f(0.0)) {
         return vec3f(0.0);
     }
