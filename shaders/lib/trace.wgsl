@@ -178,6 +178,10 @@ fn is_open(index: u32, at: vec2f) -> bool {
 }
 #endif
 
+/// How many times its distance the back of a triangle is away: of a front and a back in one place, of which rounding
+/// could make either the nearer, rays meet the front.
+const BACK: f32 = 1.000004;
+
 /// The hit with one triangle nearer than `best` and beyond `start`, or `best`; of two as near the one in the first row.
 /// So what a ray meets does not depend on the order in which the search comes to the leaves.
 ///
@@ -200,7 +204,8 @@ fn meet(index: u32, origin: vec3f, direction: vec3f, start: f32, best: Hit) -> H
     let plane = dot(normal, a) / slope;
     let along = vec3f(dot(a, direction), dot(b, direction), dot(c, direction));
     let nearest = smaller(along.x, smaller(along.y, along.z));
-    let distance = larger(nearest, smaller(plane, larger(along.x, larger(along.y, along.z))));
+    let own = larger(nearest, smaller(plane, larger(along.x, larger(along.y, along.z))));
+    let distance = select(own, BACK * own, slope > 0.0);
     let first = distance == best.distance && best.triangle != NOTHING && index < best.triangle;
     if plane > start && (distance < best.distance || first) {
 #ifdef MASKS

@@ -174,6 +174,50 @@ fn a_cache_without_room_keeps_the_light_of_emitters() {
     assert!(metrics.bias_percent.abs() <= 12.0, "{metrics:?}");
 }
 
+/// Of a floor and the back of another in one place, each triangle along another diagonal, rays meet the floor, as the
+/// rasteriser does: which of them rounding made the nearer, they met, and half of the floor was black.
+#[test]
+fn a_back_in_the_place_of_a_front_hides_nothing() {
+    let folder = Scratch::new("two-in-one");
+    let tilted @ [a, b, c, d] = FLOOR.map(|[x, _, z]| [x, 0.13 * x + 0.07 * z, z]);
+    let of = |matte: &[Quad]| {
+        let scene = lit_by(&[ceiling([-1.0, 1.0], [-1.0, 1.0], 1.0)], matte, 0.9, folder.path());
+        let [color] = Shot { set: "samples=16", ..Shot::new("graphs/gi/pathtrace.ron", &scene, 48) }.render(["color"]);
+        color
+    };
+    let metrics = compared(&of(&[tilted, [b, a, d, c]]), &of(&[tilted]), None);
+    println!("two in one place: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
+    assert!(metrics.mean_reference > 0.1, "the floor is lit");
+    assert!(metrics.rmse_percent <= 0.1, "{metrics:?}");
+}
+
+/// A surface that is all hole takes none of a lamp's light: cells of the cache took it as whole.
+#[test]
+fn a_hole_before_a_lamp_takes_nothing() {
+    let folder = Scratch::new("hole");
+    let text = std::fs::read_to_string(repository("scenes/room_area.gltf")).unwrap();
+    let mut scene: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let number = |rows: &serde_json::Value| rows.as_array().unwrap().len();
+    let [node, material, hole] = ["nodes", "materials", "meshes"].map(|what| number(&scene[what]));
+    let mut mesh = scene["meshes"][1].clone();
+    mesh["primitives"][0]["material"] = material.into();
+    scene["nodes"].as_array_mut().unwrap().push(serde_json::json!({
+        "mesh": hole, "translation": [0, -0.2, 0]
+    }));
+    scene["meshes"].as_array_mut().unwrap().push(mesh);
+    scene["scenes"][0]["nodes"].as_array_mut().unwrap().push(node.into());
+    scene["materials"].as_array_mut().unwrap().push(serde_json::json!({
+        "alphaMode": "MASK", "doubleSided": true,
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0], "metallicFactor": 0}
+    }));
+    let file = folder.path().join("hole.gltf");
+    std::fs::write(&file, scene.to_string()).unwrap();
+    let [indirect] = Shot::new("graphs/gi/final_gather.ron", &file.display().to_string(), SIZE).render(["indirect"]);
+    let metrics = compared(&indirect, &reference("room_area_indirect"), None);
+    println!("hole: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
+    assert!(metrics.bias_percent.abs() <= 1.5, "{metrics:?}");
+}
+
 /// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
 #[test]
 fn a_furnace_gives_its_closed_form() {
