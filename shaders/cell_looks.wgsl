@@ -36,13 +36,15 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u) {
     var straight = vec3f(0.0);
     let each = clamp(arrayLength(&emitters) / EMITTERS_EACH, 1u, CANDIDATES);
     let candidates = cell_samples * each;
+    // Every other link covers all emitters evenly, and so do the rest: see cell_emission.wgsl.
+    let strata = f32((LINKS + 1u - link % 2u) / 2u * candidates);
     for (var i = 0u; i < cell_samples; i++) {
         var chosen: Sample;
         var own = 0.0;
         var total = 0.0;
         for (var k = 0u; k < each; k++) {
-            let number = link * candidates + i * each + k;
-            let choice = (f32(number) + next(&state)) / f32(LINKS * candidates);
+            let number = link / 2u * candidates + i * each + k;
+            let choice = (f32(number) + next(&state)) / strata;
             let p = draw(start, choice, next_pair(&state));
             let cosine = dot(here.normal, p.direction);
             if p.density > 0.0 && cosine > 0.0 {

@@ -2,7 +2,7 @@
 //! too. What both bring goes with what the ray met.
 #import lightgraph::cells::NO_CELL
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves, link_place}
-#import lightgraph::photons::{RAYS_A_SOURCE, density_of, form, from_source, share_of_ray, sum_of}
+#import lightgraph::photons::{RAYS_A_SOURCE, form, from_source, halves_of, share_of_ray}
 #import lightgraph::packed_light
 #import lightgraph::random::scramble
 #import lightgraph::rays::unpack
@@ -27,13 +27,14 @@ fn connect_cells(@builtin(global_invocation_id) id: vec3u) {
     let here = leaves(cell, link);
     let packed = link_rays[2u * id.x + 1u];
     let met = unpack(link_rays[2u * id.x], packed);
-    var arrived = met.lit;
+    var there = vec4f(0.0);
     if met.cell != NO_CELL {
-        arrived += emitted[met.cell].rgb;
+        there = emitted[met.cell];
     }
-    let density = density_of(sum_of(arrived), source_count.scale);
+    let arrived = met.lit + there.rgb;
     let found = form(met.position - here.position, here.normal, met.normal);
-    var first_light = met.albedo * arrived * share_of_ray(found, density, RAYS_A_SOURCE);
+    let share = share_of_ray(found, halves_of(arrived, there.a), source_count.scale, RAYS_A_SOURCE);
+    var first_light = met.albedo * arrived * share;
     if source_count.count > 0u {
         let first = scramble(key + salt()) + link * CANDIDATES;
         let choice = choose(here.position, here.normal, first, scramble(first));

@@ -22,7 +22,7 @@ fn keep(cell: u32, index: u32) {
         return;
     }
     for (var i = 0u; i < KEPT; i++) {
-        let first = select(0x80000000u, 0u, index >= SCOUTS || i % 2u == 0u);
+        let first = select(0x80000000u, 0u, index >= SCOUTS || i < KEPT / 2u);
         let chance = scramble(index + (i << 24u) + salt()) & 0x7fc00000u;
         atomicMin(&kept[cell * WORDS + 1u + i], first | chance | index);
     }

@@ -1,7 +1,7 @@
 //! The light that each gathered ray brings, as pixels share it; with FIRST that of the first bounce alone.
 #import lightgraph::cells::PLACES
 #import lightgraph::packed_light
-#import lightgraph::photons::{RAYS_A_SOURCE, density_of, form, share_of_ray, sum_of}
+#import lightgraph::photons::{RAYS_A_SOURCE, form, halves_of, share_of_ray}
 #import lightgraph::rays::{OF_SKY, Ray, SKY, unpack, unpack_normal}
 #import lightgraph::tiles::points_across
 #ifdef MORE
@@ -46,17 +46,17 @@ fn put(row: u32, from_row: u32, light: vec3f) {
 /// Rays that all points have.
 const COUNT: u32 = #{COUNT}u;
 
-/// What a cell has straight from emitters, and of all bounces.
+/// What a cell has straight from emitters (see cell_emission.wgsl), and of all bounces.
 struct OfCell {
-    emitted: vec3f,
+    emitted: vec4f,
     held: vec3f,
 }
 
 fn of_cell(cell: u32) -> OfCell {
 #ifdef FIRST
-    return OfCell(emitted[cell].rgb, vec3f(0.0));
+    return OfCell(emitted[cell], vec3f(0.0));
 #else
-    return OfCell(emitted[cell].rgb, held[cell].rgb);
+    return OfCell(emitted[cell], held[cell].rgb);
 #endif
 }
 
@@ -96,11 +96,11 @@ fn brought(met: Ray, point: u32, cell: u32) -> vec3f {
     } else {
         there = mean_of_cells(point);
     }
-    let arrived = met.lit + there.emitted;
+    let arrived = met.lit + there.emitted.rgb;
     let at = points[point];
-    let density = density_of(sum_of(arrived), source_count.scale);
     let found = form(met.position - bitcast<vec3f>(at.xyz), unpack_normal(at.w), met.normal);
-    return met.albedo * (there.held + arrived * share_of_ray(found, density, RAYS_A_SOURCE));
+    let halves = halves_of(arrived, there.emitted.a);
+    return met.albedo * (there.held + arrived * share_of_ray(found, halves, source_count.scale, RAYS_A_SOURCE));
 }
 
 #ifdef MORE

@@ -1,6 +1,6 @@
 //! The photons that light something, in their order.
 #import lightgraph::cells::NO_CELL
-#import lightgraph::photons::{PHOTONS, density_of, sum_of}
+#import lightgraph::photons::{PHOTONS, halves_of}
 #import lightgraph::packed_light
 
 const LANES: u32 = 128u;
@@ -12,7 +12,7 @@ var source_texels: texture_storage_2d<rgba32uint, write>;
 const SOURCES_A_ROW: u32 = 128u;
 struct Count {
     count: u32,
-    /// `density_of` wants it.
+    /// See `halves_of`.
     scale: f32,
 }
 var<storage, read_write> source_count: Count;
@@ -42,16 +42,16 @@ fn gather_sources(@builtin(local_invocation_id) id: vec3u) {
         let k = id.x * EACH + i;
         if is_source(k) {
             let b = photon_ends[3u * k + 1u];
-            var arrived = bitcast<f32>(b.z);
+            var arrived = vec2f(bitcast<f32>(b.z));
             if b.w != NO_CELL {
-                arrived += sum_of(emitted[b.w].rgb);
+                let found = emitted[b.w];
+                arrived += halves_of(found.rgb, found.a);
             }
             // As if it stood for all.
             let sent = packed_light::pack(packed_light::unpack(b.xy) * f32(all));
             let place = vec2u(2u * (at % SOURCES_A_ROW), at / SOURCES_A_ROW);
             textureStore(source_texels, place, photon_ends[3u * k]);
-            let of_density = bitcast<u32>(density_of(arrived, scale));
-            textureStore(source_texels, place + vec2u(1u, 0u), vec4u(sent, of_density, 0u));
+            textureStore(source_texels, place + vec2u(1u, 0u), vec4u(sent, bitcast<vec2u>(scale * arrived)));
             at++;
         }
     }

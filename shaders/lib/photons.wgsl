@@ -20,18 +20,21 @@ struct Source {
     normal: vec3f,
     /// W/sr along the normal, as if it stood for all sources.
     intensity: vec3f,
-    /// Of coming upon it among the sources, in 1/m².
-    density: f32,
+    /// Of coming upon it among the sources, in 1/m², as either half of the looks at emitters tells it.
+    densities: vec2f,
 }
 
 fn unpack_source(a: vec4u, b: vec4u) -> Source {
-    return Source(bitcast<vec3f>(a.xyz), unpack_normal(a.w), packed_light::unpack(b.xy), bitcast<f32>(b.z));
+    return Source(bitcast<vec3f>(a.xyz), unpack_normal(a.w), packed_light::unpack(b.xy), bitcast<vec2f>(b.zw));
 }
 
-/// Density with which a photon comes upon a place where the lights and emitters give so much: `arrived` is the sum of
-/// the channels of irradiance over pi, `scale` what sources.wgsl keeps.
-fn density_of(arrived: f32, scale: f32) -> f32 {
-    return arrived * scale;
+/// Light that arrives at a place, the sum of the channels, as either half of the looks at emitters tells it; `apart` is
+/// half their difference. Times the `scale` that sources.wgsl keeps it is the density with which photons come there.
+///
+/// What one half tells counts by the other's word. Counted by its own it would be too little: the more a half happens
+/// to see, the less a ray that meets it counts.
+fn halves_of(arrived: vec3f, apart: f32) -> vec2f {
+    return max(sum_of(arrived) + vec2f(apart, -apart), vec2f(0.0));
 }
 
 /// What a surface sees of another, over pi: the density of its rays there, in 1/m².
@@ -45,7 +48,12 @@ fn form(offset: vec3f, normal: vec3f, other: vec3f) -> f32 {
 /// for each source asked.
 fn from_source(s: Source, position: vec3f, normal: vec3f, rays: f32) -> vec3f {
     let f = form(s.position - position, normal, s.normal);
-    return s.intensity * (f * s.density / max(rays * f + s.density, 1e-30));
+    return s.intensity * (f * share_of_source(f, s.densities, rays));
+}
+
+/// The share that a source counts.
+fn share_of_source(form: f32, densities: vec2f, rays: f32) -> f32 {
+    return dot(densities / max(rays * form + densities, vec2f(1e-30)), vec2f(0.5));
 }
 
 /// About what a source sends on to a surface, more than nothing wherever it may light one beside it.
@@ -54,10 +62,11 @@ fn promised(s: Source, position: vec3f, normal: vec3f) -> f32 {
     let square = max(dot(offset, offset), 1e-12);
     let way = offset * inverseSqrt(square);
     let f = max(dot(normal, way), 0.1) * max(-dot(s.normal, way), 0.02) / (3.14159265359 * square);
-    return sum_of(s.intensity) * (f * s.density / max(f + s.density, 1e-30));
+    return sum_of(s.intensity) * (f * share_of_source(f, s.densities, 1.0));
 }
 
-/// The share that light counts which a ray meets by chance.
-fn share_of_ray(form: f32, density: f32, rays: f32) -> f32 {
-    return rays * form / max(rays * form + density, 1e-30);
+/// The share that light counts which a ray meets by chance; see `halves_of`.
+fn share_of_ray(form: f32, halves: vec2f, scale: f32, rays: f32) -> f32 {
+    let shares = rays * form / max(rays * form + scale * halves.yx, vec2f(1e-30));
+    return dot(halves, shares) / max(halves.x + halves.y, 1e-30);
 }
