@@ -1,5 +1,6 @@
 //! Light that comes to the cells straight from emitters, or from the environment: irradiance over pi, the mean over the
-//! places that their rays leave. In alpha, summed over the channels: half of what every other ray tells beyond the rest.
+//! places that their rays leave. In alpha, summed over the channels: half of what every other ray tells beyond the
+//! rest.
 #import lightgraph::kept::{NO_KEY, key_of_cell}
 #import lightgraph::packed_light
 
