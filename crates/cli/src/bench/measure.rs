@@ -13,7 +13,7 @@ use lightgraph::internals::fastest::Policy;
 use lightgraph::internals::gpu::Timing;
 use lightgraph::internals::scene::{Bounds, Shift};
 use lightgraph::{Checked, Faults, FrameReport, Gpu, Image, Plan, Project, Scene, Session, Settings};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -139,8 +139,14 @@ fn run<'a>(
     entry.start_up_ms.insert("prepare".into(), start.elapsed().as_secs_f64() * 1e3);
     (entry.bytes, entry.bytes_without_sharing) = session.plan.bytes();
 
-    let mut runner =
-        CountedSession { gpu, session, frame: 0, motions: Motions::of(target.scene), places: Places::default() };
+    let mut runner = CountedSession {
+        gpu,
+        session,
+        frame: 0,
+        ran: BTreeSet::new(),
+        motions: Motions::of(target.scene),
+        places: Places::default(),
+    };
     let once = PhaseFrames::of(runner.frame(Shift::default())?);
     entry.phases.extend(once.times(Phase::First, &runner.session.plan));
     *images = runner.images(&outputs)?;
@@ -165,7 +171,9 @@ fn run<'a>(
     let mut begun = vec![];
     for &phase in &moving {
         let before = runner.seen(images)?;
+        let ran = runner.ran.len();
         let taken = PhaseFrames::of(runner.step(phase, Places::turned)?);
+        let compiled = runner.ran.len() > ran;
         let change_percent = before.map(|before| change(&before, &runner.session.image(gpu, SEEN)?)).transpose()?;
         let mut scores = vec![];
         if carries {
@@ -173,9 +181,12 @@ fn run<'a>(
             runner.frame(Shift::default())?;
             scores = score(&runner.images(&outputs)?, target.references, &entry.params)?;
         }
-        begun.push((phase, taken, change_percent, scores));
+        begun.push((phase, taken, compiled, change_percent, scores));
     }
-    for (phase, mut taken, change_percent, scores) in begun {
+    for (phase, mut taken, compiled, change_percent, scores) in begun {
+        if compiled {
+            taken = PhaseFrames::of(runner.go_on(phase)?);
+        }
         while taken.walls.len() < effort.repeat as usize && taken.seconds() <= effort.seconds {
             taken.add(runner.go_on(phase)?);
         }
@@ -237,6 +248,8 @@ struct CountedSession<'a> {
     gpu: &'a Gpu,
     session: Session,
     frame: u32,
+    /// Steps that have run: drivers compile late what runs for the first time.
+    ran: BTreeSet<usize>,
     motions: Motions,
     places: Places,
 }
@@ -249,6 +262,7 @@ impl CountedSession<'_> {
         let report = self.session.frame(self.gpu, self.frame, 0.0)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         self.frame += 1;
+        self.ran.extend(report.steps.iter().map(|s| s.step));
         Ok((ms, report, self.session.causes().into_iter().map(String::from).collect()))
     }
 
