@@ -31,24 +31,24 @@ pub fn under(workspace: &mut Workspace, path: &Path, byte: usize) -> Option<Unde
         let symbol = workspace.of_graph(path, &file, &mention.named)?;
         return Some(Under { symbol, range: mention.range.clone() });
     }
-    let (library, key) = shader_of(workspace, path)?;
-    let file = workspace.shader(&library, &key)?;
+    let (sources, key) = shader_of(workspace, path)?;
+    let file = workspace.shader(&sources, &key)?;
     let mention = file.at(byte)?;
-    let symbol = workspace.of_shader(&library, &file, &mention.named)?;
+    let symbol = workspace.of_shader(&sources, &file, &mention.named)?;
     Some(Under { symbol, range: mention.range.clone() })
 }
 
-/// The library that holds a shader file, and its name there.
+/// The sources among which a shader file is, and its name there.
 pub fn shader_of(workspace: &mut Workspace, path: &Path) -> Option<(Library, String)> {
     let shown = path.to_str()?;
-    let of = |library: &Library| library.files.iter().find(|(_, s)| s.path == shown).map(|(key, _)| key.clone());
+    let of = |sources: &Library| sources.files.iter().find(|(_, s)| s.path == shown).map(|(key, _)| key.clone());
     // One of a graph that uses it, else of any graph that could.
     let graph = workspace.user(path);
     let graphs: Vec<PathBuf> = graph.into_iter().chain(workspace.all()).collect();
     graphs.iter().find_map(|graph| {
-        let library = workspace.library(graph);
-        let key = of(&library)?;
-        Some((library, key))
+        let sources = workspace.sources(graph);
+        let key = of(&sources)?;
+        Some((sources, key))
     })
 }
 
@@ -181,8 +181,8 @@ fn verified(
     let facts = settings.all_facts();
     let mut tried = 0;
     for graph in workspace.all() {
-        let library = workspace.library(&graph);
-        let before = graphs::open(&graph, settings, &workspace.texts, &library);
+        let sources = workspace.sources(&graph);
+        let before = graphs::open(&graph, settings, &workspace.texts, &sources);
         if tried == MOST_TRIED || !before.files.iter().any(|f| edited.contains_key(f)) {
             continue;
         }
@@ -191,7 +191,7 @@ fn verified(
             Ok(project) => project.faults(&Values::new(), &facts),
             Err(faults) => faults,
         };
-        let (before, after) = (faults(before), faults(graphs::open(&graph, settings, &after, &library)));
+        let (before, after) = (faults(before), faults(graphs::open(&graph, settings, &after, &sources)));
         if after.len() > before.len() {
             let new = after.iter().find(|d| !before.iter().any(|b| b.message == d.message));
             let why = new.or(after.iter().find(|d| d.severity == Severity::Error)).map_or("", |d| d.message.as_str());

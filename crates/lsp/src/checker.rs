@@ -39,7 +39,7 @@ pub struct WorkspaceChecker {
     columns: ColumnUnit,
     send: Send,
     /// The texts of the last graph, with all that was made of them.
-    library: Library,
+    sources: Library,
     graphs: BTreeMap<PathBuf, CheckedGraph>,
     /// Graphs of the workspace, once they were searched.
     found: Option<BTreeSet<PathBuf>>,
@@ -76,7 +76,7 @@ impl WorkspaceChecker {
             roots,
             columns,
             send,
-            library: Library::default(),
+            sources: Library::default(),
             graphs: BTreeMap::new(),
             found: None,
             edited: BTreeSet::new(),
@@ -180,10 +180,10 @@ impl WorkspaceChecker {
     fn open(&mut self, path: &Path) -> &Opened {
         let known = self.graphs.entry(path.into()).or_default();
         known.opened.get_or_insert_with(|| {
-            let opened = guarded(path, || graphs::open(path, &self.settings, &self.texts, &self.library));
+            let opened = guarded(path, || graphs::open(path, &self.settings, &self.texts, &self.sources));
             let opened = opened.unwrap_or_else(|d| Opened { project: Err(vec![d]), files: [path.into()].into() });
             if let Ok(project) = &opened.project {
-                self.library = project.texts.clone();
+                self.sources = project.texts.clone();
             }
             opened
         })

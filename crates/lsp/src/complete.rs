@@ -224,8 +224,8 @@ impl GraphCompletion<'_> {
                 }
             }
             WordRole::Shader => {
-                let library = self.workspace.library(self.path);
-                for path in library.files.keys() {
+                let sources = self.workspace.sources(self.path);
+                for path in sources.files.keys() {
                     self.offer.add(path, CompletionItemKind::FILE, "shader", "", Some(quoted(path)));
                 }
             }
@@ -307,10 +307,10 @@ impl GraphCompletion<'_> {
 
     fn of_shader(&mut self, role: WordRole, frames: &[Bracket], quoted: &dyn Fn(&str) -> String) {
         let root = self.workspace.root(self.path);
-        let library = self.workspace.library(self.path);
+        let sources = self.workspace.sources(self.path);
         let shader = self.pass(frames).and_then(|p| self.workspace.shader_of(&root, &p));
         let files = match &shader {
-            Some(shader) => self.workspace.reachable(&library, std::iter::once(shader.as_str())),
+            Some(shader) => self.workspace.reachable(&sources, std::iter::once(shader.as_str())),
             None if role == WordRole::Definition => self.workspace.reach(self.path),
             None => return,
         };
@@ -324,18 +324,18 @@ impl GraphCompletion<'_> {
                 }
                 WordRole::Entry => {
                     let own =
-                        shader.as_ref().and_then(|s| library.files.get(s)).is_some_and(|s| s.path == file.source.path);
+                        shader.as_ref().and_then(|s| sources.files.get(s)).is_some_and(|s| s.path == file.source.path);
                     for name in file.entries.iter().filter(|_| own) {
                         self.offer.add(name, CompletionItemKind::FUNCTION, "entry point", "", Some(quoted(name)));
                     }
                 }
                 _ => {
                     for (name, of) in &file.variables {
-                        let of = of.as_ref().and_then(|of| self.workspace.of_shader(&library, &file, of));
+                        let of = of.as_ref().and_then(|of| self.workspace.of_shader(&sources, &file, of));
                         match of {
                             Some(Symbol::Item(path, of)) => {
                                 let members =
-                                    self.workspace.file(&library, &path).and_then(|f| f.members.get(&of).cloned());
+                                    self.workspace.file(&sources, &path).and_then(|f| f.members.get(&of).cloned());
                                 for member in members.into_iter().flatten() {
                                     self.offer.add(&member, CompletionItemKind::FIELD, &of, "", Some(quoted(&member)));
                                 }
@@ -364,27 +364,27 @@ impl GraphCompletion<'_> {
 }
 
 fn shader(workspace: &mut Workspace, path: &Path, line: &str, offer: &mut Offer) {
-    let Some((library, key)) = shader_of(workspace, path) else { return };
+    let Some((sources, key)) = shader_of(workspace, path) else { return };
     let import = line.trim_start().strip_prefix("#import");
     let typed = tail(line, |c| c.is_alphanumeric() || c == '_' || c == ':' || c == '"');
     if let Some((module, _)) = typed.rsplit_once("::").filter(|_| import.is_some() || typed.contains("::")) {
-        return items(workspace, &library, module, offer);
+        return items(workspace, &sources, module, offer);
     }
     if let Some(rest) = import {
         if let Some((module, _)) = rest.trim().split_once("::{") {
-            return items(workspace, &library, module, offer);
+            return items(workspace, &sources, module, offer);
         }
-        let index = library.index();
+        let index = sources.index();
         for name in index.module_names() {
             offer.add(name, CompletionItemKind::MODULE, "module", "", None);
         }
         return;
     }
-    let Some(file) = workspace.shader(&library, &key) else { return };
+    let Some(file) = workspace.shader(&sources, &key) else { return };
     if let Some((base, _)) = typed_member(line) {
-        let of = file.variables.get(base).cloned().flatten().and_then(|of| workspace.of_shader(&library, &file, &of));
+        let of = file.variables.get(base).cloned().flatten().and_then(|of| workspace.of_shader(&sources, &file, &of));
         if let Some(Symbol::Item(path, of)) = of {
-            let members = workspace.file(&library, &path).and_then(|f| f.members.get(&of).cloned());
+            let members = workspace.file(&sources, &path).and_then(|f| f.members.get(&of).cloned());
             for member in members.into_iter().flatten() {
                 offer.add(&member, CompletionItemKind::FIELD, &of, "", None);
             }
@@ -422,9 +422,9 @@ fn typed_member(line: &str) -> Option<(&str, &str)> {
     Some((base, typed))
 }
 
-fn items(workspace: &mut Workspace, library: &Library, module: &str, offer: &mut Offer) {
-    let path = library.index().module(module).first().cloned();
-    let Some(file) = path.and_then(|path| workspace.shader(library, &path)) else { return };
+fn items(workspace: &mut Workspace, sources: &Library, module: &str, offer: &mut Offer) {
+    let path = sources.index().module(module).first().cloned();
+    let Some(file) = path.and_then(|path| workspace.shader(sources, &path)) else { return };
     for (name, declared) in file.survey.outline.declared.iter().filter(|d| d.1.keyword != "alias") {
         let about = file.about(name).unwrap_or_default();
         let kind = if declared.keyword == "fn" { CompletionItemKind::FUNCTION } else { CompletionItemKind::STRUCT };

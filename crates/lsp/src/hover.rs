@@ -180,12 +180,12 @@ fn item(
     symbol: &Symbol,
     computed: Option<&Computed>,
 ) -> Option<String> {
-    // One of the library's own has no path that a library is found by: the file that names it has.
-    let (library, _) = shader_of(workspace, file).or_else(|| {
+    // A source of the program's own has no path to find others by: the file that names it has.
+    let (sources, _) = shader_of(workspace, file).or_else(|| {
         let graph = if is_ron(path) { Some(path.to_path_buf()) } else { workspace.user(path) };
-        graph.map(|g| (workspace.library(&g), String::new()))
+        graph.map(|g| (workspace.sources(&g), String::new()))
     })?;
-    let shader = workspace.file(&library, file)?;
+    let shader = workspace.file(&sources, file)?;
     let (line, comment) = shader.about(name)?;
     let linked = if shader.variables.contains_key(name) { linked(workspace, symbol, computed) } else { String::new() };
     Some(format!("```wgsl\n{}\n```\n{comment}\n{linked}", line.trim()))

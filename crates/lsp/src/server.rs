@@ -365,8 +365,8 @@ impl Server {
         {
             return computed.clone();
         }
-        let library = self.workspace.borrow_mut().library(graph);
-        let computed = Rc::new(Computed::new(graph, &self.settings, &self.texts, &library));
+        let sources = self.workspace.borrow_mut().sources(graph);
+        let computed = Rc::new(Computed::new(graph, &self.settings, &self.texts, &sources));
         self.computed.replace(Some((graph.into(), computed.clone())));
         computed
     }

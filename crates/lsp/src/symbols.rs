@@ -82,19 +82,19 @@ impl Workspace {
             GraphName::Of(by, name) => self.of_used(&root, by, name, true),
             GraphName::Given(by, name) => self.of_used(&root, by, name, false),
             GraphName::Variable(pass, name) => {
-                let library = self.library(path);
+                let sources = self.sources(path);
                 let shader = self.shader_of(&root, file.passes.get(*pass)?)?;
-                self.bound(&library, &shader, name).into_iter().next()
+                self.bound(&sources, &shader, name).into_iter().next()
             }
             GraphName::Entry(pass, name) => {
-                let library = self.library(path);
+                let sources = self.sources(path);
                 let shader = self.shader_of(&root, file.passes.get(*pass)?)?;
-                let source = library.files.get(&shader)?;
+                let source = sources.files.get(&shader)?;
                 Some(Symbol::Item(PathBuf::from(&source.path), name.clone()))
             }
             GraphName::Shader(shader) => {
-                let library = self.library(path);
-                Some(Symbol::File(PathBuf::from(&library.files.get(shader)?.path)))
+                let sources = self.sources(path);
+                Some(Symbol::File(PathBuf::from(&sources.files.get(shader)?.path)))
             }
             GraphName::Graph(path) => Some(Symbol::File(path.clone())),
         }
@@ -133,15 +133,15 @@ impl Workspace {
     }
 
     /// What a name in a shader file means.
-    pub fn of_shader(&mut self, library: &Library, file: &ShaderFile, named: &wgsl::ShaderName) -> Option<Symbol> {
+    pub fn of_shader(&mut self, sources: &Library, file: &ShaderFile, named: &wgsl::ShaderName) -> Option<Symbol> {
         let own = PathBuf::from(&file.source.path);
         match named {
             wgsl::ShaderName::Own(name) => Some(Symbol::Item(own, name.clone())),
-            wgsl::ShaderName::Foreign(module, item) => module_file(library, &format!("{module}::{item}"))
+            wgsl::ShaderName::Foreign(module, item) => module_file(sources, &format!("{module}::{item}"))
                 .map(Symbol::File)
-                .or_else(|| Some(Symbol::Item(module_file(library, module)?, item.clone()))),
-            wgsl::ShaderName::Module(name) => Some(Symbol::File(module_file(library, name)?)),
-            wgsl::ShaderName::Member(of, name) => match self.of_shader(library, file, of)? {
+                .or_else(|| Some(Symbol::Item(module_file(sources, module)?, item.clone()))),
+            wgsl::ShaderName::Module(name) => Some(Symbol::File(module_file(sources, name)?)),
+            wgsl::ShaderName::Member(of, name) => match self.of_shader(sources, file, of)? {
                 Symbol::Item(path, of) => Some(Symbol::Member(path, of, name.clone())),
                 _ => None,
             },
@@ -150,15 +150,15 @@ impl Workspace {
     }
 
     /// The variables and members of uniforms that a name is bound to in a shader and what it imports.
-    pub fn bound(&mut self, library: &Library, shader: &str, name: &str) -> Vec<Symbol> {
+    pub fn bound(&mut self, sources: &Library, shader: &str, name: &str) -> Vec<Symbol> {
         let mut found = vec![];
-        for file in self.reachable(library, std::iter::once(shader)) {
+        for file in self.reachable(sources, std::iter::once(shader)) {
             for (variable, of) in &file.variables {
-                let of = of.as_ref().and_then(|of| self.of_shader(library, &file, of));
+                let of = of.as_ref().and_then(|of| self.of_shader(sources, &file, of));
                 match of {
                     Some(Symbol::Item(path, of)) => {
                         let holds = self
-                            .file(library, &path)
+                            .file(sources, &path)
                             .is_some_and(|f| f.members.get(&of).is_some_and(|m| m.contains(name)));
                         found.extend(holds.then(|| Symbol::Member(path, of, name.into())));
                     }
@@ -170,10 +170,10 @@ impl Workspace {
         found
     }
 
-    /// A file of a library by its path on the disk.
-    pub fn file(&mut self, library: &Library, path: &Path) -> Option<Arc<ShaderFile>> {
-        let key = library.files.iter().find(|(_, s)| Path::new(&s.path) == path)?.0.clone();
-        self.shader(library, &key)
+    /// A file among the sources by its path on the disk.
+    pub fn file(&mut self, sources: &Library, path: &Path) -> Option<Arc<ShaderFile>> {
+        let key = sources.files.iter().find(|(_, s)| Path::new(&s.path) == path)?.0.clone();
+        self.shader(sources, &key)
     }
 
     fn passes(&mut self, root: &Path) -> Vec<Passes> {
@@ -202,10 +202,10 @@ impl Workspace {
         let mut found = vec![];
         match symbol {
             Symbol::Value(root, name) => {
-                let library = self.library(root);
+                let sources = self.sources(root);
                 for pass in self.passes(root).into_iter().filter(|p| !p.said.contains(name)) {
                     for shader in &pass.shaders {
-                        found.extend(self.bound(&library, shader, name));
+                        found.extend(self.bound(&sources, shader, name));
                     }
                     for graph in &pass.graphs {
                         let sub = self.root(graph);
@@ -227,14 +227,14 @@ impl Workspace {
             Symbol::Item(..) | Symbol::Member(..) => {
                 let name = symbol.name().to_string();
                 for root in self.roots() {
-                    let library = self.library(&root);
+                    let sources = self.sources(&root);
                     let shaders: BTreeSet<String> = self
                         .passes(&root)
                         .into_iter()
                         .filter(|p| !p.said.contains(&name))
                         .flat_map(|p| p.shaders)
                         .collect();
-                    if shaders.iter().any(|shader| self.bound(&library, shader, &name).contains(symbol)) {
+                    if shaders.iter().any(|shader| self.bound(&sources, shader, &name).contains(symbol)) {
                         found.push(Symbol::Value(root, name.clone()));
                     }
                 }
@@ -257,9 +257,9 @@ impl Workspace {
     }
 
     fn reach_of(&mut self, root: &Path) -> Vec<Arc<ShaderFile>> {
-        let library = self.library(root);
+        let sources = self.sources(root);
         let shaders: BTreeSet<String> = self.passes(root).into_iter().flat_map(|p| p.shaders).collect();
-        self.reachable(&library, shaders.iter().map(String::as_str))
+        self.reachable(&sources, shaders.iter().map(String::as_str))
     }
 
     /// A symbol and all that are linked with it.
@@ -297,19 +297,19 @@ impl Workspace {
                     });
                 }
             }
-            let library = self.library(&path);
-            let folders = library.files.values().map(|s| s.path.clone()).collect::<Vec<_>>();
-            libraries.entry(folders).or_insert(library);
+            let sources = self.sources(&path);
+            let folders = sources.files.values().map(|s| s.path.clone()).collect::<Vec<_>>();
+            libraries.entry(folders).or_insert(sources);
         }
-        for library in libraries.into_values() {
-            let paths: Vec<String> = library.files.keys().cloned().collect();
+        for sources in libraries.into_values() {
+            let paths: Vec<String> = sources.files.keys().cloned().collect();
             for path in paths {
-                let Some(file) = self.shader(&library, &path) else { continue };
+                let Some(file) = self.shader(&sources, &path) else { continue };
                 for mention in &file.mentions {
                     let text = file.source.text.get(mention.range.clone()).unwrap_or("");
                     let of_file = matches!(mention.named, wgsl::ShaderName::Foreign(..) | wgsl::ShaderName::Module(_));
                     if (of_file || names.contains(text))
-                        && self.of_shader(&library, &file, &mention.named).is_some_and(|s| symbols.contains(&s))
+                        && self.of_shader(&sources, &file, &mention.named).is_some_and(|s| symbols.contains(&s))
                     {
                         let path = PathBuf::from(&file.source.path);
                         found.insert(SymbolPlace { path, range: mention.range.clone(), declares: mention.declares });
@@ -321,8 +321,8 @@ impl Workspace {
     }
 }
 
-fn module_file(library: &Library, module: &str) -> Option<PathBuf> {
-    let index = library.index();
+fn module_file(sources: &Library, module: &str) -> Option<PathBuf> {
+    let index = sources.index();
     let path = index.module(module).first()?;
-    Some(PathBuf::from(&library.files.get(path)?.path))
+    Some(PathBuf::from(&sources.files.get(path)?.path))
 }

@@ -106,7 +106,7 @@ impl Workspace {
     }
 
     /// The shaders that a graph may use.
-    pub fn library(&mut self, graph: &Path) -> Library {
+    pub fn sources(&mut self, graph: &Path) -> Library {
         let usual = shader_folders(graph);
         let mut folders: Vec<PathBuf> = self.shaders.iter().cloned().chain(usual).filter(|f| f.is_dir()).collect();
         // As a project has it: those of the program for what is made of its graphs.
@@ -117,18 +117,18 @@ impl Workspace {
         }
         let texts = self.texts.clone();
         let read = |path: &Path| texts.read(path);
-        let mut library =
+        let mut sources =
             Library::load_with(&folders[..folders.len() - usize::from(carried)], &read).unwrap_or_default();
-        library.files.entry(report::PATH.into()).or_insert_with(|| self.report.clone());
+        sources.files.entry(report::PATH.into()).or_insert_with(|| self.report.clone());
         for (name, source) in self.carried.iter().filter(|_| carried) {
-            library.files.entry(name.clone()).or_insert_with(|| source.clone());
+            sources.files.entry(name.clone()).or_insert_with(|| source.clone());
         }
         if let Some(earlier) = self.libraries.get(&folders) {
-            library = library.after(earlier);
+            sources = sources.after(earlier);
         }
-        self.libraries.insert(folders.clone(), library.clone());
-        self.now.libraries.insert(folders, library.clone());
-        library
+        self.libraries.insert(folders.clone(), sources.clone());
+        self.now.libraries.insert(folders, sources.clone());
+        sources
     }
 
     /// Whether a graph is made of one that the program carries.
@@ -140,9 +140,9 @@ impl Workspace {
             || [graph, root.as_path()].iter().any(|g| self.graph(g).is_some_and(|file| used(&file)))
     }
 
-    /// What a shader of a library names.
-    pub fn shader(&mut self, library: &Library, path: &str) -> Option<Arc<ShaderFile>> {
-        let source = library.files.get(path)?;
+    /// What a shader among the sources names.
+    pub fn shader(&mut self, sources: &Library, path: &str) -> Option<Arc<ShaderFile>> {
+        let source = sources.files.get(path)?;
         let key = PathBuf::from(&source.path);
         if let Some(known) = self.files.get(&key).filter(|k| Arc::ptr_eq(&k.source, source)) {
             return Some(known.clone());
@@ -197,7 +197,7 @@ impl Workspace {
 
     /// The shader files that the passes of a graph and of its bases run, with all that they import.
     pub fn reach(&mut self, graph: &Path) -> Vec<Arc<ShaderFile>> {
-        let library = self.library(graph);
+        let sources = self.sources(graph);
         let mut shaders = BTreeSet::new();
         let mut open = Some(graph.to_path_buf());
         let mut seen = BTreeSet::new();
@@ -207,14 +207,14 @@ impl Workspace {
                 open.clone_from(&file.base);
             }
         }
-        self.reachable(&library, shaders.iter().map(String::as_str))
+        self.reachable(&sources, shaders.iter().map(String::as_str))
     }
 
     /// These shaders and all that they import.
-    pub fn reachable<'s>(&mut self, library: &Library, shaders: impl Iterator<Item = &'s str>) -> Vec<Arc<ShaderFile>> {
-        let index = library.index();
+    pub fn reachable<'s>(&mut self, sources: &Library, shaders: impl Iterator<Item = &'s str>) -> Vec<Arc<ShaderFile>> {
+        let index = sources.index();
         let shaders: Vec<&str> = shaders.collect();
         let paths: Vec<String> = index.reachable(shaders).into_iter().map(String::from).collect();
-        paths.iter().filter_map(|path| self.shader(library, path)).collect()
+        paths.iter().filter_map(|path| self.shader(sources, path)).collect()
     }
 }
