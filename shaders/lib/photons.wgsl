@@ -31,8 +31,8 @@ fn unpack_source(a: vec4u, b: vec4u) -> Source {
 /// Light that arrives at a place, the sum of the channels, as either half of the looks at emitters tells it; `apart` is
 /// half their difference. Times the `scale` that sources.wgsl keeps it is the density with which photons come there.
 ///
-/// What one half tells counts by the other's word. Counted by its own it would be too little: the more a half happens
-/// to see, the less a ray that meets it counts.
+/// The weight of what one half tells follows from the other half. A weight from the same samples would be smaller
+/// wherever they happen to see more, and the sum too dark.
 fn halves_of(arrived: vec3f, apart: f32) -> vec2f {
     return max(sum_of(arrived) + vec2f(apart, -apart), vec2f(0.0));
 }

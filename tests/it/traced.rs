@@ -174,8 +174,8 @@ fn a_cache_without_room_keeps_the_light_of_emitters() {
     assert!(metrics.bias_percent.abs() <= 12.0, "{metrics:?}");
 }
 
-/// Of a floor and the back of another in one place, each triangle along another diagonal, rays meet the floor, as the
-/// rasteriser does: which of them rounding made the nearer, they met, and half of the floor was black.
+/// A floor and the back of another one lie in one place, cut along different diagonals: rays meet the floor, as the
+/// rasteriser does. Rounding chose between them, and parts of the floor were black.
 #[test]
 fn a_back_in_the_place_of_a_front_hides_nothing() {
     let folder = Scratch::new("two-in-one");
