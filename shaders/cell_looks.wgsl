@@ -5,7 +5,7 @@
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
 #import lightgraph::packed_light
 #import lightgraph::random::{next, next_pair, scramble}
-#import lightgraph::rays::unpack_normal
+#import lightgraph::rays::unpack_flat_normal
 #import lightgraph::rounds::salt
 #import lightgraph::trace::{is_free, leave}
 
@@ -31,7 +31,7 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let here = leaves(cell, link);
-    let start = leave(here.position, here.normal);
+    let start = leave(here.position, here.flat_normal);
     var state = scramble(key + scramble(link) + salt());
     var straight = vec3f(0.0);
     let each = clamp(arrayLength(&emitters) / EMITTERS_EACH, 1u, CANDIDATES);
@@ -70,7 +70,7 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u) {
         let offset = bitcast<vec3f>(link_rays[2u * id.x].xyz) - here.position;
         let way = normalize(offset);
         let density = max(dot(here.normal, way), 0.0) / 3.14159265359;
-        let faced = -dot(unpack_normal(link_rays[2u * id.x].w), way);
+        let faced = -dot(unpack_flat_normal(link_rays[2u * id.x].w), way);
         let drawn = f32(candidates) * draw_density(emission, length(offset), faced);
         straight += emission * (density / max(density + drawn, 1e-20));
     }

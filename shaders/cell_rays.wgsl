@@ -3,7 +3,7 @@
 #import lightgraph::cells::NO_CELL
 #import lightgraph::find_cell::find_near
 #import lightgraph::gloss::as_matte
-#import lightgraph::hit::look
+#import lightgraph::hit::{flat_side, look_from}
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
 #import lightgraph::random::{even_pair, scramble}
 #import lightgraph::rays::{Ray, pack}
@@ -34,12 +34,14 @@ fn cell_rays(@builtin(global_invocation_id) id: vec3u) {
     let here = leaves(cell, link);
     // A cell's rays follow from its key.
     let direction = cosine_direction(here.normal, even_pair(round() * LINKS + link, scramble(key)));
-    let met = look(leave(here.position, here.normal), direction);
+    let start = leave(here.position, here.flat_normal);
+    let met = look_from(start, here.position, here.flat_normal, direction);
     var found = Ray();
     found.cell = NO_CELL;
     if met.lit {
         found.position = met.surface.position;
         found.normal = met.surface.normal;
+        found.flat_normal = flat_side(met);
         found.albedo = as_matte(met.surface);
         found.cell = find_near(met.surface.position, met.surface.normal);
 #ifdef LIGHTS

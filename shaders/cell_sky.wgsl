@@ -26,7 +26,7 @@ fn cell_sky(@builtin(global_invocation_id) id: vec3u) {
     s.normal = here.normal;
     s.view = here.normal;
     s.albedo = vec3f(1.0);
-    let start = leave(here.position, here.normal);
+    let start = leave(here.position, here.flat_normal);
     let light = reflected_environment(s, start, cell_samples, scramble(scramble(key) + link + salt()));
     link_emission[id.x] = packed_light::pack(light);
 }

@@ -32,7 +32,7 @@ fn connect_cells(@builtin(global_invocation_id) id: vec3u) {
         there = emitted[met.cell];
     }
     let arrived = met.lit + there.rgb;
-    let found = form(met.position - here.position, here.normal, met.normal);
+    let found = form(met.position - here.position, here.normal, met.flat_normal);
     let share = share_of_ray(found, halves_of(arrived, there.a), source_count.scale, RAYS_A_SOURCE);
     var first_light = met.albedo * arrived * share;
     if source_count.count > 0u {
@@ -40,7 +40,7 @@ fn connect_cells(@builtin(global_invocation_id) id: vec3u) {
         let choice = choose(here.position, here.normal, first, scramble(first));
         let source = source_at(choice.row);
         let light = choice.weight * from_source(source, here.position, here.normal, RAYS_A_SOURCE);
-        if any(light > vec3f(0.0)) && sees(leave(here.position, here.normal), source) {
+        if any(light > vec3f(0.0)) && sees(leave(here.position, here.flat_normal), source) {
             first_light += light;
         }
     }

@@ -3,7 +3,7 @@
 #import lightgraph::cell_keys::insert
 #import lightgraph::cells::{key_of, large_key_of}
 #import lightgraph::gloss::as_matte
-#import lightgraph::hit::look
+#import lightgraph::hit::{flat_side, look_from}
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rays::{Ray, pack}
 #import lightgraph::rounds::round
@@ -43,16 +43,18 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
         let place = id.x % 4u + 4u * (id.y % 4u);
         let u = even_pair((16u * round() + place) * rays + id.z, seed(id.xy / 4u, 0u));
         let direction = cosine_direction(s.normal, u);
-        let met = look(leave(s.position, s.normal + s.view), direction);
+        let met = look_from(leave(s.position, s.normal + s.view), s.position, s.normal, direction);
         // Where nothing is met the way it went, as if from far away.
         found.position = s.position + min(met.distance, 1e4) * direction;
         found.normal = -direction;
+        found.flat_normal = -direction;
 #ifdef ENVIRONMENT
         in_sky = met.distance >= FAR;
 #endif
         if met.lit {
             found.position = met.surface.position;
             found.normal = met.surface.normal;
+            found.flat_normal = flat_side(met);
             found.albedo = as_matte(met.surface);
             found.cell = key_of(met.surface.position, met.surface.normal);
             insert(found.cell);

@@ -2,7 +2,7 @@
 #import lightgraph::camera::pixel_ray
 #import lightgraph::cells::key_of
 #import lightgraph::gloss::as_matte
-#import lightgraph::hit::look
+#import lightgraph::hit::{flat_side, look_from}
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rays::{Ray, pack}
 #import lightgraph::rounds::salt
@@ -47,15 +47,17 @@ fn more_rays(@builtin(global_invocation_id) id: vec3u) {
         // A point's rays are a run of one sequence, whatever the other points have.
         let number = id.x - more[point].x;
         let direction = cosine_direction(s.normal, even_pair(number, seed(at, 3u + salt())));
-        let met = look(leave(s.position, s.normal + s.view), direction);
+        let met = look_from(leave(s.position, s.normal + s.view), s.position, s.normal, direction);
         found.position = s.position + min(met.distance, 1e4) * direction;
         found.normal = -direction;
+        found.flat_normal = -direction;
 #ifdef ENVIRONMENT
         in_sky = met.distance >= FAR;
 #endif
         if met.lit {
             found.position = met.surface.position;
             found.normal = met.surface.normal;
+            found.flat_normal = flat_side(met);
             found.albedo = as_matte(met.surface);
             found.cell = key_of(met.surface.position, met.surface.normal);
 #ifdef LIGHTS

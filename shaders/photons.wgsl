@@ -3,7 +3,7 @@
 #import lightgraph::cells::{NO_CELL, key_of}
 #import lightgraph::find_cell::find
 #import lightgraph::gloss::as_matte
-#import lightgraph::hit::look
+#import lightgraph::hit::{flat_side, look}
 #import lightgraph::marks::{PARTS, zone_of}
 #import lightgraph::packed_light
 #import lightgraph::photons::{PHOTONS, sum_of}
@@ -23,7 +23,7 @@
 #import lightgraph::trace::is_free
 #endif
 
-/// Three times four words a photon: where it ended and the normal there; the flux that goes on, over pi, what arrives
+/// Three times four words a photon: where it ended and the flat normal there; the flux that goes on, over pi, what arrives
 /// there of all lights (and of emitters, where there is no cell), and the cell; the power of all, and whether it
 /// counts.
 var<storage, read_write> photon_ends: array<vec4u>;
@@ -162,6 +162,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
     let met = look(origin, direction);
     let position = met.surface.position;
     let normal = select(vec3f(0.0, 1.0, 0.0), met.surface.normal, met.lit);
+    let flat_normal = flat_side(met);
     var wanted = false;
     if met.lit && whole > 0.0 {
         let zone = zone_of(position);
@@ -176,7 +177,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
             // As much as the surface takes of the light, over how densely its photons fall.
             let a = arrival(light, position);
             let taken = max(dot(normal, a.direction), 0.0) * a.irradiance;
-            var density = max(abs(dot(met.flat_normal, direction)), 1e-4) / reach(light);
+            var density = max(-dot(flat_normal, direction), 1e-4) / reach(light);
             if light.kind != 2u {
                 density /= max(met.distance * met.distance, 1e-12);
             }
@@ -185,13 +186,17 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
         arrived = sum_of(irradiance(position, normal, met.start));
 #endif
 #ifdef EMITTERS
+        if chosen >= all.lights {
+            // Photons fall as the triangle itself faces their way.
+            flux *= max(-dot(normal, direction), 0.0) / max(-dot(flat_normal, direction), 1e-4);
+        }
         if cell == NO_CELL {
             arrived += sum_of(from_emitters(met.start, normal, number));
         }
 #endif
     }
     let sent = packed_light::pack(flux * as_matte(met.surface) / 3.14159265359);
-    photon_ends[3u * id.x] = vec4u(bitcast<vec3u>(position), pack_normal(normal));
+    photon_ends[3u * id.x] = vec4u(bitcast<vec3u>(position), pack_normal(flat_normal));
     photon_ends[3u * id.x + 1u] = vec4u(sent, bitcast<u32>(arrived), cell);
     photon_ends[3u * id.x + 2u] = vec4u(bitcast<u32>(whole), u32(wanted), 0u, 0u);
 }

@@ -5,7 +5,7 @@
 #import lightgraph::cell_keys::insert
 #import lightgraph::cells::{key_of, large_key_of}
 #import lightgraph::gloss::as_matte
-#import lightgraph::hit::look
+#import lightgraph::hit::{flat_side, look_from}
 #import lightgraph::random::{next_pair, scramble}
 #import lightgraph::rays::{Ray, SKY, pack, unpack}
 #import lightgraph::rounds::salt
@@ -30,10 +30,13 @@ fn scout_rays(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0u; i < SEGMENTS; i++) {
         var found = Ray();
         if here.cell != 0u && here.cell != SKY {
-            let met = look(leave(here.position, here.normal), cosine_direction(here.normal, next_pair(&state)));
+            let direction = cosine_direction(here.normal, next_pair(&state));
+            let start = leave(here.position, here.flat_normal);
+            let met = look_from(start, here.position, here.flat_normal, direction);
             if met.lit {
                 found.position = met.surface.position;
                 found.normal = met.surface.normal;
+            found.flat_normal = flat_side(met);
                 found.albedo = as_matte(met.surface);
                 found.cell = key_of(found.position, found.normal);
                 insert(found.cell);

@@ -98,7 +98,7 @@ fn brought(met: Ray, point: u32, cell: u32) -> vec3f {
     }
     let arrived = met.lit + there.emitted.rgb;
     let at = points[point];
-    let found = form(met.position - bitcast<vec3f>(at.xyz), unpack_normal(at.w), met.normal);
+    let found = form(met.position - bitcast<vec3f>(at.xyz), unpack_normal(at.w), met.flat_normal);
     let halves = halves_of(arrived, there.emitted.a);
     return met.albedo * (there.held + arrived * share_of_ray(found, halves, source_count.scale, RAYS_A_SOURCE));
 }

@@ -6,7 +6,7 @@
 #import lightgraph::gloss::matte
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, from_source}
-#import lightgraph::rays::{OF_SKY, unpack_normal}
+#import lightgraph::rays::{OF_SKY, unpack_flat_normal, unpack_normal}
 #import lightgraph::rounds::round
 #import lightgraph::seen::{finished, seen_at}
 #import lightgraph::source_texels::source_at
@@ -201,7 +201,7 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
         return;
     }
 #endif
-    let normal = unpack_normal(end.w);
+    let normal = unpack_flat_normal(end.w);
     let meets_here = max(dot(s.normal, way_here), 0.0) * max(-dot(normal, way_here), 0.0) / here2;
     let meets_there = max(dot(n.normal, way_there), 1e-3) * max(-dot(normal, way_there), 1e-3) / there2;
     let share = n.weight * (*weights)[step] * min(meets_here / meets_there, MOST);

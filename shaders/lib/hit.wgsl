@@ -13,7 +13,7 @@
 #ifdef GLOW
 #import lightgraph::surface::{glows, join}
 #endif
-#import lightgraph::trace::{Hit, Triangle, triangles, closest, leave, FAR, NOTHING}
+#import lightgraph::trace::{Hit, Triangle, triangles, clearance, closest, leave, FAR, NOTHING}
 
 /// What stands at the end of a ray.
 struct Met {
@@ -161,6 +161,23 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
 /// What a ray meets first.
 fn look(origin: vec3f, direction: vec3f) -> Met {
     return describe(closest(origin, direction), origin, direction, 0.0);
+}
+
+/// What a ray meets first that leaves a surface at `point`, which faces about `normal`, from `start` before it. Nothing
+/// comes along one that meets that surface's own plane: a bent normal sent it below the triangle that it left.
+fn look_from(start: vec3f, point: vec3f, normal: vec3f, direction: vec3f) -> Met {
+    var met = look(start, direction);
+    let plane = flat_side(met);
+    if met.lit && dot(plane, normal) > 0.5 && dot(plane, point - met.surface.position) < 0.25 * clearance() {
+        met.lit = false;
+        met.surface.emission = vec3f(0.0);
+    }
+    return met;
+}
+
+/// Unit normal of the triangle itself on the side that a ray met.
+fn flat_side(met: Met) -> vec3f {
+    return select(-met.flat_normal, met.flat_normal, met.front);
 }
 
 /// As the draw passes record it.

@@ -17,8 +17,9 @@ fn sum_of(color: vec3f) -> f32 {
 /// A place that sends light on.
 struct Source {
     position: vec3f,
-    normal: vec3f,
-    /// W/sr along the normal, as if it stood for all sources.
+    /// Of the triangle itself, on the side that is lit.
+    flat_normal: vec3f,
+    /// W/sr along that normal, as if it stood for all sources.
     intensity: vec3f,
     /// Of coming upon it among the sources, in 1/m², as either half of the looks at emitters tells it.
     densities: vec2f,
@@ -37,7 +38,7 @@ fn halves_of(arrived: vec3f, apart: f32) -> vec2f {
     return max(sum_of(arrived) + vec2f(apart, -apart), vec2f(0.0));
 }
 
-/// What a surface sees of another, over pi: the density of its rays there, in 1/m².
+/// What a surface sees of another, over pi: the density of its rays there, in 1/m². `other` is that one's flat normal.
 fn form(offset: vec3f, normal: vec3f, other: vec3f) -> f32 {
     let square = max(dot(offset, offset), 1e-12);
     let way = offset * inverseSqrt(square);
@@ -47,7 +48,7 @@ fn form(offset: vec3f, normal: vec3f, other: vec3f) -> f32 {
 /// Radiance that a white surface sends on of a source that it sees, as rays leave it for the source: `rays` of them
 /// for each source asked.
 fn from_source(s: Source, position: vec3f, normal: vec3f, rays: f32) -> vec3f {
-    let f = form(s.position - position, normal, s.normal);
+    let f = form(s.position - position, normal, s.flat_normal);
     return s.intensity * (f * share_of_source(f, s.densities, rays));
 }
 
@@ -61,7 +62,7 @@ fn promised(s: Source, position: vec3f, normal: vec3f) -> f32 {
     let offset = s.position - position;
     let square = max(dot(offset, offset), 1e-12);
     let way = offset * inverseSqrt(square);
-    let f = max(dot(normal, way), 0.1) * max(-dot(s.normal, way), 0.02) / (3.14159265359 * square);
+    let f = max(dot(normal, way), 0.1) * max(-dot(s.flat_normal, way), 0.02) / (3.14159265359 * square);
     return sum_of(s.intensity) * (f * share_of_source(f, s.densities, 1.0));
 }
 

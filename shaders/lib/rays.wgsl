@@ -5,8 +5,9 @@
 
 struct Ray {
     position: vec3f,
-    /// Unit, on the side met.
+    /// Unit, on the side met: as the surface is shaded, and of the triangle itself.
     normal: vec3f,
+    flat_normal: vec3f,
     albedo: vec3f,
     /// Irradiance from the scene's lights over pi; once connected, the radiance that it brings straight from lights
     /// and emitters.
@@ -31,11 +32,19 @@ fn unpack_normal(word: u32) -> vec3f {
     return unfold(unpack2x16snorm(word));
 }
 
+fn pack_normals(normal: vec3f, flat_normal: vec3f) -> u32 {
+    return pack4x8snorm(vec4f(fold(normal), fold(flat_normal)));
+}
+
+fn unpack_flat_normal(word: u32) -> vec3f {
+    return unfold(unpack4x8snorm(word).zw);
+}
+
 fn pack(r: Ray) -> array<vec4u, 2> {
     let lack = vec3u(sqrt(clamp(vec3f(1.0) - r.albedo, vec3f(0.0), vec3f(1.0))) * STEPS + 0.5);
     let colors = lack.r | lack.g << 11u | lack.b << 22u;
     return array<vec4u, 2>(
-        vec4u(bitcast<vec3u>(r.position), pack_normal(r.normal)),
+        vec4u(bitcast<vec3u>(r.position), pack_normals(r.normal, r.flat_normal)),
         vec4u(packed_light::pack(r.lit), colors, r.cell),
     );
 }
@@ -44,7 +53,8 @@ fn unpack(a: vec4u, b: vec4u) -> Ray {
     let lack = vec3f(vec3u(b.z & 2047u, b.z >> 11u & 2047u, b.z >> 22u)) / STEPS;
     return Ray(
         bitcast<vec3f>(a.xyz),
-        unpack_normal(a.w),
+        unfold(unpack4x8snorm(a.w).xy),
+        unpack_flat_normal(a.w),
         vec3f(1.0) - lack * lack,
         packed_light::unpack(b.xy),
         b.w,

@@ -113,11 +113,16 @@ const FAR: f32 = 1e30;
 /// The table's documentation bounds the depth of the leaves by 47.
 const STACK: u32 = 48u;
 
-/// A start for rays that leave a surface at `point` on the side that the unit `normal` points to: away from it by
-/// 1e-5 of the scene's size or of its distance from the origin, some eighty times the rounding of coordinates.
-fn leave(point: vec3f, normal: vec3f) -> vec3f {
+/// How far from a surface rays start that leave it: 1e-5 of the scene's size or of its distance from the origin, some
+/// eighty times the rounding of coordinates.
+fn clearance() -> f32 {
     let size = max(max(abs(extent.bounds_min), abs(extent.bounds_max)), extent.bounds_max - extent.bounds_min);
-    return point + 1e-5 * max(max(size.x, size.y), size.z) * normal;
+    return 1e-5 * max(max(size.x, size.y), size.z);
+}
+
+/// A start for rays that leave a surface at `point` on the side that the unit `normal` points to.
+fn leave(point: vec3f, normal: vec3f) -> vec3f {
+    return point + clearance() * normal;
 }
 
 /// Reciprocals of a direction's components; those near 0 count as 1e-20.

@@ -218,6 +218,43 @@ fn a_hole_before_a_lamp_takes_nothing() {
     assert!(metrics.bias_percent.abs() <= 1.5, "{metrics:?}");
 }
 
+/// A furrowed floor whose normals all point up, as those of smooth surfaces do: light falls on triangles and leaves them
+/// as they lie, and nothing comes from below them. As the normals lie no side of a furrow sees another.
+#[test]
+fn smooth_normals_on_coarse_triangles_change_no_light() {
+    let folder = Scratch::new("furrows");
+    let side = |i: u32| {
+        let [x, next] = [i, i + 1].map(|i| 0.25 * i as f32 - 2.0);
+        let [y, after] = [i, i + 1].map(|i| 0.1 * (i % 2) as f32);
+        [[x, y, -2.0], [x, y, 2.0], [next, after, 2.0], [next, after, -2.0]]
+    };
+    let floor: Vec<Quad> = (0..16).map(side).collect();
+    let file = lit_by(&lamp_of_squares(1), &floor, 0.9, folder.path());
+    let mut scene: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    let vertices = scene["accessors"][0]["count"].as_u64().unwrap() as usize;
+    let up = [0.0_f32, 1.0, 0.0].map(f32::to_le_bytes).concat().repeat(vertices);
+    let mut add = |list: &str, what: serde_json::Value| scene[list].as_array_mut().unwrap().push(what);
+    add("buffers", serde_json::json!({"byteLength": up.len(), "uri": "up.bin"}));
+    add("bufferViews", serde_json::json!({"buffer": 1, "byteLength": up.len()}));
+    add("accessors", serde_json::json!({"bufferView": 2, "componentType": 5126, "count": vertices, "type": "VEC3"}));
+    scene["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 3.into();
+    for (material, color) in [0.8, 0.0].into_iter().enumerate() {
+        scene["materials"][material]["pbrMetallicRoughness"] =
+            serde_json::json!({"metallicFactor": 0, "baseColorFactor": [color, color, color, 1]});
+    }
+    std::fs::write(folder.path().join("up.bin"), up).unwrap();
+    std::fs::write(&file, scene.to_string()).unwrap();
+    let set = "samples=1024";
+    let [expected] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", &file, 48) }.render(["indirect"]);
+    // Pixels with the same normal share rays, though the other side of a furrow sees other things.
+    let set = "rays=64 reach=0";
+    let [indirect] = Shot { set, ..Shot::new("graphs/gi/final_gather.ron", &file, 48) }.render(["indirect"]);
+    let metrics = compared(&indirect, &expected, None);
+    println!("furrows: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
+    assert!(metrics.mean_reference > 5e-4, "the floor is lit");
+    assert!(metrics.bias_percent.abs() <= 2.0, "{metrics:?}");
+}
+
 /// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
 #[test]
 fn a_furnace_gives_its_closed_form() {
