@@ -2,8 +2,8 @@
 //! bounces that the probes round it hold.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::seen::seen_at
-#import lightgraph::surface::{is_lit, read_record}
-#import lightgraph::hit::{look, record}
+#import lightgraph::surface::{Surface, is_lit, read_record}
+#import lightgraph::hit::{look_from, record}
 #ifdef MORE_BOUNCES
 #import lightgraph::packed_indirect
 #endif
@@ -34,9 +34,10 @@ var<uniform> params: Params;
 /// Irradiance over pi; then the radiance that the Phong lobe reflects.
 var gathered: texture_storage_2d_array<rgba32float, write>;
 
-/// Radiance that arrives along a ray from others than emitters and the environment.
-fn arriving(start: vec3f, direction: vec3f, shift: u32) -> vec3f {
-    let met = look(start, direction);
+/// Radiance that arrives at a surface along a ray from others than emitters and the environment.
+fn arriving(s: Surface, direction: vec3f, shift: u32) -> vec3f {
+    let start = leave(s.position, s.normal + s.view);
+    let met = look_from(start, s.position, s.normal, direction);
     if !met.lit {
         return vec3f(0.0);
     }
@@ -69,18 +70,17 @@ fn first_bounce(@builtin(global_invocation_id) id: vec3u) {
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
         let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
-        let start = leave(s.position, s.normal + s.view);
         let rays = params.directions * params.directions;
         let place = id.x % 4u + 4u * (id.y % 4u);
         for (var i = 0u; i < rays; i++) {
             let u = even_pair(place * rays + i, seed(id.xy / 4u, 0u));
             let shift = seed(id.xy, i);
-            sum += arriving(start, cosine_direction(s.normal, u), shift) / f32(rays);
+            sum += arriving(s, cosine_direction(s.normal, u), shift) / f32(rays);
 #ifdef SPECULAR
             if s.specular > 0.0 {
                 let direction = lobe_direction(reflect(-s.view, s.normal), s.shininess, u);
                 if dot(direction, s.normal) > 0.0 {
-                    shine += s.specular * arriving(start, direction, shift) / f32(rays);
+                    shine += s.specular * arriving(s, direction, shift) / f32(rays);
                 }
             }
 #endif

@@ -4,7 +4,7 @@
 #import lightgraph::cells::NO_CELL
 #import lightgraph::find_cell::find_near
 #import lightgraph::gloss::{draw_density, draw_lobe, lobes, shines, tints}
-#import lightgraph::hit::look
+#import lightgraph::hit::look_from
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rounds::salt
 #import lightgraph::seen::{finished, seen_at}
@@ -21,8 +21,8 @@ var<storage, read> held: array<vec4f>;
 var lobe_light: texture_storage_2d<rgba32float, write>;
 
 /// Light along a lobe's ray, and in alpha whether it is known.
-fn along(start: vec3f, direction: vec3f) -> vec4f {
-    let met = look(start, direction);
+fn along(s: Surface, direction: vec3f) -> vec4f {
+    let met = look_from(leave(s.position, s.normal + s.view), s.position, s.normal, direction);
     if !met.lit {
         return vec4f(0.0, 0.0, 0.0, 1.0);
     }
@@ -38,7 +38,6 @@ fn along(start: vec3f, direction: vec3f) -> vec4f {
 }
 
 fn reflected(s: Surface, shift: u32) -> vec3f {
-    let start = leave(s.position, s.normal + s.view);
     var sum = vec4f(0.0);
     for (var i = 0u; i < lobe_rays; i++) {
         let direction = draw_lobe(s, even_pair(i, shift));
@@ -47,7 +46,7 @@ fn reflected(s: Surface, shift: u32) -> vec3f {
             sum.a += 1.0;
             continue;
         }
-        let light = along(start, direction);
+        let light = along(s, direction);
         sum += vec4f(tints(s) * lobes(s, direction) / density * light.rgb, light.a);
     }
     return max(sum.rgb / max(sum.a, 1.0), vec3f(0.0));
