@@ -8,18 +8,26 @@ struct Params {
     rounds: u32,
 }
 var<uniform> params: Params;
-var<storage, read> pivot_row: array<vec4f>;
-var<storage, read> pivot_column: array<vec4f>;
+/// See take_pivot.wgsl.
+var pivot_row: texture_storage_2d<rgba32float, read>;
+var pivot_column: texture_storage_2d<rgba32float, read>;
 var<storage, read_write> matrix: array<vec4f>;
 
-/// x: the column; y: the row.
-@compute @workgroup_size(16, 4)
+/// Rows of an invocation.
+const ROWS: u32 = 8u;
+
+/// x: the column; y: the run of rows.
+@compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= params.rounds || id.y >= params.rounds {
+    if id.x >= params.rounds {
         return;
     }
-    let row = pivot_row[id.x].rgb;
-    let before = select(matrix[id.y * params.rounds + id.x].rgb, vec3f(0.0), id.x == params.pivot);
-    let after = select(before - pivot_column[id.y].rgb * row, row, id.y == params.pivot);
-    matrix[id.y * params.rounds + id.x] = vec4f(after, 0.0);
+    let row = textureLoad(pivot_row, vec2u(id.x, 0u)).rgb;
+    let kept = select(1.0, 0.0, id.x == params.pivot);
+    let end = min(ROWS * (id.y + 1u), params.rounds);
+    for (var y = ROWS * id.y; y < end; y++) {
+        let place = y * params.rounds + id.x;
+        let rest = kept * matrix[place].rgb - textureLoad(pivot_column, vec2u(y, 0u)).rgb * row;
+        matrix[place] = vec4f(select(rest, row, y == params.pivot), 0.0);
+    }
 }

@@ -8,8 +8,8 @@ struct Params {
 }
 var<uniform> params: Params;
 var<storage, read> matrix: array<vec4f>;
-var<storage, read_write> pivot_row: array<vec4f>;
-var<storage, read_write> pivot_column: array<vec4f>;
+var pivot_row: texture_storage_2d<rgba32float, write>;
+var pivot_column: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -19,6 +19,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let start = params.pivot * params.rounds;
     let inverse = 1.0 / matrix[start + params.pivot].rgb;
     let row = select(matrix[start + id.x].rgb * inverse, inverse, id.x == params.pivot);
-    pivot_row[id.x] = vec4f(row, 0.0);
-    pivot_column[id.x] = matrix[id.x * params.rounds + params.pivot];
+    textureStore(pivot_row, vec2u(id.x, 0u), vec4f(row, 0.0));
+    textureStore(pivot_column, vec2u(id.x, 0u), matrix[id.x * params.rounds + params.pivot]);
 }
