@@ -163,8 +163,8 @@ fn look(origin: vec3f, direction: vec3f) -> Met {
     return describe(closest(origin, direction), origin, direction, 0.0);
 }
 
-/// What a ray meets first that leaves a surface at `point`, which faces about `normal`, from `start` before it. Nothing
-/// comes along one that meets that surface's own plane: a bent normal sent it below the triangle that it left.
+/// What a ray from `start` meets first, just before a surface at `point` that faces about `normal`. A ray that meets the
+/// plane of that surface went below its triangle, as bent normals let it: no light comes that way.
 fn look_from(start: vec3f, point: vec3f, normal: vec3f, direction: vec3f) -> Met {
     var met = look(start, direction);
     let plane = flat_side(met);
