@@ -23,9 +23,9 @@
 #import lightgraph::trace::is_free
 #endif
 
-/// Three times four words a photon: where it ended and the flat normal there; the flux that goes on, over pi, what arrives
-/// there of all lights (and of emitters, where there is no cell), and the cell; the power of all, and whether it
-/// counts.
+/// Three times four words a photon. Where it ended, and the flat normal there. The flux that goes on, over pi; what
+/// arrives there of all lights (and of emitters, where there is no cell); the cell. The power of all, and whether the
+/// photon counts.
 var<storage, read_write> photon_ends: array<vec4u>;
 var<storage, read> marks: array<u32>;
 #ifdef LIGHTS

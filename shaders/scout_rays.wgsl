@@ -36,7 +36,7 @@ fn scout_rays(@builtin(global_invocation_id) id: vec3u) {
             if met.lit {
                 found.position = met.surface.position;
                 found.normal = met.surface.normal;
-            found.flat_normal = flat_side(met);
+                found.flat_normal = flat_side(met);
                 found.albedo = as_matte(met.surface);
                 found.cell = key_of(found.position, found.normal);
                 insert(found.cell);

@@ -163,8 +163,9 @@ fn look(origin: vec3f, direction: vec3f) -> Met {
     return describe(closest(origin, direction), origin, direction, 0.0);
 }
 
-/// What a ray from `start` meets first, just before a surface at `point` that faces about `normal`. A ray that meets the
-/// plane of that surface went below its triangle, as bent normals let it: no light comes that way.
+/// What a ray meets first that leaves a surface at `point`. It begins at `start`, just before that surface, which faces
+/// about `normal`. A bent normal may send a ray below its own triangle: it meets that triangle's plane, and brings no
+/// light.
 fn look_from(start: vec3f, point: vec3f, normal: vec3f, direction: vec3f) -> Met {
     var met = look(start, direction);
     let plane = flat_side(met);

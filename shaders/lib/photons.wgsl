@@ -38,7 +38,7 @@ fn halves_of(arrived: vec3f, apart: f32) -> vec2f {
     return max(sum_of(arrived) + vec2f(apart, -apart), vec2f(0.0));
 }
 
-/// What a surface sees of another, over pi: the density of its rays there, in 1/m². `other` is that one's flat normal.
+/// What a surface sees of another, over pi: the density of its rays there, in 1/m². `other` is its flat normal.
 fn form(offset: vec3f, normal: vec3f, other: vec3f) -> f32 {
     let square = max(dot(offset, offset), 1e-12);
     let way = offset * inverseSqrt(square);

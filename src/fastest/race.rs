@@ -18,9 +18,10 @@ const RUNS: [u32; 2] = [1, 7];
 /// No more runs begin after this time.
 const ENOUGH: Duration = Duration::from_millis(300);
 
-/// Runs of own steps alone, in milliseconds and at most: shorter ones tell more of what else the machine does, so they
-/// are repeated after one frame that leads to them.
+/// Own steps that take fewer milliseconds run several times alone: what else the machine does would show in one run.
 const SHORT: f64 = 50.0;
+
+/// Runs of such steps after one frame that leads to them.
 const REPEATS: u32 = 4;
 
 /// A side that takes so many times as long as another is not looked at more closely.

@@ -218,8 +218,8 @@ fn a_hole_before_a_lamp_takes_nothing() {
     assert!(metrics.bias_percent.abs() <= 1.5, "{metrics:?}");
 }
 
-/// A furrowed floor whose normals all point up, as those of smooth surfaces do: light falls on triangles and leaves them
-/// as they lie, and nothing comes from below them. As the normals lie no side of a furrow sees another.
+/// The normals of a furrowed floor all point up. Light still goes by how its triangles lie: the two sides of a furrow
+/// light each other, though by their normals neither sees the other.
 #[test]
 fn smooth_normals_on_coarse_triangles_change_no_light() {
     let folder = Scratch::new("furrows");
