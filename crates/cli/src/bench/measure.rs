@@ -65,6 +65,9 @@ const STEP: f32 = 0.0025;
 /// Places that what moves visits in turn.
 const PLACES: u32 = 61;
 
+/// Seconds beside which those that a driver compiles for in a frame are few.
+const LONG: f64 = 2.0;
+
 /// The entry as far as it is known before anything runs.
 ///
 /// # Errors
@@ -184,7 +187,7 @@ fn run<'a>(
         begun.push((phase, taken, compiled, change_percent, scores));
     }
     for (phase, mut taken, compiled, change_percent, scores) in begun {
-        if compiled {
+        if compiled && taken.seconds() < LONG {
             taken = PhaseFrames::of(runner.go_on(phase)?);
         }
         while taken.walls.len() < effort.repeat as usize && taken.seconds() <= effort.seconds {
