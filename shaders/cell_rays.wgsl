@@ -2,10 +2,10 @@
 //! which they bring, bounce by bounce.
 #import lightgraph::cells::NO_CELL
 #import lightgraph::find_cell::find_near
-#import lightgraph::gloss::as_matte
-#import lightgraph::hit::{flat_side, look_from}
+#import lightgraph::hit::look_from
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
 #import lightgraph::random::{even_pair, scramble}
+#import lightgraph::ray_ends::end_on
 #import lightgraph::rays::{Ray, pack}
 #import lightgraph::rounds::round
 #import lightgraph::sampling::cosine_direction
@@ -39,13 +39,10 @@ fn cell_rays(@builtin(global_invocation_id) id: vec3u) {
     var found = Ray();
     found.cell = NO_CELL;
     if met.lit {
-        found.position = met.surface.position;
-        found.normal = met.surface.normal;
-        found.flat_normal = flat_side(met);
-        found.albedo = as_matte(met.surface);
-        found.cell = find_near(met.surface.position, met.surface.normal);
+        found = end_on(met);
+        found.cell = find_near(found.position, found.normal);
 #ifdef LIGHTS
-        found.lit = irradiance(met.surface.position, met.surface.normal, met.start);
+        found.lit = irradiance(found.position, found.normal, met.start);
 #endif
     }
 #ifdef EMITTERS

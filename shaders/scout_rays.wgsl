@@ -4,9 +4,9 @@
 //! mostly, and can't stand for the others.
 #import lightgraph::cell_keys::insert
 #import lightgraph::cells::{key_of, large_key_of}
-#import lightgraph::gloss::as_matte
-#import lightgraph::hit::{flat_side, look_from}
+#import lightgraph::hit::look_from
 #import lightgraph::random::{next_pair, scramble}
+#import lightgraph::ray_ends::end_on
 #import lightgraph::rays::{Ray, SKY, pack, unpack}
 #import lightgraph::rounds::salt
 #import lightgraph::sampling::cosine_direction
@@ -34,10 +34,7 @@ fn scout_rays(@builtin(global_invocation_id) id: vec3u) {
             let start = leave(here.position, here.flat_normal);
             let met = look_from(start, here.position, here.flat_normal, direction);
             if met.lit {
-                found.position = met.surface.position;
-                found.normal = met.surface.normal;
-                found.flat_normal = flat_side(met);
-                found.albedo = as_matte(met.surface);
+                found = end_on(met);
                 found.cell = key_of(found.position, found.normal);
                 insert(found.cell);
                 insert(large_key_of(found.position, found.normal));
