@@ -9,6 +9,9 @@
 #import lightgraph::rays::{OF_SKY, unpack_flat_normal, unpack_normal}
 #import lightgraph::rounds::round
 #import lightgraph::seen::{finished, seen_at}
+#ifdef ENVIRONMENT
+#import lightgraph::sky_guide::{block_of, drawn_density}
+#endif
 #import lightgraph::source_texels::source_at
 #import lightgraph::surface::{Surface, is_lit, read_record}
 #import lightgraph::tiles::{NO_POINT, TILE, point_pixel, points_across}
@@ -18,7 +21,7 @@ struct Params {
     /// Points to each side.
     reach: u32,
 #ifdef ENVIRONMENT
-    /// Directions drawn by the environment's light.
+    /// See `sky_guide::draws`.
     environment_samples: u32,
 #endif
 }
@@ -143,12 +146,17 @@ struct Sums {
 #endif
 }
 var<private> sums: Sums;
+#ifdef ENVIRONMENT
+/// See `lightgraph::sky_guide`.
+var<private> block: u32;
+#endif
 
 #ifdef ENVIRONMENT
-/// Radiance of the environment along a ray that is met under a cosine, weighed against directions drawn by its light.
-fn from_sky(radiance: vec3f, cosine: f32, density: f32) -> vec3f {
+/// Radiance of the environment along a ray that is met under a cosine, weighed against directions that pixels draw this
+/// densely.
+fn from_sky(radiance: vec3f, cosine: f32, drawn: f32) -> vec3f {
     let others = f32(#{SKY_RAYS}) * cosine / 3.14159265359;
-    return radiance * others / max(others + f32(params.environment_samples) * density, 1e-20);
+    return radiance * others / max(others + drawn, 1e-20);
 }
 #endif
 
@@ -191,7 +199,8 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
         let cosine = max(dot(s.normal, way_here), 0.0);
         let likely = min(cosine / max(dot(n.normal, way_there), 1e-3), MOST);
         let weight = n.weight * (*weights)[step] * likely;
-        let sent = from_sky(packed_light::unpack(brings.xy), cosine, bitcast<f32>(end.w));
+        let drawn = drawn_density(block, params.environment_samples, way_here, bitcast<f32>(end.w));
+        let sent = from_sky(packed_light::unpack(brings.xy), cosine, drawn);
         sums.sky += weight * sent;
         sums.ends.a += weight;
 #ifdef DOUBT
@@ -250,6 +259,9 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     let beside = pixel_ray(pixel + vec2u(1u, 0u));
     footprint = length(beside.origin + seen.normal.w * beside.direction - s.position);
     let tile = vec2i(pixel / TILE);
+#ifdef ENVIRONMENT
+    block = block_of(pixel);
+#endif
     let edge = reach();
     // How many rays are shared that end as far as a step says; then one over that.
     var sharing = array<f32, STEPS>();

@@ -20,6 +20,7 @@
 #import lightgraph::environment_light::mirrored_environment
 #import lightgraph::gloss::shines
 #endif
+#import lightgraph::sky_guide::block_of
 var<uniform> environment_samples: u32;
 #endif
 #ifdef EMITTERS
@@ -55,7 +56,7 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
         light += reflected_emitters(s, start, vec2u(1u, MANY) * emitter_samples, first, shift, block);
 #endif
 #ifdef ENVIRONMENT
-        light += drawn_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));
+        light += drawn_environment(s, start, environment_samples, seed(id.xy, 1u + salt()), block_of(id.xy));
 #ifdef SPECULAR
         if shines(s) {
             light += mirrored_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));

@@ -7,6 +7,7 @@
 #import lightgraph::trace::{is_free, FAR}
 #ifdef SKY_RAYS
 #import lightgraph::gloss::matte
+#import lightgraph::sky_guide::{drawn_density, draws, guided}
 #ifdef SPECULAR
 #import lightgraph::gloss::{draw_density as draw_lobe_density, draw_lobe, lobes, tints}
 #endif
@@ -38,19 +39,29 @@ fn arrived(direction: vec3f, density: f32) -> vec3f {
 }
 
 #ifdef SKY_RAYS
-/// Part of what a surface without lobes reflects of the environment: the mean over `samples` directions drawn by its
-/// light. They are weighed against SKY_RAYS directions drawn by the cosine, which bring the other part elsewhere.
-fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> vec3f {
+/// Part of what a surface without lobes reflects of the environment, from directions drawn by its light and by where a
+/// block of points sees it. They are weighed against SKY_RAYS directions drawn by the cosine, which bring the other part
+/// elsewhere.
+fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32, block: u32) -> vec3f {
     var sum = vec3f(0.0);
-    let others = f32(#{SKY_RAYS}) / f32(samples);
-    for (var i = 0u; i < samples; i++) {
-        let d = draw(sobol_pair(i, scramble(shift)));
+    let count = draws(block, samples);
+    for (var i = 0u; i < count.x + count.y; i++) {
+        let pair = sobol_pair(i, scramble(shift));
+        var d = Drawn();
+        if i < count.y {
+            d.direction = guided(block, pair);
+            d.radiance = radiance(d.direction);
+            d.density = draw_density(d.direction);
+        } else {
+            d = draw(pair);
+        }
         let density = max(dot(s.normal, d.direction), 0.0) / 3.14159265359;
-        if density > 0.0 && d.density > 0.0 && is_free(start, d.direction, FAR) {
-            sum += density * d.radiance / (d.density + others * density);
+        if density > 0.0 && any(d.radiance > vec3f(0.0)) && is_free(start, d.direction, FAR) {
+            let drawn = drawn_density(block, samples, d.direction, d.density);
+            sum += density * d.radiance / (drawn + f32(#{SKY_RAYS}) * density);
         }
     }
-    return matte(s) * sum / f32(samples);
+    return matte(s) * sum;
 }
 
 #ifdef SPECULAR

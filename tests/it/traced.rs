@@ -255,6 +255,30 @@ fn smooth_normals_on_coarse_triangles_change_no_light() {
     assert!(metrics.bias_percent.abs() <= 2.0, "{metrics:?}");
 }
 
+/// Through a window in the roof the sky lights the floor. Few rays find it by chance, many by the directions in which
+/// others did: without those 8×8 means are 33 % off.
+#[test]
+fn the_sky_lights_a_room_through_a_window() {
+    let folder = Scratch::new("window");
+    let turn = |quad: Quad| quad.map(|[x, y, z]| [z, y, -x]);
+    let wall = [[-2.0, 0.0, 2.0], [-2.0, 0.0, -2.0], [-2.0, 2.0, -2.0], [-2.0, 2.0, 2.0]];
+    let roof = ceiling([-2.0, 0.25], [-2.0, -0.25], 2.0);
+    let around = |first: Quad| std::iter::successors(Some(first), move |quad| Some(turn(*quad))).take(4);
+    let room: Vec<Quad> = std::iter::once(FLOOR).chain(around(wall)).chain(around(roof)).collect();
+    lit_by(&[], &room, 1.9, folder.path());
+    let file = folder.path().join("window.ron");
+    std::fs::write(&file, r#"Scene(gltf: "lit.gltf", environment: Constant(radiance: (1, 1, 1)))"#).unwrap();
+    let scene = file.display().to_string();
+    let set = "samples=64 bounces=0";
+    let [expected] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", &scene, 48) }.render_frames(32, ["direct"]);
+    let [direct] = Shot::new("graphs/gi/final_gather.ron", &scene, 48).render(["direct"]);
+    let metrics = compared(&direct, &expected, None);
+    let blocks = metrics.block_rmse_percent;
+    println!("window: 8×8 means {blocks:.3} %, bias {:+.3} %", metrics.bias_percent);
+    assert!(metrics.mean_reference > 5e-3, "the floor is lit");
+    assert!(blocks <= 25.0 && metrics.bias_percent.abs() <= 5.0, "{metrics:?}");
+}
+
 /// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
 #[test]
 fn a_furnace_gives_its_closed_form() {
