@@ -16,6 +16,7 @@
 #import lightgraph::irradiance::irradiance
 #import lightgraph::lights::{arrival, light_count, lights}
 #import lightgraph::marks::{first_part, from_beam, last_square, reach}
+#import lightgraph::quarters::quarter
 #endif
 #ifdef EMITTERS
 #import lightgraph::emitters::{draw, emitters}
@@ -39,7 +40,7 @@ struct Way {
     share: f32,
 }
 
-/// A place in a light's beam, from a pair of even numbers: square by square, each time one of four parts.
+/// A place in a light's beam, from a pair of even numbers.
 fn way_in_beam(light: u32, pair: vec2f) -> Way {
     var u = pair;
     var at = vec2u(0u);
@@ -49,17 +50,10 @@ fn way_in_beam(light: u32, pair: vec2f) -> Way {
         at *= 2u;
         let edge = 1u << square;
         let row = first_part(light, square) + at.y * edge + at.x;
-        let four = vec4f(beams[row], beams[row + 1u], beams[row + edge], beams[row + edge + 1u]);
-        let left = (four.x + four.z) / (four.x + four.y + four.z + four.w);
-        let right = u.x >= left;
-        u.x = select(u.x / left, (u.x - left) / (1.0 - left), right);
-        let side = select(four.xz, four.yw, right);
-        let top = side.x / (side.x + side.y);
-        let low = u.y >= top;
-        u.y = select(u.y / top, (u.y - top) / (1.0 - top), low);
-        u = clamp(u, vec2f(0.0), vec2f(0.99999994));
-        at += vec2u(u32(right), u32(low));
-        own = select(side.x, side.y, low);
+        let one = quarter(vec4f(beams[row], beams[row + 1u], beams[row + edge], beams[row + edge + 1u]), u);
+        u = one.pair;
+        at += one.at;
+        own = one.own;
     }
     return Way((vec2f(at) + u) / f32(1u << last), own);
 }

@@ -5,6 +5,7 @@
 //! the middle being up and the corners down, and is the mean of the four below it. Only for scenes with the fact
 //! `environment` above 0.
 #define_import_path lightgraph::environment
+#import lightgraph::quarters::quarter
 
 struct Texel {
     radiance: vec3f,
@@ -107,7 +108,7 @@ struct Drawn {
     density: f32,
 }
 
-/// Draws a direction by its light, from a pair of even numbers: square by square, each time one of four texels.
+/// Draws a direction by its light, from a pair of even numbers.
 fn draw(pair: vec2f) -> Drawn {
     var u = pair;
     var at = vec2u(0u);
@@ -116,18 +117,11 @@ fn draw(pair: vec2f) -> Drawn {
         at *= 2u;
         let edge = 1u << square;
         let row = first_texel(square) + at.y * edge + at.x;
-        let a = environment[row].weight;
-        let b = environment[row + 1u].weight;
-        let c = environment[row + edge].weight;
-        let d = environment[row + edge + 1u].weight;
-        let left = share_of(a + c, b + d);
-        let right = u.x >= left;
-        u.x = select(u.x / max(left, 1e-20), (u.x - left) / max(1.0 - left, 1e-20), right);
-        let top = select(share_of(a, c), share_of(b, d), right);
-        let lower = u.y >= top;
-        u.y = select(u.y / max(top, 1e-20), (u.y - top) / max(1.0 - top, 1e-20), lower);
-        u = clamp(u, vec2f(0.0), vec2f(0.99999994));
-        at += vec2u(select(0u, 1u, right), select(0u, 1u, lower));
+        let upper = vec2f(environment[row].weight, environment[row + 1u].weight);
+        let lower = vec2f(environment[row + edge].weight, environment[row + edge + 1u].weight);
+        let one = quarter(vec4f(upper, lower), u);
+        u = one.pair;
+        at += one.at;
     }
     let place = (vec2f(at) + u) / f32(1u << last);
     let row = first_texel(last) + at.y * (1u << last) + at.x;
@@ -146,10 +140,4 @@ fn density_of(row: u32) -> f32 {
     // Of a texel's weight over the mean, spread over the sphere.
     let mean = environment[0].weight;
     return select(0.0, environment[row].weight / (12.5663706144 * mean), mean > 0.0);
-}
-
-/// What one is of the sum of both.
-fn share_of(one: f32, other: f32) -> f32 {
-    let sum = one + other;
-    return select(0.5, one / sum, sum > 0.0);
 }

@@ -4,7 +4,8 @@
 //! A block has squares of 1, 4, 16, … counts over the directions of `lightgraph::environment`.
 #define_import_path lightgraph::sky_guide
 #import lightgraph::camera::camera
-#import lightgraph::environment::{direction_of, place_of, share_of}
+#import lightgraph::environment::{direction_of, place_of}
+#import lightgraph::quarters::quarter
 #import lightgraph::tiles::TILE
 
 /// Points along a block.
@@ -31,7 +32,7 @@ fn bin_of(direction: vec3f) -> u32 {
     return at.y * EDGE + at.x;
 }
 
-/// A direction drawn by a block's counts, from a pair of even numbers: square by square, each time one of four texels.
+/// A direction drawn by a block's counts, from a pair of even numbers.
 fn guided(block: u32, pair: vec2f) -> vec3f {
     var u = pair;
     var at = vec2u(0u);
@@ -41,14 +42,9 @@ fn guided(block: u32, pair: vec2f) -> vec3f {
         let first = block + ((1u << (2u * square)) - 1u) / 3u + at.y * edge + at.x;
         let upper = vec2f(sky_guide[first], sky_guide[first + 1u]);
         let lower = vec2f(sky_guide[first + edge], sky_guide[first + edge + 1u]);
-        let left = share_of(upper.x + lower.x, upper.y + lower.y);
-        let right = u.x >= left;
-        u.x = select(u.x / max(left, 1e-20), (u.x - left) / max(1.0 - left, 1e-20), right);
-        let top = select(share_of(upper.x, lower.x), share_of(upper.y, lower.y), right);
-        let below = u.y >= top;
-        u.y = select(u.y / max(top, 1e-20), (u.y - top) / max(1.0 - top, 1e-20), below);
-        u = clamp(u, vec2f(0.0), vec2f(0.99999994));
-        at += vec2u(u32(right), u32(below));
+        let one = quarter(vec4f(upper, lower), u);
+        u = one.pair;
+        at += one.at;
     }
     return direction_of((vec2f(at) + u) / f32(EDGE));
 }
