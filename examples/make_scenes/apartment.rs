@@ -17,6 +17,16 @@ Scene(
 )
 "#;
 
+/// Skylight through windows, and next to nothing else.
+pub const OVERCAST: &str = r#"// The apartment under a sky that outshines its sun and its lamp.
+Scene(
+    gltf: "apartment.glb",
+    grid: ((0.0, 0.0, 0.0), (10.0, 2.7, 7.0)),
+    environment: Constant(radiance: (100, 100, 100)),
+    camera: "living",
+)
+"#;
+
 /// The rooms' extents inside the outer walls, and how thick walls are. Metres; z = 0 is the side of the windows' back.
 const LENGTH: f64 = 10.0;
 const DEPTH: f64 = 7.0;

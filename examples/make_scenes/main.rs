@@ -78,6 +78,7 @@ fn outputs() -> Vec<SceneFile> {
         ("hall_moving.ron", hall::MOVING),
         ("art_gallery.ron", gallery::SCENE),
         ("apartment.ron", apartment::SCENE),
+        ("apartment_overcast.ron", apartment::OVERCAST),
         ("atrium.ron", atrium::SCENE),
         ("street.ron", street::SCENE),
         ("workshop.ron", workshop::SCENE),
