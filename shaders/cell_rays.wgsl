@@ -4,15 +4,12 @@
 #import lightgraph::find_cell::find_near
 #import lightgraph::hit::look_from
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
+#import lightgraph::lit_ray_ends::lit_end_on
 #import lightgraph::random::{even_pair, scramble}
-#import lightgraph::ray_ends::end_on
 #import lightgraph::rays::{Ray, pack}
 #import lightgraph::rounds::round
 #import lightgraph::sampling::cosine_direction
 #import lightgraph::trace::leave
-#ifdef LIGHTS
-#import lightgraph::irradiance::irradiance
-#endif
 
 #ifdef EMITTERS
 #import lightgraph::packed_light
@@ -39,11 +36,8 @@ fn cell_rays(@builtin(global_invocation_id) id: vec3u) {
     var found = Ray();
     found.cell = NO_CELL;
     if met.lit {
-        found = end_on(met);
+        found = lit_end_on(met);
         found.cell = find_near(found.position, found.normal);
-#ifdef LIGHTS
-        found.lit = irradiance(found.position, found.normal, met.start);
-#endif
     }
 #ifdef EMITTERS
     link_emission[id.x] = packed_light::pack(met.surface.emission);

@@ -11,14 +11,12 @@ var<uniform> rays: u32;
 var<storage, read> points: array<vec4u>;
 var<storage, read> gathered: array<vec4u>;
 var<storage, read_write> guide: array<f32>;
-var<workgroup> asked: atomic<u32>;
 var<workgroup> found: atomic<u32>;
 var<workgroup> bins: array<atomic<u32>, BINS>;
 var<workgroup> sums: array<f32, COUNTS>;
 
 /// Counts the rays of a point.
 fn count_point(point: u32) {
-    atomicAdd(&asked, rays);
     let place = bitcast<vec3f>(points[point].xyz);
     for (var i = point * rays; i < (point + 1u) * rays; i++) {
         if gathered[2u * i + 1u].w == SKY {
@@ -51,15 +49,14 @@ fn count_sky(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let across = points_across();
-    let corner = vec2i(group.xy * BLOCK) - i32(BLOCK / 2u);
-    for (var i = lane; i < 4u * BLOCK * BLOCK; i += BINS) {
-        let at = corner + vec2i(vec2u(i % (2u * BLOCK), i / (2u * BLOCK)));
-        if all(at >= vec2i(0)) && all(at < vec2i(across)) {
-            count_point(u32(at.y) * across.x + u32(at.x));
-        }
+    let corner = max(group.xy * BLOCK, vec2u(BLOCK / 2u)) - BLOCK / 2u;
+    let size = min(group.xy * BLOCK + BLOCK + BLOCK / 2u, across) - corner;
+    let points_here = size.x * size.y;
+    for (var i = lane; i < points_here; i += BINS) {
+        count_point((corner.y + i / size.x) * across.x + corner.x + i % size.x);
     }
     workgroupBarrier();
-    let open = f32(atomicLoad(&found)) > OPEN * f32(atomicLoad(&asked));
+    let open = f32(atomicLoad(&found)) > OPEN * f32(points_here * rays);
     sums[FIRST + lane] = select(smoothed(vec2i(vec2u(lane % EDGE, lane / EDGE))), 0.0, open);
     var first = FIRST;
     for (var edge = EDGE / 2u; edge > 0u; edge /= 2u) {

@@ -40,8 +40,8 @@ fn arrived(direction: vec3f, density: f32) -> vec3f {
 
 #ifdef SKY_RAYS
 /// Part of what a surface without lobes reflects of the environment, from directions drawn by its light and by where a
-/// block of points sees it. They are weighed against SKY_RAYS directions drawn by the cosine, which bring the other part
-/// elsewhere.
+/// block of points sees it. SKY_RAYS directions drawn by the cosine bring the other part elsewhere: all are weighed
+/// against each other.
 fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32, block: u32) -> vec3f {
     var sum = vec3f(0.0);
     let count = draws(block, samples);

@@ -1,4 +1,5 @@
-//! Draws a place in the unit square by numbers of its parts, square by square: each time one of four quarters.
+//! Hierarchical warping: a place in the unit square is drawn by numbers of its parts, from the coarsest square to the
+//! finest, each time one of four quarters (Clarberg et al., "Wavelet Importance Sampling", 2005).
 #define_import_path lightgraph::quarters
 
 /// One of four.

@@ -65,7 +65,7 @@ const STEP: f32 = 0.0025;
 /// Places that what moves visits in turn.
 const PLACES: u32 = 61;
 
-/// Seconds beside which those that a driver compiles for in a frame are few.
+/// A frame of so many seconds is taken once: what a driver compiles in it adds little.
 const LONG: f64 = 2.0;
 
 /// The entry as far as it is known before anything runs.

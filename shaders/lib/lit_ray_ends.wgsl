@@ -1,0 +1,17 @@
+//! Where rays end, with the light that arrives there from the scene's lights.
+#define_import_path lightgraph::lit_ray_ends
+#import lightgraph::hit::Met
+#import lightgraph::ray_ends::end_on
+#import lightgraph::rays::Ray
+#ifdef LIGHTS
+#import lightgraph::irradiance::irradiance
+#endif
+
+/// The end of a ray on a surface that light leaves; without a cell.
+fn lit_end_on(met: Met) -> Ray {
+    var end = end_on(met);
+#ifdef LIGHTS
+    end.lit = irradiance(end.position, end.normal, met.start);
+#endif
+    return end;
+}
