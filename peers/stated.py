@@ -10,11 +10,12 @@ import peer
 from gltf import Unsupported
 
 
-def render(command, name, scene, args, settings):
-    """Runs `command JOB.json FOLDER` and yields the lines of JSON that it prints. Ends this one where it fails."""
-    if any(light.kind == "directional" for light in scene.lights):
+def render(command, name, scene, args, settings, outdoors=False):
+    """Runs `command JOB.json FOLDER` and yields the lines of JSON that it prints. Ends this one where it fails. With
+    `outdoors` the command knows directional lights and panoramas."""
+    if not outdoors and any(light.kind == "directional" for light in scene.lights):
         peer.absent(f"{name}: directional lights are not translated")
-    if scene.panorama is not None:
+    if not outdoors and scene.panorama is not None:
         peer.absent(f"{name}: panoramas are not translated")
     for material in scene.materials:
         try:
@@ -40,6 +41,7 @@ def stated(scene, size, settings):
         "settings": settings,
         "camera": {k: np.asarray(getattr(camera, k), float).tolist() for k in ("position", "right", "up", "forward")}
         | {"yfov": camera.yfov},
+        "panorama": None if scene.panorama is None else str(scene.panorama.resolve()),
         "materials": [
             {
                 "albedo": list(m.albedo),
