@@ -8,7 +8,7 @@ use crate::studio;
 use glam::{DAffine3, DMat3, DVec3};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use serde_json::{Value, json};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 const COLUMNS: [f64; 4] = [-2.1, -0.7, 0.7, 2.1];
 const ROUGHNESS: [f64; 4] = [0.15, 0.35, 0.65, 1.0];
@@ -168,13 +168,11 @@ fn leaves(x: f64, y: f64) -> [f64; 4] {
 /// A bright spot on the left, a dim one behind, and a sky that grows darker towards the ground.
 pub fn panorama() -> Vec<u8> {
     studio::panorama(|x, y| {
-        let at = |k: u32, of: u32| (f64::from(k) + 0.5) / f64::from(of);
-        let (round, down) = (TAU * at(x, studio::WIDTH), PI * at(y, studio::HEIGHT));
-        let towards = DVec3::new(-round.sin() * down.sin(), down.cos(), round.cos() * down.sin());
+        let towards = studio::towards(x, y);
         let spot = |from: DVec3, narrow: f64| (narrow * (towards.dot(from.normalize()) - 1.0)).exp();
         let warm = 8.0 * spot(DVec3::new(-2.0, 1.0, 1.5), 18.0);
         let cold = 4.0 * spot(DVec3::new(2.0, 0.3, 1.0), 10.0);
-        let sky = 0.15 + 0.25 * (1.0 + down.cos());
+        let sky = 0.15 + 0.25 * (1.0 + towards.y);
         [sky + warm + 0.4 * cold, sky + 0.7 * warm + 0.7 * cold, 1.2 * sky + 0.4 * warm + cold]
     })
 }

@@ -92,9 +92,11 @@ fn outputs() -> Vec<SceneFile> {
         let bytes = text.as_bytes().to_vec();
         out.push(SceneFile { folder: "scenes", name: name.to_string(), bytes, triangles: None });
     }
-    for (folder, name, bytes) in
-        [("graphs/play", "studio.hdr", studio::studio()), ("scenes", "materials.hdr", board::panorama())]
-    {
+    for (folder, name, bytes) in [
+        ("graphs/play", "studio.hdr", studio::studio()),
+        ("scenes", "materials.hdr", board::panorama()),
+        ("scenes", "street.hdr", street::sky()),
+    ] {
         out.push(SceneFile { folder, name: name.to_string(), bytes, triangles: None });
     }
     out

@@ -1,9 +1,11 @@
-//! A street between two rows of houses under the sun: what lies in the shade has its light from the other side.
+//! A street between two rows of houses under the sun and a clear sky: what lies in the shade has its light from the sky
+//! and from the other side.
 
 use crate::glb::{GlbBuilder, MaterialIndex};
 use crate::mesh::TriangleMesh;
 use crate::paintings::{self, hash};
 use crate::shapes::{block, ellipsoid, lathe, pierced_wall, standing_block, tiles, tube};
+use crate::studio;
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -12,9 +14,13 @@ pub const SCENE: &str = r#"// Probes fill the street.
 Scene(
     gltf: "street.glb",
     grid: ((-6.0, 0.0, -20.0), (6.0, 9.0, 20.0)),
+    environment: File(file: "street.hdr"),
     camera: "along",
 )
 "#;
+
+/// Where the sun stands, seen from the ground.
+const SUN: DVec3 = DVec3::new(5.5, 9.0, 2.6);
 
 /// Half the width between the houses and half the length, a house's width and a storey's height. Metres.
 const HALF_WIDTH: f64 = 5.0;
@@ -38,10 +44,25 @@ pub fn street() -> GlbBuilder {
     document.fixture("pavements", &pavements, paving);
     houses(&mut document);
     furniture(&mut document);
-    document.sun("sun", DVec3::new(5.5, 9.0, 2.6), [18.0, 16.6, 14.4]);
+    document.sun("sun", SUN, [18.0, 16.6, 14.4]);
     document.camera("along", DVec3::new(2.3, 1.7, 16.5), DVec3::new(-1.2, 2.6, 0.0), 60.0);
     document.camera("door", DVec3::new(-3.4, 1.6, 3.0), DVec3::new(4.9, 2.2, -2.0), 60.0);
     document
+}
+
+/// The CIE's clear sky (Kittler, "Standardisation of outdoor conditions for the calculation of daylight factor with clear
+/// skies", 1967), blue, with a sixth of the light that falls on the ground; below the horizon the ground.
+pub fn sky() -> Vec<u8> {
+    studio::panorama(|x, y| {
+        let towards = studio::towards(x, y);
+        if towards.y <= 0.0 {
+            return [0.9, 0.85, 0.8];
+        }
+        let near = towards.dot(SUN.normalize());
+        let round_the_sun = 0.91 + 10.0 * (-3.0 * near.min(1.0).acos()).exp() + 0.45 * near * near;
+        let radiance = round_the_sun * (1.0 - (-0.32 / towards.y).exp());
+        [0.63, 0.9, 1.35].map(|color| color * radiance)
+    })
 }
 
 fn houses(document: &mut GlbBuilder) {

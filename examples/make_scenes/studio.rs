@@ -1,6 +1,9 @@
 //! A photographer's studio as a panorama: dim walls, a large soft box overhead, a strip on one side and a window on the
 //! other.
 
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
 pub const WIDTH: u32 = 128;
 pub const HEIGHT: u32 = 64;
 
@@ -29,6 +32,13 @@ fn radiance(x: u32, y: u32) -> [f64; 3] {
         }
     }
     color
+}
+
+/// Where the light of a texel comes from. The middle is seen towards −Z, the top row from above.
+pub fn towards(x: u32, y: u32) -> DVec3 {
+    let at = |k: u32, of: u32| (f64::from(k) + 0.5) / f64::from(of);
+    let (round, down) = (TAU * at(x, WIDTH), PI * at(y, HEIGHT));
+    DVec3::new(-round.sin() * down.sin(), down.cos(), round.cos() * down.sin())
 }
 
 /// Three mantissas of 8 bits with one exponent.
