@@ -1,8 +1,9 @@
-"""The peers `eevee` and `cycles`: Blender's renderers. The first argument names one; peer.py states the others and results.
+"""Blender's renderers as peers, `eevee` and `cycles`. The first argument names one; peer.py states the other arguments
+and the results.
 
-EEVEE has a baked volume of light probes that reaches half its size past the scene's box on every side: one that ends at the
-walls gives them no light. The probes are as many in the scene's box along each axis as the setting says. `seconds` is the
-time to bake and to render; that of Cycles is the time to render. Both are the second of two runs, so that all is ready.
+EEVEE bakes a volume of light probes. A volume that ends at the walls gives them no light, so it reaches half its size past
+the scene's box on every side. The setting is the number of probes along each axis of that box. `seconds` is the time to
+bake and render, of Cycles to render. The second of two runs is timed, when shaders and scene are ready.
 """
 
 import sys

@@ -1,5 +1,5 @@
-//! A street between two rows of houses under the sun and a clear sky: what lies in the shade has its light from the sky
-//! and from the other side.
+//! A street between two rows of houses under the sun and a clear sky. The sky and the sunlit side light what lies in
+//! the shade.
 
 use crate::glb::{GlbBuilder, MaterialIndex};
 use crate::mesh::TriangleMesh;
@@ -50,8 +50,9 @@ pub fn street() -> GlbBuilder {
     document
 }
 
-/// The CIE's clear sky (Kittler, "Standardisation of outdoor conditions for the calculation of daylight factor with clear
-/// skies", 1967), blue, with a sixth of the light that falls on the ground; below the horizon the ground.
+/// The CIE's clear sky (Kittler, "Standardisation of outdoor conditions for the calculation of daylight factor with
+/// clear skies", 1967). It is blue and brings a sixth of the irradiance of open ground. Texels below the horizon have
+/// the ground's radiance.
 pub fn sky() -> Vec<u8> {
     studio::panorama(|x, y| {
         let towards = studio::towards(x, y);

@@ -1,6 +1,6 @@
 """render_cycles.py JOB.json FOLDER: renders the job that stated.py writes, and prints a line of JSON for each setting.
 
-Runs in Blender's module, on the CPU. The direct light is rendered by the same random numbers as all light, so that their
+Runs in Blender's module, on the CPU. Direct light and all light are rendered with the same random numbers: their
 difference has the noise of the bounces alone.
 """
 
