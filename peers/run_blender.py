@@ -1,9 +1,9 @@
 """Blender's renderers as peers, `eevee` and `cycles`. The first argument names one; peer.py states the other arguments
 and the results.
 
-EEVEE bakes a volume of light probes. A volume that ends at the walls gives them no light, so it reaches half its size past
-the scene's box on every side. The setting is the number of probes along each axis of that box. `seconds` is the time to
-bake and render, of Cycles to render. The second of two runs is timed, when shaders and scene are ready.
+EEVEE bakes a volume of light probes. A volume that ends at the walls gives them no light, so it reaches half its size
+past the scene's box on every side. The setting is the number of probes along each axis of that box. `seconds` is the
+time to bake and render, of Cycles to render. The second of two runs is timed, when shaders and scene are ready.
 """
 
 import sys
