@@ -1,10 +1,11 @@
 //! The page that a browser opens: where it stands, and how it is served.
 
 use lightgraph::{Checked, Diagnostic};
-use std::io;
+use std::fs::File;
+use std::io::{self, Write};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
-use tiny_http::{Header, Method, Request, Response, Server};
+use tiny_http::{HTTPVersion, Header, Method, Request, Response, ResponseBox, Server};
 
 /// A file that every page has.
 const ENGINE: &str = "engine_bg.wasm";
@@ -25,27 +26,38 @@ pub fn page(given: Option<&Path>) -> Checked<PathBuf> {
     })
 }
 
-/// Answers requests for ever.
+/// Answers requests for ever. Whoever reads slowly holds up nobody else.
 pub fn serve(server: &Server, folder: &Path) {
-    for request in server.incoming_requests() {
-        // Whoever has gone away needs no answer.
-        let _ = answer(request, folder);
-    }
+    std::thread::scope(|scope| {
+        for request in server.incoming_requests() {
+            // Without a thread the connection is closed; whoever has gone away needs no answer.
+            let _ = std::thread::Builder::new().spawn_scoped(scope, || answer(request, folder));
+        }
+    });
 }
 
+/// Answers by HTTP/1.0, so that a connection ends with its answer: where connections are kept, the server may leave a
+/// new one waiting until another ends.
 fn answer(request: Request, folder: &Path) -> io::Result<()> {
-    let head = |code: u16, text: &str| Response::from_string(text).with_status_code(code);
+    let response = response(&request, folder);
+    let bodiless = *request.method() == Method::Head;
+    let headers = request.headers().to_vec();
+    let mut writer = request.into_writer();
+    response.raw_print(&mut writer, HTTPVersion(1, 0), &headers, bodiless, None)?;
+    writer.flush()
+}
+
+fn response(request: &Request, folder: &Path) -> ResponseBox {
+    let told = |code: u16, text: &str| Response::from_string(text).with_status_code(code).boxed();
     if !matches!(request.method(), Method::Get | Method::Head) {
-        return request.respond(head(405, "only GET is answered here\n"));
+        return told(405, "only GET is answered here\n");
     }
     let host = request.headers().iter().find(|h| h.field.equiv("Host")).map(|h| h.value.as_str());
     if !host.is_none_or(is_address) {
-        return request.respond(head(403, "this server answers to addresses and to localhost only\n"));
+        return told(403, "this server answers to addresses and to localhost only\n");
     }
-    let Some(path) = find(folder, request.url()) else { return request.respond(head(404, "not found\n")) };
-    let Ok(bytes) = lightgraph::internals::files::read(&path, lightgraph::internals::files::IMAGE) else {
-        return request.respond(head(404, "not found\n"));
-    };
+    let Some(path) = find(folder, request.url()) else { return told(404, "not found\n") };
+    let Ok(file) = File::open(&path) else { return told(404, "not found\n") };
     let headers = [
         ("Content-Type", mime(&path)),
         // The page gets a process of its own, and nobody embeds it.
@@ -56,8 +68,7 @@ fn answer(request: Request, folder: &Path) -> io::Result<()> {
         ("Cache-Control", "no-cache"),
     ];
     let headers = headers.iter().filter_map(|(name, value)| Header::from_bytes(*name, *value).ok());
-    let response = Response::from_data(bytes);
-    request.respond(headers.fold(response, Response::with_header))
+    headers.fold(Response::from_file(file), Response::with_header).boxed()
 }
 
 /// Whether a `Host` is an address or this machine: a name that somebody else gave to an address is none.
@@ -123,8 +134,9 @@ fn mime(path: &Path) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::{Read, Write};
+    use std::io::Read;
     use std::net::TcpStream;
+    use std::time::Duration;
     use tempfile::TempDir;
 
     fn site() -> TempDir {
@@ -207,17 +219,53 @@ mod tests {
                 text
             };
             let found = ask("GET /a%20b.wasm", "localhost");
-            assert!(found.starts_with("HTTP/1.1 200"), "{found}");
+            assert!(found.starts_with("HTTP/1.0 200"), "{found}");
             for header in ["application/wasm", "Cross-Origin-Embedder-Policy: require-corp", "nosniff"] {
                 assert!(found.contains(header), "{found}");
             }
             assert!(ask("GET /", "127.0.0.1").contains("text/html; charset=utf-8"));
-            assert!(ask("GET /../secret", "127.0.0.1").starts_with("HTTP/1.1 404"));
-            assert!(ask("POST /", "127.0.0.1").starts_with("HTTP/1.1 405"));
-            assert!(ask("GET /", "evil.example").starts_with("HTTP/1.1 403"));
+            assert!(ask("GET /../secret", "127.0.0.1").starts_with("HTTP/1.0 404"));
+            assert!(ask("POST /", "127.0.0.1").starts_with("HTTP/1.0 405"));
+            assert!(ask("GET /", "evil.example").starts_with("HTTP/1.0 403"));
             server.unblock();
             running.join().unwrap();
         });
+    }
+
+    /// As browsers do: connections at once, each kept after its answer unless the answer ends it.
+    #[test]
+    fn every_connection_is_answered_while_others_are_kept() {
+        const SERVERS: usize = 10;
+        const ROUNDS: usize = 5;
+        let site = site();
+        let page = site.path().join("page");
+        let mut answered = 0;
+        for _ in 0..SERVERS {
+            // Its first threads are those that connections wait for.
+            let server = Server::http("127.0.0.1:0").unwrap();
+            let address = server.server_addr().to_ip().unwrap();
+            std::thread::scope(|scope| {
+                scope.spawn(|| serve(&server, &page));
+                for _ in 0..ROUNDS {
+                    let mut streams: Vec<_> = (0..6).map(|_| TcpStream::connect(address).unwrap()).collect();
+                    for stream in &mut streams {
+                        stream.set_read_timeout(Some(Duration::from_secs(2))).unwrap();
+                        write!(stream, "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+                    }
+                    let mut kept = vec![];
+                    for mut stream in streams {
+                        let mut version = [0; 8];
+                        answered += usize::from(stream.read_exact(&mut version).is_ok());
+                        if version != *b"HTTP/1.0" {
+                            kept.push(stream);
+                        }
+                    }
+                    std::thread::sleep(Duration::from_millis(20));
+                }
+                server.unblock();
+            });
+        }
+        assert_eq!(answered, SERVERS * ROUNDS * 6);
     }
 
     #[test]
