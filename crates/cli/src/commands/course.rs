@@ -8,7 +8,7 @@ use crate::bench::measure::{Effort, Measured, MeasuredSetting, Target, measure, 
 use crate::bench::peers;
 use crate::bench::references::{Manifest, ReferenceSet};
 use crate::bench::report;
-use crate::bench::results::{Entry, Journal, Phase, Results, hash};
+use crate::bench::results::{Entry, Journal, Phase, PhaseTimes, Results, hash};
 use crate::bench::sweep::Sweep;
 use crate::shard::Shard;
 use lightgraph::internals::{builtin, files};
@@ -334,9 +334,12 @@ fn effort<'a>(asked: &Asked<'a>) -> Effort<'a> {
     Effort { repeat: *repeat, seconds: *seconds, phases: if phases.is_empty() { &Phase::ALL } else { phases } }
 }
 
-/// Seconds of an entry's slowest frame.
+/// Seconds of an entry's slowest kind of frame, by the quickest one. First frames, in which drivers compile, count where
+/// there are no others.
 fn longest(entry: &Entry) -> f64 {
-    entry.phases.iter().map(|t| t.wall_ms.max / 1e3).fold(0.0, f64::max)
+    let moving = |t: &&PhaseTimes| Phase::MOVING.contains(&t.phase);
+    let any = entry.phases.iter().any(|t| moving(&t));
+    entry.phases.iter().filter(|t| !any || moving(t)).map(|t| t.wall_ms.min / 1e3).fold(0.0, f64::max)
 }
 
 /// A hash of all that an entry is made from.
