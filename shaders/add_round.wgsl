@@ -1,7 +1,17 @@
-//! The mean of what the rounds gathered that show the same.
-#import lightgraph::camera::camera
-#import lightgraph::means::{Mean, place}
+//! The mean of what the frames gathered that show the same; of indirect light, also of those before in which only the
+//! camera moved.
+#import lightgraph::camera::{camera, pixel_ray}
+#import lightgraph::gathered_light::GatheredLight
+#ifdef SPECULAR
+#import lightgraph::gloss::shines
+#endif
+#import lightgraph::means::place
+#import lightgraph::rays::pack_normal
+#import lightgraph::residual::color_of
 #import lightgraph::rounds::round
+#import lightgraph::seen::{finished, seen_at}
+#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::tiles::NO_POINT
 
 var first_direct: texture_2d<f32>;
 var first_indirect: texture_2d<f32>;
@@ -9,21 +19,44 @@ var first_indirect: texture_2d<f32>;
 /// See share_rays.wgsl.
 var shared_sky: texture_2d<f32>;
 #endif
-var<storage, read_write> means: array<Mean>;
+/// See recall.wgsl.
+var<storage, read> recalled: array<GatheredLight>;
+var<storage, read_write> gathered_light: array<GatheredLight>;
 
 @compute @workgroup_size(8, 8)
 fn add_round(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= camera.screen) {
         return;
     }
-    let share = 1.0 / f32(round() + 1u);
     var direct = textureLoad(first_direct, id.xy, 0);
 #ifdef ENVIRONMENT
     direct += vec4f(textureLoad(shared_sky, id.xy, 0).rgb, 0.0);
 #endif
-    let before = means[place(id.xy)];
-    means[place(id.xy)] = Mean(
-        mix(before.direct, direct, share),
-        mix(before.indirect, textureLoad(first_indirect, id.xy, 0), share),
-    );
+    let index = place(id.xy);
+    let rounds = round();
+    direct = mix(gathered_light[index].direct, direct, 1.0 / f32(rounds + 1u));
+    let seen = seen_at(id.xy);
+    if !is_lit(seen.albedo) {
+        gathered_light[index] = GatheredLight(direct, vec4f(0.0), vec3f(0.0), NO_POINT);
+        return;
+    }
+    let ray = pixel_ray(id.xy);
+    let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+    let light = textureLoad(first_indirect, id.xy, 0).rgb / color_of(s);
+    var before = recalled[index];
+    if rounds > 0u {
+        before = gathered_light[index];
+    }
+    let frames = before.indirect.a;
+    let share = 1.0 / (frames + 1.0);
+    let indirect = select(light, mix(before.indirect.rgb, light, share), frames > 0.0);
+    let middle = select(s.position, mix(before.position, s.position, share), frames > 0.0);
+    var normal = pack_normal(seen.normal.xyz);
+#ifdef SPECULAR
+    // What a lobe reflects depends on where it is seen from.
+    if shines(finished(s, id.xy)) {
+        normal = NO_POINT;
+    }
+#endif
+    gathered_light[index] = GatheredLight(direct, vec4f(indirect, frames + 1.0), middle, normal);
 }

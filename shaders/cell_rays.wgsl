@@ -7,7 +7,7 @@
 #import lightgraph::lit_ray_ends::lit_end_on
 #import lightgraph::random::{even_pair, scramble}
 #import lightgraph::rays::{Ray, pack}
-#import lightgraph::rounds::round
+#import lightgraph::rounds::frame
 #import lightgraph::sampling::cosine_direction
 #import lightgraph::trace::leave
 
@@ -30,7 +30,7 @@ fn cell_rays(@builtin(global_invocation_id) id: vec3u) {
     }
     let here = leaves(cell, link);
     // A cell's rays follow from its key.
-    let direction = cosine_direction(here.normal, even_pair(round() * LINKS + link, scramble(key)));
+    let direction = cosine_direction(here.normal, even_pair(frame() * LINKS + link, scramble(key)));
     let start = leave(here.position, here.flat_normal);
     let met = look_from(start, here.position, here.flat_normal, direction);
     var found = Ray();

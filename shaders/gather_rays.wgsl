@@ -5,7 +5,7 @@
 #import lightgraph::image_rays::{end_of, pack_end}
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rays::{Ray, SKY}
-#import lightgraph::rounds::round
+#import lightgraph::rounds::frame
 #import lightgraph::sampling::cosine_direction
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
@@ -29,7 +29,7 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
         let ray = pixel_ray(pixel);
         let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
         let place = id.x % 4u + 4u * (id.y % 4u);
-        let u = even_pair((16u * round() + place) * rays + id.z, seed(id.xy / 4u, 0u));
+        let u = even_pair((16u * frame() + place) * rays + id.z, seed(id.xy / 4u, 0u));
         found = end_of(s, cosine_direction(s.normal, u));
         if found.cell != 0u && found.cell != SKY {
             insert(found.cell);

@@ -9,7 +9,7 @@
 #import lightgraph::photons::{PHOTONS, sum_of}
 #import lightgraph::random::{even_pair, scramble, unit}
 #import lightgraph::rays::pack_normal
-#import lightgraph::rounds::round
+#import lightgraph::rounds::frame
 #import lightgraph::sampling
 #import lightgraph::trace::leave
 #ifdef LIGHTS
@@ -103,7 +103,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= PHOTONS {
         return;
     }
-    let number = round() * PHOTONS + id.x;
+    let number = frame() * PHOTONS + id.x;
     let all = powers();
     let whole = all.lights + all.emitters;
     // Any run of photons covers all lights and emitters evenly: steps of the golden ratio.

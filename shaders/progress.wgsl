@@ -44,12 +44,12 @@ fn main() {
         hash = add(hash, vec3f(m.roughness, m.metallic, 0.0));
 #endif
     }
-    hash = add_matrix(hash, view.camera_view_projection);
     hash = scramble(view.screen.x + scramble(view.screen.y + hash));
     hash = scramble(view.samples + scramble(view.bounces + scramble(view.seed + hash)));
     // 0 is what memory holds before the first frame.
-    hash = max(hash, 1u);
-    let same = progress.content == hash;
+    let scene = max(hash, 1u);
+    let content = max(add_matrix(hash, view.camera_view_projection), 1u);
+    let same = progress.content == content;
     progress.paths = select(0u, progress.next, same);
     // The batches of a frame are alike to one path.
     progress.next = progress.paths + (view.samples + view.batch) / view.batches;
@@ -57,6 +57,8 @@ fn main() {
     progress.next = select(0u, progress.next, same);
 #endif
     progress.round = select(0u, progress.round + 1u, same);
-    progress.content = hash;
-    textureStore(progress_texel, vec2u(0u), vec4u(progress.paths, progress.next, hash, progress.round));
+    progress.content = content;
+    progress.frame = select(0u, progress.frame + 1u, progress.scene == scene);
+    progress.scene = scene;
+    textureStore(progress_texel, vec2u(0u), vec4u(progress.paths, progress.next, progress.round, progress.frame));
 }

@@ -1,13 +1,14 @@
 //! What paths say of the light that surfaces receive beyond what was gathered, and how sure it is.
 #import lightgraph::progress::Progress
 #import lightgraph::camera::{camera, pixel_ray}
-#import lightgraph::means::{Mean, place}
+#import lightgraph::gathered_light::GatheredLight
+#import lightgraph::means::place
 #import lightgraph::residual::{color_of, gray_of}
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
 
 var<storage, read> progress: Progress;
-var<storage, read> means: array<Mean>;
+var<storage, read> gathered_light: array<GatheredLight>;
 /// In alpha the mean of the squares of paths, each the sum of its channels.
 var path_indirect: texture_2d<f32>;
 /// What is missing, over the albedo; in alpha the variance of its mean over the channels.
@@ -30,12 +31,12 @@ fn find_residual(@builtin(global_invocation_id) id: vec3u) {
     if progress.next >= ENOUGH && is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
         let albedo = color_of(read_record(seen.albedo, seen.normal, ray.origin, ray.direction));
-        let gathered = means[place(id.xy)].indirect.rgb;
+        let gathered = gathered_light[place(id.xy)].indirect.rgb;
         let traced = textureLoad(path_indirect, id.xy, 0);
         let bright = dot(traced.rgb, vec3f(1.0));
-        let expected = dot(gathered, vec3f(1.0));
+        let expected = dot(albedo * gathered, vec3f(1.0));
         let variance = max(traced.a - bright * bright, SCATTER * expected * expected) / f32(progress.next);
-        found = vec4f((traced.rgb - gathered) / albedo, variance / (9.0 * gray_of(albedo) * gray_of(albedo)));
+        found = vec4f(traced.rgb / albedo - gathered, variance / (9.0 * gray_of(albedo) * gray_of(albedo)));
     }
     textureStore(residual, id.xy, found);
     textureStore(settled, id.xy, vec4f(0.0));

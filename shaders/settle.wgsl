@@ -1,13 +1,14 @@
 //! The image of a scene that stays as it is: the mean of what its frames gathered, with what their paths say beyond it.
 #import lightgraph::progress::Progress
 #import lightgraph::camera::{camera, pixel_ray}
-#import lightgraph::means::{Mean, place}
+#import lightgraph::gathered_light::GatheredLight
+#import lightgraph::means::place
 #import lightgraph::residual::color_of
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::{is_lit, read_record}
 
 var<storage, read> progress: Progress;
-var<storage, read> means: array<Mean>;
+var<storage, read> gathered_light: array<GatheredLight>;
 var path_direct: texture_2d<f32>;
 var settled: texture_2d<f32>;
 var direct: texture_storage_2d<rgba32float, write>;
@@ -22,7 +23,7 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= camera.screen) {
         return;
     }
-    let mean = means[place(id.xy)];
+    let mean = gathered_light[place(id.xy)];
 #ifdef PATHS_ALONE
     // Gathered light has no lobes, and pixels share what rays see of the environment: paths take its place.
     let alike = ALIKE;
@@ -31,12 +32,12 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
 #endif
     let share = f32(progress.next) / f32(progress.next + alike);
     let first = mix(mean.direct.rgb, textureLoad(path_direct, id.xy, 0).rgb, share);
-    var rest = mean.indirect.rgb;
+    var rest = vec3f(0.0);
     let seen = seen_at(id.xy);
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
         let albedo = color_of(read_record(seen.albedo, seen.normal, ray.origin, ray.direction));
-        rest = max(rest + albedo * textureLoad(settled, id.xy, 0).rgb, vec3f(0.0));
+        rest = albedo * max(mean.indirect.rgb + textureLoad(settled, id.xy, 0).rgb, vec3f(0.0));
     }
     textureStore(direct, id.xy, vec4f(first, 1.0));
     textureStore(indirect, id.xy, vec4f(rest, 1.0));

@@ -9,4 +9,8 @@ struct Progress {
     content: u32,
     /// Frames before this one that show the same.
     round: u32,
+    /// A hash of all that but the camera.
+    scene: u32,
+    /// Frames before this one in which only the camera moved, if anything.
+    frame: u32,
 }

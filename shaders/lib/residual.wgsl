@@ -1,6 +1,5 @@
 //! Light that surfaces receive, from what they send on.
 #define_import_path lightgraph::residual
-#import lightgraph::gloss::matte
 #import lightgraph::surface::Surface
 
 /// Less than this a surface reflects counts as this.
@@ -8,7 +7,7 @@ const DARK: f32 = 0.03;
 
 /// The albedo that light is divided by.
 fn color_of(s: Surface) -> vec3f {
-    return max(matte(s), vec3f(DARK));
+    return max(s.albedo, vec3f(DARK));
 }
 
 fn gray_of(albedo: vec3f) -> f32 {

@@ -2,7 +2,7 @@
 #define_import_path lightgraph::tiles
 #import lightgraph::camera::camera
 #import lightgraph::random::seed
-#import lightgraph::rounds::round
+#import lightgraph::rounds::frame
 #import lightgraph::seen::seen_at
 #import lightgraph::surface::is_lit
 
@@ -21,7 +21,7 @@ fn points_across() -> vec2u {
 
 /// The pixel of a tile, another one in each round: any, but in a tile with lit pixels a lit one.
 fn point_pixel(tile: vec2u) -> vec2u {
-    let first = (seed(tile, 77u) + round() * STRIDE) % (TILE * TILE);
+    let first = (seed(tile, 77u) + frame() * STRIDE) % (TILE * TILE);
     var pixel = vec2u(0u);
     for (var i = 0u; i < TILE * TILE; i++) {
         let k = (first + i) % (TILE * TILE);

@@ -1,4 +1,4 @@
-//! Probes that follow the camera: what a step captures, and that nothing pops.
+//! What follows the camera: probes, what a step of them captures, and that nothing pops; light that is taken along.
 
 use crate::device;
 use crate::support::repository;
@@ -102,6 +102,73 @@ fn nothing_pops_when_a_slab_comes() {
     let seen = flip(&new, &old, None).unwrap_or_else(|f| panic!("{f}"));
     println!("HDR-FLIP {seen:.6} where a slab comes");
     assert!(seen <= 0.01, "HDR-FLIP {seen}");
+}
+
+/// Of a session by `final_gather` in the hall that recalls so many frames.
+fn gathering(gpu: &Gpu, recalled: u32) -> Session {
+    let project = Project::open(&repository("graphs/gi/final_gather.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
+    let settings = Settings {
+        params: project.params(&[format!("recalled_frames={recalled}")]).unwrap_or_else(|f| panic!("{f}")),
+        size: [96, 72],
+        outputs: Some(vec!["indirect".into()]),
+        skip: true,
+        ..Settings::default()
+    };
+    let loaded = Scene::load(&repository("scenes/hall.ron")).unwrap_or_else(|f| panic!("{f}"));
+    Session::new(gpu, &project, loaded.scene, settings).unwrap_or_else(|f| panic!("{f}"))
+}
+
+/// The indirect light of a frame, seen from so far down the nave.
+fn seen_from(gpu: &Gpu, session: &mut Session, frame: u32, way: f32) -> Image {
+    session.shift.cameras = glam::Vec3::new(0.0, 0.0, -way);
+    session.frame(gpu, frame, 0.0).unwrap_or_else(|f| panic!("frame {frame}: {f}"));
+    session.image(gpu, "indirect").unwrap_or_else(|f| panic!("{f}"))
+}
+
+/// What two images differ by on the mean, over the mean of the second.
+fn apart(a: &Image, b: &Image) -> f64 {
+    let light = |i: &Image| -> Vec<f64> {
+        i.data.chunks(i.channels as usize).flat_map(|p| &p[..3]).map(|v| f64::from(*v)).collect()
+    };
+    let (a, b) = (light(a), light(b));
+    a.iter().zip(&b).map(|(a, b)| (a - b).abs()).sum::<f64>() / b.iter().sum::<f64>()
+}
+
+/// A walk of 1 cm a frame: it flickers less, and comes nearer to what a still camera ends with.
+#[test]
+fn a_walk_takes_indirect_light_along() {
+    const FRAMES: u32 = 10;
+    const STEP: f32 = 0.01;
+    let gpu = &device::gpu();
+    let mut still = gathering(gpu, 0);
+    let settled = (0..24).map(|i| seen_from(gpu, &mut still, i, STEP * (FRAMES - 1) as f32)).last().expect("frames");
+    let [(before, without), (flicker, with)] = [0, 8].map(|recalled| {
+        let mut session = gathering(gpu, recalled);
+        let walk: Vec<Image> = (0..FRAMES).map(|i| seen_from(gpu, &mut session, i, STEP * i as f32)).collect();
+        let [.., one, last] = &walk[..] else { panic!("a walk has frames") };
+        (apart(last, one), apart(last, &settled))
+    });
+    println!("from frame to frame {before:.4}, {flicker:.4}; from what is settled {without:.4}, {with:.4}");
+    assert!(flicker < 0.5 * before, "{flicker} of {before}");
+    assert!(with < 0.9 * without, "{with} of {without}");
+}
+
+/// Where more moves than the camera, the frame is that of a session that begins with it.
+#[test]
+fn no_light_is_taken_along_where_something_moved() {
+    let gpu = &device::gpu();
+    let mut walking = gathering(gpu, 8);
+    for i in 0..3 {
+        seen_from(gpu, &mut walking, i, 0.01 * i as f32);
+    }
+    let mut fresh = gathering(gpu, 8);
+    let taken = seen_from(gpu, &mut walking, 3, 0.03);
+    assert!(taken != seen_from(gpu, &mut fresh, 3, 0.03), "nothing was taken along");
+    let mut fresh = gathering(gpu, 8);
+    for session in [&mut walking, &mut fresh] {
+        session.shift.nodes = vec![(0, glam::Vec3::new(0.05, 0.0, 0.0))];
+    }
+    assert!(seen_from(gpu, &mut walking, 4, 0.04) == seen_from(gpu, &mut fresh, 4, 0.04), "another image");
 }
 
 /// The images of a walk down the nave of the hall, and how many probes each frame captured, where the graph says.

@@ -1,0 +1,68 @@
+//! Where only the camera moved: what the last frame gathered nearest to what each pixel shows now.
+#import lightgraph::camera::{camera, pixel_ray}
+#import lightgraph::gathered_light::GatheredLight
+#import lightgraph::means::place
+#import lightgraph::rays::unpack_normal
+#import lightgraph::rounds::counted
+#import lightgraph::seen::seen_at
+#import lightgraph::surface::is_lit
+#import lightgraph::tiles::NO_POINT
+
+struct Params {
+    camera_previous_view_projection: mat4x4f,
+    /// Frames that light is taken along from, at most.
+    recalled_frames: u32,
+}
+var<uniform> params: Params;
+var<storage, read> gathered_light: array<GatheredLight>;
+var<storage, read_write> recalled: array<GatheredLight>;
+
+/// Normals differ by less than acos of this.
+const SAME_NORMAL: f32 = 0.97;
+/// Pixels that it may lie beside the ray and off the plane.
+const NEAR: f32 = 0.5;
+
+@compute @workgroup_size(8, 8)
+fn recall(@builtin(global_invocation_id) id: vec3u) {
+    let progress = counted();
+    if any(id.xy >= camera.screen) || progress.round > 0u {
+        return;
+    }
+    recalled[place(id.xy)].indirect.a = 0.0;
+    let seen = seen_at(id.xy);
+    if progress.frame == 0u || params.recalled_frames == 0u || !is_lit(seen.albedo) {
+        return;
+    }
+    let ray = pixel_ray(id.xy);
+    let position = ray.origin + seen.normal.w * ray.direction;
+    let clip = params.camera_previous_view_projection * vec4f(position, 1.0);
+    let at = floor((clip.xy / clip.w * vec2f(0.5, -0.5) + 0.5) * vec2f(camera.screen));
+    if clip.w <= 0.0 || any(at < vec2f(0.0)) || any(at >= vec2f(camera.screen)) {
+        return;
+    }
+    let beside = pixel_ray(id.xy + vec2u(1u, 0u));
+    let footprint = length(beside.origin + seen.normal.w * beside.direction - position);
+    var best = NEAR;
+    var found = NO_POINT;
+    for (var i = 0u; i < 9u; i++) {
+        let pixel = vec2i(at) + vec2i(vec2u(i % 3u, i / 3u)) - 1;
+        if any(pixel < vec2i(0)) || any(pixel >= vec2i(camera.screen)) {
+            continue;
+        }
+        let index = place(vec2u(pixel));
+        let normal = gathered_light[index].normal;
+        let offset = (gathered_light[index].position - position) / footprint;
+        let off = length(cross(offset, ray.direction));
+        if normal == NO_POINT || off >= best || abs(dot(offset, seen.normal.xyz)) > NEAR
+            || dot(unpack_normal(normal), seen.normal.xyz) < SAME_NORMAL {
+            continue;
+        }
+        best = off;
+        found = index;
+    }
+    if found != NO_POINT {
+        var before = gathered_light[found];
+        before.indirect.a = min(before.indirect.a, f32(params.recalled_frames));
+        recalled[place(id.xy)] = before;
+    }
+}
