@@ -230,6 +230,14 @@ impl Entry {
         moving.map(|t| t.wall_ms.min / 1e3).sum()
     }
 
+    /// Seconds of a frame of the slowest phase, by its quickest. First frames, in which drivers compile, count where there
+    /// are no others.
+    pub fn slowest_seconds(&self) -> f64 {
+        let moving = |t: &&PhaseTimes| Phase::MOVING.contains(&t.phase);
+        let any = self.phases.iter().any(|t| moving(&t));
+        self.phases.iter().filter(|t| !any || moving(t)).map(|t| t.wall_ms.min / 1e3).fold(0.0, f64::max)
+    }
+
     /// Adds frames of another round to those of a phase. What is no time stays as it was.
     pub fn more(&mut self, more: PhaseTimes) {
         if let Some(t) = self.phases.iter_mut().find(|t| t.phase == more.phase) {

@@ -111,6 +111,14 @@ fn cells(line: &str) -> Vec<String> {
 }
 
 #[test]
+fn what_drivers_compile_makes_no_setting_slow() {
+    let mut compiled = entry("a", &[3000.0, 400.0, 500.0], 0.8);
+    assert_eq!(compiled.slowest_seconds(), 0.4);
+    compiled.phases.truncate(1);
+    assert_eq!(compiled.slowest_seconds(), 3.0);
+}
+
+#[test]
 fn json_and_csv_hold_what_was_measured() {
     let folder = TempDir::new().unwrap();
     let before = results(vec![entry("a", &[1.0, 3.0, 2.0], 0.8)]);

@@ -8,7 +8,7 @@ use crate::bench::measure::{Effort, Measured, MeasuredSetting, Target, measure, 
 use crate::bench::peers;
 use crate::bench::references::{Manifest, ReferenceSet};
 use crate::bench::report;
-use crate::bench::results::{Entry, Journal, Phase, PhaseTimes, Results, hash};
+use crate::bench::results::{Entry, Journal, Phase, Results, hash};
 use crate::bench::sweep::Sweep;
 use crate::shard::Shard;
 use lightgraph::internals::{builtin, files};
@@ -233,7 +233,7 @@ impl<'a> Course<'a> {
         held.iter().try_for_each(|h| self.journal.add(&self.results.entries[h.entry]))
     }
 
-    /// Measures a setting, if no earlier run did, and adds its entry. Seconds of its slowest frame; what takes part in
+    /// Measures a setting, if no earlier run did, and adds its entry. How slow its slowest phase is; what takes part in
     /// further rounds.
     fn one(&mut self, target: &Target<'_>, place: &LoadedView<'_>) -> Checked<(f64, Option<MeasuredSetting<'a>>)> {
         let plan = planned(target)?;
@@ -242,7 +242,7 @@ impl<'a> Course<'a> {
         let done = |e: &Entry| same(e) && (e.rounds >= rounds || e.round_seconds() > brief);
         if let Some(at) = self.kept.iter().position(done) {
             let entry = self.kept.swap_remove(at);
-            let seconds = longest(&entry);
+            let seconds = entry.slowest_seconds();
             self.results.entries.push(entry);
             return Ok((seconds, None));
         }
@@ -251,7 +251,7 @@ impl<'a> Course<'a> {
             let text = format!("{} on {}, {}: {fault}", target.graph, target.scene.name, measured.entry.setting);
             self.progress.suspend(|| notices(&[Diagnostic::warning(text)]));
         }
-        let seconds = longest(&measured.entry);
+        let seconds = measured.entry.slowest_seconds();
         let subject = measured.subject.take().filter(|_| rounds > 1 && measured.entry.round_seconds() <= brief);
         self.add(measured, place)?;
         Ok((seconds, subject))
@@ -332,14 +332,6 @@ impl<'a> Course<'a> {
 fn effort<'a>(asked: &Asked<'a>) -> Effort<'a> {
     let BenchArgs { phases, repeat, seconds, .. } = asked.args;
     Effort { repeat: *repeat, seconds: *seconds, phases: if phases.is_empty() { &Phase::ALL } else { phases } }
-}
-
-/// Seconds of an entry's slowest kind of frame, by the quickest one. First frames, in which drivers compile, count where
-/// there are no others.
-fn longest(entry: &Entry) -> f64 {
-    let moving = |t: &&PhaseTimes| Phase::MOVING.contains(&t.phase);
-    let any = entry.phases.iter().any(|t| moving(&t));
-    entry.phases.iter().filter(|t| !any || moving(t)).map(|t| t.wall_ms.min / 1e3).fold(0.0, f64::max)
 }
 
 /// A hash of all that an entry is made from.
