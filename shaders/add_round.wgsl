@@ -22,6 +22,8 @@ var shared_sky: texture_2d<f32>;
 /// See recall.wgsl.
 var<storage, read> recalled: array<GatheredLight>;
 var<storage, read_write> gathered_light: array<GatheredLight>;
+/// Of frames that show the same.
+var<storage, read_write> direct_means: array<vec4f>;
 
 @compute @workgroup_size(8, 8)
 fn add_round(@builtin(global_invocation_id) id: vec3u) {
@@ -34,10 +36,10 @@ fn add_round(@builtin(global_invocation_id) id: vec3u) {
 #endif
     let index = place(id.xy);
     let rounds = round();
-    direct = mix(gathered_light[index].direct, direct, 1.0 / f32(rounds + 1u));
+    direct_means[index] = mix(direct_means[index], direct, 1.0 / f32(rounds + 1u));
     let seen = seen_at(id.xy);
     if !is_lit(seen.albedo) {
-        gathered_light[index] = GatheredLight(direct, vec4f(0.0), vec3f(0.0), NO_POINT);
+        gathered_light[index] = GatheredLight(vec3f(0.0), 0.0, vec3f(0.0), NO_POINT);
         return;
     }
     let ray = pixel_ray(id.xy);
@@ -47,9 +49,9 @@ fn add_round(@builtin(global_invocation_id) id: vec3u) {
     if rounds > 0u {
         before = gathered_light[index];
     }
-    let frames = before.indirect.a;
+    let frames = before.frames;
     let share = 1.0 / (frames + 1.0);
-    let indirect = select(light, mix(before.indirect.rgb, light, share), frames > 0.0);
+    let mean = select(light, mix(before.light, light, share), frames > 0.0);
     let middle = select(s.position, mix(before.position, s.position, share), frames > 0.0);
     var normal = pack_normal(seen.normal.xyz);
 #ifdef SPECULAR
@@ -58,5 +60,5 @@ fn add_round(@builtin(global_invocation_id) id: vec3u) {
         normal = NO_POINT;
     }
 #endif
-    gathered_light[index] = GatheredLight(direct, vec4f(indirect, frames + 1.0), middle, normal);
+    gathered_light[index] = GatheredLight(mean, frames + 1.0, middle, normal);
 }

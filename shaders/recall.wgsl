@@ -28,7 +28,7 @@ fn recall(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= camera.screen) || progress.round > 0u {
         return;
     }
-    recalled[place(id.xy)].indirect.a = 0.0;
+    recalled[place(id.xy)].frames = 0.0;
     let seen = seen_at(id.xy);
     if progress.frame == 0u || params.recalled_frames == 0u || !is_lit(seen.albedo) {
         return;
@@ -62,7 +62,7 @@ fn recall(@builtin(global_invocation_id) id: vec3u) {
     }
     if found != NO_POINT {
         var before = gathered_light[found];
-        before.indirect.a = min(before.indirect.a, f32(params.recalled_frames));
+        before.frames = min(before.frames, f32(params.recalled_frames));
         recalled[place(id.xy)] = before;
     }
 }

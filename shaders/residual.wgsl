@@ -31,7 +31,7 @@ fn find_residual(@builtin(global_invocation_id) id: vec3u) {
     if progress.next >= ENOUGH && is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
         let albedo = color_of(read_record(seen.albedo, seen.normal, ray.origin, ray.direction));
-        let gathered = gathered_light[place(id.xy)].indirect.rgb;
+        let gathered = gathered_light[place(id.xy)].light;
         let traced = textureLoad(path_indirect, id.xy, 0);
         let bright = dot(traced.rgb, vec3f(1.0));
         let expected = dot(albedo * gathered, vec3f(1.0));

@@ -9,6 +9,7 @@
 
 var<storage, read> progress: Progress;
 var<storage, read> gathered_light: array<GatheredLight>;
+var<storage, read> direct_means: array<vec4f>;
 var path_direct: texture_2d<f32>;
 var settled: texture_2d<f32>;
 var direct: texture_storage_2d<rgba32float, write>;
@@ -23,7 +24,7 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= camera.screen) {
         return;
     }
-    let mean = gathered_light[place(id.xy)];
+    let index = place(id.xy);
 #ifdef PATHS_ALONE
     // Gathered light has no lobes, and pixels share what rays see of the environment: paths take its place.
     let alike = ALIKE;
@@ -31,13 +32,13 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
     let alike = ALIKE * (progress.round + 1u);
 #endif
     let share = f32(progress.next) / f32(progress.next + alike);
-    let first = mix(mean.direct.rgb, textureLoad(path_direct, id.xy, 0).rgb, share);
+    let first = mix(direct_means[index].rgb, textureLoad(path_direct, id.xy, 0).rgb, share);
     var rest = vec3f(0.0);
     let seen = seen_at(id.xy);
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
         let albedo = color_of(read_record(seen.albedo, seen.normal, ray.origin, ray.direction));
-        rest = albedo * max(mean.indirect.rgb + textureLoad(settled, id.xy, 0).rgb, vec3f(0.0));
+        rest = albedo * max(gathered_light[index].light + textureLoad(settled, id.xy, 0).rgb, vec3f(0.0));
     }
     textureStore(direct, id.xy, vec4f(first, 1.0));
     textureStore(indirect, id.xy, vec4f(rest, 1.0));
