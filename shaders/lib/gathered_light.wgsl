@@ -1,5 +1,5 @@
-//! What frames gathered of a pixel's indirect light. Where the camera moved between them, its position is the mean of where they
-//! found it: light that is taken along is not blurred from frame to frame.
+//! What frames gathered of a pixel's indirect light. Where the camera moved between them, its position is the mean of
+//! where they found it: light that is taken along is not blurred from frame to frame.
 #define_import_path lightgraph::gathered_light
 
 struct GatheredLight {

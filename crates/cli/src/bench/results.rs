@@ -230,8 +230,8 @@ impl Entry {
         moving.map(|t| t.wall_ms.min / 1e3).sum()
     }
 
-    /// Seconds of a frame of the slowest phase, by its quickest. First frames, in which drivers compile, count where there
-    /// are no others.
+    /// Seconds of a frame of the slowest phase, by its quickest. First frames, in which drivers compile, count where
+    /// there are no others.
     pub fn slowest_seconds(&self) -> f64 {
         let moving = |t: &&PhaseTimes| Phase::MOVING.contains(&t.phase);
         let any = self.phases.iter().any(|t| moving(&t));

@@ -233,8 +233,8 @@ impl<'a> Course<'a> {
         held.iter().try_for_each(|h| self.journal.add(&self.results.entries[h.entry]))
     }
 
-    /// Measures a setting, if no earlier run did, and adds its entry. How slow its slowest phase is; what takes part in
-    /// further rounds.
+    /// Measures a setting, if no earlier run did, and adds its entry. How slow its slowest phase is; what takes part
+    /// in further rounds.
     fn one(&mut self, target: &Target<'_>, place: &LoadedView<'_>) -> Checked<(f64, Option<MeasuredSetting<'a>>)> {
         let plan = planned(target)?;
         let BenchArgs { rounds, brief, .. } = *self.asked.args;
