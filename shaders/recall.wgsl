@@ -19,7 +19,7 @@ var<storage, read_write> recalled: array<GatheredLight>;
 
 /// Normals differ by less than acos of this.
 const SAME_NORMAL: f32 = 0.97;
-/// Pixels that it may lie beside the ray and off the plane.
+/// So many pixels beside the ray and off the plane a place may lie.
 const NEAR: f32 = 0.5;
 
 @compute @workgroup_size(8, 8)
