@@ -9,7 +9,7 @@
 /// Pixels along a tile.
 const TILE: u32 = #{TILE}u;
 
-/// A prime: so many rounds as a tile has pixels show them all.
+/// A prime: so many frames as a tile has pixels show them all.
 const STRIDE: u32 = 7919u;
 
 /// No normal packs to it.
@@ -19,7 +19,7 @@ fn points_across() -> vec2u {
     return (camera.screen + TILE - 1u) / TILE;
 }
 
-/// The pixel of a tile, another one in each round: any, but in a tile with lit pixels a lit one.
+/// The pixel of a tile, another one in each frame: any, but in a tile with lit pixels a lit one.
 fn point_pixel(tile: vec2u) -> vec2u {
     let first = (seed(tile, 77u) + frame() * STRIDE) % (TILE * TILE);
     var pixel = vec2u(0u);

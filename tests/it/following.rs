@@ -104,7 +104,7 @@ fn nothing_pops_when_a_slab_comes() {
     assert!(seen <= 0.01, "HDR-FLIP {seen}");
 }
 
-/// Of a session by `final_gather` in the hall that recalls so many frames.
+/// A session of `final_gather` in the hall. Images take along the light of so many frames.
 fn gathering(gpu: &Gpu, recalled: u32) -> Session {
     let project = Project::open(&repository("graphs/gi/final_gather.ron"), &[]).unwrap_or_else(|f| panic!("{f}"));
     let settings = Settings {
@@ -134,7 +134,7 @@ fn apart(a: &Image, b: &Image) -> f64 {
     a.iter().zip(&b).map(|(a, b)| (a - b).abs()).sum::<f64>() / b.iter().sum::<f64>()
 }
 
-/// A walk of 1 cm a frame: it flickers less, and comes nearer to what a still camera ends with.
+/// In a walk of 1 cm a frame images flicker less, and come nearer to what a still camera ends with.
 #[test]
 fn a_walk_takes_indirect_light_along() {
     const FRAMES: u32 = 10;
@@ -153,7 +153,7 @@ fn a_walk_takes_indirect_light_along() {
     assert!(with < 0.9 * without, "{with} of {without}");
 }
 
-/// Where more moves than the camera, the frame is that of a session that begins with it.
+/// Where more than the camera moves, the image is that of a session whose first frame it is.
 #[test]
 fn no_light_is_taken_along_where_something_moved() {
     let gpu = &device::gpu();
