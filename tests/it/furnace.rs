@@ -10,8 +10,6 @@ use lightgraph::{Project, Scene, Session, Settings};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-const SIZE: u32 = 8;
-
 /// Where the camera stands before the ball, whose radius is 1, and the cosines under which it looks at it.
 const AWAY: f64 = 4.0;
 const COSINES: [f64; 2] = [1.0, 0.5];
@@ -108,8 +106,9 @@ fn ball(materials: &[(&str, Material)], number: usize) -> Scene {
     scene
 }
 
-/// Holds every material to 0.2 % of what even light leaves of it: nothing is lost, nothing is added.
-fn holds(graph: &str, sets: &[&str], all: &[(&'static str, Material)]) {
+/// Holds every material to 0.2 % of what even light leaves of it: nothing is lost, nothing is added. `edge`: pixels
+/// along the image, of which the mean is taken.
+fn holds(graph: &str, edge: u32, sets: &[&str], all: &[(&'static str, Material)]) {
     let gpu = gpu();
     let project = Project::open(&repository(graph), &[]).unwrap_or_else(|f| panic!("{f}"));
     let sets: Vec<String> = sets.iter().map(|set| (*set).into()).collect();
@@ -120,7 +119,7 @@ fn holds(graph: &str, sets: &[&str], all: &[(&'static str, Material)]) {
         for cosine in COSINES {
             let settings = Settings {
                 params: project.params(&sets).unwrap_or_else(|f| panic!("{f}")),
-                size: [SIZE, SIZE],
+                size: [edge, edge],
                 camera: Some(format!("{cosine}")),
                 outputs: Some(vec!["color".into()]),
                 ..Settings::default()
@@ -130,7 +129,7 @@ fn holds(graph: &str, sets: &[&str], all: &[(&'static str, Material)]) {
             session.frame(&gpu, 0, 0.0).unwrap_or_else(|f| panic!("{f}"));
             let image = session.image(&gpu, "color").unwrap_or_else(|f| panic!("{f}"));
             let sum: DVec3 = image.rgb().map(|p| Vec3::from(p).as_dvec3()).sum();
-            let found = sum / f64::from(SIZE * SIZE);
+            let found = sum / f64::from(edge * edge);
             let expected = expected(material, cosine);
             let off = (found / expected - 1.0).abs().max_element();
             println!("{name}, cosine {cosine}: {found:.4}, integrated {expected:.4}, off by {:.3} %", 100.0 * off);
@@ -149,7 +148,7 @@ fn plain() -> Material {
 
 #[test]
 fn every_material_shows_its_albedo_under_a_uniform_sky() {
-    holds("graphs/gi/pathtrace.ron", &["samples=1024"], &materials(&plain()));
+    holds("graphs/gi/pathtrace.ron", 8, &["samples=1024"], &materials(&plain()));
 }
 
 /// Those that graphs show which trace no paths: opaque ones without a coat, whose face reflects nothing.
@@ -167,10 +166,10 @@ fn faceless() -> Vec<(&'static str, Material)> {
 
 #[test]
 fn direct_light_shows_each_opaque_albedo_under_a_uniform_sky() {
-    holds("graphs/gi/direct.ron", &["environment_samples=256"], &faceless());
+    holds("graphs/gi/direct.ron", 8, &["environment_samples=256"], &faceless());
 }
 
 #[test]
 fn the_final_gather_shows_each_opaque_albedo_under_a_uniform_sky() {
-    holds("graphs/gi/final_gather.ron", &["environment_samples=256"], &faceless());
+    holds("graphs/gi/final_gather.ron", 32, &["environment_samples=256"], &faceless());
 }
