@@ -1,5 +1,5 @@
-//! The mean of what the frames gathered that show the same; of indirect light, also of those before in which only the
-//! camera moved.
+//! The mean of what the frames gathered that show the same; of indirect light and of the sky's, also of those before in
+//! which only the camera moved.
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::gathered_light::GatheredLight
 #ifdef SPECULAR
@@ -16,12 +16,15 @@
 var first_direct: texture_2d<f32>;
 var first_indirect: texture_2d<f32>;
 #ifdef ENVIRONMENT
-/// See share_rays.wgsl.
-var shared_sky: texture_2d<f32>;
+var first_sky: texture_2d<f32>;
 #endif
 /// See recall.wgsl.
 var<storage, read> recalled: array<GatheredLight>;
 var<storage, read_write> gathered_light: array<GatheredLight>;
+#ifdef ENVIRONMENT
+var<storage, read> recalled_sky: array<vec4f>;
+var<storage, read_write> gathered_sky: array<vec4f>;
+#endif
 /// Of frames that show the same.
 var<storage, read_write> direct_means: array<vec4f>;
 
@@ -30,10 +33,7 @@ fn add_round(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= camera.screen) {
         return;
     }
-    var direct = textureLoad(first_direct, id.xy, 0);
-#ifdef ENVIRONMENT
-    direct += vec4f(textureLoad(shared_sky, id.xy, 0).rgb, 0.0);
-#endif
+    let direct = textureLoad(first_direct, id.xy, 0);
     let index = place(id.xy);
     let rounds = round();
     direct_means[index] = mix(direct_means[index], direct, 1.0 / f32(rounds + 1u));
@@ -49,10 +49,14 @@ fn add_round(@builtin(global_invocation_id) id: vec3u) {
     if rounds > 0u {
         before = gathered_light[index];
     }
-    let frames = before.frames;
-    let share = 1.0 / (frames + 1.0);
-    let mean = select(light, mix(before.light, light, share), frames > 0.0);
-    let middle = select(s.position, mix(before.position, s.position, share), frames > 0.0);
+    let share = 1.0 / (before.frames + 1.0);
+    let mean = mix(before.light, light, share);
+    let middle = mix(before.position, s.position, share);
+#ifdef ENVIRONMENT
+    let sky = textureLoad(first_sky, id.xy, 0) / vec4f(color_of(s), 1.0);
+    let sky_before = select(recalled_sky[index], gathered_sky[index], rounds > 0u);
+    gathered_sky[index] = mix(sky_before, sky, share);
+#endif
     var normal = pack_normal(seen.normal.xyz);
 #ifdef SPECULAR
     // What a lobe reflects depends on where it is seen from.
@@ -60,5 +64,5 @@ fn add_round(@builtin(global_invocation_id) id: vec3u) {
         normal = NO_POINT;
     }
 #endif
-    gathered_light[index] = GatheredLight(mean, frames + 1.0, middle, normal);
+    gathered_light[index] = GatheredLight(mean, before.frames + 1.0, middle, normal);
 }

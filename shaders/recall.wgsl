@@ -1,4 +1,4 @@
-//! Where only the camera moved: what the last frame gathered nearest to what each pixel shows now.
+//! Where only the camera moved: what the last frame gathered next to what each pixel shows now.
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::gathered_light::GatheredLight
 #import lightgraph::means::place
@@ -16,11 +16,17 @@ struct Params {
 var<uniform> params: Params;
 var<storage, read> gathered_light: array<GatheredLight>;
 var<storage, read_write> recalled: array<GatheredLight>;
+#ifdef ENVIRONMENT
+var<storage, read> gathered_sky: array<vec4f>;
+var<storage, read_write> recalled_sky: array<vec4f>;
+#endif
 
 /// Normals differ by less than acos of this.
 const SAME_NORMAL: f32 = 0.97;
-/// So many pixels beside the ray and off the plane a place may lie.
-const NEAR: f32 = 0.5;
+/// Places count that lie less than so many pixels beside the ray.
+const NEAR: f32 = 1.0;
+/// And so many off the surface's plane, at most.
+const SAME_PLANE: f32 = 0.25;
 
 @compute @workgroup_size(8, 8)
 fn recall(@builtin(global_invocation_id) id: vec3u) {
@@ -28,7 +34,10 @@ fn recall(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= camera.screen) || progress.round > 0u {
         return;
     }
-    recalled[place(id.xy)].frames = 0.0;
+    recalled[place(id.xy)] = GatheredLight();
+#ifdef ENVIRONMENT
+    recalled_sky[place(id.xy)] = vec4f(0.0);
+#endif
     let seen = seen_at(id.xy);
     if progress.frame == 0u || params.recalled_frames == 0u || !is_lit(seen.albedo) {
         return;
@@ -42,27 +51,38 @@ fn recall(@builtin(global_invocation_id) id: vec3u) {
     }
     let beside = pixel_ray(id.xy + vec2u(1u, 0u));
     let footprint = length(beside.origin + seen.normal.w * beside.direction - position);
-    var best = NEAR;
-    var found = NO_POINT;
+    var sum = GatheredLight();
+    var weights = 0.0;
+#ifdef ENVIRONMENT
+    var sky = vec4f(0.0);
+#endif
     for (var i = 0u; i < 9u; i++) {
         let pixel = vec2i(at) + vec2i(vec2u(i % 3u, i / 3u)) - 1;
         if any(pixel < vec2i(0)) || any(pixel >= vec2i(camera.screen)) {
             continue;
         }
         let index = place(vec2u(pixel));
-        let normal = gathered_light[index].normal;
-        let offset = (gathered_light[index].position - position) / footprint;
-        let off = length(cross(offset, ray.direction));
-        if normal == NO_POINT || off >= best || abs(dot(offset, seen.normal.xyz)) > NEAR
-            || dot(unpack_normal(normal), seen.normal.xyz) < SAME_NORMAL {
+        let before = gathered_light[index];
+        let offset = (before.position - position) / footprint;
+        let near = 1.0 - length(cross(offset, ray.direction)) / NEAR;
+        if before.normal == NO_POINT || near <= 0.0 || abs(dot(offset, seen.normal.xyz)) > SAME_PLANE
+            || dot(unpack_normal(before.normal), seen.normal.xyz) < SAME_NORMAL {
             continue;
         }
-        best = off;
-        found = index;
+        let weight = near * near;
+        weights += weight;
+        sum.light += weight * before.light;
+        sum.frames += weight * before.frames;
+        sum.position += weight * before.position;
+#ifdef ENVIRONMENT
+        sky += weight * gathered_sky[index];
+#endif
     }
-    if found != NO_POINT {
-        var before = gathered_light[found];
-        before.frames = min(before.frames, f32(params.recalled_frames));
-        recalled[place(id.xy)] = before;
+    if weights > 0.0 {
+        let frames = min(sum.frames / weights, f32(params.recalled_frames));
+        recalled[place(id.xy)] = GatheredLight(sum.light / weights, frames, sum.position / weights, NO_POINT);
+#ifdef ENVIRONMENT
+        recalled_sky[place(id.xy)] = sky / weights;
+#endif
     }
 }

@@ -10,6 +10,9 @@
 var<storage, read> progress: Progress;
 var<storage, read> gathered_light: array<GatheredLight>;
 var<storage, read> direct_means: array<vec4f>;
+#ifdef ENVIRONMENT
+var<storage, read> gathered_sky: array<vec4f>;
+#endif
 var path_direct: texture_2d<f32>;
 var settled: texture_2d<f32>;
 var direct: texture_storage_2d<rgba32float, write>;
@@ -32,14 +35,18 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
     let alike = ALIKE * (progress.round + 1u);
 #endif
     let share = f32(progress.next) / f32(progress.next + alike);
-    let first = mix(direct_means[index].rgb, textureLoad(path_direct, id.xy, 0).rgb, share);
+    var gathered = direct_means[index].rgb;
     var rest = vec3f(0.0);
     let seen = seen_at(id.xy);
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
         let albedo = color_of(read_record(seen.albedo, seen.normal, ray.origin, ray.direction));
         rest = albedo * max(gathered_light[index].light + textureLoad(settled, id.xy, 0).rgb, vec3f(0.0));
+#ifdef ENVIRONMENT
+        gathered += albedo * gathered_sky[index].rgb;
+#endif
     }
+    let first = mix(gathered, textureLoad(path_direct, id.xy, 0).rgb, share);
     textureStore(direct, id.xy, vec4f(first, 1.0));
     textureStore(indirect, id.xy, vec4f(rest, 1.0));
     textureStore(color, id.xy, vec4f(first + rest, 1.0));

@@ -48,8 +48,10 @@ var lobe_light: texture_2d<f32>;
 
 #ifdef ENVIRONMENT
 #ifndef DOUBT
-/// What pixels reflect of the environment's light.
-var shared_sky: texture_storage_2d<rgba32float, write>;
+/// See traced_direct.wgsl.
+var drawn_sky: texture_2d<f32>;
+/// What is matte of the environment's light in the image.
+var first_sky: texture_storage_2d<rgba32float, write>;
 #endif
 #endif
 
@@ -249,7 +251,7 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
 #else
         textureStore(indirect, pixel, vec4f(0.0, 0.0, 0.0, 1.0));
 #ifdef ENVIRONMENT
-        textureStore(shared_sky, pixel, vec4f(0.0));
+        textureStore(first_sky, pixel, vec4f(0.0));
 #endif
 #endif
         return;
@@ -337,7 +339,8 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
 #endif
     textureStore(indirect, pixel, vec4f(light, 1.0));
 #ifdef ENVIRONMENT
-    textureStore(shared_sky, pixel, vec4f(matte(s) * sums.sky / max(sums.ends.a, 1e-6), 1.0));
+    let by_rays = matte(s) * sums.sky / max(sums.ends.a, 1e-6);
+    textureStore(first_sky, pixel, vec4f(textureLoad(drawn_sky, pixel, 0).rgb + by_rays, 1.0));
 #endif
 #endif
 }

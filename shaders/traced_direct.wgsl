@@ -1,6 +1,6 @@
 //! Direct light in the image, with traced shadows: emission, and the first bounce from lights, emitters and the
-//! environment. Of the environment's matte light the part that pixels share by their rays is missing: share_rays.wgsl
-//! adds it. With FINISH metals shine as rough as they are at each pixel.
+//! environment. What is matte of the environment's light goes by itself, without the part that pixels share by their
+//! rays: share_rays.wgsl adds the two. With FINISH metals shine as rough as they are at each pixel.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::random::seed
 #import lightgraph::rounds::salt
@@ -30,6 +30,9 @@ var<uniform> emitter_samples: u32;
 #endif
 
 var direct: texture_storage_2d<rgba32float, write>;
+#ifdef ENVIRONMENT
+var drawn_sky: texture_storage_2d<rgba32float, write>;
+#endif
 
 @compute @workgroup_size(8, 8)
 fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
@@ -37,6 +40,9 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var light = vec3f(0.0);
+#ifdef ENVIRONMENT
+    var sky = vec3f(0.0);
+#endif
     let seen = seen_at(id.xy);
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
@@ -56,7 +62,7 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
         light += reflected_emitters(s, start, vec2u(1u, MANY) * emitter_samples, first, shift, block);
 #endif
 #ifdef ENVIRONMENT
-        light += drawn_environment(s, start, environment_samples, seed(id.xy, 1u + salt()), block_of(id.xy));
+        sky = drawn_environment(s, start, environment_samples, seed(id.xy, 1u + salt()), block_of(id.xy));
 #ifdef SPECULAR
         if shines(s) {
             light += mirrored_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));
@@ -68,6 +74,7 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
     if is_nothing(seen.albedo, seen.normal) {
         light = environment::radiance(pixel_ray(id.xy).direction);
     }
+    textureStore(drawn_sky, id.xy, vec4f(sky, 1.0));
 #endif
     textureStore(direct, id.xy, vec4f(light, 1.0));
 }
