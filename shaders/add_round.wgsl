@@ -6,6 +6,7 @@
 #import lightgraph::gloss::shines
 #endif
 #import lightgraph::means::place
+#import lightgraph::points::has_point
 #import lightgraph::rays::pack_normal
 #import lightgraph::residual::color_of
 #import lightgraph::rounds::round
@@ -49,7 +50,9 @@ fn add_round(@builtin(global_invocation_id) id: vec3u) {
     if rounds > 0u {
         before = gathered_light[index];
     }
-    let share = 1.0 / (before.frames + 1.0);
+    // Where a tile waits there is nothing new.
+    let new_frames = f32(has_point(id.xy));
+    let share = new_frames / (before.frames + 1.0);
     let mean = mix(before.light, light, share);
     let middle = mix(before.position, s.position, share);
 #ifdef ENVIRONMENT
@@ -59,10 +62,10 @@ fn add_round(@builtin(global_invocation_id) id: vec3u) {
 #endif
     var normal = pack_normal(seen.normal.xyz);
 #ifdef SPECULAR
-    // What a lobe reflects depends on where it is seen from.
+    // See recall.wgsl.
     if shines(finished(s, id.xy)) {
         normal = NO_POINT;
     }
 #endif
-    gathered_light[index] = GatheredLight(mean, before.frames + 1.0, middle, normal);
+    gathered_light[index] = GatheredLight(mean, before.frames + new_frames, middle, normal);
 }

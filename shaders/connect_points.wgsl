@@ -1,11 +1,14 @@
 //! Which of a few sources each point of the image sees.
 #import lightgraph::camera::pixel_ray
+#ifndef MORE
+#import lightgraph::points::points
+#endif
 #import lightgraph::random::seed
 #import lightgraph::rounds::salt
 #import lightgraph::seen::seen_at
 #import lightgraph::source_texels::source_at
 #import lightgraph::sources::{CANDIDATES, choose, sees, source_count}
-#import lightgraph::surface::{is_lit, read_record}
+#import lightgraph::surface::read_record
 #import lightgraph::tiles::{NO_POINT, point_pixel, points_across}
 #import lightgraph::trace::leave
 
@@ -19,7 +22,7 @@ var<storage, read_write> shown: array<vec2u>;
 fn looked(at: vec2u, first: u32, chance: u32) -> vec2u {
     let pixel = point_pixel(at);
     let seen = seen_at(pixel);
-    if !is_lit(seen.albedo) || source_count.count == 0u {
+    if source_count.count == 0u {
         return vec2u(0u);
     }
     let ray = pixel_ray(pixel);
@@ -63,7 +66,12 @@ fn connect_points(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= across) {
         return;
     }
-    let index = (id.y * across.x + id.x) * rays + id.z;
+    let point = id.y * across.x + id.x;
+    let index = point * rays + id.z;
+    if points[point].w == NO_POINT {
+        shown[index] = vec2u(0u);
+        return;
+    }
     // Points of each 4x4 have runs side by side.
     let place = id.x % 4u + 4u * (id.y % 4u);
     let first = seed(id.xy / 4u, salt()) + (place * rays + id.z) * CANDIDATES;

@@ -3,13 +3,14 @@
 #import lightgraph::cell_keys::insert
 #import lightgraph::cells::large_key_of
 #import lightgraph::image_rays::{end_of, pack_end}
+#import lightgraph::points::points
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rays::{Ray, SKY}
 #import lightgraph::rounds::frame
 #import lightgraph::sampling::cosine_direction
 #import lightgraph::seen::seen_at
-#import lightgraph::surface::{is_lit, read_record}
-#import lightgraph::tiles::{point_pixel, points_across}
+#import lightgraph::surface::read_record
+#import lightgraph::tiles::{NO_POINT, point_pixel, points_across}
 
 var<uniform> rays: u32;
 var<storage, read_write> gathered: array<vec4u>;
@@ -21,11 +22,12 @@ fn gather_rays(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= across) {
         return;
     }
-    let index = (id.y * across.x + id.x) * rays + id.z;
+    let point = id.y * across.x + id.x;
+    let index = point * rays + id.z;
     var found = Ray();
-    let pixel = point_pixel(id.xy);
-    let seen = seen_at(pixel);
-    if is_lit(seen.albedo) {
+    if points[point].w != NO_POINT {
+        let pixel = point_pixel(id.xy);
+        let seen = seen_at(pixel);
         let ray = pixel_ray(pixel);
         let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
         let place = id.x % 4u + 4u * (id.y % 4u);

@@ -1,11 +1,14 @@
 //! Where only the camera moved: what the last frame gathered next to what each pixel shows now.
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::gathered_light::GatheredLight
+#ifdef SPECULAR
+#import lightgraph::gloss::shines
+#endif
 #import lightgraph::means::place
 #import lightgraph::rays::unpack_normal
 #import lightgraph::rounds::counted
-#import lightgraph::seen::seen_at
-#import lightgraph::surface::is_lit
+#import lightgraph::seen::{finished, seen_at}
+#import lightgraph::surface::{is_lit, read_record}
 #import lightgraph::tiles::NO_POINT
 
 struct Params {
@@ -43,7 +46,14 @@ fn recall(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let ray = pixel_ray(id.xy);
-    let position = ray.origin + seen.normal.w * ray.direction;
+    let s = read_record(seen.albedo, seen.normal, ray.origin, ray.direction);
+#ifdef SPECULAR
+    // What a lobe reflects depends on where it is seen from.
+    if shines(finished(s, id.xy)) {
+        return;
+    }
+#endif
+    let position = s.position;
     let clip = params.camera_previous_view_projection * vec4f(position, 1.0);
     let at = floor((clip.xy / clip.w * vec2f(0.5, -0.5) + 0.5) * vec2f(camera.screen));
     if clip.w <= 0.0 || any(at < vec2f(0.0)) || any(at >= vec2f(camera.screen)) {

@@ -2,6 +2,7 @@
 #import lightgraph::cells::PLACES
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, form, halves_of, share_of_ray}
+#import lightgraph::points::points
 #import lightgraph::rays::{OF_SKY, Ray, SKY, unpack, unpack_normal}
 #import lightgraph::tiles::points_across
 #ifdef MORE
@@ -15,7 +16,6 @@ struct Count {
     scale: f32,
 }
 var<storage, read> source_count: Count;
-var<storage, read> points: array<vec4u>;
 var<storage, read> emitted: array<vec4f>;
 var<storage, read> gathered: array<vec4u>;
 #ifndef FIRST

@@ -11,11 +11,12 @@ const SURE: f32 = 0.98;
 const LANES: u32 = 64u;
 
 var<storage, read> wanted: array<f32>;
-var<storage, read> square_sums: array<f32>;
+/// See sum_doubts.wgsl.
+var<storage, read> square_sums: array<vec4f>;
 /// The first row of a point's rays within its square, and their number.
 var<storage, read_write> in_square: array<vec2u>;
 var<storage, read_write> square_rays: array<u32>;
-var<workgroup> sums: array<f32, LANES>;
+var<workgroup> sums: array<vec4f, LANES>;
 var<workgroup> counts: array<u32, LANES>;
 
 @compute @workgroup_size(8, 8)
@@ -25,7 +26,7 @@ fn share_out(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    var own = 0.0;
+    var own = vec4f(0.0);
     for (var i = lane; i < groups.x * groups.y; i += LANES) {
         own += square_sums[i];
     }
@@ -40,8 +41,11 @@ fn share_out(
     let across = points_across();
     let here = all(id.xy < across);
     var count = 0u;
-    if here && sums[0] > 0.0 {
-        let share = wanted[id.y * across.x + id.x] / sums[0] * (SURE * f32(MORE));
+    let all = sums[0];
+    if here && all.x > 0.0 {
+        // Tiles that wait have none.
+        let rows = SURE * f32(MORE) * all.y / (all.y + all.z);
+        let share = wanted[id.y * across.x + id.x] / all.x * rows;
         count = u32(min(floor(share + unit(seed(id.xy, 5u + salt()))), MOST));
     }
     counts[lane] = count;

@@ -6,6 +6,10 @@
 #import lightgraph::gloss::matte
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, from_source}
+#import lightgraph::points::points
+#ifndef DOUBT
+#import lightgraph::points::has_point
+#endif
 #import lightgraph::rays::{OF_SKY, unpack_flat_normal, unpack_normal}
 #import lightgraph::rounds::round
 #import lightgraph::seen::{finished, seen_at}
@@ -14,7 +18,7 @@
 #endif
 #import lightgraph::source_texels::source_at
 #import lightgraph::surface::{Surface, is_lit, read_record}
-#import lightgraph::tiles::{NO_POINT, TILE, point_pixel, points_across}
+#import lightgraph::tiles::{NO_DOUBT, NO_POINT, TILE, WAITS, point_pixel, points_across}
 
 struct Params {
     rays: u32,
@@ -26,13 +30,11 @@ struct Params {
 #endif
 }
 var<uniform> params: Params;
-/// See points.wgsl.
-var<storage, read> points: array<vec4u>;
 /// See share_light.wgsl.
 var ray_texels: texture_storage_2d<rgba32uint, read>;
 const RAYS_A_ROW: u32 = 1024u;
 #ifdef DOUBT
-/// Variance of each point's light, the sum of the channels; below 0 where there is no point.
+/// Variance of each point's light, the sum of the channels.
 var<storage, read_write> doubts: array<f32>;
 #else
 /// Rays that a point has beside those that all have: the first row and the number.
@@ -245,17 +247,21 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy;
 #endif
     let seen = seen_at(pixel);
-    if !is_lit(seen.albedo) {
 #ifdef DOUBT
-        doubts[id.y * across.x + id.x] = -1.0;
+    let point = id.y * across.x + id.x;
+    if points[point].w == NO_POINT {
+        doubts[point] = select(NO_DOUBT, WAITS, is_lit(seen.albedo));
+        return;
+    }
 #else
+    if !is_lit(seen.albedo) || !has_point(pixel) {
         textureStore(indirect, pixel, vec4f(0.0, 0.0, 0.0, 1.0));
 #ifdef ENVIRONMENT
         textureStore(first_sky, pixel, vec4f(0.0));
 #endif
-#endif
         return;
     }
+#endif
     let ray = pixel_ray(pixel);
     let s = finished(read_record(seen.albedo, seen.normal, ray.origin, ray.direction), pixel);
     let beside = pixel_ray(pixel + vec2u(1u, 0u));
@@ -331,7 +337,7 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     let q = sums.squares;
     let variance = (q.z - 2.0 * bright * q.y + bright * bright * q.x) / max(sums.ends.a * sums.ends.a, 1e-12) + q.w;
     let albedo = dot(matte(s), vec3f(0.333));
-    doubts[id.y * across.x + id.x] = albedo * albedo * max(variance, 0.0);
+    doubts[point] = albedo * albedo * max(variance, 0.0);
 #else
     var light = matte(s) * (mean + sums.straight);
 #ifdef LOBES

@@ -1,22 +1,28 @@
 //! Counts by direction the rays that left the scene, of each block of points and of half a block on each side.
+#import lightgraph::points::points
 #import lightgraph::rays::SKY
 #import lightgraph::sky_guide::{BLOCK, COUNTS, EDGE, FIRST, bin_of}
-#import lightgraph::tiles::points_across
+#import lightgraph::tiles::{NO_POINT, points_across}
 
 const BINS: u32 = EDGE * EDGE;
 /// Where more than this share of the rays leaves the scene, none need a guide.
 const OPEN: f32 = 0.25;
 
 var<uniform> rays: u32;
-var<storage, read> points: array<vec4u>;
 var<storage, read> gathered: array<vec4u>;
 var<storage, read_write> guide: array<f32>;
+/// Rays that left the scene, and all.
 var<workgroup> found: atomic<u32>;
+var<workgroup> traced: atomic<u32>;
 var<workgroup> bins: array<atomic<u32>, BINS>;
 var<workgroup> sums: array<f32, COUNTS>;
 
 /// Counts the rays of a point.
 fn count_point(point: u32) {
+    if points[point].w == NO_POINT {
+        return;
+    }
+    atomicAdd(&traced, rays);
     let place = bitcast<vec3f>(points[point].xyz);
     for (var i = point * rays; i < (point + 1u) * rays; i++) {
         if gathered[2u * i + 1u].w == SKY {
@@ -56,7 +62,7 @@ fn count_sky(
         count_point((corner.y + i / size.x) * across.x + corner.x + i % size.x);
     }
     workgroupBarrier();
-    let open = f32(atomicLoad(&found)) > OPEN * f32(points_here * rays);
+    let open = f32(atomicLoad(&found)) > OPEN * f32(atomicLoad(&traced));
     sums[FIRST + lane] = select(smoothed(vec2i(vec2u(lane % EDGE, lane / EDGE))), 0.0, open);
     var first = FIRST;
     for (var edge = EDGE / 2u; edge > 0u; edge /= 2u) {

@@ -1,13 +1,13 @@
-//! How much each point of the image is in doubt, from its own doubt and that of the points beside it, and the sum over
-//! each square of points.
-#import lightgraph::tiles::points_across
+//! How much each point of the image is in doubt, from its own doubt and that of the points beside it; over each square of
+//! points the sum, how many there are, and how many wait.
+#import lightgraph::tiles::{WAITS, points_across}
 
 /// Variance of each point's light.
 var<storage, read> doubts: array<f32>;
 /// Standard error, smoothed.
 var<storage, read_write> wanted: array<f32>;
-var<storage, read_write> square_sums: array<f32>;
-var<workgroup> sums: array<f32, 64>;
+var<storage, read_write> square_sums: array<vec4f>;
+var<workgroup> sums: array<vec4f, 64>;
 
 @compute @workgroup_size(8, 8)
 fn sum_doubts(
@@ -17,21 +17,24 @@ fn sum_doubts(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let across = points_across();
-    var error = 0.0;
+    var found = vec4f(0.0);
     if all(id.xy < across) {
-        var sum = 0.0;
+        var sum = vec2f(0.0);
         for (var y = -1; y <= 1; y++) {
             for (var x = -1; x <= 1; x++) {
                 let at = vec2u(clamp(vec2i(id.xy) + vec2i(x, y), vec2i(0), vec2i(across) - 1));
-                sum += max(doubts[at.y * across.x + at.x], 0.0);
+                let doubt = doubts[at.y * across.x + at.x];
+                sum += select(vec2f(0.0), vec2f(doubt, 1.0), doubt >= 0.0);
             }
         }
         // Points that show nothing have no doubt of their own.
         let own = doubts[id.y * across.x + id.x];
-        error = select(0.0, sqrt(sum / 9.0), own >= 0.0);
+        let there = own >= 0.0;
+        let error = select(0.0, sqrt(sum.x / max(sum.y, 1.0)), there);
         wanted[id.y * across.x + id.x] = error;
+        found = vec4f(error, f32(there), f32(own == WAITS), 0.0);
     }
-    sums[lane] = error;
+    sums[lane] = found;
     for (var step = 32u; step > 0u; step /= 2u) {
         workgroupBarrier();
         if lane < step {

@@ -20,6 +20,7 @@
 #import lightgraph::environment_light::mirrored_environment
 #import lightgraph::gloss::shines
 #endif
+#import lightgraph::points::has_point
 #import lightgraph::sky_guide::block_of
 var<uniform> environment_samples: u32;
 #endif
@@ -62,7 +63,9 @@ fn traced_direct(@builtin(global_invocation_id) id: vec3u) {
         light += reflected_emitters(s, start, vec2u(1u, MANY) * emitter_samples, first, shift, block);
 #endif
 #ifdef ENVIRONMENT
-        sky = drawn_environment(s, start, environment_samples, seed(id.xy, 1u + salt()), block_of(id.xy));
+        if has_point(id.xy) {
+            sky = drawn_environment(s, start, environment_samples, seed(id.xy, 1u + salt()), block_of(id.xy));
+        }
 #ifdef SPECULAR
         if shines(s) {
             light += mirrored_environment(s, start, environment_samples, seed(id.xy, 1u + salt()));

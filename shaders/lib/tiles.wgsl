@@ -15,6 +15,10 @@ const STRIDE: u32 = 7919u;
 /// No normal packs to it.
 const NO_POINT: u32 = 0x80008000u;
 
+/// In place of the doubt of a point: where there is nothing to light, and where a tile waits for its turn.
+const NO_DOUBT: f32 = -1.0;
+const WAITS: f32 = -2.0;
+
 fn points_across() -> vec2u {
     return (camera.screen + TILE - 1u) / TILE;
 }

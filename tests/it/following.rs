@@ -208,7 +208,7 @@ fn a_walk_takes_indirect_light_along() {
     let settled = walk(0, true, 24);
     let [without, with] = [0, 8].map(|recalled| apart(&walk(recalled, false, FRAMES), &settled));
     println!("from what is settled {without:.4}, {with:.4}");
-    assert!(with < 0.8 * without, "{with} of {without}");
+    assert!(with < 0.9 * without, "{with} of {without}");
 }
 
 /// Where more than the camera moves, the image is that of a session whose first frame it is.
