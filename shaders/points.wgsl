@@ -1,5 +1,5 @@
-//! The points of the image that rays leave, for the pixels that share them. Where light of enough frames was taken along,
-//! every fourth tile has one in a frame.
+//! The points of the image that rays leave, for the pixels that share them. Where light of enough frames was taken
+//! along, every fourth tile has one in a frame.
 #import lightgraph::camera::{camera, pixel_ray}
 #import lightgraph::gathered_light::GatheredLight
 #import lightgraph::means::place

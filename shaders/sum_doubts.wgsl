@@ -1,5 +1,5 @@
-//! How much each point of the image is in doubt, from its own doubt and that of the points beside it; over each square of
-//! points the sum, how many there are, and how many wait.
+//! How much each point of the image is in doubt, from its own doubt and that of the points beside it; over each square
+//! of points the sum, how many there are, and how many wait.
 #import lightgraph::tiles::{WAITS, points_across}
 
 /// Variance of each point's light.
