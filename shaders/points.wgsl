@@ -14,7 +14,7 @@ var<storage, read_write> points: array<vec4u>;
 /// See recall.wgsl.
 var<storage, read> recalled: array<GatheredLight>;
 
-/// Of so many frames.
+/// Light of fewer frames is too noisy to wait with.
 const ENOUGH: f32 = 4.0;
 
 /// Whether all that a tile shows was taken along, and it is another one's turn.

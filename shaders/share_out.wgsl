@@ -41,11 +41,11 @@ fn share_out(
     let across = points_across();
     let here = all(id.xy < across);
     var count = 0u;
-    let all = sums[0];
-    if here && all.x > 0.0 {
-        // Tiles that wait have none.
-        let rows = SURE * f32(MORE) * all.y / (all.y + all.z);
-        let share = wanted[id.y * across.x + id.x] / all.x * rows;
+    let image = sums[0];
+    if here && image.x > 0.0 {
+        // Tiles that wait leave their part of the rays.
+        let rows = SURE * f32(MORE) * image.y / (image.y + image.z);
+        let share = wanted[id.y * across.x + id.x] / image.x * rows;
         count = u32(min(floor(share + unit(seed(id.xy, 5u + salt()))), MOST));
     }
     counts[lane] = count;

@@ -6,10 +6,7 @@
 #import lightgraph::gloss::matte
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, from_source}
-#import lightgraph::points::points
-#ifndef DOUBT
-#import lightgraph::points::has_point
-#endif
+#import lightgraph::points::{has_point, points}
 #import lightgraph::rays::{OF_SKY, unpack_flat_normal, unpack_normal}
 #import lightgraph::rounds::round
 #import lightgraph::seen::{finished, seen_at}
@@ -52,7 +49,7 @@ var lobe_light: texture_2d<f32>;
 #ifndef DOUBT
 /// See traced_direct.wgsl.
 var drawn_sky: texture_2d<f32>;
-/// What is matte of the environment's light in the image.
+/// The environment's matte light in the image.
 var first_sky: texture_storage_2d<rgba32float, write>;
 #endif
 #endif

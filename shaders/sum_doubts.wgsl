@@ -1,11 +1,11 @@
-//! How much each point of the image is in doubt, from its own doubt and that of the points beside it; over each square
-//! of points the sum, how many there are, and how many wait.
+//! How much each point of the image is in doubt, from its own doubt and that of the points beside it.
 #import lightgraph::tiles::{WAITS, points_across}
 
 /// Variance of each point's light.
 var<storage, read> doubts: array<f32>;
 /// Standard error, smoothed.
 var<storage, read_write> wanted: array<f32>;
+/// Of each square of tiles: the sum of errors, the number of points, and the number of tiles that wait.
 var<storage, read_write> square_sums: array<vec4f>;
 var<workgroup> sums: array<vec4f, 64>;
 

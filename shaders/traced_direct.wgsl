@@ -1,6 +1,6 @@
 //! Direct light in the image, with traced shadows: emission, and the first bounce from lights, emitters and the
-//! environment. What is matte of the environment's light goes by itself, without the part that pixels share by their
-//! rays: share_rays.wgsl adds the two. With FINISH metals shine as rough as they are at each pixel.
+//! environment. The environment's matte light goes to `drawn_sky`, without the part that pixels share by their rays:
+//! share_rays.wgsl adds the two. With FINISH metals shine as rough as they are at each pixel.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::random::seed
 #import lightgraph::rounds::salt
