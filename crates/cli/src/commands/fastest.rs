@@ -18,8 +18,8 @@ pub enum Which {
 /// Which alternatives run.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct FastestArgs {
-    /// Which of a graph's alternatives run: `measure` (the fastest here, timed once and remembered; the default),
-    /// `first`, or GROUP=PASS, the one with that pass (may be repeated)
+    /// Which of a graph's alternatives run: `measure` (the fastest here, timed once and remembered; the default, but
+    /// not of `plan`, which has no device), `first`, or GROUP=PASS, the one with that pass (may be repeated)
     #[arg(long, value_name = "WHICH", value_parser = which)]
     pub fastest: Vec<Which>,
 }

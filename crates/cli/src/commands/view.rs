@@ -8,8 +8,7 @@ use std::path::PathBuf;
 /// Opens a window on a graph.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ViewArgs {
-    /// The graph file, or a glTF or GLB for its scene; without a graph, final_gather for a scene that is given, or else
-    /// the first of `graphs`
+    /// The graph file, or a glTF or GLB for its scene [default: final_gather]
     #[arg(value_name = "GRAPH")]
     pub graph: Option<PathBuf>,
     /// The scene: a glTF, GLB or scene RON; without it, the first of `scenes`

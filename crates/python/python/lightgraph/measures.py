@@ -79,7 +79,8 @@ def tune(
 
     With `budget` (milliseconds) the least error of what renders a frame in this time, with `error` (percent) the
     fastest of what errs no more, without both the least product. All are held against a path tracer's image, made in
-    `reference_seconds`. `graphs` and `sweep` (values by parameter) name what is tried besides the usual.
+    `reference_seconds`. `graphs` and `sweep` (values by parameter) name what is tried in place of the usual; each
+    graph's defaults are always tried.
 
     Returns `candidates`, each with `graph`, `setting`, `ms`, `rmse_percent` and whether it is `unbeaten`; `chosen`, the
     index of one of them; `reference`, how good it is; `variant`, the file. Raises `GraphError` where nothing serves.
