@@ -55,3 +55,25 @@ fn an_exported_page_has_all_that_its_graph_needs() {
     let told: serde_json::Value = serde_json::from_slice(&fs::read(format!("{lit}/project.json")).unwrap()).unwrap();
     assert!(told["files"].as_array().unwrap().contains(&"graphs/studio.hdr".into()), "{told}");
 }
+
+#[test]
+fn an_export_that_fails_leaves_nothing() {
+    let scratch = Scratch::new("export-fails");
+    let [page, out] = ["page", "out"].map(|name| scratch.path().join(name));
+    fs::create_dir_all(&page).unwrap();
+    let [page_name, out_name] = [&page, &out].map(|p| p.display().to_string());
+    for name in &PAGE[1..] {
+        fs::write(page.join(name), "<body>").unwrap();
+    }
+    let (code, text) = export("graphs/gi/direct.ron", &page_name, &out_name);
+    assert!(code == Some(1) && text.contains("can't read") && text.contains("engine.js"), "{text}");
+    assert!(!out.exists());
+
+    // A name that leaves no room for that of the file which takes it; the page's own files come first.
+    fs::write(page.join(PAGE[0]), "").unwrap();
+    let long = scratch.path().join(format!("{}.ron", "n".repeat(246)));
+    fs::write(&long, "Variant(base: \"lightgraph:graphs/gi/direct.ron\", about: \"another\")\n").unwrap();
+    let (code, text) = export(&long.display().to_string(), &page_name, &out_name);
+    assert!(code == Some(1) && text.contains("can't write"), "{text}");
+    assert!(!out.exists());
+}

@@ -22,12 +22,16 @@ impl Shard {
         (1..=self.of).contains(&self.number) && self.of <= MOST_SHARDS
     }
 
-    /// Whether an entry, by number, is this shard's. Entries are dealt out to and fro: the groups of a graph often come
-    /// cheap and dear in turn, and no shard should get the dear ones alone.
+    /// Whether an entry, by number, is this shard's.
     pub fn has(self, entry: usize) -> bool {
-        let (round, place) = (entry / self.of, entry % self.of);
-        let owner = if round % 2 == 0 { place } else { self.of - 1 - place };
-        owner + 1 == self.number
+        Shard::owner(entry, self.of) == self
+    }
+
+    /// The shard, of so many, whose an entry is. Entries are dealt out to and fro: the groups of a graph often come
+    /// cheap and dear in turn, and no shard should get the dear ones alone.
+    pub fn owner(entry: usize, of: usize) -> Shard {
+        let (round, place) = (entry / of, entry % of);
+        Shard { number: 1 + if round % 2 == 0 { place } else { of - 1 - place }, of }
     }
 }
 

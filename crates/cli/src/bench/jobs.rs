@@ -16,6 +16,9 @@ pub type Setting = Vec<(String, String)>;
 /// that, and of all of them the slowest graph would keep one machine when the others are done.
 const GROUP: usize = 8;
 
+/// Jobs of a part at most: those of a file are counted one by one, and more are not measured in a year.
+const MOST_JOBS: usize = 1_000_000;
+
 /// A piece of work that runs on one machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
@@ -78,13 +81,18 @@ impl Part {
     /// # Errors
     /// Numbers that no run wrote.
     pub fn check(&self, shown: &str, entries: usize) -> Checked<()> {
+        const REMEDY: &str = "measure this part again: `lightgraph bench --shard` writes it anew";
+        if self.jobs > MOST_JOBS {
+            let d = Diagnostic::error(format!("{shown} tells of {} jobs, and {MOST_JOBS} are the most", self.jobs));
+            return Err(d.help(REMEDY).into());
+        }
         let own = |d: &Done| d.job < self.jobs && self.shard.has(d.job);
         let counted = self.done.iter().try_fold(0usize, |n, d| n.checked_add(d.entries));
         if self.shard.is_valid() && self.done.iter().all(own) && counted.is_some_and(|n| n <= entries) {
             return Ok(());
         }
         let d = Diagnostic::error(format!("{shown} holds no part of a bench: its jobs and entries disagree"));
-        Err(d.help("measure this part again: `lightgraph bench --shard` writes it anew").into())
+        Err(d.help(REMEDY).into())
     }
 }
 
@@ -114,6 +122,14 @@ mod tests {
             let (least, most) = sizes.fold((usize::MAX, 0), |(a, b), n| (a.min(n), b.max(n)));
             assert!(most - least <= 1, "{of} shards of {least} to {most} jobs");
         }
+    }
+
+    #[test]
+    fn a_part_of_more_jobs_than_are_ever_measured_is_refused() {
+        let check = |jobs| Part { jobs, ..Part::new(Shard::WHOLE, &[], &[]) }.check("results.json", 0);
+        assert_eq!(check(MOST_JOBS), Ok(()));
+        let said = check(usize::MAX).unwrap_err().to_string();
+        assert!(said.contains(&format!("results.json tells of {} jobs, and {MOST_JOBS} are", usize::MAX)), "{said}");
     }
 
     #[test]

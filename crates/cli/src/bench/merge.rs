@@ -2,11 +2,12 @@
 
 use super::host::Machine;
 use super::jobs::Part;
+use super::journal::JOURNAL;
 use super::report;
-use super::results::{Entry, JOURNAL, Results};
+use super::results::{Entry, Results};
 use crate::shard::Shard;
 use lightgraph::{Checked, Diagnostic, Faults};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A folder of results, and what part of the whole they are.
@@ -15,6 +16,9 @@ struct Piece {
     results: Results,
     part: Part,
 }
+
+/// Shards that a fault names.
+const NAMED: usize = 20;
 
 /// The results of all parts in the order in which one machine would have measured them, with their pictures copied to
 /// `out`. Nothing is written where a fault is found.
@@ -74,7 +78,7 @@ fn piece(folder: &Path) -> Checked<Piece> {
 fn complete(pieces: &[Piece]) -> Checked<BTreeMap<usize, &[Entry]>> {
     let mut faults = vec![];
     let Some(first) = pieces.first() else { return Ok(BTreeMap::new()) };
-    for piece in pieces.iter().filter(|p| p.part.whole != first.part.whole) {
+    for piece in pieces.iter().filter(|p| (&p.part.whole, p.part.jobs) != (&first.part.whole, first.part.jobs)) {
         let (a, b) = (first.folder.display(), piece.folder.display());
         let d = Diagnostic::error(format!("{a} and {b} hold parts of different benches"));
         faults.push(d.help("join parts that the same files, program and options made"));
@@ -97,13 +101,16 @@ fn complete(pieces: &[Piece]) -> Checked<BTreeMap<usize, &[Entry]>> {
             faults.push(d.help("leave one of them out"));
         }
     }
-    let missing: Vec<usize> = (0..first.part.jobs).filter(|job| !found.contains_key(job)).collect();
-    if !missing.is_empty() {
-        let of = first.part.shard.of;
-        let shards = (1..=of).map(|number| Shard { number, of });
-        let lacking = shards.filter(|s| missing.iter().any(|job| s.has(*job))).map(|s| s.to_string());
-        let text = format!("{} of {} jobs are in none of the parts", missing.len(), first.part.jobs);
-        let list = lacking.collect::<Vec<_>>().join(", ");
+    let Part { jobs, shard, .. } = first.part;
+    let missing = (0..jobs).filter(|job| !found.contains_key(job));
+    let lacking: BTreeSet<usize> = missing.map(|job| Shard::owner(job, shard.of).number).collect();
+    if !lacking.is_empty() {
+        let text = format!("{} of {jobs} jobs are in none of the parts", jobs - found.len());
+        let named = lacking.iter().take(NAMED).map(|number| Shard { number: *number, ..shard }.to_string());
+        let mut list = named.collect::<Vec<_>>().join(", ");
+        if let Some(more @ 1..) = lacking.len().checked_sub(NAMED) {
+            list += &format!(" and {more} more");
+        }
         faults.push(Diagnostic::error(text).help(format!("measure and give `--shard` {list}, too")));
     }
     Faults::check(faults, found.into_iter().map(|(job, (_, entries))| (job, entries)).collect())
@@ -118,4 +125,47 @@ fn usual(pieces: &[Piece]) -> Option<Machine> {
         }
     }
     counts.into_iter().max_by_key(|(_, n)| *n).map(|(machine, _)| machine.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::jobs::Done;
+
+    fn said(parts: &[Part]) -> String {
+        let machine = Machine {
+            adapter: String::new(),
+            driver: String::new(),
+            backend: String::new(),
+            software: true,
+            cpu: String::new(),
+            cores: 1,
+            os: String::new(),
+        };
+        let results = Results {
+            version: String::new(),
+            commit: None,
+            machine,
+            repeat: 1,
+            size: [8, 8],
+            main_output: None,
+            published: vec![],
+            entries: vec![],
+            absent: vec![],
+            part: None,
+        };
+        let piece = |part: &Part| Piece { folder: "part".into(), results: results.clone(), part: part.clone() };
+        complete(&parts.iter().map(piece).collect::<Vec<_>>()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn missing_jobs_are_counted_and_some_of_their_shards_named() {
+        let done = vec![Done { job: 2, entries: 0 }];
+        let part = Part { jobs: 1_000_000, done, ..Part::new(Shard { number: 3, of: 10_000 }, &[], &[]) };
+        let text = said(std::slice::from_ref(&part));
+        assert!(text.contains("999999 of 1000000 jobs are in none of the parts"), "{text}");
+        assert!(text.contains("`--shard` 1/10000, 2/10000, 3/10000, ") && text.contains(", 20/10000 and 9980 more"));
+        let other = said(&[Part { jobs: 3, done: vec![], ..part.clone() }, part]);
+        assert!(other.contains("parts of different benches"), "{other}");
+    }
 }

@@ -5,7 +5,8 @@
 //! - `measure` renders one graph on one scene at one setting, phase by phase: the only part that needs a device
 //! - `jobs` parts the work into jobs, and jobs among machines; `merge` joins what came of the parts; `host` is where
 //!   an entry was measured
-//! - `results` is what is kept of it, as JSON and CSV; `front` says which entries nothing beats
+//! - `results` is what is kept of it, as JSON and CSV; `journal` keeps its entries until the run is over
+//! - `front` says which entries nothing beats
 //! - `speed` holds run times against each other and against what the adapter can do
 //! - `against` compares two results, `repeat` says how much of the old ones came out again
 //! - `tune` chooses a graph and its setting for one scene
@@ -15,6 +16,7 @@ pub mod against;
 pub mod front;
 pub mod host;
 pub mod jobs;
+pub mod journal;
 pub mod measure;
 pub mod merge;
 pub mod overview;

@@ -10,12 +10,7 @@ use lightgraph::internals::image::file::write_atomically;
 use lightgraph::{Checked, Diagnostic};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
-/// Where a run keeps its entries until it is over.
-pub const JOURNAL: &str = "entries.jsonl";
+use std::path::Path;
 
 /// The first bytes of a gzip file (RFC 1952).
 const GZIP: [u8; 2] = [0x1f, 0x8b];
@@ -398,68 +393,6 @@ impl Results {
             ]);
         }
         cells
-    }
-}
-
-/// Entries as they come, a line of JSON each, so that an interruption loses none.
-#[derive(Debug)]
-pub struct Journal {
-    path: PathBuf,
-    file: File,
-}
-
-impl Journal {
-    /// Begins in a folder. To go on, with what its results and the journal of an interrupted run hold; a line that
-    /// was cut off is left out.
-    ///
-    /// # Errors
-    /// Files that can't be read or written, results that are none.
-    pub fn open(folder: &Path, go_on: bool) -> Checked<(Journal, Vec<Entry>)> {
-        let path = folder.join(JOURNAL);
-        let fault = |e: &dyn std::fmt::Display| Diagnostic::error(format!("can't write {}: {e}", path.display()));
-        let results = folder.join("results.json");
-        let mut kept = match go_on && results.exists() {
-            true => Results::read(&results)?.entries,
-            false => vec![],
-        };
-        let text = if go_on { files::read_text(&path, files::TABLE).unwrap_or_default() } else { String::new() };
-        for entry in text.lines().filter_map(|line| serde_json::from_str::<Entry>(line).ok()) {
-            // A later round's holds what was measured before.
-            kept.retain(|e| e.key() != entry.key() || e.inputs != entry.inputs);
-            kept.push(entry);
-        }
-        std::fs::create_dir_all(folder).map_err(|e| fault(&e))?;
-        let file = File::options().create(true).append(go_on).write(true).truncate(!go_on).open(&path);
-        let mut journal = Journal { file: file.map_err(|e| fault(&e))?, path: path.clone() };
-        if !text.is_empty() && !text.ends_with('\n') {
-            journal.line("")?;
-        }
-        Ok((journal, kept))
-    }
-
-    /// Keeps an entry.
-    ///
-    /// # Errors
-    /// A file that can't be written.
-    pub fn add(&mut self, entry: &Entry) -> Checked<()> {
-        let json = serde_json::to_string(entry);
-        self.line(&json.map_err(|e| Diagnostic::error(format!("can't write the results: {e}")))?)
-    }
-
-    /// The results hold it all now.
-    ///
-    /// # Errors
-    /// A file that can't be removed.
-    pub fn close(self) -> Checked<()> {
-        let Journal { path, file } = self;
-        drop(file);
-        std::fs::remove_file(&path)
-            .map_err(|e| Diagnostic::error(format!("can't remove {}: {e}", path.display())).into())
-    }
-
-    fn line(&mut self, text: &str) -> Checked<()> {
-        let written = self.file.write_all(format!("{text}\n").as_bytes());
-        written.map_err(|e| Diagnostic::error(format!("can't write {}: {e}", self.path.display())).into())
     }
 }
 

@@ -2,11 +2,13 @@
 
 use super::against::against;
 use super::host::{Host, Machine};
+use super::journal::{JOURNAL, Journal};
 use super::report;
 use super::results::{Entry, PassTime, Phase, PhaseTimes, Results, Spread, hash};
 use super::score::Score;
 use flate2::{Compression, write::GzEncoder};
 use lightgraph::Image;
+use lightgraph::internals::files;
 use lightgraph::internals::image::metrics::compare;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -144,6 +146,39 @@ fn what_is_no_results_file_is_a_fault() {
     assert!(Results::read(&path).is_err());
     std::fs::write(&path, "{\"entries\": [").unwrap();
     assert!(Results::read(&path).unwrap_err().to_string().contains("holds no results"));
+}
+
+#[test]
+fn a_journal_cut_off_within_a_character_keeps_its_whole_lines() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join(JOURNAL);
+    let mut notes = vec![];
+    let (mut journal, kept) = Journal::open(folder.path(), true, &mut notes).unwrap();
+    assert_eq!((kept.len(), notes.len()), (0, 0), "there is nothing to go on with");
+    let whole = [entry("a", &[1.0], 0.8), entry("b", &[1.0], 0.8)];
+    whole.iter().for_each(|e| journal.add(e).unwrap());
+    drop(journal);
+    let cut = "{\"graph\":\"ä".as_bytes();
+    let written = [&std::fs::read(&path).unwrap(), &cut[..cut.len() - 1]].concat();
+    std::fs::write(&path, written).unwrap();
+    let (mut journal, kept) = Journal::open(folder.path(), true, &mut notes).unwrap();
+    assert_eq!(kept, whole);
+    assert!(notes[0].message.starts_with("1 lines of ") && notes.len() == 1, "{notes:?}");
+
+    // What comes then stands in a line of its own.
+    journal.add(&entry("c", &[1.0], 0.8)).unwrap();
+    drop(journal);
+    assert_eq!(Journal::open(folder.path(), true, &mut notes).unwrap().1.len(), 3);
+}
+
+#[test]
+fn a_journal_that_can_t_be_read_is_kept() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join(JOURNAL);
+    std::fs::File::create(&path).unwrap().set_len(files::TABLE + 1).unwrap();
+    let said = Journal::open(folder.path(), true, &mut vec![]).unwrap_err().to_string();
+    assert!(said.contains("it is larger than") && said.contains("leave out `--resume`"), "{said}");
+    assert_eq!(std::fs::metadata(&path).unwrap().len(), files::TABLE + 1);
 }
 
 #[test]

@@ -4,11 +4,12 @@ use super::bench::BenchArgs;
 use super::notices;
 use crate::bench::host::Host;
 use crate::bench::jobs::{Done, Job, Setting, Work};
+use crate::bench::journal::Journal;
 use crate::bench::measure::{Effort, Measured, MeasuredSetting, Target, measure, planned};
 use crate::bench::peers;
 use crate::bench::references::{Manifest, ReferenceSet};
 use crate::bench::report;
-use crate::bench::results::{Entry, Journal, Phase, Results, hash};
+use crate::bench::results::{Entry, Phase, Results, hash};
 use crate::bench::sweep::Sweep;
 use crate::shard::Shard;
 use lightgraph::internals::{builtin, files};
@@ -77,7 +78,9 @@ impl<'a> Asked<'a> {
 /// Scenes and references that can't be read; files that can't be written. What a single setting does wrong is kept in
 /// its entry.
 pub(super) fn course(asked: &Asked<'_>, results: Results) -> Checked<Results> {
-    let (journal, kept) = Journal::open(&asked.args.out, asked.args.resume)?;
+    let mut notes = vec![];
+    let (journal, kept) = Journal::open(&asked.args.out, asked.args.resume, &mut notes)?;
+    notices(&notes);
     let pieces = |job: &Job| match &job.work {
         Work::Graph { settings, .. } => settings.len(),
         Work::Peer(_) => 1,

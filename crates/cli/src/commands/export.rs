@@ -1,6 +1,7 @@
 //! `lightgraph export web`: a graph and a scene as a folder of static files, which any server can serve.
 
 use super::additions::AdditionArgs;
+use super::new::{make, vacant};
 use super::{Failure, ShaderFolders, notices, print, scene_or_none, size};
 use crate::web;
 use lightgraph::internals::image::file::write_atomically;
@@ -8,7 +9,7 @@ use lightgraph::internals::image::png::{ToneMap, write_png};
 use lightgraph::internals::{builtin, files};
 use lightgraph::{Checked, Diagnostic, Faults, Gpu, Graph, Project, Session, Settings};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Writes a graph for others to look at.
 #[derive(Debug, Clone, clap::Args)]
@@ -69,16 +70,20 @@ struct PageData<'a> {
 /// Faults of files, graph, scene and device; a folder that holds something; no page; no adapter.
 pub fn run(args: &ExportArgs) -> Result<u8, Failure> {
     let To::Web(args) = &args.to;
-    let taken = std::fs::read_dir(&args.out).map_or(args.out.exists(), |mut entries| entries.next().is_some());
-    if taken {
-        let d = Diagnostic::error(format!("{} is there already, and not an empty folder", args.out.display()));
-        return Err(Failure::Usage(d.help("name a folder that is not there yet").into()));
-    }
-    let page = web::page(args.page.as_deref())?;
+    vacant(&args.out)?;
+    let page = page_files(&web::page(args.page.as_deref())?)?;
     let project = Project::open(&args.graph, &args.shaders.folders)?;
     let params = project.params(&args.set).map_err(Failure::Usage)?;
     let loaded = scene_or_none(Some(&args.scene), &AdditionArgs::default())?;
     notices(&loaded.notices);
+    let mut all = project_files(&project)?;
+    let graph = project.graph.files.first().unwrap_or(&args.graph);
+    let graph = name_in("graphs", graph, graph.parent())?;
+    let folder = loaded.files.first().and_then(|f| f.parent());
+    for path in &loaded.files {
+        all.insert(name_in("scenes", path, folder)?, read(path)?);
+    }
+    let scene = loaded.files.first().map(|f| name_in("scenes", f, folder)).transpose()?.unwrap_or_default();
     let gpu = Gpu::open()?;
     let settings = Settings { params, size: args.size, camera: args.camera.clone(), ..Settings::default() };
     let mut session = Session::new(&gpu, &project, loaded.scene, settings)?;
@@ -87,13 +92,6 @@ pub fn run(args: &ExportArgs) -> Result<u8, Failure> {
     let output = project.main_output().unwrap_or("color");
     let poster = session.image(&gpu, output)?;
 
-    let mut all = project_files(&project)?;
-    let graph = name_in("graphs", project.graph.files.first().map_or(&args.graph, |f| f), args.graph.parent());
-    let folder = loaded.files.first().and_then(|f| f.parent());
-    for path in &loaded.files {
-        all.insert(name_in("scenes", path, folder), read(path)?);
-    }
-    let scene = loaded.files.first().map(|f| name_in("scenes", f, folder)).unwrap_or_default();
     let told = PageData {
         graph: &graph,
         scene: &scene,
@@ -104,20 +102,28 @@ pub fn run(args: &ExportArgs) -> Result<u8, Failure> {
     };
     let json = serde_json::to_string_pretty(&told).map_err(|e| Diagnostic::error(e.to_string()));
     let json = json.map_err(Faults::from)?;
-    for (name, bytes) in &all {
-        write_atomically(&args.out.join(name), bytes)?;
-    }
-    for name in ["engine.js", "engine_bg.wasm", "start.js", "page.js", "worker.js", "offline.js", "style.css"] {
-        write_atomically(&args.out.join(name), &read(&page.join(name))?)?;
-    }
-    let index =
-        files::read_text(&page.join("index.html"), files::TEXT).map_err(|e| unread(&page.join("index.html"), &e))?;
-    write_atomically(&args.out.join("index.html"), index.replace("<body>", "<body class=\"viewer\">").as_bytes())?;
-    write_atomically(&args.out.join("scenes.json"), b"{}\n")?;
-    write_atomically(&args.out.join("project.json"), json.as_bytes())?;
-    write_png(&args.out.join("poster.png"), &poster, ToneMap::default(), 0.0, &BTreeMap::new())?;
+    all.extend(page);
+    all.insert("project.json".into(), json.into_bytes());
+    // Another may have filled it since, and what lies there is not ours to remove.
+    vacant(&args.out)?;
+    make(&args.out, || {
+        all.iter().try_for_each(|(name, bytes)| write_atomically(&args.out.join(name), bytes))?;
+        write_png(&args.out.join("poster.png"), &poster, ToneMap::default(), 0.0, &BTreeMap::new())
+    })?;
     print(&format!("wrote {0}; look at it with\n  lightgraph serve {0}\n", args.out.display()));
     Ok(0)
+}
+
+/// The files of the page itself, which shows one project and no list of scenes.
+fn page_files(page: &Path) -> Checked<BTreeMap<String, Vec<u8>>> {
+    let mut all = BTreeMap::from([("scenes.json".to_string(), b"{}\n".to_vec())]);
+    for name in ["engine.js", "engine_bg.wasm", "start.js", "page.js", "worker.js", "offline.js", "style.css"] {
+        all.insert(name.into(), read(&page.join(name))?);
+    }
+    let index = page.join("index.html");
+    let text = files::read_text(&index, files::TEXT).map_err(|e| unread(&index, &e))?;
+    all.insert("index.html".into(), text.replace("<body>", "<body class=\"viewer\">").into_bytes());
+    Ok(all)
 }
 
 /// Graphs with their images, and shaders, by their path on the page.
@@ -126,7 +132,7 @@ fn project_files(project: &Project) -> Checked<BTreeMap<String, Vec<u8>>> {
     let Graph { files, images, .. } = &project.graph;
     let folder = files.first().and_then(|f| f.parent());
     for path in files.iter().chain(images).filter(|f| !builtin::is_builtin(f)) {
-        all.insert(name_in("graphs", path, folder), read(path)?);
+        all.insert(name_in("graphs", path, folder)?, read(path)?);
     }
     for (path, source) in &project.texts.files {
         if !source.path.starts_with(builtin::PREFIX) {
@@ -137,14 +143,24 @@ fn project_files(project: &Project) -> Checked<BTreeMap<String, Vec<u8>>> {
 }
 
 /// What a file is called on the page: its path below `from`, in `folder`.
-fn name_in(folder: &str, path: &Path, from: Option<&Path>) -> String {
+///
+/// # Errors
+/// A file that lies elsewhere: on the page no file names one outside of its folder.
+fn name_in(folder: &str, path: &Path, from: Option<&Path>) -> Checked<String> {
     if let Some(built_in) = path.to_str().and_then(|p| p.strip_prefix(builtin::PREFIX)) {
-        return built_in.to_string();
+        return Ok(built_in.to_string());
     }
+    let part = |part: Component| match part {
+        Component::CurDir => Some(String::new()),
+        Component::Normal(part) => Some(format!("/{}", part.to_string_lossy())),
+        Component::ParentDir | Component::RootDir | Component::Prefix(_) => None,
+    };
     let below = from.and_then(|from| path.strip_prefix(from).ok());
-    let below = below.or(path.file_name().map(Path::new)).unwrap_or(path);
-    let parts: Vec<String> = below.iter().map(|part| part.to_string_lossy().into_owned()).collect();
-    format!("{folder}/{}", parts.join("/"))
+    let below: Option<String> = below.and_then(|below| below.components().map(part).collect());
+    below.map(|below| format!("{folder}{below}")).ok_or_else(|| {
+        let d = Diagnostic::error(format!("can't export {}: it lies outside of the folder", path.display()));
+        d.help("put it into the folder of the graph or scene that names it, or below").into()
+    })
 }
 
 fn read(path: &Path) -> Checked<Vec<u8>> {
@@ -153,4 +169,28 @@ fn read(path: &Path) -> Checked<Vec<u8>> {
 
 fn unread(path: &Path, e: &std::io::Error) -> Faults {
     Diagnostic::error(format!("can't read {}: {e}", path.display())).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_named_by_its_path_below_the_folder() {
+        let name = |path: &str, from: &str| name_in("graphs", Path::new(path), Some(Path::new(from)));
+        assert_eq!(name("gi/a/b.ron", "gi").unwrap(), "graphs/a/b.ron");
+        assert_eq!(name("./a.ron", "").unwrap(), "graphs/a.ron");
+        assert_eq!(name("lightgraph:graphs/gi/a.ron", "").unwrap(), "graphs/gi/a.ron");
+        for path in ["gi/../a/t.png", "gi/../../t.png", "/b/t.png", "other/t.png"] {
+            let said = name(path, "gi").unwrap_err().to_string();
+            assert!(said.contains(&format!("can't export {path}: it lies outside")), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_page_that_lacks_a_file_is_a_fault() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let said = page_files(folder.path()).unwrap_err().to_string();
+        assert!(said.contains("can't read") && said.contains("engine.js"), "{said}");
+    }
 }

@@ -22,30 +22,40 @@ pub struct NewArgs {
 /// The folder holds something, or can't be written to.
 pub fn run(args: &NewArgs) -> Result<u8, Failure> {
     let shown = args.folder.display();
-    let taken = match std::fs::read_dir(&args.folder) {
-        Ok(mut entries) => entries.next().is_some(),
-        Err(_) => args.folder.exists(),
-    };
-    if taken {
-        let d = Diagnostic::error(format!("{shown} is there already, and not an empty folder"));
-        return Err(Failure::Usage(d.help("name a folder that is not there yet").into()));
-    }
-    make(&args.folder, FILES)?;
+    vacant(&args.folder)?;
+    make(&args.folder, || write(&args.folder, FILES))?;
     print(&format!("made {shown} with {} files; next:\n  cd {shown}\n  lightgraph test\n", FILES.len()));
     Ok(0)
 }
 
-/// Writes all files, or none.
-fn make(folder: &Path, files: &[(&str, &[u8])]) -> Checked<()> {
+/// Whether a folder can be filled.
+///
+/// # Errors
+/// It holds something, or is no folder.
+pub fn vacant(folder: &Path) -> Result<(), Failure> {
+    let taken = std::fs::read_dir(folder).map_or(folder.exists(), |mut entries| entries.next().is_some());
+    if !taken {
+        return Ok(());
+    }
+    let d = Diagnostic::error(format!("{} is there already, and not an empty folder", folder.display()));
+    Err(Failure::Usage(d.help("name a folder that is not there yet").into()))
+}
+
+/// Fills a folder that is vacant, or leaves it as it was.
+///
+/// # Errors
+/// Those of `fill`.
+pub fn make(folder: &Path, fill: impl FnOnce() -> Checked<()>) -> Checked<()> {
     // The outermost folder that is not there yet.
     let made = folder.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists()).last();
-    for (name, content) in files {
-        write_atomically(&folder.join(name), content).inspect_err(|_| match made {
-            Some(made) => drop(fs::remove_dir_all(made)),
-            None => empty(folder),
-        })?;
-    }
-    Ok(())
+    fill().inspect_err(|_| match made {
+        Some(made) => drop(fs::remove_dir_all(made)),
+        None => empty(folder),
+    })
+}
+
+fn write(folder: &Path, files: &[(&str, &[u8])]) -> Checked<()> {
+    files.iter().try_for_each(|(name, content)| write_atomically(&folder.join(name), content))
 }
 
 /// Removes what a folder holds, which was empty before. What can't be removed changes nothing about the fault.
@@ -68,6 +78,7 @@ mod tests {
             || -> Vec<_> { std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect() };
         let long = "n".repeat(300);
         let files: [(&str, &[u8]); 2] = [("graphs/a.ron", b"one"), (&long, b"two")];
+        let make = |folder: &Path, files: &[(&str, &[u8])]| make(folder, || write(folder, files));
         assert!(make(&folder.path().join("deep/project"), &files).is_err());
         assert_eq!(names(), [""; 0]);
         assert!(make(folder.path(), &files).is_err());
