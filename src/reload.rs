@@ -22,7 +22,8 @@ pub const TOGETHER: Duration = Duration::from_millis(15);
 pub const LONGEST: Duration = Duration::from_secs(1);
 
 /// Endings of the files that graphs and scenes are made of.
-const ENDINGS: [&str; 11] = ["ron", "wgsl", "gltf", "glb", "bin", "png", "jpg", "jpeg", "hdr", "exr", "cube"];
+const ENDINGS: [&str; 13] =
+    ["ron", "wgsl", "gltf", "glb", "bin", "png", "jpg", "jpeg", "webp", "ktx2", "hdr", "exr", "cube"];
 
 /// Watches folders and all below them, those too that go and come again.
 pub struct Watcher {

@@ -5,6 +5,7 @@ use super::expr::Expr;
 use super::join::{Joined, TREE};
 use super::tree::{Field, SyntaxKind, SyntaxNode};
 use crate::diag::{Diagnostic, Span, nearest};
+use rustc_hash::FxHashSet;
 use std::path::PathBuf;
 
 /// Names by name, and expressions.
@@ -95,8 +96,10 @@ impl Reader {
 
     /// Reports the fields nobody asked for and those that stand twice.
     pub fn finish(&mut self, fields: &Fields) {
-        for (i, f) in fields.fields.iter().enumerate() {
+        let mut seen = FxHashSet::default();
+        for f in fields.fields {
             let name = f.name.text();
+            let first = seen.insert(name);
             if !fields.asked.contains(&name) && name != TREE {
                 let d = Diagnostic::error(format!("`{}` has no field `{name}`", fields.what)).at(&f.name, "unknown");
                 let near = nearest(name, fields.asked.iter().copied());
@@ -105,7 +108,7 @@ impl Reader {
                     None => d.help(format!("it has {}", fields.known().join(", "))),
                 };
                 self.fault(d);
-            } else if fields.fields[..i].iter().any(|g| g.name.text() == name) {
+            } else if !first {
                 self.fault(Diagnostic::error(format!("`{name}` stands twice")).at(&f.name, "the second"));
             }
         }

@@ -10,7 +10,7 @@ use crate::image::texture::Shape;
 use crate::shader::plain_bytes;
 use crate::value::Values;
 use rustc_hash::FxHashMap;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
 /// A resource's description before it is known how it is used (no usages yet).
@@ -48,7 +48,12 @@ pub struct Sizes<'a> {
     declared: FxHashMap<&'a str, DeclaredSize<'a>>,
     /// The structs of shaders that buffers are bound to arrays of: buffer, struct, stride.
     structs: RefCell<Vec<(String, String, u32)>>,
+    /// How many sizes are being computed, each for the one before.
+    open: Cell<usize>,
 }
+
+/// So many sizes follow from each other at most: each takes some of the stack.
+const LONGEST_CHAIN: usize = 200;
 
 struct DeclaredSize<'a> {
     resource: &'a ResourceDecl,
@@ -69,7 +74,7 @@ impl<'a> Sizes<'a> {
         // Of two with the same name the first counts; the other is a fault of the graph.
         let unasked = |resource| DeclaredSize { resource, sized: RefCell::new(SizeState::Unasked) };
         let declared = request.graph.resources.iter().rev().map(|(n, r)| (n.value.as_str(), unasked(r))).collect();
-        Sizes { request, values, declared, structs: RefCell::default() }
+        Sizes { request, values, declared, structs: RefCell::default(), open: Cell::new(0) }
     }
 
     /// The declaration of a resource.
@@ -113,7 +118,7 @@ impl<'a> Sizes<'a> {
     /// The description of a texture or buffer; `None` for tables, samplers and unknown names.
     ///
     /// # Errors
-    /// Zero, negative, overflowing sizes; limits of the adapter exceeded; sizes that go in a circle.
+    /// Zero, negative, overflowing sizes; limits of the adapter exceeded; sizes in a circle or a chain too long.
     pub fn of(&self, name: &str) -> Option<Result<Sized, Diagnostic>> {
         let DeclaredSize { resource, sized } = self.declared.get(name)?;
         if matches!(resource.kind, ResourceKind::Table { .. } | ResourceKind::Sampler(_)) {
@@ -127,8 +132,15 @@ impl<'a> Sizes<'a> {
             }
             SizeState::Unasked => {}
         }
+        if self.open.get() == LONGEST_CHAIN {
+            let d = Diagnostic::error(format!("more than {LONGEST_CHAIN} sizes follow from each other"));
+            let d = d.at(&resource.span, "the last of them");
+            return Some(Err(d.help("give one between them by a parameter, `screen` or a number")));
+        }
         sized.replace(SizeState::Open);
+        self.open.update(|n| n + 1);
         let found = self.compute(name, resource);
+        self.open.update(|n| n - 1);
         sized.replace(SizeState::Known(found.clone()));
         Some(found)
     }

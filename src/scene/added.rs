@@ -164,9 +164,11 @@ impl AddedLight {
                 (*candela, color)
             }
         };
-        match usable(&[strength]) && usable(color) {
+        match usable(&[strength]) && usable(color) && usable(&color.map(|c| c * strength)) {
             true => Ok(()),
-            false => Err(format!("strength {strength} and colour {color:?} must be finite and not negative")),
+            false => {
+                Err(format!("strength {strength}, colour {color:?} and their product must be finite and not negative"))
+            }
         }
     }
 }

@@ -13,6 +13,10 @@ use gltf::json::{
     animation::{Animation as RawAnimation, Channel, Interpolation, Property},
     validation::Checked,
 };
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 /// How a node moves by its file's animation.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,14 +31,16 @@ pub struct Animation {
     pub period: f32,
 }
 
-/// Values over time; of quaternions all four numbers, of vectors three.
+/// Values over time; of quaternions all four numbers, of vectors three. A clone shares them.
 #[derive(Debug, Clone, PartialEq)]
 struct Track {
     /// Rising, at least one.
-    times: Vec<f32>,
+    times: Arc<[f32]>,
     /// As many as times; of splines three a time: the tangent that it comes in with, the value, the tangent that it
     /// leaves with.
-    values: Vec<Vec4>,
+    values: Arc<[Vec4]>,
+    /// Added to each value, but to no tangent.
+    shift: Vec4,
     interpolation: Interpolation,
 }
 
@@ -44,6 +50,9 @@ const STEPS: usize = 18;
 
 /// Transforms of a sweep at most.
 const MOST_STEPS: usize = 4096;
+
+/// Times and values of all channels together, at most: many may have the same ones.
+const MOST_KEYS: usize = 1 << 26;
 
 impl Animation {
     /// The node's transform into its parent's space.
@@ -84,10 +93,7 @@ impl Animation {
     pub(super) fn shift(&mut self, by: Vec3) {
         self.rest.0 += by;
         if let Some(track) = &mut self.translation {
-            let spline = track.interpolation == Interpolation::CubicSpline;
-            // Tangents stay as they are.
-            let (first, step) = if spline { (1, 3) } else { (0, 1) };
-            track.values.iter_mut().skip(first).step_by(step).for_each(|value| *value += by.extend(0.0));
+            track.shift += by.extend(0.0);
         }
     }
 }
@@ -96,7 +102,7 @@ impl Animation {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weights {
     /// By target, the weight in x.
-    tracks: Vec<Track>,
+    tracks: Arc<[Track]>,
     pub(super) period: f32,
 }
 
@@ -135,7 +141,7 @@ impl Track {
     /// The value at a time; before the first keyframe that of the first, after the last that of the last.
     fn at(&self, time: f32, lerp: impl Fn(Vec4, Vec4, f32) -> Vec4) -> Vec4 {
         let spline = self.interpolation == Interpolation::CubicSpline;
-        let value = |key: usize| self.values[if spline { 3 * key + 1 } else { key }];
+        let value = |key: usize| self.values[if spline { 3 * key + 1 } else { key }] + self.shift;
         let next = self.times.partition_point(|t| *t <= time);
         if next == 0 || next == self.times.len() {
             return value(next.saturating_sub(1));
@@ -171,43 +177,38 @@ pub(super) fn animate(document: &Document<'_>, placed: &mut [Placed], faults: &m
         let d = document.warning("animations", format!("the first of {}, \"{name}\", moves the scene", all.len()));
         faults.push(d.help("the others are left out"));
     }
-    let mut period = 0.0_f32;
-    let (mut moved, mut morphed) = (vec![], vec![]);
+    let rows: BTreeMap<usize, usize> =
+        placed.iter().enumerate().filter(|(_, p)| !p.copy).map(|(row, p)| (p.index, row)).collect();
+    let mut samplers = Samplers { document, animation: first, left: MOST_KEYS, read: BTreeMap::new() };
+    let (mut period, mut moved, mut seen) = (0.0_f32, vec![], BTreeSet::new());
     for (i, channel) in first.channels.iter().enumerate() {
-        let at = format!("{}, channels[{i}]", place("animations", 0, first.name.as_deref()));
-        let node = placed.iter().position(|p| p.index == channel.target.node.value());
         // A node of another scene moves nothing here.
-        let Some(node) = node else { continue };
-        let property = match channel.target.path {
-            Checked::Valid(Property::MorphTargetWeights) => {
-                match weight_tracks(document, first, channel) {
-                    Ok(tracks) => {
-                        let end = tracks.first().and_then(|t| t.times.last());
-                        period = period.max(end.copied().unwrap_or(0.0));
-                        morphed.push((node, tracks));
-                    }
-                    Err(why) => faults.push(document.warning(at, format!("{why}; it is left out"))),
-                }
-                continue;
+        let Some(row) = rows.get(&channel.target.node.value()) else { continue };
+        let tracks = match channel.target.path {
+            Checked::Valid(property) if !seen.insert((*row, property as u8)) => {
+                Err("an earlier one moves the same".into())
             }
-            Checked::Valid(property) => property,
-            Checked::Invalid => {
-                faults.push(document.warning(at, "what it moves is not known; it is left out"));
-                continue;
-            }
+            Checked::Valid(property) => samplers.tracks(channel, property).map(|tracks| (property, tracks)),
+            Checked::Invalid => Err("what it moves is not known".into()),
         };
-        match track(document, first, channel, property) {
-            Ok(track) => {
-                period = period.max(track.times.last().copied().unwrap_or(0.0));
-                moved.push((node, property, track));
+        match tracks {
+            Ok((property, tracks)) => {
+                let end = tracks.first().and_then(|t| t.times.last());
+                period = period.max(end.copied().unwrap_or(0.0));
+                moved.push((*row, property, tracks));
             }
-            Err(why) => faults.push(document.warning(at, format!("{why}; it is left out"))),
+            Err(why) => {
+                let at = format!("{}, channels[{i}]", place("animations", 0, first.name.as_deref()));
+                faults.push(document.warning(at, format!("{why}; it is left out")));
+            }
         }
     }
-    for (row, tracks) in morphed {
-        placed[row].weights = Some(Weights { tracks, period });
-    }
-    for (row, property, track) in moved {
+    for (row, property, tracks) in moved {
+        if property == Property::MorphTargetWeights {
+            placed[row].weights = Some(Weights { tracks, period });
+            continue;
+        }
+        let track = tracks.first().cloned();
         let raw = &document.root.nodes[placed[row].index];
         let node = &mut placed[row].node;
         let animation = node.animation.get_or_insert_with(|| Animation {
@@ -222,62 +223,81 @@ pub(super) fn animate(document: &Document<'_>, placed: &mut [Placed], faults: &m
             period,
         });
         match property {
-            Property::Translation => animation.translation = Some(track),
-            Property::Rotation => animation.rotation = Some(track),
-            Property::Scale => animation.scale = Some(track),
-            Property::MorphTargetWeights => {}
+            Property::Translation => animation.translation = track,
+            Property::Rotation => animation.rotation = track,
+            Property::Scale | Property::MorphTargetWeights => animation.scale = track,
         }
     }
 }
 
-/// The times and the interpolation of a channel, and the accessor of its values.
-fn keys(
-    document: &Document<'_>,
-    animation: &RawAnimation,
-    channel: &Channel,
-) -> Result<(Vec<f32>, Interpolation, usize), String> {
-    let index = channel.sampler.value();
-    let sampler = animation.samplers.get(index).ok_or_else(|| format!("there is no sampler {index}"))?;
-    let Checked::Valid(interpolation) = sampler.interpolation else {
-        return Err("its interpolation is none of LINEAR, STEP and CUBICSPLINE".into());
-    };
-    let times: Vec<f32> = document.floats::<1>(sampler.input.value())?.iter().map(|[t]| t).collect();
-    Ok((times, interpolation, sampler.output.value()))
+/// An animation's samplers. Channels that use one alike share what is read of it.
+struct Samplers<'d> {
+    document: &'d Document<'d>,
+    animation: &'d RawAnimation,
+    /// How many more times and values channels may have.
+    left: usize,
+    read: BTreeMap<(usize, Sampled), Arc<[Track]>>,
 }
 
-/// The tracks of a mesh's morph targets.
-fn weight_tracks(document: &Document<'_>, animation: &RawAnimation, channel: &Channel) -> Result<Vec<Track>, String> {
-    let (times, interpolation, output) = keys(document, animation, channel)?;
+/// What the values of a sampler are.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Sampled {
+    Vectors,
+    Quaternions,
+    /// Of so many morph targets.
+    Weights(usize),
+}
+
+impl Samplers<'_> {
+    /// The track of a channel, or those of a mesh's morph targets.
+    fn tracks(&mut self, channel: &Channel, property: Property) -> Result<Arc<[Track]>, String> {
+        let (document, index) = (self.document, channel.sampler.value());
+        let sampler = self.animation.samplers.get(index).ok_or_else(|| format!("there is no sampler {index}"))?;
+        let Checked::Valid(interpolation) = sampler.interpolation else {
+            return Err("its interpolation is none of LINEAR, STEP and CUBICSPLINE".into());
+        };
+        let (input, output) = (sampler.input.value(), sampler.output.value());
+        let keys = document.count(input).saturating_add(document.count(output));
+        let over = || format!("with its {keys} times and values the animation has more than {MOST_KEYS}");
+        self.left = self.left.checked_sub(keys).ok_or_else(over)?;
+        let shape = match property {
+            Property::Translation | Property::Scale => Sampled::Vectors,
+            Property::Rotation => Sampled::Quaternions,
+            Property::MorphTargetWeights => Sampled::Weights(targets(document, channel)?),
+        };
+        if let Some(found) = self.read.get(&(index, shape)) {
+            return Ok(found.clone());
+        }
+        let times: Arc<[f32]> = document.floats::<1>(input)?.iter().map(|[t]| t).collect();
+        let checked = |values| checked(times.clone(), values, interpolation);
+        let tracks = match shape {
+            Sampled::Vectors => {
+                let all = document.floats::<3>(output)?;
+                [checked(all.iter().map(|v| Vec3::from(v).extend(0.0)).collect())?].into()
+            }
+            Sampled::Quaternions => [checked(document.floats::<4>(output)?.iter().map(Vec4::from).collect())?].into(),
+            Sampled::Weights(targets) => {
+                let all = document.floats::<1>(output)?;
+                if !all.len().is_multiple_of(targets) {
+                    return Err(format!("it has {} values for {targets} morph targets", all.len()));
+                }
+                let of = |target| (target..all.len()).step_by(targets).map(|i| Vec4::X * all.get(i)[0]).collect();
+                (0..targets).map(|target| checked(of(target))).collect::<Result<_, String>>()?
+            }
+        };
+        Ok(self.read.entry((index, shape)).or_insert(tracks).clone())
+    }
+}
+
+/// How many morph targets the mesh of a channel's node has: at least one.
+fn targets(document: &Document<'_>, channel: &Channel) -> Result<usize, String> {
     let node = document.root.nodes.get(channel.target.node.value());
     let mesh = node.and_then(|n| document.root.meshes.get(n.mesh?.value()));
     let targets = mesh.and_then(|m| m.primitives.first()?.targets.as_ref().map(Vec::len)).unwrap_or(0);
-    if targets == 0 {
-        return Err("its node shows no mesh with morph targets".into());
-    }
-    let all: Vec<f32> = document.floats::<1>(output)?.iter().map(|[w]| w).collect();
-    let values =
-        |target: usize| all.iter().skip(target).step_by(targets).map(|w| Vec4::new(*w, 0.0, 0.0, 0.0)).collect();
-    if !all.len().is_multiple_of(targets) {
-        return Err(format!("it has {} values for {targets} morph targets", all.len()));
-    }
-    (0..targets).map(|target| checked(times.clone(), values(target), interpolation)).collect()
+    if targets == 0 { Err("its node shows no mesh with morph targets".into()) } else { Ok(targets) }
 }
 
-fn track(
-    document: &Document<'_>,
-    animation: &RawAnimation,
-    channel: &Channel,
-    property: Property,
-) -> Result<Track, String> {
-    let (times, interpolation, output) = keys(document, animation, channel)?;
-    let values: Vec<Vec4> = match property {
-        Property::Rotation => document.floats::<4>(output)?.iter().map(Vec4::from).collect(),
-        _ => document.floats::<3>(output)?.iter().map(|v| Vec3::from(v).extend(0.0)).collect(),
-    };
-    checked(times, values, interpolation)
-}
-
-fn checked(times: Vec<f32>, values: Vec<Vec4>, interpolation: Interpolation) -> Result<Track, String> {
+fn checked(times: Arc<[f32]>, values: Arc<[Vec4]>, interpolation: Interpolation) -> Result<Track, String> {
     let each = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     if times.is_empty() || values.len() != each * times.len() {
         return Err(format!("it has {} times and {} values, {each} for each time", times.len(), values.len()));
@@ -287,7 +307,7 @@ fn checked(times: Vec<f32>, values: Vec<Vec4>, interpolation: Interpolation) -> 
         return Err("its times must not be negative, and must rise".into());
     }
     match values.iter().all(|v| v.abs().cmple(Vec4::splat(MAX_COORDINATE)).all()) {
-        true => Ok(Track { times, values, interpolation }),
+        true => Ok(Track { times, values, shift: Vec4::ZERO, interpolation }),
         false => Err("it holds a number that is not usable".into()),
     }
 }
@@ -296,8 +316,12 @@ fn checked(times: Vec<f32>, values: Vec<Vec4>, interpolation: Interpolation) -> 
 mod tests {
     use super::*;
 
+    fn track(times: &[f32], values: Vec<Vec4>, interpolation: Interpolation) -> Track {
+        checked(times.into(), values.into(), interpolation).unwrap()
+    }
+
     fn turning(interpolation: Interpolation, values: Vec<Vec4>) -> Animation {
-        let rotation = Track { times: vec![0.0, 2.0], values, interpolation };
+        let rotation = track(&[0.0, 2.0], values, interpolation);
         let rest = (Vec3::new(1.0, 2.0, 3.0), Quat::IDENTITY, Vec3::splat(2.0));
         Animation { translation: None, rotation: Some(rotation), scale: None, rest, period: 2.0 }
     }
@@ -305,7 +329,7 @@ mod tests {
     #[test]
     fn each_way_between_keyframes_is_as_specified() {
         let (a, b) = (Vec4::new(0.0, 0.0, 0.0, 0.0), Vec4::new(4.0, 8.0, 0.0, 0.0));
-        let track = |interpolation, values| Track { times: vec![1.0, 3.0], values, interpolation };
+        let track = |interpolation, values| track(&[1.0, 3.0], values, interpolation);
         let step = track(Interpolation::Step, vec![a, b]);
         let linear = track(Interpolation::Linear, vec![a, b]);
         // A spline without slope at its ends; one with the slope of the straight line is that line.

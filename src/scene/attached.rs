@@ -5,6 +5,7 @@ use super::{
     import::{Placed, usable},
     light_views::WIDEST_HALF_ANGLE,
     model::{Camera, Lens, Light, LightKind},
+    names::{TakenNames, short},
 };
 use crate::diag::Diagnostic;
 use glam::Vec3;
@@ -74,7 +75,7 @@ fn light(raw: &RawLight, row: usize, p: &Placed) -> Result<Light, String> {
         return Err("its node is scaled to nothing, so that it has no direction".into());
     }
     Ok(Light {
-        name: raw.name.clone().unwrap_or_else(|| p.node.name.clone()),
+        name: raw.name.as_deref().map_or_else(|| p.node.name.clone(), |name| short(name).into()),
         node: row,
         kind,
         intensity,
@@ -87,7 +88,7 @@ fn light(raw: &RawLight, row: usize, p: &Placed) -> Result<Light, String> {
 /// The cameras at the scene's nodes, in their order.
 pub(super) fn cameras(document: &Document<'_>, placed: &[Placed], faults: &mut Vec<Diagnostic>) -> Vec<Camera> {
     let root = &document.root;
-    let mut cameras = vec![];
+    let (mut cameras, mut names) = (vec![], TakenNames::default());
     for (row, p) in placed.iter().enumerate().filter(|(_, p)| !p.copy) {
         let Some(index) = root.nodes[p.index].camera.map(|c| c.value()) else { continue };
         let node_at = place("nodes", p.index, Some(&p.node.name));
@@ -101,16 +102,11 @@ pub(super) fn cameras(document: &Document<'_>, placed: &[Placed], faults: &mut V
         });
         match lens {
             Ok(lens) => {
-                let own = raw.name.clone();
+                let own = raw.name.as_deref().map(|name| short(name).to_owned());
                 let named = root.nodes[p.index].name.clone();
                 let name = named.or_else(|| own.clone()).unwrap_or_else(|| format!("camera {index}"));
                 // One camera may stand at several nodes, and nodes may have one name: each is to be reached.
-                let taken = |name: &str| cameras.iter().any(|c: &Camera| c.name == name);
-                let mut numbered = (2..).map(|i| format!("{name} {i}"));
-                let name = match taken(&name) {
-                    true => numbered.find(|name| !taken(name)).unwrap_or(name),
-                    false => name,
-                };
+                let name = names.take_numbered(name);
                 cameras.push(Camera { alias: own.filter(|own| *own != name), name, node: row, lens });
             }
             Err(why) => faults.push(document.error(place("cameras", index, raw.name.as_deref()), why)),

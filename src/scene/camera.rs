@@ -11,7 +11,7 @@ use crate::{
 };
 use glam::{Mat4, Vec2, Vec3};
 
-/// What a frame adds to the values: the camera now and in the last frame, the clock, the pointer.
+/// What a frame adds to the values: the camera now and in the last frame, the clock, the pointer, what is shown.
 /// Matrices are column-major, clip space z in 0..1 (wgpu's), y up.
 pub const FRAME_VALUES: &[(&str, Type)] = &[
     ("camera_position", Type::Vec3),
@@ -35,7 +35,11 @@ pub const FRAME_VALUES: &[(&str, Type)] = &[
     ("jitter", Type::Vec2),
     ("pointer", Type::Vec2),
     ("buttons", Type::Uint),
+    (CONTENT_HASH, Type::Uint),
 ];
+
+/// The value that another scene, parameter or shader changes, and a camera or a clock does not.
+pub const CONTENT_HASH: &str = "content_hash";
 
 /// Whole vertical angle of the camera made up for a scene without one, in radians (60°).
 const DEFAULT_YFOV: f32 = std::f32::consts::FRAC_PI_3;

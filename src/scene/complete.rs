@@ -5,6 +5,7 @@ use super::{
     added::{AddedCamera, AddedEnvironment, AddedLight, Additions, DEFAULT_LUX, DEFAULT_SKY, DEFAULT_SUN},
     description::{Description, Located},
     model::{Bounds, Material, Scene},
+    names::TakenNames,
     room::{Stand, is_inside_out, other_side, stand},
 };
 use crate::diag::Diagnostic;
@@ -22,8 +23,9 @@ const FAINT: f32 = 0.04;
 /// Adds the lights and cameras of a scene RON, at nodes of their names.
 pub(super) fn add_described(scene: &mut Scene, description: &Description, shown: &str, faults: &mut Vec<Diagnostic>) {
     let all = bounds(scene);
-    let mut free = |scene: &Scene, name: &Located<String>| {
-        let taken = scene.nodes.iter().any(|n| n.name == name.value);
+    let mut names = TakenNames::of(scene.nodes.iter().map(|n| n.name.as_str()));
+    let mut free = |name: &Located<String>| {
+        let taken = !names.take(&name.value);
         if taken {
             let d = Diagnostic::error(format!("{shown} has a node called \"{}\" already", name.value));
             faults.push(d.at(&name.span, "").help("give the light or camera a name of its own"));
@@ -31,12 +33,12 @@ pub(super) fn add_described(scene: &mut Scene, description: &Description, shown:
         !taken
     };
     for (name, light) in &description.lights {
-        if free(scene, name) {
+        if free(name) {
             scene.add_light(&name.value, light);
         }
     }
     for (name, camera) in &description.cameras {
-        if free(scene, name) {
+        if free(name) {
             scene.add_camera(&name.value, camera, all);
         }
     }
@@ -48,17 +50,13 @@ pub(super) fn add_described(scene: &mut Scene, description: &Description, shown:
 /// Adds what a command adds. Its names give way to those that are there.
 pub(super) fn add_given(scene: &mut Scene, additions: &Additions) {
     let all = bounds(scene);
-    let free = |scene: &Scene, name: &str| {
-        let taken = |name: &str| scene.nodes.iter().any(|n| n.name == name);
-        let numbered = (2..).map(|i| format!("{name} {i}"));
-        std::iter::once(name.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
-    };
+    let mut names = TakenNames::of(scene.nodes.iter().map(|n| n.name.as_str()));
     for (name, light) in &additions.lights {
-        let name = free(scene, name);
+        let name = names.take_numbered(name.clone());
         scene.add_light(&name, light);
     }
     for (name, camera) in &additions.cameras {
-        let name = free(scene, name);
+        let name = names.take_numbered(name.clone());
         scene.add_camera(&name, camera, all);
         // What a command asks for is what it wants to see.
         scene.default_camera = Some(scene.cameras.len() - 1);

@@ -25,7 +25,7 @@ pub(super) struct DecodedParts {
 const MESHOPT: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
 
 /// Bytes of all views together after they are decoded. A small file can state any size.
-const MAX_DECODED: usize = 1 << 30;
+pub(super) const MAX_DECODED: usize = 1 << 30;
 
 /// What `EXT_meshopt_compression` says of a buffer view.
 #[derive(Deserialize)]
@@ -105,10 +105,7 @@ fn filled(document: &Document<'_>, accessor: &Accessor, left: &mut usize) -> Res
         return Err("its type is unknown".into());
     };
     let size = component.0.size() * shape.multiplicity();
-    let mut bytes = document.packed(accessor, component.0, size)?;
-    *left = left
-        .checked_sub(bytes.len())
-        .ok_or_else(|| format!("all sparse accessors together take more than {} MiB", MAX_DECODED >> 20))?;
+    let mut bytes = document.packed(accessor, component.0, size, left)?;
     let Checked::Valid(IndexComponentType(width)) = sparse.indices.component_type else {
         return Err("its sparse indices have an unknown component type".into());
     };
@@ -126,6 +123,9 @@ fn filled(document: &Document<'_>, accessor: &Accessor, left: &mut usize) -> Res
     };
     let indices = part("indices", sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0, width)?;
     let values = part("values", sparse.values.buffer_view.value(), sparse.values.byte_offset.0, size)?;
+    if sparse.count.0 > accessor.count.0 {
+        return Err(format!("it has {} sparse values for {} elements", sparse.count.0, accessor.count.0));
+    }
     for (index, value) in indices.chunks_exact(width).zip(values.chunks_exact(size)) {
         let index = index.iter().rev().fold(0usize, |n, byte| n << 8 | usize::from(*byte));
         let place = index.checked_mul(size).and_then(|start| bytes.get_mut(start..start.checked_add(size)?));

@@ -34,20 +34,42 @@ const SETS: u32 = 2;
 /// Displacements that one mesh, or all of a scene's together, may have.
 pub(super) const MAX_DISPLACEMENTS: usize = 1 << 25;
 
-/// The joints of a document's skins, each read once.
-pub(super) struct Skins {
-    read: Vec<Result<Joints, String>>,
+/// What a document says of skins and of weights at rest, each read once.
+pub(super) struct Stated<'d> {
+    skins: Vec<Result<Joints, String>>,
+    meshes: Vec<Rest<'d>>,
+    nodes: Vec<Option<Rest<'d>>>,
+}
+
+/// Weights of morph targets where nothing moves them.
+#[derive(Clone, Copy, Default)]
+struct Rest<'d> {
+    weights: &'d [f32],
+    /// How many of them are 0 before the first that is not.
+    zeros: usize,
+    unusable: bool,
+}
+
+impl Rest<'_> {
+    fn of(weights: &Vec<f32>) -> Rest<'_> {
+        let zeros = weights.iter().take_while(|w| **w == 0.0).count();
+        Rest { weights, zeros, unusable: !weights.iter().all(|w| w.abs() <= MAX_COORDINATE) }
+    }
 }
 
 /// Nodes of the scene, and what brings vertices into their spaces.
 type Joints = Arc<[(usize, Mat4)]>;
 
-impl Skins {
-    pub fn of(document: &Document<'_>, placed: &[Placed]) -> Skins {
+impl<'d> Stated<'d> {
+    pub fn of(document: &'d Document<'_>, placed: &[Placed]) -> Stated<'d> {
         let rows: BTreeMap<usize, usize> =
             placed.iter().enumerate().filter(|(_, p)| !p.copy).map(|(row, p)| (p.index, row)).collect();
-        let all = 0..document.root.skins.len();
-        Skins { read: all.map(|index| joints(document, &rows, index)).collect() }
+        let root = &document.root;
+        Stated {
+            skins: (0..root.skins.len()).map(|index| joints(document, &rows, index)).collect(),
+            meshes: root.meshes.iter().map(|m| m.weights.as_ref().map(Rest::of).unwrap_or_default()).collect(),
+            nodes: root.nodes.iter().map(|n| n.weights.as_ref().map(Rest::of)).collect(),
+        }
     }
 }
 
@@ -139,29 +161,28 @@ impl<'d> Deformable<'d> {
 }
 
 /// What a node does to the vertices of its mesh.
-pub(super) struct Deformer {
+pub(super) struct Deformer<'d> {
     /// Which skin it is, and its joints.
     skin: Option<(usize, Joints)>,
     /// Whether the joints mirror at rest.
     mirrors: bool,
-    /// Of morph targets, where nothing moves them.
-    rest: Vec<f32>,
-    weights: Option<Weights>,
+    rest: Rest<'d>,
+    weights: Option<&'d Weights>,
 }
 
-impl Deformer {
+impl<'d> Deformer<'d> {
     pub fn of(
         document: &Document<'_>,
-        skins: &Skins,
+        stated: &Stated<'d>,
         placed: &[Placed],
-        p: &Placed,
+        p: &'d Placed,
         faults: &mut Vec<Diagnostic>,
-    ) -> Deformer {
+    ) -> Deformer<'d> {
         let node = &document.root.nodes[p.index];
-        let mesh = p.mesh.and_then(|mesh| document.root.meshes.get(mesh));
+        let mesh = p.mesh.and_then(|mesh| stated.meshes.get(mesh));
         let at = || place("nodes", p.index, Some(&p.node.name));
         let index = node.skin.as_ref().map(|skin| skin.value()).filter(|_| mesh.is_some() && !p.copy);
-        let skin = index.and_then(|index| match skins.read.get(index) {
+        let skin = index.and_then(|index| match stated.skins.get(index) {
             Some(Ok(joints)) => Some((index, joints.clone())),
             Some(Err(why)) => {
                 faults.push(document.error(at(), why.clone()));
@@ -174,16 +195,17 @@ impl Deformer {
         });
         let first = skin.as_ref().and_then(|(_, joints)| joints.first());
         let mirrors = first.is_some_and(|(node, bind)| (placed[*node].world * *bind).determinant() < 0.0);
-        let rest = node.weights.clone().or_else(|| mesh?.weights.clone()).unwrap_or_default();
-        if !rest.iter().all(|w| w.abs() <= MAX_COORDINATE) {
+        let rest = stated.nodes[p.index].or(mesh.copied()).unwrap_or_default();
+        if rest.unusable {
             faults.push(document.error(at(), "a weight of its morph targets is no usable number"));
         }
-        Deformer { skin, mirrors, rest, weights: p.weights.clone() }
+        Deformer { skin, mirrors, rest, weights: p.weights.as_ref() }
     }
 
     /// Whether it moves the vertices of a primitive by more than the node.
     pub fn deforms(&self, of: &Deformable<'_>) -> bool {
-        self.skins(of) || self.weights.is_some() && !of.targets.is_empty() || self.rests(of).any(|w| w != 0.0)
+        let rests = self.rest.zeros < self.rest.weights.len().min(of.targets.len());
+        self.skins(of) || self.weights.is_some() && !of.targets.is_empty() || rests
     }
 
     /// How many displacements `vertices` of a primitive have, at most.
@@ -193,10 +215,6 @@ impl Deformer {
 
     fn skins(&self, of: &Deformable<'_>) -> bool {
         self.skin.is_some() && !of.joints.is_empty()
-    }
-
-    fn rests(&self, of: &Deformable<'_>) -> impl Iterator<Item = f32> {
-        (0..of.targets.len()).map(|i| self.rest.get(i).copied().unwrap_or(0.0))
     }
 
     /// What stands for the world's transform of a skinned primitive, which its node does not place: as far as it
@@ -233,8 +251,8 @@ impl Deformer {
             Skin { index: *index, joints: joints.clone(), ends, influences }
         });
         let morph = (!of.targets.is_empty()).then(|| Morph {
-            rest: self.rests(of).collect(),
-            weights: self.weights.clone(),
+            rest: (0..of.targets.len()).map(|i| self.rest.weights.get(i).copied().unwrap_or(0.0)).collect(),
+            weights: self.weights.cloned(),
             targets: of.targets.iter().map(|t| target(t, of.flat, vertices, sources)).collect(),
         });
         Deformed { node: node as usize, vertices: first..first + vertices.len(), skin, morph }

@@ -11,11 +11,12 @@ use crate::diag::{Diagnostic, Source, Span};
 use crate::files;
 use glam::Vec3;
 use ron::{error::SpannedError, extensions::Extensions, value::RawValue};
+use rustc_hash::FxHashMap;
 use serde::{
     Deserialize, Deserializer,
     de::{DeserializeOwned, MapAccess, Visitor},
 };
-use std::{fmt, path::Path, sync::Arc};
+use std::{collections::hash_map::Entry, fmt, path::Path, sync::Arc};
 
 /// A parsed scene RON. Names are not yet looked up.
 #[derive(Debug)]
@@ -241,14 +242,19 @@ impl SceneParser<'_> {
             }
         };
         let mut all: Vec<(Located<String>, Located<T>)> = vec![];
+        let mut places: FxHashMap<String, usize> = FxHashMap::default();
         for (key, value) in entries {
             let (Some(key), Some(value)) = (self.value::<String>(key), self.value::<T>(value)) else { continue };
-            match all.iter().find(|(k, _)| k.value == key.value) {
-                Some((first, _)) => {
+            match places.entry(key.value.clone()) {
+                Entry::Occupied(first) => {
+                    let first = &all[*first.get()].0;
                     let d = Diagnostic::error(format!("\"{}\" stands twice", key.value));
                     self.faults.push(d.at(&key.span, "").at(&first.span, "first here").help("remove one of the two"));
                 }
-                None => all.push((key, value)),
+                Entry::Vacant(place) => {
+                    place.insert(all.len());
+                    all.push((key, value));
+                }
             }
         }
         all

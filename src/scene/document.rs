@@ -3,19 +3,23 @@
 //! The `gltf` crate's own readers and validation index without checking, so that a malformed file can panic there:
 //! only its JSON types are used here, and every index, offset and count is checked before a byte is read.
 
+mod buffers;
+
+use buffers::BufferBytes;
+pub(super) use buffers::read_file;
+
 use super::{
-    decoded::{self, DecodedParts},
+    decoded::{self, DecodedParts, MAX_DECODED},
     draco,
+    names::short,
 };
 use crate::diag::{Diagnostic, Source, Span};
-use crate::files;
 use gltf::json::{
     Root,
     accessor::{Accessor, ComponentType, Type},
     validation::Checked,
 };
 use std::{
-    borrow::Cow,
     fmt::Display,
     path::{Path, PathBuf},
 };
@@ -45,7 +49,7 @@ const KNOWN: [&str; 17] = [
 pub(super) struct Document<'a> {
     pub root: Root,
     /// One for each of `root.buffers`; `None` where it could not be had (and a fault says why).
-    buffers: Vec<Option<Cow<'a, [u8]>>>,
+    buffers: Vec<Option<BufferBytes<'a>>>,
     /// What is not in the buffers as it is read.
     decoded: DecodedParts,
     /// The path as shown.
@@ -173,6 +177,13 @@ impl<'a> Document<'a> {
         }
     }
 
+    /// How many elements an accessor has; 0 where it can't be read.
+    pub fn count(&self, accessor: usize) -> usize {
+        let shape = self.root.accessors.get(accessor).map(|a| a.type_);
+        let Some(Checked::Valid(shape)) = shape else { return 0 };
+        self.elements(accessor, shape).map_or(0, |elements| elements.count)
+    }
+
     /// Whether an accessor is of vectors of three.
     pub fn is_vec3(&self, accessor: usize) -> bool {
         self.root.accessors.get(accessor).is_some_and(|a| a.type_ == Checked::Valid(Type::Vec3))
@@ -194,11 +205,7 @@ impl<'a> Document<'a> {
             return Ok(decoded);
         }
         let buffer = found.buffer.value();
-        let bytes = self
-            .buffers
-            .get(buffer)
-            .and_then(Option::as_deref)
-            .ok_or_else(|| format!("buffer view {view}: there is no buffer {buffer}"))?;
+        let bytes = self.buffer(buffer).ok_or_else(|| format!("buffer view {view}: there is no buffer {buffer}"))?;
         let start = found.byte_offset.map_or(Some(0), |o| usize::try_from(o.0).ok());
         let length = usize::try_from(found.byte_length.0).ok();
         start
@@ -209,66 +216,11 @@ impl<'a> Document<'a> {
 
     /// Some bytes of a buffer.
     pub fn buffer_part(&self, buffer: usize, start: usize, length: usize) -> Option<&[u8]> {
-        self.buffers.get(buffer)?.as_deref()?.get(start..start.checked_add(length)?)
+        self.buffer(buffer)?.get(start..start.checked_add(length)?)
     }
 
-    /// The bytes behind a URI: base64 data, or a file beside the document.
-    pub fn fetch(&self, uri: &str, files: &mut Vec<PathBuf>) -> Result<Vec<u8>, String> {
-        if uri.starts_with("data:") {
-            if !uri.contains(";base64,") {
-                return Err("a data URI that is not base64".into());
-            }
-            // The crate pads the bytes to a multiple of four, which neither buffers nor images mind.
-            return gltf::buffer::Data::from_source(gltf::buffer::Source::Uri(uri), None)
-                .map(|data| data.0)
-                .map_err(|e| format!("a data URI with broken base64: {e}"));
-        }
-        if uri.contains("://") || uri.starts_with("file:") {
-            return Err(format!("`{uri}` is not a path relative to the file"));
-        }
-        let Some(directory) = &self.directory else {
-            return Err(format!("`{uri}` is another file: bytes alone name none; put all into a .glb"));
-        };
-        let path = files::inside(directory, &percent_decoded(uri)?).map_err(|why| format!("`{uri}` {why}"))?;
-        let bytes = read_file(&path)?;
-        files.push(path);
-        Ok(bytes)
-    }
-
-    fn read_buffers(
-        &self,
-        blob: Option<&'a [u8]>,
-        files: &mut Vec<PathBuf>,
-        faults: &mut Vec<Diagnostic>,
-    ) -> Vec<Option<Cow<'a, [u8]>>> {
-        let mut all = vec![];
-        for (i, buffer) in self.root.buffers.iter().enumerate() {
-            // Stands for bytes that another buffer holds compressed.
-            if buffer.uri.is_none() && decoded::is_fallback(buffer) {
-                all.push(Some(Cow::Borrowed(&[][..])));
-                continue;
-            }
-            let bytes = match &buffer.uri {
-                Some(uri) => self.fetch(uri, files).map(Cow::Owned),
-                None if i == 0 => {
-                    blob.map(Cow::Borrowed).ok_or_else(|| "no URI, and the file has no binary chunk".into())
-                }
-                None => Err("no URI; only the first buffer may be the binary chunk".into()),
-            };
-            let place = format!("buffers[{i}]");
-            let wanted = buffer.byte_length.0;
-            let checked = match bytes {
-                Ok(bytes) if (bytes.len() as u64) < wanted => {
-                    let why = format!("it should hold {wanted} bytes but has {}", bytes.len());
-                    Err(self.error(place, why).help("the file is cut off: export or copy it again"))
-                }
-                // What lies behind the declared length is padding, no part of the buffer.
-                Ok(bytes) => Ok(first(bytes, usize::try_from(wanted).unwrap_or(usize::MAX))),
-                Err(why) => Err(self.error(place, why)),
-            };
-            all.push(checked.map_err(|fault| faults.push(fault)).ok());
-        }
-        all
+    fn buffer(&self, index: usize) -> Option<&[u8]> {
+        self.buffers.get(index)?.as_ref().map(BufferBytes::bytes)
     }
 
     fn elements(&self, index: usize, shape: Type) -> Result<Elements<'_>, String> {
@@ -320,13 +272,22 @@ impl<'a> Document<'a> {
         Ok(Elements { bytes, stride, size, count, component, normalized: accessor.normalized })
     }
 
-    /// The elements of an accessor one behind the other, without what is sparse in it; zeros where it has no buffer
-    /// view.
-    pub(super) fn packed(&self, accessor: &Accessor, component: ComponentType, size: usize) -> Result<Vec<u8>, String> {
+    /// The elements of a sparse accessor one behind the other, without what is sparse in it; zeros where it has no
+    /// buffer view. `left`: how many more bytes there may be.
+    pub(super) fn packed(
+        &self,
+        accessor: &Accessor,
+        component: ComponentType,
+        size: usize,
+        left: &mut usize,
+    ) -> Result<Vec<u8>, String> {
         let count = usize::try_from(accessor.count.0).ok().and_then(|count| count.checked_mul(size));
         let bytes = count
             .filter(|bytes| *bytes <= MAX_ZEROS)
             .ok_or_else(|| format!("of {} elements takes more than {} MiB", accessor.count.0, MAX_ZEROS >> 20))?;
+        *left = left
+            .checked_sub(bytes)
+            .ok_or_else(|| format!("all sparse accessors together take more than {} MiB", MAX_DECODED >> 20))?;
         if accessor.buffer_view.is_none() {
             return Ok(vec![0; bytes]);
         }
@@ -391,27 +352,10 @@ impl<'d, const N: usize> Vectors<'d, N> {
     }
 }
 
-/// At most the first `most` bytes.
-fn first(bytes: Cow<'_, [u8]>, most: usize) -> Cow<'_, [u8]> {
-    match bytes {
-        Cow::Borrowed(all) => Cow::Borrowed(&all[..most.min(all.len())]),
-        Cow::Owned(mut all) => {
-            all.truncate(most);
-            Cow::Owned(all)
-        }
-    }
-}
-
-/// All of a regular file; anything else might never end.
-pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, String> {
-    let shown = path.display();
-    files::read(path, files::GEOMETRY).map_err(|e| format!("can't read {shown}: {e}"))
-}
-
 /// `kind[index] "name"`.
 pub(super) fn place(kind: &str, index: usize, name: Option<&str>) -> String {
     match name {
-        Some(name) => format!("{kind}[{index}] \"{name}\""),
+        Some(name) => format!("{kind}[{index}] \"{}\"", short(name)),
         None => format!("{kind}[{index}]"),
     }
 }
@@ -468,22 +412,4 @@ pub(super) fn json_fault(json: &[u8], shown: &str, e: &gltf::json::Error) -> Dia
     let before: usize = text.split_inclusive('\n').take(e.line().saturating_sub(1)).map(str::len).sum();
     let at = (before + e.column().saturating_sub(1)).min(text.len());
     d.at(&Span::new(&Source::new(shown, text), at..at + 1), "")
-}
-
-fn percent_decoded(uri: &str) -> Result<String, String> {
-    let mut bytes = vec![];
-    let mut rest = uri.as_bytes();
-    while let [first, tail @ ..] = rest {
-        rest = tail;
-        let escape =
-            tail.get(..2).and_then(|d| std::str::from_utf8(d).ok()).and_then(|d| u8::from_str_radix(d, 16).ok());
-        match (first, escape) {
-            (b'%', Some(byte)) => {
-                bytes.push(byte);
-                rest = &tail[2..];
-            }
-            _ => bytes.push(*first),
-        }
-    }
-    String::from_utf8(bytes).map_err(|_| format!("`{uri}` does not decode to UTF-8"))
 }

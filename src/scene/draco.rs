@@ -54,8 +54,9 @@ fn decode(
     }
     let mut spend = |bytes: usize| {
         let rest = left.checked_sub(bytes);
-        *left = rest.ok_or_else(|| format!("all primitives together take more than {} MiB", MAX_BYTES >> 20))?;
-        Ok::<(), String>(())
+        // With nothing left, no more is decoded only to be too much.
+        *left = rest.unwrap_or(0);
+        rest.map(drop).ok_or_else(|| format!("all primitives together take more than {} MiB", MAX_BYTES >> 20))
     };
     let source = document.view(stated.buffer_view)?;
     spend(source.len())?;

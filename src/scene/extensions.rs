@@ -11,7 +11,7 @@ use crate::diag::Diagnostic;
 use glam::{Vec3, Vec4};
 use gltf::json::material::Material as RawMaterial;
 use serde::Deserialize;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 /// What extensions add to a material.
 pub(super) fn extend(
@@ -121,7 +121,7 @@ impl GlossyMaterial {
     fn beside(self, document: &Document<'_>, specular: &RawInfo, diffuse: Option<&RawInfo>) -> Option<GlossyMaterial> {
         let read = |info: &RawInfo| {
             let sampler = document.root.textures.get(info.index).map(|t| t.sampler.map(|s| s.value()));
-            (sampler, info.tex_coord, transform(Some(&info.extensions)))
+            (sampler, info.tex_coord, info.extensions)
         };
         let alike = diffuse.is_none_or(|diffuse| read(diffuse) == read(specular));
         alike.then_some(GlossyMaterial { diffuse_texture: diffuse.map(|info| info.index), ..self })
@@ -149,9 +149,12 @@ const EXTENSIONS: [&str; 7] = [
     "KHR_materials_emissive_strength",
 ];
 
-pub(super) fn transform(extensions: Option<&Map<String, Value>>) -> Transform {
-    let stated = extensions.and_then(|e| e.get("KHR_texture_transform"));
-    stated.and_then(|t| Transform::deserialize(t).ok()).unwrap_or_default()
+/// What extensions of a texture's use say.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub transform: Transform,
 }
 
 /// `KHR_texture_transform`.
@@ -187,12 +190,12 @@ struct RawInfo {
     #[serde(default)]
     tex_coord: u32,
     #[serde(default)]
-    extensions: Map<String, Value>,
+    extensions: TextureExtensions,
 }
 
 impl RawInfo {
     fn used(&self, slot: TextureSlot) -> Use {
-        let transform = transform(Some(&self.extensions));
+        let TextureExtensions { transform } = self.extensions;
         Use { slot, texture: self.index, set: self.tex_coord, transform, made: None }
     }
 }

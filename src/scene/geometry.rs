@@ -16,6 +16,7 @@ use super::{
 use crate::diag::Diagnostic;
 use glam::{DVec3, Mat4, Vec3};
 use gltf::json::{
+    Accessor, Index, Mesh,
     mesh::{Mode, Primitive as RawPrimitive, Semantic},
     validation::Checked,
 };
@@ -168,11 +169,7 @@ impl<'d> Triangles<'d> {
     }
 
     fn len(self) -> usize {
-        match self.mode {
-            Mode::Triangles => self.count / 3,
-            Mode::TriangleStrip | Mode::TriangleFan => self.count.saturating_sub(2),
-            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
-        }
+        triangles(self.mode, self.count)
     }
 
     /// Source: glTF 2.0, section 3.7.2.1: strips {vᵢ, vᵢ₊₁₊ᵢ%₂, vᵢ₊₂₋ᵢ%₂}, fans {vᵢ₊₁, vᵢ₊₂, v₀}.
@@ -183,6 +180,15 @@ impl<'d> Triangles<'d> {
             _ => [3 * i, 3 * i + 1, 3 * i + 2],
         };
         (0..self.len()).map(move |i| places(i).map(|place| self.index(place)))
+    }
+}
+
+/// How many triangles so many vertices are.
+fn triangles(mode: Mode, vertices: usize) -> usize {
+    match mode {
+        Mode::Triangles => vertices / 3,
+        Mode::TriangleStrip | Mode::TriangleFan => vertices.saturating_sub(2),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
     }
 }
 
@@ -219,7 +225,7 @@ pub(super) struct Instance<'a> {
     /// Node to world, before any motion.
     pub world: Mat4,
     /// Where its vertices move by more than the node.
-    pub deformer: Option<&'a Deformer>,
+    pub deformer: Option<&'a Deformer<'a>>,
     pub double_sided: bool,
 }
 
@@ -237,10 +243,28 @@ pub(super) struct Surface {
 
 /// Triangles over all instances. Vertices and indices of more would not fit a GPU buffer, and a file of a few
 /// kilobytes can ask for any number by placing one mesh at many nodes.
-const MAX_TRIANGLES: usize = 1 << 24;
+pub(super) const MAX_TRIANGLES: usize = 1 << 24;
+
+/// Vectors and indices that all primitives together are read from. A file of a few kilobytes can ask for any number
+/// by making many primitives of one accessor; primitives of [`MAX_TRIANGLES`] that share nothing stay below.
+pub(super) const MAX_ELEMENTS: usize = 1 << 29;
 
 /// Metres. Squared distances between farther points leave the range of `f32` arithmetic that shaders do.
 pub(super) const MAX_COORDINATE: f32 = 1e9;
+
+/// How many triangles a mesh has, with those that have no area, and how many elements of accessors its primitives are
+/// read from. Nothing is read yet.
+pub(super) fn extent(document: &Document<'_>, mesh: &Mesh) -> [usize; 2] {
+    let of = |raw: &RawPrimitive| {
+        let Checked::Valid(mode) = raw.mode else { return [0; 2] };
+        let count = |accessor: Index<Accessor>| document.count(accessor.value());
+        let listed = raw.indices.or_else(|| raw.attributes.get(&Checked::Valid(Semantic::Positions)).copied());
+        let targets = raw.targets.iter().flatten().flat_map(|t| [t.positions, t.normals]);
+        let named = raw.attributes.values().copied().chain(raw.indices).chain(targets.flatten());
+        [triangles(mode, listed.map_or(0, count)), named.map(count).fold(0, usize::saturating_add)]
+    };
+    mesh.primitives.iter().map(of).fold([0; 2], |[a, b], [t, e]| [a.saturating_add(t), b.saturating_add(e)])
+}
 
 /// Reads one primitive. `None` when there is nothing to draw; the faults say why.
 pub(super) fn primitive<'d>(
@@ -317,7 +341,7 @@ pub(super) fn primitive<'d>(
         let dropped = all - drawn;
         faults.push(document.warning(at, format!("{dropped} of {all} triangles have no area and are dropped")));
     }
-    Some(primitive)
+    (drawn > 0).then_some(primitive)
 }
 
 /// Tangents of the corners of drawn triangles, by the coordinates of a set.

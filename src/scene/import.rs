@@ -6,9 +6,9 @@ use super::{
     animation::{self, Weights},
     attached,
     deform::Deformed,
-    deformer::{Deformer, Skins},
+    deformer::{Deformer, Stated},
     document::{Document, place},
-    geometry::{self, Instance, MAX_COORDINATE, Surface},
+    geometry::{self, Instance, MAX_COORDINATE, MAX_ELEMENTS, MAX_TRIANGLES, Surface},
     instancing,
     materials::{self, Materials},
     model::{Bounds, Material, Node, Scene},
@@ -16,7 +16,7 @@ use super::{
 use crate::diag::Diagnostic;
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 use gltf::json::Node as RawNode;
-use std::path::PathBuf;
+use std::{collections::BTreeSet, path::PathBuf};
 
 /// A node of the scene with what its place in the document says.
 pub(super) struct Placed {
@@ -95,6 +95,7 @@ fn hierarchy(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -> Vec<Place
     };
     pending.reverse();
     let mut seen = vec![false; all.len()];
+    let mut copies_left = instancing::MOST;
     let mut placed: Vec<Placed> = vec![];
     while let Some((index, parent)) = pending.pop() {
         let Some(raw) = all.get(index) else {
@@ -123,7 +124,7 @@ fn hierarchy(document: &Document<'_>, faults: &mut Vec<Diagnostic>) -> Vec<Place
         let this = placed.len();
         let name = raw.name.clone().unwrap_or_else(|| format!("node {index}"));
         let node = Node { name, parent, translation, linear, motion: vec![], animation: None };
-        let copies = instancing::transforms(document, raw, &at, faults);
+        let copies = instancing::transforms(document, raw, &at, &mut copies_left, faults);
         let mesh = raw.mesh.map(|m| m.value()).filter(|_| copies.is_none());
         placed.push(Placed { node, index, world, mesh, weights: None, copy: false });
         instancing::place(copies.unwrap_or_default(), raw, this, &mut placed);
@@ -166,6 +167,21 @@ fn geometry_of(
     if !document.complete() {
         return Default::default();
     }
+    let extents: Vec<[usize; 2]> = root.meshes.iter().map(|mesh| geometry::extent(document, mesh)).collect();
+    let shown: Vec<usize> = placed.iter().filter_map(|p| p.mesh).filter(|mesh| *mesh < extents.len()).collect();
+    let triangles = shown.iter().map(|mesh| extents[*mesh][0]).fold(0, usize::saturating_add);
+    let distinct: BTreeSet<usize> = shown.into_iter().collect();
+    let elements = distinct.iter().map(|mesh| extents[*mesh][1]).fold(0, usize::saturating_add);
+    for (count, what, most) in [
+        (triangles, "triangles over all nodes", MAX_TRIANGLES),
+        (elements, "vectors and indices over all primitives", MAX_ELEMENTS),
+    ] {
+        if count > most {
+            let d = document.error("scene", format!("{count} {what}; at most {most} fit"));
+            faults.push(d.help("thin the meshes out, or place them at fewer nodes"));
+            return Default::default();
+        }
+    }
     // Meshes are read once, whatever the number of nodes that show them.
     let mut meshes: Vec<Option<Vec<geometry::Primitive>>> = root.meshes.iter().map(|_| None).collect();
     let mut default_material = None;
@@ -204,12 +220,13 @@ fn geometry_of(
         meshes[index] = Some(primitives);
     }
     let mut instances = vec![];
-    let skins = Skins::of(document, placed);
-    let deformers = placed.iter().map(|p| Deformer::of(document, &skins, placed, p, faults));
+    let stated = Stated::of(document, placed);
+    let deformers = placed.iter().map(|p| Deformer::of(document, &stated, placed, p, faults));
     let deformers: Vec<Deformer> = deformers.collect();
     for (row, p) in placed.iter().enumerate() {
         let mesh = p.mesh.and_then(|m| meshes.get(m)?.as_ref());
-        for why in mesh.into_iter().flatten().filter_map(|primitive| deformers[row].fault(&primitive.deformable)) {
+        if let Some(why) = mesh.into_iter().flatten().find_map(|primitive| deformers[row].fault(&primitive.deformable))
+        {
             faults.push(document.error(place("nodes", p.index, Some(&p.node.name)), why));
         }
         instances.extend(mesh.into_iter().flatten().map(|primitive| Instance {
@@ -221,8 +238,8 @@ fn geometry_of(
             double_sided: materials.all[primitive.material()].double_sided,
         }));
     }
-    let thin = instances.iter().map(|i| i.primitive).filter(|p| p.is_thin());
-    let thin: Vec<u32> = thin.map(|p| p.material() as u32).collect();
+    let thin = meshes.iter().flatten().flatten().filter(|p| p.is_thin());
+    let thin: BTreeSet<u32> = thin.map(|p| p.material() as u32).collect();
     materials::settle(document, materials, &thin, faults);
     geometry::assemble(document, placed.len(), &instances, faults)
 }

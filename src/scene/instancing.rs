@@ -1,13 +1,13 @@
 //! `EXT_mesh_gpu_instancing`: a node's mesh at many places.
 
-use super::{animation, document::Document, geometry::MAX_COORDINATE, import::Placed, model::Node};
+use super::{animation, document::Document, geometry::MAX_COORDINATE, import::Placed, model::Node, names::short};
 use crate::diag::Diagnostic;
 use glam::{Mat3, Mat4, Quat, Vec3};
 use gltf::json::Node as RawNode;
 use serde::Deserialize;
 
-/// Copies of one node, at most: each is a row of a table.
-const MOST: usize = 1 << 18;
+/// Copies of all nodes together, at most: each is a row of a table.
+pub(super) const MOST: usize = 1 << 18;
 
 #[derive(Deserialize)]
 struct Instancing {
@@ -23,20 +23,22 @@ struct Attributes {
     scale: Option<usize>,
 }
 
-/// Where the copies of a node's mesh stand in the node's space; `None`: it is shown once, as it is.
+/// Where the copies of a node's mesh stand in the node's space; `None`: it is shown once, as it is. `left`: how many
+/// more copies there may be.
 pub(super) fn transforms(
     document: &Document<'_>,
     raw: &RawNode,
     at: &str,
+    left: &mut usize,
     faults: &mut Vec<Diagnostic>,
 ) -> Option<Vec<(Vec3, Mat3)>> {
     let stated = raw.extensions.as_ref()?.others.get("EXT_mesh_gpu_instancing")?;
     let read = Instancing::deserialize(stated).map_err(|e| e.to_string());
-    let read = read.and_then(|stated| read_all(document, &stated.attributes));
+    let read = read.and_then(|stated| read_all(document, &stated.attributes, left));
     read.map_err(|why| faults.push(document.error(at, format!("EXT_mesh_gpu_instancing: {why}")))).ok()
 }
 
-fn read_all(document: &Document<'_>, of: &Attributes) -> Result<Vec<(Vec3, Mat3)>, String> {
+fn read_all(document: &Document<'_>, of: &Attributes, left: &mut usize) -> Result<Vec<(Vec3, Mat3)>, String> {
     let vectors = |accessor: Option<usize>| accessor.map(|a| document.floats::<3>(a)).transpose();
     let (translations, scales) = (vectors(of.translation)?, vectors(of.scale)?);
     let rotations = of.rotation.map(|a| document.floats::<4>(a)).transpose()?;
@@ -45,9 +47,8 @@ fn read_all(document: &Document<'_>, of: &Attributes) -> Result<Vec<(Vec3, Mat3)
     if counts.into_iter().flatten().any(|other| other != count) {
         return Err("its attributes differ in their counts".into());
     }
-    if count > MOST {
-        return Err(format!("{count} instances; at most {MOST} fit"));
-    }
+    let over = || format!("{count} instances, {} over all nodes; at most {MOST} fit", MOST - *left + count);
+    *left = left.checked_sub(count).ok_or_else(over)?;
     let one = |i: usize| {
         let translation = translations.map_or(Vec3::ZERO, |v| v.get(i).into());
         let scale = scales.map_or(Vec3::ONE, |v| v.get(i).into());
@@ -63,7 +64,7 @@ fn read_all(document: &Document<'_>, of: &Attributes) -> Result<Vec<(Vec3, Mat3)
 /// Adds copies of a node below it.
 pub(super) fn place(copies: Vec<(Vec3, Mat3)>, raw: &RawNode, of: usize, placed: &mut Vec<Placed>) {
     let Placed { index, world, ref node, .. } = placed[of];
-    let name = node.name.clone();
+    let name = short(&node.name).to_owned();
     for (i, (translation, linear)) in copies.into_iter().enumerate() {
         let (name, parent) = (format!("{name} instance {i}"), Some(of));
         let node = Node { name, parent, translation, linear, motion: vec![], animation: None };

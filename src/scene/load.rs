@@ -12,6 +12,7 @@ use super::{
 use crate::diag::{Checked, Diagnostic, Faults, Severity, Source};
 use crate::files;
 use glam::Vec3;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
@@ -263,19 +264,18 @@ fn without_loss(material: &super::Material, shown: &str) -> Option<Diagnostic> {
 
 /// What the scene RON adds, its names looked up.
 fn apply(scene: &mut Scene, description: &Description, document: &Document<'_>, faults: &mut Vec<Diagnostic>) {
-    for (name, finish) in &description.materials {
-        let mut known = false;
-        for material in scene.materials.iter_mut().filter(|m| m.name == name.value) {
-            material.specular = finish.specular;
-            material.shininess = finish.shininess;
-            known = true;
-        }
-        if !known {
-            let names = scene.materials.iter().map(|m| m.name.as_str());
-            faults.push(unknown("material", name, names, &document.shown));
+    let finishes: FxHashMap<_, _> = description.materials.iter().map(|(name, finish)| (&*name.value, finish)).collect();
+    for material in &mut scene.materials {
+        if let Some(finish) = finishes.get(&*material.name) {
+            (material.specular, material.shininess) = (finish.specular, finish.shininess);
         }
     }
-    let mut moved: Vec<(usize, &Located<String>)> = vec![];
+    let names: FxHashSet<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+    for (name, _) in description.materials.iter().filter(|(name, _)| !names.contains(&*name.value)) {
+        let names = scene.materials.iter().map(|m| m.name.as_str());
+        faults.push(unknown("material", name, names, &document.shown));
+    }
+    let mut moved: FxHashMap<usize, &Located<String>> = FxHashMap::default();
     for (name, keys) in &description.motion {
         let nodes = nodes_called(scene, &name.value);
         let &[node] = nodes.as_slice() else {
@@ -290,12 +290,11 @@ fn apply(scene: &mut Scene, description: &Description, document: &Document<'_>, 
             }
             continue;
         };
-        if let Some((_, first)) = moved.iter().find(|(n, _)| *n == node) {
+        if let Some(first) = moved.insert(node, name) {
             let d = Diagnostic::error(format!("\"{}\" moves a node that moves already", name.value));
             faults.push(d.at(&name.span, "").at(&first.span, "here").help("a node and its light move together"));
             continue;
         }
-        moved.push((node, name));
         let own = scene.nodes[node].translation;
         scene.nodes[node].motion = keys.iter().map(|key| keyframe(key, own)).collect();
     }

@@ -2,7 +2,7 @@
 
 use super::{
     document::{Document, place},
-    extensions::{Transform, extend, transform},
+    extensions::{TextureExtensions, Transform, extend},
     glossiness::{ConvertedMap, GlossyMaterial},
     import::usable,
     mips::TexelCoding,
@@ -13,10 +13,12 @@ use crate::diag::Diagnostic;
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::{
     material::{AlphaMode, Material as RawMaterial},
-    texture::{Info, MagFilter, MinFilter, WrappingMode},
+    texture::{MagFilter, MinFilter, WrappingMode},
     validation::Checked,
 };
-use std::path::PathBuf;
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use std::{collections::BTreeSet, path::PathBuf};
 
 /// Materials with what they refer to.
 pub(super) struct Materials {
@@ -146,25 +148,23 @@ fn material(
         faults.push(document.error(at, why));
     }
     let mut uses = vec![];
-    let mut add = |slot, info: &Option<Info>| {
-        uses.extend(info.iter().map(|info| Use {
-            slot,
-            texture: info.index.value(),
-            set: info.tex_coord,
-            transform: transform(info.extensions.as_ref().map(|e| &e.others)),
-            made: None,
-        }));
+    let mut add = |slot, texture: usize, set, others: Option<&Map<String, Value>>| match TextureExtensions::deserialize(
+        Value::Object(others.cloned().unwrap_or_default()),
+    ) {
+        Ok(TextureExtensions { transform }) => uses.push(Use { slot, texture, set, transform, made: None }),
+        Err(e) => faults.push(document.error(at, format!("the extensions of its texture {texture}: {e}"))),
     };
-    add(TextureSlot::BaseColor, &pbr.base_color_texture);
-    add(TextureSlot::Finish, &pbr.metallic_roughness_texture);
-    add(TextureSlot::Emission, &raw.emissive_texture);
-    uses.extend(raw.normal_texture.iter().map(|info| Use {
-        slot: TextureSlot::Normal,
-        texture: info.index.value(),
-        set: info.tex_coord,
-        transform: transform(info.extensions.as_ref().map(|e| &e.others)),
-        made: None,
-    }));
+    let plain = [
+        (TextureSlot::BaseColor, &pbr.base_color_texture),
+        (TextureSlot::Finish, &pbr.metallic_roughness_texture),
+        (TextureSlot::Emission, &raw.emissive_texture),
+    ];
+    for (slot, info) in plain.into_iter().filter_map(|(slot, info)| Some((slot, info.as_ref()?))) {
+        add(slot, info.index.value(), info.tex_coord, info.extensions.as_ref().map(|e| &e.others));
+    }
+    if let Some(info) = &raw.normal_texture {
+        add(TextureSlot::Normal, info.index.value(), info.tex_coord, info.extensions.as_ref().map(|e| &e.others));
+    }
     let mut material = Material {
         base_color,
         emission,
@@ -294,7 +294,12 @@ fn textured(
 
 /// Takes what alpha says back where nothing has any, and says what only some graphs show. `thin`: rows that vertices
 /// make less than opaque.
-pub(super) fn settle(document: &Document<'_>, found: &mut Materials, thin: &[u32], faults: &mut Vec<Diagnostic>) {
+pub(super) fn settle(
+    document: &Document<'_>,
+    found: &mut Materials,
+    thin: &BTreeSet<u32>,
+    faults: &mut Vec<Diagnostic>,
+) {
     for (i, m) in found.all.iter_mut().enumerate() {
         let holed = found.holed.get(i) == Some(&true) || m.base_color.w < 1.0 || thin.contains(&(i as u32));
         if m.alpha == Alpha::Blend && !holed {

@@ -8,8 +8,8 @@
 //!   compressed or sparse.
 //! - `import` makes nodes of them, `instancing` copies of some. `materials` and `extensions` read materials,
 //!   `glossiness` older ones; `textures`, `basis`, `mips` and `pages` read images.
-//! - `attached` reads lights and cameras; `animation` moves nodes; `deformer` reads skins and morph targets, which
-//!   `deform` poses.
+//! - `attached` reads lights and cameras, `names` tells those of one name apart; `animation` moves nodes; `deformer`
+//!   reads skins and morph targets, which `deform` poses.
 //! - `description` reads the scene RON. `complete` adds its lights and cameras, those of the command (`added`), and
 //!   what a scene lacks (`room` finds whether to stand inside); `environment` is light from all around (`sky`,
 //!   `panorama`).
@@ -84,6 +84,7 @@ mod materials;
 mod mips;
 mod model;
 mod motion;
+mod names;
 pub mod navigate;
 mod pages;
 mod panorama;
@@ -103,7 +104,7 @@ pub use added::{AddedCamera, AddedEnvironment, AddedLight, Additions};
 pub use animation::Animation;
 pub use assets::{AssetHashes, Assets};
 pub use bvh::{MAX_DEPTH, Refit, reach};
-pub use camera::FRAME_VALUES;
+pub use camera::{CONTENT_HASH, FRAME_VALUES};
 pub use clusters::{CLUSTER, Cluster};
 pub(crate) use columns::Since;
 pub use columns::{Column, Table};

@@ -112,6 +112,10 @@ const MAX_SWEPT: usize = 1 << 20;
 /// Points swept one by one; of larger meshes the corners of their box are.
 const MAX_SWEPT_POINTS: usize = 4096;
 
+/// Points of all transforms of all sweeps, after which one box goes round all that hangs from a node: what hangs from
+/// many moving nodes is swept by each.
+const MAX_SWEPT_OVERALL: usize = 1 << 26;
+
 impl Scene {
     /// The scene at a time in seconds. A time that is not finite counts as 0.
     pub fn pose(&self, time: f32) -> Pose {
@@ -252,52 +256,100 @@ impl Scene {
                 bounds = bounds.union(Bounds::of([still[node].transform_point3(position)]));
             }
         }
-        for (node, points) in points.into_iter().enumerate().filter(|(_, p)| !p.is_empty()) {
-            bounds = bounds.union(self.swept(node, points));
-        }
+        let all = |points: Vec<Vec3>| if points.is_empty() { vec![] } else { vec![Carried::of(points)] };
+        let mut carried: Vec<Vec<Carried>> = points.into_iter().map(all).collect();
         for deformed in self.deformed.iter() {
             for (node, around) in deformed.boxes(&self.geometry.vertices[deformed.vertices.clone()]) {
-                bounds = bounds.union(self.swept(node, around.corners().to_vec()));
+                carried[node].push(Carried::of(around.corners().to_vec()));
             }
         }
-        bounds
+        self.swept(carried).into_iter().fold(bounds, Bounds::union)
     }
 
-    /// The box that points of a node's space sweep in the world.
-    fn swept(&self, node: usize, mut points: Vec<Vec3>) -> Bounds {
-        let mut margin = 0.0_f32;
-        let mut above = Some(node);
-        let mut pending = Mat4::IDENTITY;
-        while let Some(index) = above {
-            let node = &self.nodes[index];
-            above = node.parent;
-            if !node.moves() {
-                pending = local(node, 0.0) * pending;
+    /// The boxes that points of nodes' spaces sweep in the world. Children come last, so that each node gets all that
+    /// hangs from it before it carries that on.
+    fn swept(&self, mut carried: Vec<Vec<Carried>>) -> Vec<Bounds> {
+        let mut boxes = vec![];
+        let mut left = MAX_SWEPT_OVERALL;
+        for index in (0..self.nodes.len()).rev() {
+            let (node, mut all) = (&self.nodes[index], std::mem::take(&mut carried[index]));
+            if all.is_empty() {
                 continue;
             }
-            let transforms = sweep(node);
-            if points.len() > MAX_SWEPT_POINTS || points.len() * transforms.len() > MAX_SWEPT {
-                points = Bounds::of(points.iter().map(|p| pending.transform_point3(*p))).corners().to_vec();
-                pending = Mat4::IDENTITY;
+            if left == 0 {
+                all = vec![Carried::joined(&all)];
             }
-            // The static way up to the next moving ancestor comes first, so that its rotation costs no tightness.
-            let mut rise = Mat4::IDENTITY;
-            while let Some(parent) = above.filter(|p| !self.nodes[*p].moves()) {
-                rise = local(&self.nodes[parent], 0.0) * rise;
-                above = self.nodes[parent].parent;
+            let mut above = node.parent;
+            if node.moves() {
+                let transforms = sweep(node);
+                // The static way up to the next moving ancestor comes first, so that its rotation costs no tightness.
+                let mut rise = Mat4::IDENTITY;
+                while let Some(parent) = above.filter(|p| left > 0 && !self.nodes[*p].moves()) {
+                    left -= 1;
+                    rise = local(&self.nodes[parent], 0.0) * rise;
+                    above = self.nodes[parent].parent;
+                }
+                let turned = node.animation.as_ref().is_some_and(|a| node.motion.is_empty() && a.turns());
+                let turns = turned || node.motion.iter().any(|k| k.rotation.is_some());
+                for one in &mut all {
+                    left = left.saturating_sub(one.points.len().min(MAX_SWEPT_POINTS) * transforms.len());
+                    one.sweep(&transforms, rise, turns);
+                }
+            } else {
+                left = left.saturating_sub(8 * all.len());
+                let local = local(node, 0.0);
+                all.iter_mut().for_each(|one| one.way = local * one.way);
             }
-            let bounds = transforms.into_iter().fold(Bounds::EMPTY, |bounds, local| {
-                let way = rise * local * pending;
-                bounds.union(Bounds::of(points.iter().map(|p| way.transform_point3(*p))))
-            });
-            let turned = node.animation.as_ref().is_some_and(|a| node.motion.is_empty() && a.turns());
-            let turns = turned || node.motion.iter().any(|k| k.rotation.is_some());
-            margin += if turns { bounds.diagonal() * SWEEP_MARGIN } else { 0.0 };
-            points = bounds.corners().to_vec();
-            pending = Mat4::IDENTITY;
+            match above {
+                Some(above) => carried[above].append(&mut all),
+                None => boxes.extend(all.iter().map(Carried::bounds)),
+            }
         }
-        let bounds = Bounds::of(points.iter().map(|p| pending.transform_point3(*p)));
-        Bounds { min: bounds.min - margin, max: bounds.max + margin }
+        boxes
+    }
+}
+
+/// Points on their way up to the world.
+struct Carried {
+    points: Vec<Vec3>,
+    /// Into the space of the node that they have come to.
+    way: Mat4,
+    /// By how much the box round them is too small.
+    margin: f32,
+}
+
+impl Carried {
+    fn of(points: Vec<Vec3>) -> Carried {
+        Carried { points, way: Mat4::IDENTITY, margin: 0.0 }
+    }
+
+    /// The corners of a box round all of these: it is looser where something turns.
+    fn joined(all: &[Carried]) -> Carried {
+        let round = all.iter().fold(Bounds::EMPTY, |round, one| round.union(one.tight()));
+        let margin = all.iter().map(|one| one.margin).fold(0.0, f32::max);
+        Carried { margin, ..Carried::of(round.corners().to_vec()) }
+    }
+
+    fn tight(&self) -> Bounds {
+        Bounds::of(self.points.iter().map(|p| self.way.transform_point3(*p)))
+    }
+
+    fn bounds(&self) -> Bounds {
+        let tight = self.tight();
+        Bounds { min: tight.min - self.margin, max: tight.max + self.margin }
+    }
+
+    /// Makes the points the corners of the box that they sweep at these transforms, and then `rise`.
+    fn sweep(&mut self, transforms: &[Mat4], rise: Mat4, turns: bool) {
+        if self.points.len() > MAX_SWEPT_POINTS || self.points.len() * transforms.len() > MAX_SWEPT {
+            *self = Carried { margin: self.margin, ..Carried::of(self.tight().corners().to_vec()) };
+        }
+        let bounds = transforms.iter().fold(Bounds::EMPTY, |bounds, local| {
+            let way = rise * *local * self.way;
+            bounds.union(Bounds::of(self.points.iter().map(|p| way.transform_point3(*p))))
+        });
+        let wider = if turns { bounds.diagonal() * SWEEP_MARGIN } else { 0.0 };
+        *self = Carried { margin: self.margin + wider, ..Carried::of(bounds.corners().to_vec()) };
     }
 }
 
@@ -389,4 +441,17 @@ fn sweep(node: &Node) -> Vec<Mat4> {
 
 fn same_axis(a: &Keyframe, b: &Keyframe) -> bool {
     a.rotation.zip(b.rotation).is_none_or(|((a, _), (b, _))| a.dot(b) > 0.999_999)
+}
+
+#[test]
+fn a_box_round_what_motion_carries_holds_all_of_it() {
+    let one = |x: f32, margin: f32| {
+        let way = Mat4::from_rotation_translation(Quat::from_rotation_z(x), Vec3::X * x);
+        Carried { way, margin, ..Carried::of(vec![Vec3::ZERO, Vec3::ONE]) }
+    };
+    let all = [one(0.0, 0.1), one(2.0, 0.0), one(-3.0, 0.2)];
+    let round = Carried::joined(&all);
+    assert_eq!((round.points.len(), round.margin), (8, 0.2));
+    let (joined, each) = (round.bounds(), all.iter().map(Carried::bounds).fold(Bounds::EMPTY, Bounds::union));
+    assert!(joined.min.cmple(each.min).all() && joined.max.cmpge(each.max).all(), "{joined:?} {each:?}");
 }

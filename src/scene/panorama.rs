@@ -3,11 +3,11 @@
 use super::environment::{Environment, LARGEST_EDGE};
 use crate::diag::{Checked, Diagnostic};
 use crate::files;
+use crate::image::decode::{Decoded, Numbers, decode};
 use crate::image::{Image, exr::read_exr};
 use crate::math::cube::panorama_place;
 use glam::{Quat, Vec2, Vec3};
-use image::{DynamicImage, ImageDecoder, ImageReader};
-use std::{io::Cursor, path::Path};
+use std::path::Path;
 
 /// Radiance by place on the picture, in rows from the top.
 pub(super) struct Panorama {
@@ -29,36 +29,22 @@ const MAX_BYTES: u64 = 1 << 28;
 pub(super) fn read(path: &Path) -> Result<Panorama, String> {
     let shown = path.display();
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let (width, height, pixels) = match extension.as_str() {
-        "exr" => {
-            let image = read_exr(path)
-                .map_err(|faults| faults.0.iter().map(|d| d.message.as_str()).collect::<Vec<_>>().join("; "))?;
-            let Image { width, height, .. } = image;
-            (width, height, image.rgb().map(Vec3::from).collect::<Vec<_>>())
-        }
+    let image = match extension.as_str() {
+        "exr" => read_exr(path)
+            .map_err(|faults| faults.0.iter().map(|d| d.message.as_str()).collect::<Vec<_>>().join("; "))?,
         "hdr" => {
             let bytes = files::read(path, MAX_BYTES).map_err(|e| format!("can't read {shown}: {e}"))?;
-            let reader = ImageReader::new(Cursor::new(bytes))
-                .with_guessed_format()
-                .map_err(|e| format!("can't read {shown}: {e}"))?;
-            if reader.format() != Some(image::ImageFormat::Hdr) {
+            let Decoded { image, numbers } = decode(path, &bytes, MAX_PIXELS).map_err(|d| d.message)?;
+            if numbers != Numbers::Floats {
                 return Err(format!("{shown} is no Radiance picture (.hdr)"));
             }
-            let decoder = reader.into_decoder().map_err(|e| format!("can't read {shown}: {e}"))?;
-            let (width, height) = decoder.dimensions();
-            if u64::from(width) * u64::from(height) > MAX_PIXELS {
-                return Err(format!("{shown} {}", too_large(width, height)));
-            }
-            let image = DynamicImage::from_decoder(decoder).map_err(|e| format!("can't read {shown}: {e}"))?;
-            (width, height, image.into_rgb32f().as_raw().as_chunks::<3>().0.iter().map(|p| Vec3::from(*p)).collect())
+            image
         }
         _ => return Err(format!("{shown}: an environment is a .hdr or .exr panorama")),
     };
+    let Image { width, height, .. } = image;
+    let pixels = image.rgb().map(Vec3::from).collect();
     Panorama::new(width, height, pixels).map_err(|why| format!("{shown} {why}"))
-}
-
-fn too_large(width: u32, height: u32) -> String {
-    format!("has {width}×{height} pixels, more than {MAX_PIXELS}; make it smaller")
 }
 
 impl Environment {
@@ -76,7 +62,7 @@ impl Environment {
 impl Panorama {
     fn new(width: u32, height: u32, pixels: Vec<Vec3>) -> Result<Panorama, String> {
         if u64::from(width) * u64::from(height) > MAX_PIXELS {
-            return Err(too_large(width, height));
+            return Err(format!("has {width}×{height} pixels, more than {MAX_PIXELS}; make it smaller"));
         }
         if width != height.saturating_mul(2) || pixels.is_empty() || pixels.len() != (width * height) as usize {
             return Err(format!("has {width}×{height} pixels: a panorama of all directions is twice as wide as high"));

@@ -10,6 +10,7 @@ use super::{
     mips::{self, TexelCoding},
     pages::{self, PagePlace},
 };
+use crate::caught::caught;
 use crate::parallel;
 use glam::{Vec2, Vec4};
 use gltf::json::Image;
@@ -293,7 +294,7 @@ fn stated_size(bytes: &[u8]) -> Option<[u32; 2]> {
     if basis::is_basis(bytes) {
         return basis::stated_size(bytes);
     }
-    reader(bytes).ok()?.into_dimensions().ok().map(|(width, height)| [width, height])
+    caught(|| reader(bytes).ok()?.into_dimensions().ok()).flatten().map(|(width, height)| [width, height])
 }
 
 fn decode(bytes: &[u8]) -> Result<TextureImage, String> {
@@ -301,7 +302,9 @@ fn decode(bytes: &[u8]) -> Result<TextureImage, String> {
         return basis::decode(bytes).map_err(|why| format!("KTX2: {why}"));
     }
     let why = |why: String| format!("it is no readable PNG, JPEG, WebP or KTX2: {why}");
-    let decoded = reader(bytes).and_then(|r| r.decode().map_err(|e| e.to_string())).map_err(why)?.into_rgba8();
+    // The decoders may panic on damaged files.
+    let read = || reader(bytes).and_then(|r| r.decode().map_err(|e| e.to_string()));
+    let decoded = caught(read).unwrap_or_else(|| Err("it is damaged".into())).map_err(why)?.into_rgba8();
     let (width, height) = decoded.dimensions();
     if width == 0 || height == 0 {
         return Err("it has no texels".into());
@@ -321,6 +324,16 @@ mod tests {
         assert_eq!(largest_edge(&[[8192, 16]]), 4096);
         assert_eq!(largest_edge(&[[2048, 2048]; 256]), 4096);
         assert_eq!(largest_edge(&[[4096, 4096]; 256]), 2048);
+    }
+
+    /// zune-jpeg 0.5.15 goes beyond its one row.
+    #[test]
+    fn a_file_that_its_decoder_panics_of_is_damaged() {
+        let head = b"\xff\xd8\xff\xdb\0\x43\0".iter().chain(&[1; 64]);
+        let frame = b"\xff\xc2\0\x0b\x08\0\x10\0\x10\x01\x01\x11\0\xff\xee\0\x0eAdobe\0\x64\0\0\0\0\x02";
+        let scan = b"\xff\xda\0\x08\x01\x01".iter().chain(&[0; 44]).chain(b"\xff\xd9");
+        let bytes: Vec<u8> = head.chain(frame).chain(scan).copied().collect();
+        assert!(decode(&bytes).unwrap_err().contains("it is damaged"));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What a stranger's project may try: the command ends by itself, with a fault and a code, within time and memory.
 
 use crate::support::{Scratch, ended, repository};
+use serde_json::{Value, json};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
@@ -266,4 +267,179 @@ fn the_deepest_shader_that_is_let_pass_reaches_the_device() {
         true,
     );
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// A glTF of one triangle, whose buffer is [`BUFFER`].
+fn triangle() -> Value {
+    json!({
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "buffers": [{"uri": BUFFER, "byteLength": 112}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 36},
+            {"buffer": 0, "byteOffset": 36, "byteLength": 12},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 64},
+        ],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+    })
+}
+
+const BUFFER: &str = "triangle.bin";
+
+/// An accessor of as many zeros as one likes.
+fn zeros(count: usize, shape: &str) -> Value {
+    let sparse = json!({"count": 1, "indices": {"bufferView": 2, "componentType": 5125}, "values": {"bufferView": 2}});
+    json!({"componentType": 5126, "count": count, "type": shape, "sparse": sparse})
+}
+
+/// Plans a graph for a scene of [`triangle`]'s kind, besides which there may be a file.
+#[track_caller]
+fn plan_for(name: &str, gltf: &Value, besides: Option<(&str, Vec<u8>)>, code: i32, words: &[&str]) {
+    let scratch = project(name, "", "");
+    let floats = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes);
+    let indices = [0_u32, 1, 2].map(u32::to_le_bytes);
+    let all = [floats.as_flattened(), indices.as_flattened(), &[0; 64]].concat();
+    fs::write(scratch.path().join(BUFFER), all).unwrap();
+    if let Some((file, bytes)) = besides {
+        fs::write(scratch.path().join(file), bytes).unwrap();
+    }
+    fs::write(scratch.path().join("s.gltf"), gltf.to_string()).unwrap();
+    expect(scratch.path(), &["plan", "g.ron", "--scene", "s.gltf"], code, words);
+}
+
+#[test]
+fn instances_of_all_nodes_together_have_a_limit() {
+    let mut gltf = triangle();
+    gltf["accessors"].as_array_mut().unwrap().push(zeros(1 << 18, "VEC3"));
+    let many = json!({"extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}});
+    gltf["nodes"].as_array_mut().unwrap().extend(vec![many; 64]);
+    gltf["scenes"][0]["nodes"] = (0..65).collect();
+    let words = ["nodes[2]", "262144 instances, 524288 over all nodes; at most 262144 fit"];
+    plan_for("hostile-instances", &gltf, None, 1, &words);
+}
+
+#[test]
+fn an_instance_costs_what_it_shows_and_not_what_its_mesh_could() {
+    let mut gltf = triangle();
+    let mut positions = zeros(6_000_000, "VEC3");
+    positions["sparse"] =
+        json!({"count": 3, "indices": {"bufferView": 1, "componentType": 5125}, "values": {"bufferView": 0}});
+    let indices = json!({"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"});
+    gltf["accessors"] = json!([positions, indices, zeros(1 << 17, "VEC3")]);
+    gltf["meshes"][0]["primitives"][0]["indices"] = json!(1);
+    gltf["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(0);
+    let places = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 2}}});
+    gltf["nodes"] = json!([{"mesh": 0, "extensions": places}]);
+    plan_for("hostile-vertices", &gltf, None, 0, &[]);
+}
+
+#[test]
+fn channels_with_the_same_keys_take_neither_memory_nor_time() {
+    let (channels, keys) = (10_000, 100_000_u32);
+    let times: Vec<u8> = (0..keys).flat_map(|i| (i as f32).to_le_bytes()).collect();
+    let animated = |channel: &dyn Fn(usize) -> usize| {
+        let mut gltf = triangle();
+        gltf["buffers"].as_array_mut().unwrap().push(json!({"uri": "times.bin", "byteLength": times.len()}));
+        gltf["bufferViews"].as_array_mut().unwrap().push(json!({"buffer": 1, "byteLength": times.len()}));
+        let input = json!({"bufferView": 3, "componentType": 5126, "count": keys, "type": "SCALAR"});
+        gltf["accessors"].as_array_mut().unwrap().extend([input, zeros(keys as usize, "VEC3")]);
+        let target = |node: usize| json!({"sampler": 0, "target": {"node": node, "path": "translation"}});
+        let all: Vec<Value> = (0..channels).map(|i| target(channel(i))).collect();
+        gltf["animations"] = json!([{"samplers": [{"input": 1, "output": 2}], "channels": all}]);
+        gltf["nodes"].as_array_mut().unwrap().extend(vec![json!({}); channels]);
+        gltf["scenes"][0]["nodes"] = (0..=channels).collect();
+        gltf
+    };
+    let besides = || Some(("times.bin", times.clone()));
+    plan_for("hostile-channel", &animated(&|_| 0), besides(), 0, &[]);
+    plan_for("hostile-channels", &animated(&|i| i + 1), besides(), 0, &[]);
+}
+
+#[test]
+fn what_hangs_from_many_moving_nodes_is_not_swept_by_each_alone() {
+    let (nodes, keys) = (1000, 256_u32);
+    let times: Vec<u8> = (0..keys).flat_map(|i| (i as f32).to_le_bytes()).collect();
+    let mut gltf = triangle();
+    gltf["buffers"].as_array_mut().unwrap().push(json!({"uri": "times.bin", "byteLength": times.len()}));
+    gltf["bufferViews"].as_array_mut().unwrap().push(json!({"buffer": 1, "byteLength": times.len()}));
+    let input = json!({"bufferView": 3, "componentType": 5126, "count": keys, "type": "SCALAR"});
+    gltf["accessors"].as_array_mut().unwrap().extend([input, zeros(keys as usize, "VEC3")]);
+    let target = |node: usize| json!({"sampler": 0, "target": {"node": node, "path": "translation"}});
+    let all: Vec<Value> = (0..nodes).map(target).collect();
+    gltf["animations"] = json!([{"samplers": [{"input": 1, "output": 2}], "channels": all}]);
+    let below = |i: usize| if i + 1 < nodes { json!({"mesh": 0, "children": [i + 1]}) } else { json!({"mesh": 0}) };
+    gltf["nodes"] = (0..nodes).map(below).collect();
+    plan_for("hostile-chain", &gltf, Some(("times.bin", times)), 0, &[]);
+}
+
+#[test]
+fn thousands_of_cameras_may_have_one_name() {
+    let mut gltf = triangle();
+    gltf["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}]);
+    gltf["nodes"].as_array_mut().unwrap().extend(vec![json!({"name": "a", "camera": 0}); 6000]);
+    gltf["scenes"][0]["nodes"] = (0..=6000).collect();
+    plan_for("hostile-cameras", &gltf, None, 0, &[]);
+}
+
+#[test]
+fn a_file_is_read_once_however_many_buffers_name_it() {
+    let mut gltf = triangle();
+    gltf["buffers"].as_array_mut().unwrap().extend(vec![json!({"uri": "large.bin", "byteLength": 1}); 2000]);
+    plan_for("hostile-buffers", &gltf, Some(("large.bin", vec![0; 4 << 20])), 0, &[]);
+}
+
+#[test]
+fn primitives_that_share_an_accessor_are_counted_before_they_are_read() {
+    let mut gltf = triangle();
+    gltf["accessors"].as_array_mut().unwrap().extend([
+        zeros(2_000_000, "VEC3"),
+        json!({"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"}),
+    ]);
+    gltf["images"] = json!([{"uri": "none.png"}]);
+    gltf["textures"] = json!([{"source": 0}]);
+    gltf["materials"] = json!([{"normalTexture": {"index": 0}}]);
+    let strip = json!({"attributes": {"POSITION": 1}, "mode": 5, "material": 0});
+    gltf["meshes"][0]["primitives"] = json!(vec![strip; 3000]);
+    let words = ["5999994000 triangles over all nodes; at most 16777216 fit"];
+    plan_for("hostile-triangles", &gltf, None, 1, &words);
+    let few = json!({"attributes": {"POSITION": 1}, "indices": 2});
+    gltf["meshes"][0]["primitives"] = json!(vec![few; 3000]);
+    let words = ["6000009000 vectors and indices over all primitives; at most 536870912 fit"];
+    plan_for("hostile-elements", &gltf, None, 1, &words);
+}
+
+#[test]
+fn sizes_that_follow_from_each_other_have_a_limit() {
+    let scratch = Scratch::new("chain");
+    let size = |i: u32| if i == 1998 { "screen".to_string() } else { format!("t{}", i + 1) };
+    let one = |i: u32| format!("\"t{i}\": Texture(format: Rgba16Float, size: \"{}\"),\n", size(i));
+    let all: String = (0..1999).map(one).collect();
+    let text = format!(
+        "Graph(about: \"A chain.\", resources: {{{all}}}, passes: [Clear(name: \"c\", target: \"t0\", \
+         value: (0, 0, 0, 0))], outputs: {{\"t0\": \"t0\"}})"
+    );
+    fs::write(scratch.path().join("chain.ron"), text).unwrap();
+    // Tests are planned on threads, whose stacks are small.
+    fs::create_dir_all(scratch.path().join("tests/graphs")).unwrap();
+    let test = "Test(about: \"t\", graph: \"../../chain.ron\", size: (8, 8), checks: [Plan()])";
+    fs::write(scratch.path().join("tests/graphs/chain.ron"), test).unwrap();
+    expect(scratch.path(), &["check", "chain.ron"], 1, &["more than 200 sizes follow from each other"]);
+    expect(scratch.path(), &["plan", "chain.ron"], 1, &["more than 200 sizes follow from each other"]);
+}
+
+#[test]
+fn fields_and_names_without_number_are_told_apart_in_time() {
+    let scratch = Scratch::new("fields");
+    let text = format!("Graph({} about: \"Many.\")", "about: \"\",".repeat(200_000));
+    fs::write(scratch.path().join("fields.ron"), text).unwrap();
+    expect(scratch.path(), &["check", "fields.ron"], 1, &["`about` stands twice"]);
+    let name = |i: u32| format!("\"m{i}\":(),");
+    let text = format!("Scene(gltf: \"s.gltf\", materials: {{{}}})", (0..150_000).map(name).collect::<String>());
+    fs::write(scratch.path().join("many.ron"), text).unwrap();
+    fs::copy(repository("scenes/cornell_point.gltf"), scratch.path().join("s.gltf")).unwrap();
+    fs::write(scratch.path().join("g.ron"), graph("a.wgsl")).unwrap();
+    expect(scratch.path(), &["plan", "g.ron", "--scene", "many.ron"], 1, &["no material called \"m0\""]);
 }

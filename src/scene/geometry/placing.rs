@@ -1,6 +1,6 @@
 //! Instances laid out as vertices and indices.
 
-use super::{Flipped, Geometry, Instance, MAX_TRIANGLES, More, Primitive, Tangents, Vertex, face_normal, has_area};
+use super::{Flipped, Geometry, Instance, More, Primitive, Tangents, Vertex, face_normal, has_area};
 use crate::{
     diag::Diagnostic,
     scene::{
@@ -17,7 +17,8 @@ use rustc_hash::FxHashMap;
 const MAX_DEFORMED: usize = (1 << 20) - (1 << 18);
 
 /// Lays all instances out in one list, not yet in clusters. Mirroring transforms get their winding turned round, so
-/// that front stays front. `nodes`: how many there are.
+/// that front stays front. `nodes`: how many there are. The instances of a node follow on each other, and have
+/// MAX_TRIANGLES at most.
 pub(in crate::internals::scene) fn assemble(
     document: &Document<'_>,
     nodes: usize,
@@ -29,11 +30,6 @@ pub(in crate::internals::scene) fn assemble(
         of.map(|i| i.primitive.drawn).fold(0, usize::saturating_add)
     };
     let total = drawn(false).saturating_add(drawn(true));
-    if total > MAX_TRIANGLES {
-        let why = format!("{total} triangles over all nodes; at most {MAX_TRIANGLES} fit");
-        faults.push(document.error("scene", why).help("thin the meshes out, or place them at fewer nodes"));
-        return Default::default();
-    }
     let has = |what: fn(&Primitive<'_>) -> bool| instances.iter().any(|i| what(i.primitive));
     let mut out = Placing {
         vertices: vec![],
@@ -43,15 +39,17 @@ pub(in crate::internals::scene) fn assemble(
         framed: has(|p| !matches!(p.tangents, Tangents::None)),
         owners: Owners::of(nodes),
         sources: vec![],
+        became: vec![],
     };
     let (mut deformed, mut displacements) = (vec![], 0_usize);
     let mut one_sided = Vec::with_capacity(3 * total);
     let mut two_sided = Vec::with_capacity(3 * drawn(true));
-    for instance in instances {
+    let mut dropped = 0;
+    for (i, instance) in instances.iter().enumerate() {
         let indices = if instance.double_sided { &mut two_sided } else { &mut one_sided };
         let first = out.vertices.len();
-        let dropped = out.place(instance, indices);
-        if let Some(deformer) = instance.deformer {
+        dropped += out.place(instance, indices);
+        if let Some(deformer) = instance.deformer.filter(|_| out.vertices.len() > first) {
             let (of, placed) = (&instance.primitive.deformable, &out.vertices[first..]);
             displacements = displacements.saturating_add(Deformer::displacements(of, placed.len()));
             if out.owners.rows() > MAX_DEFORMED || displacements > MAX_DISPLACEMENTS {
@@ -64,9 +62,11 @@ pub(in crate::internals::scene) fn assemble(
             let sources = std::mem::take(&mut out.sources);
             deformed.push(deformer.deformed(of, instance.node, placed, first, &sources));
         }
-        if dropped > 0 {
+        let whole = instances.get(i + 1).is_none_or(|next| next.node != instance.node);
+        if whole && dropped > 0 {
             let why = format!("its transform leaves {dropped} triangles without area; they are dropped");
             faults.push(document.warning(format!("node \"{}\"", instance.node_name), why));
+            dropped = 0;
         }
     }
     // MAX_TRIANGLES keeps the count far inside u32.
@@ -86,6 +86,8 @@ pub(super) struct Placing {
     pub owners: Owners,
     /// Of an instance with a deformer: the places in the primitive that its vertices were.
     pub sources: Vec<u32>,
+    /// By place in a primitive: the vertex that it became last, in whichever instance.
+    pub became: Vec<u32>,
 }
 
 impl Placing {
@@ -93,13 +95,16 @@ impl Placing {
     pub fn place(&mut self, instance: &Instance<'_>, indices: &mut Vec<u32>) -> usize {
         let primitive = instance.primitive;
         let mirrored = (instance.world.determinant() < 0.0) != (primitive.flipped == Flipped::Triangles);
-        // By place in the primitive: the vertex that it became.
-        const NOWHERE: u32 = u32::MAX;
-        let mut placed = vec![NOWHERE; primitive.positions.len()];
+        // What vertices of other instances became lies before; what is no vertex yet, behind.
+        let first = self.vertices.len();
+        let given = primitive.normals.is_some();
+        if given && self.became.len() < primitive.positions.len() {
+            self.became.resize(primitive.positions.len(), u32::MAX);
+        }
         // Where tangents are made, a place may become several vertices: by the tangent's bits.
         let mut parted: FxHashMap<(u32, [u32; 4]), u32> = FxHashMap::default();
         // A flat normal belongs to one triangle: its vertices are its own.
-        let most = if primitive.normals.is_some() { placed.len() } else { usize::MAX };
+        let most = if given { primitive.positions.len() } else { usize::MAX };
         self.vertices.reserve(most.min(3 * primitive.drawn));
         let (mut dropped, mut drawn) = (0, 0);
         for triangle in primitive.triangles.iter() {
@@ -113,7 +118,6 @@ impl Placing {
                 continue;
             }
             let flat = face_normal(corners);
-            let given = primitive.normals.is_some();
             let [a, b, c] = [0, 1, 2].map(|corner| {
                 let index = triangle[corner];
                 let made = match &primitive.tangents {
@@ -123,7 +127,11 @@ impl Placing {
                 let known = match made {
                     Some(made) if given => parted.get(&(index, made.map(f32::to_bits))).copied(),
                     Some(_) => None,
-                    None => Some(placed[index as usize]).filter(|v| *v != NOWHERE),
+                    None if given => {
+                        let own = first..self.vertices.len();
+                        Some(self.became[index as usize]).filter(|v| own.contains(&(*v as usize)))
+                    }
+                    None => None,
                 };
                 if let Some(known) = known {
                     return known;
@@ -131,7 +139,7 @@ impl Placing {
                 let new = self.push(instance, index, primitive.normal(index, flat), made);
                 match made {
                     Some(made) => drop(parted.insert((index, made.map(f32::to_bits)), new)),
-                    None if given => placed[index as usize] = new,
+                    None if given => self.became[index as usize] = new,
                     None => {}
                 }
                 new

@@ -125,6 +125,27 @@ fn what_is_left_out_of_animations_is_said() {
         json["animations"].as_array_mut().unwrap().push(again);
     });
     assert!(text.contains("the first of 2, \"Go\", moves the scene"), "{text}");
+    let text = notices(&|json| {
+        let again = json["animations"][0]["channels"][0].clone();
+        json["animations"][0]["channels"].as_array_mut().unwrap().push(again);
+    });
+    assert!(text.contains("channels[1]: an earlier one moves the same; it is left out"), "{text}");
+    let text = notices(&|json| {
+        let channel = json["animations"][0]["channels"][0].clone();
+        let path = |path: &str| {
+            let mut channel = channel.clone();
+            channel["target"]["path"] = json!(path);
+            channel
+        };
+        json["animations"][0]["channels"] = json!([path("rotation"), path("scale")]);
+        let output = json["animations"][0]["samplers"][0]["output"].as_u64().unwrap() as usize;
+        let zeros = json!({"bufferView": 0, "componentType": 5121});
+        json["accessors"][output] = json!({"componentType": 5121, "count": 60_000_000, "type": "SCALAR", "sparse": {
+            "count": 1, "indices": zeros, "values": zeros,
+        }});
+    });
+    let words = "with its 60000002 times and values the animation has more than 67108864; it is left out";
+    assert!(text.contains("channels[0]: accessor 3 holds Scalar, not Vec4") && text.contains(words), "{text}");
     // As `KHR_animation_pointer` has them.
     let text = notices(&|json| {
         json["animations"][0]["channels"][0]["target"] = json!({"path": "pointer"});

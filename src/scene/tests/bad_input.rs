@@ -96,6 +96,9 @@ fn accessors_are_checked_before_they_are_read() {
     };
     check(sparse(12, 1), &["accessors[0]: sparse index 1065353216 is out of range"]);
     check(sparse(0, 99), &["accessors[0]: its sparse indices reach past their buffer view of 48 bytes"]);
+    let bytes = json!({"bufferView": 0, "componentType": 5121});
+    let many = json!({"count": 7, "indices": bytes, "values": {"bufferView": 0}});
+    check(accessor(1, "sparse", many), &["accessors[1]: it has 7 sparse values for 6 elements"]);
     check(|f| f.json["bufferViews"][0]["byteStride"] = json!(0), &["elements of 12 bytes, 0 bytes apart"]);
     check(|f| f.json["bufferViews"][0]["byteLength"] = json!(1_u64 << 40), &["buffer view 0 reaches past its buffer"]);
     check(|f| f.json["bufferViews"][0]["byteOffset"] = json!(u64::MAX), &["buffer view 0 reaches past its buffer"]);

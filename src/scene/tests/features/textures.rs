@@ -59,6 +59,11 @@ pub const TEXTURES: &[Case] = &[
         Fault(&["its transform holds a number"]),
     ),
     (
+        "transform of one number",
+        |f| transformed(f, json!({"offset": [0.5], "scale": [4, 4]})),
+        Fault(&["the extensions of its texture 0", "expected an array of length 2"]),
+    ),
+    (
         "second coordinates",
         |f| {
             base_texture(f, RED);
