@@ -37,7 +37,9 @@ fn add_round(@builtin(global_invocation_id) id: vec3u) {
     let direct = textureLoad(first_direct, id.xy, 0);
     let index = place(id.xy);
     let rounds = round();
-    direct_means[index] = mix(direct_means[index], direct, 1.0 / f32(rounds + 1u));
+    // Not even numbers that are none come over from what showed something else.
+    let direct_before = select(direct, direct_means[index], rounds > 0u);
+    direct_means[index] = mix(direct_before, direct, 1.0 / f32(rounds + 1u));
     let seen = seen_at(id.xy);
     if !is_lit(seen.albedo) {
         gathered_light[index] = GatheredLight(vec3f(0.0), 0.0, vec3f(0.0), NO_POINT);

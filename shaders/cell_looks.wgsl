@@ -1,24 +1,19 @@
 //! From where their rays leave, the cells look at emitters: each time at one of a few points drawn by power, chosen by
 //! what it gives unshadowed (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005). Rays
 //! that met emitters count, too.
-#import lightgraph::emitters::{Sample, draw, draw_density, emitters}
+#import lightgraph::emitters::{Sample, draw, emitters}
+#import lightgraph::looks::{cell_samples, points_each}
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
 #import lightgraph::packed_light
 #import lightgraph::random::{next, next_pair, scramble}
-#import lightgraph::rays::unpack_flat_normal
 #import lightgraph::rounds::salt
 #import lightgraph::trace::{is_free, leave}
 
 const LINKS: u32 = #{LINKS}u;
-var<uniform> cell_samples: u32;
-var<storage, read> link_rays: array<vec4u>;
-/// Before: the emission that a ray met. After: what the place that it leaves has of emitters, as a white surface
-/// would send it on.
+/// Before: what the ray brings. After: what the place that it leaves has of emitters, as a white surface would send it
+/// on.
 var<storage, read_write> link_emission: array<vec2u>;
 
-/// Points that one is chosen from at most, and the emitters that make one of them worth its time.
-const CANDIDATES: u32 = 4u;
-const EMITTERS_EACH: u32 = 64u;
 /// Rays end this share before an emitter, which would be in its own way.
 const REACH: f32 = 0.9999;
 
@@ -34,7 +29,7 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u) {
     let start = leave(here.position, here.flat_normal);
     var state = scramble(key + scramble(link) + salt());
     var straight = vec3f(0.0);
-    let each = clamp(arrayLength(&emitters) / EMITTERS_EACH, 1u, CANDIDATES);
+    let each = points_each();
     let candidates = cell_samples * each;
     // Every other link covers all emitters evenly, and so do the rest: see cell_emission.wgsl.
     let strata = f32((LINKS + 1u - link % 2u) / 2u * candidates);
@@ -64,15 +59,5 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u) {
             straight += chosen.radiance * (density * total / (own * f32(candidates)) * drawn / (drawn + density));
         }
     }
-    // What the ray met that leaves there.
-    let emission = packed_light::unpack(link_emission[id.x]);
-    if any(emission > vec3f(0.0)) {
-        let offset = bitcast<vec3f>(link_rays[2u * id.x].xyz) - here.position;
-        let way = normalize(offset);
-        let density = max(dot(here.normal, way), 0.0) / 3.14159265359;
-        let faced = -dot(unpack_flat_normal(link_rays[2u * id.x].w), way);
-        let drawn = f32(candidates) * draw_density(emission, length(offset), faced);
-        straight += emission * (density / max(density + drawn, 1e-20));
-    }
-    link_emission[id.x] = packed_light::pack(straight);
+    link_emission[id.x] = packed_light::pack(straight + packed_light::unpack(link_emission[id.x]));
 }

@@ -1,7 +1,6 @@
-//! Rays from the cells: LINKS from each, of the surface where rays met it. What they meet are cells again, the light of
-//! which they bring, bounce by bounce.
+//! Rays from the cells: LINKS from each, of the surface where rays met it. connect_cells.wgsl finds the cells that they
+//! meet, the light of which they bring, bounce by bounce.
 #import lightgraph::cells::NO_CELL
-#import lightgraph::find_cell::find_near
 #import lightgraph::hit::look_from
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
 #import lightgraph::lit_ray_ends::lit_end_on
@@ -12,9 +11,29 @@
 #import lightgraph::trace::leave
 
 #ifdef EMITTERS
+#import lightgraph::emitters
+#import lightgraph::hit::Met
+#import lightgraph::looks::{cell_samples, points_each}
 #import lightgraph::packed_light
-/// The emission that rays met.
+/// What rays bring of emitters, beside what their cells look at; see cell_looks.wgsl.
 var<storage, read_write> link_emission: array<vec2u>;
+
+/// The emission that a ray along `direction` met, by how likely the ray found it and the cell's looks do (the balance
+/// heuristic).
+fn brought(met: Met, normal: vec3f, direction: vec3f) -> vec3f {
+    let emission = met.surface.emission;
+    if all(emission <= vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    let cosine = -dot(met.flat_normal, direction);
+#ifdef EMISSION_MAPS
+    let point = emitters::density_of(met.emitter, met.distance, cosine);
+#else
+    let point = emitters::draw_density(emission, met.distance, cosine);
+#endif
+    let density = max(dot(normal, direction), 0.0) / 3.14159265359;
+    return emission * (density / max(density + f32(cell_samples * points_each()) * point, 1e-20));
+}
 #endif
 
 const LINKS: u32 = #{LINKS}u;
@@ -37,10 +56,9 @@ fn cell_rays(@builtin(global_invocation_id) id: vec3u) {
     found.cell = NO_CELL;
     if met.lit {
         found = lit_end_on(met);
-        found.cell = find_near(found.position, found.normal);
     }
 #ifdef EMITTERS
-    link_emission[id.x] = packed_light::pack(met.surface.emission);
+    link_emission[id.x] = packed_light::pack(brought(met, here.normal, direction));
 #endif
     let packed = pack(found);
     link_rays[2u * id.x] = packed[0];

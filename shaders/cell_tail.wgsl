@@ -5,6 +5,13 @@ var<storage, read> before: array<vec4f>;
 var<storage, read> after: array<vec4f>;
 var<storage, read_write> change: array<f32>;
 
+struct Rounds {
+    /// The loop's index, and how often it goes round.
+    bounce: u32,
+    rounds: u32,
+}
+var<uniform> params: Rounds;
+
 const LANES: u32 = 128u;
 /// Walls that keep more than this of the light are taken for ones that do not: the share is known to a few millionths.
 const MOST: f32 = 0.9995;
@@ -14,6 +21,10 @@ var<workgroup> sums: array<f32, LANES>;
 /// is kept.
 @compute @workgroup_size(LANES)
 fn cell_tail(@builtin(local_invocation_id) id: vec3u) {
+    // The last two say it.
+    if params.bounce + 2u < params.rounds {
+        return;
+    }
     var sum = 0.0;
     for (var i = id.x; i < cell_count[0]; i += LANES) {
         sum += dot(after[i].rgb - before[i].rgb, vec3f(1.0));

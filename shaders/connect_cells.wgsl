@@ -1,6 +1,7 @@
-//! The first light of the cells: their rays met some of what lights and emitters light, and each looks at a source,
-//! too. What both bring goes with what the ray met.
+//! The cells that the cells' rays met, and the first light: the rays met some of what lights and emitters light, and
+//! each looks at a source, too. What both bring goes with what the ray met.
 #import lightgraph::cells::NO_CELL
+#import lightgraph::find_cell::find_near
 #import lightgraph::kept::{NO_KEY, key_of_cell, leaves, link_place}
 #import lightgraph::photons::{RAYS_A_SOURCE, form, from_source, halves_of, share_of_ray}
 #import lightgraph::packed_light
@@ -27,15 +28,19 @@ fn connect_cells(@builtin(global_invocation_id) id: vec3u) {
     let here = leaves(cell, link);
     let packed = link_rays[2u * id.x + 1u];
     let met = unpack(link_rays[2u * id.x], packed);
-    var there = vec4f(0.0);
+    var next = NO_CELL;
     if met.cell != NO_CELL {
-        there = emitted[met.cell];
+        next = find_near(met.position, met.normal);
+    }
+    var there = vec4f(0.0);
+    if next != NO_CELL {
+        there = emitted[next];
     }
     let arrived = met.lit + there.rgb;
     let found = form(met.position - here.position, here.normal, met.flat_normal);
-    let share = share_of_ray(found, halves_of(arrived, there.a), source_count.scale, RAYS_A_SOURCE);
+    let share = share_of_ray(found, halves_of(arrived, there.a), source_count[0].scale, RAYS_A_SOURCE);
     var first_light = met.albedo * arrived * share;
-    if source_count.count > 0u {
+    if source_count[0].count > 0u {
         let first = scramble(key + salt()) + link * CANDIDATES;
         let choice = choose(here.position, here.normal, first, scramble(first));
         let source = source_at(choice.row);
@@ -44,5 +49,5 @@ fn connect_cells(@builtin(global_invocation_id) id: vec3u) {
             first_light += light;
         }
     }
-    textureStore(link_texels, link_place(id.x), vec4u(packed_light::pack(first_light), packed.zw));
+    textureStore(link_texels, link_place(id.x), vec4u(packed_light::pack(first_light), packed.z, next));
 }

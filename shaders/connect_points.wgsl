@@ -22,7 +22,7 @@ var<storage, read_write> shown: array<vec2u>;
 fn looked(at: vec2u, first: u32, chance: u32) -> vec2u {
     let pixel = point_pixel(at);
     let seen = seen_at(pixel);
-    if source_count.count == 0u {
+    if source_count[0].count == 0u {
         return vec2u(0u);
     }
     let ray = pixel_ray(pixel);

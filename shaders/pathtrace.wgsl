@@ -243,7 +243,11 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
 #ifdef MOMENTS
     second = sum.square / f32(paths);
 #endif
-    let before = path_means[place(id.xy)];
+    // Not even numbers that are none come over from what showed something else.
+    var before = Mean();
+    if progress.paths > 0u {
+        before = path_means[place(id.xy)];
+    }
     let direct_mean = mix(before.direct, vec4f(sum.direct, 1.0), share);
     let indirect_mean = mix(before.indirect, vec4f(sum.indirect, second), share);
     path_means[place(id.xy)] = Mean(direct_mean, indirect_mean);

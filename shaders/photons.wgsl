@@ -19,7 +19,7 @@
 #import lightgraph::quarters::quarter
 #endif
 #ifdef EMITTERS
-#import lightgraph::emitters::{draw, emitters}
+#import lightgraph::emitters::{draw, emitters, radiance_at}
 #import lightgraph::random::{next, next_pair}
 #import lightgraph::trace::is_free
 #endif
@@ -44,7 +44,7 @@ struct Way {
 fn way_in_beam(light: u32, pair: vec2f) -> Way {
     var u = pair;
     var at = vec2u(0u);
-    var own = 1.0;
+    var own = beams[first_part(light, 0u)];
     let last = last_square();
     for (var square = 1u; square <= last; square++) {
         at *= 2u;
@@ -74,7 +74,7 @@ fn powers() -> Powers {
 #endif
 #ifdef EMITTERS
     let e = emitters[0];
-    p.emitters = 3.14159265359 * sum_of(e.radiance) * e.area / max(e.cumulative, 1e-20);
+    p.emitters = 3.14159265359 * sum_of(e.radiance) / max(e.density, 1e-20);
 #endif
     return p;
 }
@@ -150,7 +150,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
         origin = leave(e.a + at.x * (e.b - e.a) + at.y * (e.c - e.a), normal);
         var state = scramble(number ^ 0x9e3779b9u);
         direction = sampling::cosine_direction(normal, next_pair(&state));
-        flux = e.radiance / sum_of(e.radiance) * whole / f32(PHOTONS);
+        flux = radiance_at(e, at) / sum_of(e.radiance) * whole / f32(PHOTONS);
     }
 #endif
     let met = look(origin, direction);

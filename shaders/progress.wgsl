@@ -1,20 +1,12 @@
-//! How many paths show the same as the next batch and came before it: 0 after the camera, the scene or a parameter
-//! changed. With WAITS there is no batch in a frame in which something changed.
+//! How many paths show the same as the next batch and came before it: 0 after the camera, the scene, a parameter or a
+//! shader changed. With WAITS there is no batch in a frame in which something changed.
 #import lightgraph::progress::Progress
-#import lightgraph::digest::{add, add_matrix}
-#import lightgraph::random::scramble
-#import lightgraph::geometry::{node_count, nodes}
-#import lightgraph::surface::materials
-#ifdef LIGHTS
-#import lightgraph::lights::{light_count, lights}
-#endif
+#import lightgraph::digest::add_matrix
 
 struct View {
     camera_view_projection: mat4x4f,
-    screen: vec2u,
+    content_hash: u32,
     samples: u32,
-    bounces: u32,
-    seed: u32,
     /// How many batches make a frame.
     batches: u32,
     /// The loop's index.
@@ -28,27 +20,7 @@ var progress_texel: texture_storage_2d<rgba32uint, write>;
 
 @compute @workgroup_size(1)
 fn main() {
-    var hash = 1u;
-    for (var i = 0u; i < node_count(); i++) {
-        hash = add_matrix(hash, nodes[i].transform);
-    }
-#ifdef LIGHTS
-    for (var i = 0u; i < light_count(); i++) {
-        hash = add(add(add(hash, lights[i].position), lights[i].direction), lights[i].intensity);
-    }
-#endif
-    for (var i = 0u; i < arrayLength(&materials); i++) {
-        let m = materials[i];
-        hash = add(add(add(hash, m.base_color.rgb), m.emission), vec3f(m.specular, m.shininess, 0.0));
-#ifdef GGX
-        hash = add(hash, vec3f(m.roughness, m.metallic, 0.0));
-#endif
-    }
-    hash = scramble(view.screen.x + scramble(view.screen.y + hash));
-    hash = scramble(view.samples + scramble(view.bounces + scramble(view.seed + hash)));
-    // 0 is what memory holds before the first frame.
-    let scene = max(hash, 1u);
-    let content = max(add_matrix(hash, view.camera_view_projection), 1u);
+    let content = add_matrix(view.content_hash, view.camera_view_projection);
     let same = progress.content == content;
     progress.paths = select(0u, progress.next, same);
     // The batches of a frame are alike to one path.
@@ -58,7 +30,7 @@ fn main() {
 #endif
     progress.round = select(0u, progress.round + 1u, same);
     progress.content = content;
-    progress.frame = select(0u, progress.frame + 1u, progress.scene == scene);
-    progress.scene = scene;
+    progress.frame = select(0u, progress.frame + 1u, progress.scene == view.content_hash);
+    progress.scene = view.content_hash;
     textureStore(progress_texel, vec2u(0u), vec4u(progress.paths, progress.next, progress.round, progress.frame));
 }

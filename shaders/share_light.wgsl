@@ -1,7 +1,7 @@
 //! The light that each gathered ray brings, as pixels share it; with FIRST that of the first bounce alone.
 #import lightgraph::cells::PLACES
 #import lightgraph::packed_light
-#import lightgraph::photons::{RAYS_A_SOURCE, form, halves_of, share_of_ray}
+#import lightgraph::photons::{Count, RAYS_A_SOURCE, form, halves_of, share_of_ray}
 #import lightgraph::points::points
 #import lightgraph::rays::{OF_SKY, Ray, SKY, unpack, unpack_normal}
 #import lightgraph::tiles::points_across
@@ -11,10 +11,6 @@
 #endif
 
 var<uniform> rays: u32;
-struct Count {
-    count: u32,
-    scale: f32,
-}
 var<storage, read> source_count: Count;
 var<storage, read> emitted: array<vec4f>;
 var<storage, read> gathered: array<vec4u>;

@@ -1,6 +1,6 @@
 //! The photons that light something, in their order.
 #import lightgraph::cells::NO_CELL
-#import lightgraph::photons::{PHOTONS, halves_of}
+#import lightgraph::photons::{Count, PHOTONS, halves_of}
 #import lightgraph::packed_light
 
 const LANES: u32 = 128u;
@@ -10,11 +10,6 @@ var<storage, read> emitted: array<vec4f>;
 /// As `lightgraph::source_texels` reads them.
 var source_texels: texture_storage_2d<rgba32uint, write>;
 const SOURCES_A_ROW: u32 = 128u;
-struct Count {
-    count: u32,
-    /// See `halves_of`.
-    scale: f32,
-}
 var<storage, read_write> source_count: Count;
 var<workgroup> counts: array<u32, LANES>;
 
@@ -37,7 +32,8 @@ fn gather_sources(@builtin(local_invocation_id) id: vec3u) {
         all += counts[i];
     }
     let power = bitcast<f32>(photon_ends[2].x);
-    let scale = 3.14159265359 * f32(PHOTONS) / (max(f32(all), 1.0) * max(power, 1e-30));
+    // Where there is no source, rays bring all light themselves.
+    let scale = select(0.0, 3.14159265359 * f32(PHOTONS) / (f32(all) * max(power, 1e-30)), all > 0u);
     for (var i = 0u; i < EACH; i++) {
         let k = id.x * EACH + i;
         if is_source(k) {
@@ -56,6 +52,6 @@ fn gather_sources(@builtin(local_invocation_id) id: vec3u) {
         }
     }
     if id.x == 0u {
-        source_count = Count(all, scale);
+        source_count = Count(all, scale, vec2u(0u));
     }
 }

@@ -4,6 +4,7 @@
 //! Keys take their places by linear probing, the greater one the place (Shun and Blelloch, "Phase-Concurrent Hash
 //! Tables for Determinism", SPAA 2014): where a key ends up is a matter of the set of keys, not of who came first.
 #define_import_path lightgraph::cells
+#import lightgraph::octahedron::{fold, unfold}
 #import lightgraph::random::scramble
 #import lightgraph::camera::{camera, pixel_ray}
 
@@ -23,7 +24,7 @@ const NO_CELL: u32 = 0xffffffffu;
 /// Height of what the image shows a metre away; the cells of a parallel projection have one size everywhere.
 fn height_shown(distance: f32) -> f32 {
     let top = pixel_ray(vec2u(camera.screen.x / 2u, 0u));
-    let bottom = pixel_ray(vec2u(camera.screen.x / 2u, camera.screen.y - 1u));
+    let bottom = pixel_ray(vec2u(camera.screen.x / 2u, max(camera.screen.y - 1u, 1u)));
     return max(length(top.direction - bottom.direction) * distance, length(top.origin - bottom.origin));
 }
 
@@ -53,9 +54,11 @@ fn key_beside(position: vec3f, normal: vec3f, steps: vec3i, larger: i32) -> u32 
     let at = place_of(position, larger);
     let place = at.xyz + steps;
     let level = at.w;
-    let size = abs(normal);
+    // As rays keep it: else what is turned by 45 degrees has one face here and another there.
+    let kept = unfold(unpack4x8snorm(pack4x8snorm(vec4f(fold(normal), 0.0, 0.0))).xy);
+    let size = abs(kept);
     var face = select(2u, select(1u, 0u, size.x >= size.y), max(size.x, size.y) >= size.z);
-    if normal[face] < 0.0 {
+    if kept[face] < 0.0 {
         face += 3u;
     }
     let words = bitcast<vec3u>(place);

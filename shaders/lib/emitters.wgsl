@@ -83,14 +83,18 @@ fn towards(e: Emitter, origin: vec3f, u: vec2f) -> Sample {
     let direction = offset / distance;
     let cosine = -dot(normalize(cross(e.b - e.a, e.c - e.a)), direction);
     let density = e.density * distance * distance / max(cosine, 1e-6);
-    var radiance = e.radiance;
+    return Sample(direction, distance, radiance_at(e, at), select(0.0, density, cosine > 0.0));
+}
+
+/// Leaves the front of an emitter at a point, by its weights of the second corner and the third.
+fn radiance_at(e: Emitter, at: vec2f) -> vec3f {
 #ifdef EMISSION_MAPS
     if e.texture != textures::NONE {
         let uv = e.uva + at.x * (e.uvb - e.uva) + at.y * (e.uvc - e.uva);
-        radiance = e.emission * textures::filtered(e.texture, uv, mat2x2f()).rgb;
+        return e.emission * textures::filtered(e.texture, uv, mat2x2f()).rgb;
     }
 #endif
-    return Sample(direction, distance, radiance, select(0.0, density, cosine > 0.0));
+    return e.radiance;
 }
 
 #ifdef EMISSION_MAPS
@@ -314,11 +318,7 @@ fn met_by_lobe(s: Surface, start: vec3f, direction: vec3f, step: f32, drawn: u32
         return vec3f(0.0);
     }
     let e = emitters[t.emitter];
-    var radiance = e.radiance;
-    if e.texture != textures::NONE {
-        let uv = e.uva + hit.at.x * (e.uvb - e.uva) + hit.at.y * (e.uvc - e.uva);
-        radiance = e.emission * textures::filtered(e.texture, uv, mat2x2f()).rgb;
-    }
+    let radiance = radiance_at(e, hit.at);
 #else
     var e: Emitter;
     e.a = t.a;

@@ -14,6 +14,15 @@ fn sum_of(color: vec3f) -> f32 {
     return dot(color, vec3f(1.0));
 }
 
+/// How many sources there are.
+struct Count {
+    count: u32,
+    /// See `halves_of`.
+    scale: f32,
+    /// Elements of a uniform array are 16 bytes long.
+    unused: vec2u,
+}
+
 /// A place that sends light on.
 struct Source {
     position: vec3f,

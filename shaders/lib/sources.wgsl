@@ -1,15 +1,12 @@
 //! Looks at the places that light comes from: one of a run of them, chosen by what it gives.
 #define_import_path lightgraph::sources
-#import lightgraph::photons::{Source, promised}
+#import lightgraph::photons::{Count, Source, promised}
 #import lightgraph::random::next
 #import lightgraph::source_texels::source_at
 #import lightgraph::trace::is_free
 
-struct Count {
-    count: u32,
-    scale: f32,
-}
-var<storage, read> source_count: Count;
+/// Uniform: shaders that trace rays have room for no storage buffer more.
+var<uniform> source_count: array<Count, 1>;
 
 /// Rays end this share before a source, which would be in its own way.
 const REACH: f32 = 0.999;
@@ -38,7 +35,7 @@ fn choose(position: vec3f, normal: vec3f, first: u32, chance: u32) -> Choice {
     var total = 0.0;
     var own = 0.0;
     for (var i = 0u; i < CANDIDATES; i++) {
-        let row = (first + i) % source_count.count;
+        let row = (first + i) % source_count[0].count;
         let promise = promised(source_at(row), position, normal);
         total += promise;
         if next(&state) * total < promise {

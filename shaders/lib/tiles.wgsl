@@ -9,7 +9,7 @@
 /// Pixels along a tile.
 const TILE: u32 = #{TILE}u;
 
-/// A prime: so many frames as a tile has pixels show them all.
+/// A prime: pixels of a tile take turns, and none is left out.
 const STRIDE: u32 = 7919u;
 
 /// No normal packs to it.
@@ -25,7 +25,9 @@ fn points_across() -> vec2u {
 
 /// The pixel of a tile, another one in each frame: any, but in a tile with lit pixels a lit one.
 fn point_pixel(tile: vec2u) -> vec2u {
-    let first = (seed(tile, 77u) + frame() * STRIDE) % (TILE * TILE);
+    // A tile that waits has its turn every fourth frame.
+    let turn = frame() + frame() / 4u;
+    let first = (seed(tile, 77u) + turn * STRIDE) % (TILE * TILE);
     var pixel = vec2u(0u);
     for (var i = 0u; i < TILE * TILE; i++) {
         let k = (first + i) % (TILE * TILE);

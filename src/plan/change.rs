@@ -19,7 +19,8 @@ use super::keys::{Keys, UNDEFINED, Version, initial};
 use super::tables::SceneInputs;
 use super::{Desc, Plan, ResourceId, StepId, TextureDesc};
 use crate::content::hash;
-use crate::value::Values;
+use crate::scene::CONTENT_HASH;
+use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -32,6 +33,8 @@ pub struct Held {
     ran: BTreeMap<Arc<str>, Arc<LastRun>>,
     /// Frames so far, those of earlier plans among them.
     frames: u32,
+    /// How often everything was forgotten.
+    forgotten: u32,
     /// By unit: its fingerprint in the last frame of this plan, and what it is without inputs that change in part.
     /// Empty before the first.
     previous: Vec<(Version, Version)>,
@@ -209,12 +212,12 @@ impl Held {
             }
             HeldSlot { desc: plan.slots[slot].desc.clone(), content, history, lent: None, fixed: false }
         };
-        let frames = earlier.map_or(0, |e| e.frames);
+        let (frames, forgotten) = earlier.map_or((0, 0), |e| (e.frames, e.forgotten));
         let mut ran = earlier.map(|e| e.ran.clone()).unwrap_or_default();
         // Other plans' units are remembered for a while: one may come back.
         let units: BTreeSet<&str> = keys.units.iter().map(|u| &*u.name).collect();
         ran.retain(|name, ran| units.contains(&**name) || frames - ran.frame < REMEMBERED);
-        Held { cells: (0..plan.slots.len()).map(cell).collect(), ran, frames, previous: vec![] }
+        Held { cells: (0..plan.slots.len()).map(cell).collect(), ran, frames, forgotten, previous: vec![] }
     }
 
     /// How many frames ran, those of earlier plans among them.
@@ -275,6 +278,13 @@ impl Held {
         own.for_each(|c| c.content.set(UNDEFINED));
         self.ran.clear();
         self.previous.clear();
+        self.forgotten += 1;
+    }
+
+    /// The value [`CONTENT_HASH`] of a frame with the other values.
+    pub fn content(&self, plan: &Plan, keys: &Keys, scene: &SceneInputs, values: &Values) -> (String, Value) {
+        let hash = hash(&(self.forgotten, keys.content(plan, self.history(plan), scene, values))) as u32;
+        (CONTENT_HASH.into(), Value::Uint(hash.max(1)))
     }
 
     /// The contents of history.
@@ -293,7 +303,9 @@ pub fn carry(plan: &Plan, keys: &Keys, earlier: &Held, scene: &SceneInputs, valu
     }
     free.remove(&UNDEFINED);
     let soon = Held::new(plan, keys, &carried, Some(earlier));
-    let versions = keys.versions(plan, soon.history(plan), scene, values);
+    let mut values = values.clone();
+    values.extend([soon.content(plan, keys, scene, &values)]);
+    let versions = keys.versions(plan, soon.history(plan), scene, &values);
     // Of those that share memory the last to write is there at the end.
     for (unit, after) in keys.units.iter().zip(&versions.after).rev() {
         // History is what the frame begins with, not what it makes.

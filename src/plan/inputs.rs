@@ -17,7 +17,7 @@ use super::{
 };
 use crate::content::hash;
 use crate::graph::check::FIRST_FRAME;
-use crate::scene::{self, FRAME_VALUES, Follows};
+use crate::scene::{self, CONTENT_HASH, FRAME_VALUES, Follows};
 use crate::shader::Layout;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
@@ -406,9 +406,11 @@ pub(super) fn table(plan: &Plan, i: usize) -> Moving {
 }
 
 /// The volatility of a value.
-pub(super) fn value(name: &str) -> Moving {
+pub(super) fn value(plan: &Plan, name: &str) -> Moving {
+    let lent = if plan.inputs.is_empty() { Moving::default() } else { Moving::INPUTS };
     match FRAME_VALUES.iter().position(|v| v.0 == name) {
         Some(_) if name.starts_with("camera_") => Moving::CAMERA,
+        Some(_) if name == CONTENT_HASH => Moving::NODES | Moving::LIGHTS | lent,
         Some(place) => Moving::value(place),
         None => Moving::default(),
     }

@@ -70,6 +70,8 @@ pub struct Keys {
     pub from_bits: Vec<bool>,
     /// The unit that writes dirty bits, by their buffer.
     pub markers: BTreeMap<ResourceId, usize>,
+    /// By unit: history follows from what it makes.
+    remembered: Vec<bool>,
     without: Option<InputKind>,
 }
 
@@ -110,7 +112,35 @@ impl Keys {
             let written = unit.steps.iter().flat_map(|s| &plan.steps[s.0].writes);
             markers.extend(written.filter(marks).map(|id| (*id, i)));
         }
-        Keys { units, last, from_bits, markers, without }
+        let mut remembered = vec![false; units.len()];
+        for (i, unit) in units.iter().enumerate().rev() {
+            remembered[i] |= unit.writes.iter().any(|r| plan.resources[r.0].history);
+            if remembered[i] {
+                unit.makers.iter().flatten().for_each(|maker| remembered[*maker] = true);
+            }
+        }
+        Keys { units, last, from_bits, markers, remembered, without }
+    }
+
+    /// A hash of all that history follows from, but the values that a frame brings and history itself.
+    pub fn content(
+        &self,
+        plan: &Plan,
+        history: impl Fn(ResourceId) -> Version,
+        scene: &SceneInputs,
+        values: &Values,
+    ) -> Version {
+        let of = |unit: &Unit| {
+            let given = unit.given.iter().zip(&*unit.names).filter(|(given, named)| match given {
+                Given::Value(_) => inputs::value(plan, &named.name) == Moving::default(),
+                Given::Table(_) | Given::Geometry | Given::Textures => true,
+                Given::Began | Given::Frame => false,
+            });
+            hash(&(unit.start, given.map(|(given, named)| given.hash(&named.name, scene, values)).collect::<Vec<_>>()))
+        };
+        let units = self.units.iter().zip(&self.remembered).filter(|(_, remembered)| **remembered);
+        let lent = plan.inputs.iter().map(|r| history(*r));
+        hash(&(units.map(|(unit, _)| of(unit)).collect::<Vec<_>>(), lent.collect::<Vec<_>>()))
     }
 
     /// The versions of a frame that begins with these contents of history.
@@ -197,7 +227,7 @@ impl Unit {
     /// The volatility of the unit's own inputs: values and tables, not results of other units.
     pub fn moving(&self, plan: &Plan) -> Moving {
         self.given.iter().zip(&*self.names).fold(Moving::default(), |all, (given, named)| match given {
-            Given::Value(_) => all | inputs::value(&named.name),
+            Given::Value(_) => all | inputs::value(plan, &named.name),
             Given::Table(i) => all | inputs::table(plan, *i),
             Given::Geometry | Given::Textures | Given::Began | Given::Frame => all,
         })

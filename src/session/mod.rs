@@ -247,9 +247,10 @@ impl Session {
     /// What a frame is made from, and what of it runs.
     fn choose(&mut self, index: u32, time: f32) -> Checked<(Values, Option<Vec<Table>>, Selection)> {
         let pose = self.scene.pose_shifted(time, &self.shift);
-        let (values, _) = self.last.next((&self.scene, &self.settings), (&pose, self.pointer), index)?;
+        let (mut values, _) = self.last.next((&self.scene, &self.settings), (&pose, self.pointer), index)?;
         let tables = self.pose(pose)?;
         self.inputs.frame = self.held.frames();
+        values.extend([self.held.content(&self.plan, &self.keys, &self.inputs, &values)]);
         let choose = if self.settings.skip { change::select } else { change::full };
         let selection = choose(&self.plan, &self.keys, &self.held, &self.inputs, &values);
         Ok((values, tables, selection))
@@ -271,7 +272,7 @@ impl Session {
     ) -> Checked<T> {
         self.uploaded = done.is_ok();
         if done.is_err() {
-            self.held.forget();
+            self.forget();
             return done;
         }
         self.held.finish(selection);
@@ -314,6 +315,7 @@ impl Session {
     /// Makes the next frame run every step, as the first one did.
     pub fn forget(&mut self) {
         self.held.forget();
+        self.last.begins = true;
     }
 
     /// Submits some steps of the last frame once more, or of the first, whatever they hold: for whoever asks how long

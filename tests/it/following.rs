@@ -4,7 +4,9 @@ use crate::device;
 use crate::support::repository;
 use glam::Vec3;
 use lightgraph::internals::image::flip::flip;
+use lightgraph::internals::scene::Environment;
 use lightgraph::{Gpu, Image, Project, Scene, Session, Settings};
+use std::sync::Arc;
 
 const SPACING: f32 = 0.7;
 const FINE: [u32; 3] = [6, 5, 4];
@@ -227,6 +229,45 @@ fn no_light_is_taken_along_where_something_moved() {
         session.shift.nodes = vec![(0, Vec3::new(0.05, 0.0, 0.0))];
     }
     assert!(seen(&mut walking, 4) == seen(&mut fresh, 4), "another image");
+}
+
+/// Frames that show something else than those before begin anew: the image is that of a session whose first it is.
+#[test]
+fn a_mean_begins_anew_with_what_it_shows() {
+    type Change = fn(&mut Scene);
+    let changes: [(&str, Change); 5] = [
+        ("nothing", |_| {}),
+        ("cell=0.2", |_| {}),
+        ("sky", |s| s.environment = Some(Environment::constant(Vec3::new(0.2, 0.4, 0.8)))),
+        ("roughness", |s| s.materials.iter_mut().for_each(|m| (m.roughness, m.metallic) = (0.3, 1.0))),
+        ("vertex", |s| Arc::make_mut(&mut s.geometry).vertices[0].position[0] += 0.3),
+    ];
+    let gpu = &device::gpu();
+    let shown = Scene::load(&repository("scenes/sky_ball.ron")).unwrap_or_else(|f| panic!("{f}")).scene;
+    let frame = |session: &mut Session, i: u32| seen_from(gpu, session, i, Vec3::ZERO, "color");
+    for graph in ["final_gather", "pathtrace"] {
+        let path = repository(&format!("graphs/gi/{graph}.ron"));
+        let project = Project::open(&path, &[]).unwrap_or_else(|f| panic!("{f}"));
+        let session = |scene: &Scene, set: &[String], previous: Option<&Session>| {
+            let params = project.params(set).unwrap_or_else(|f| panic!("{f}"));
+            let settings = Settings { params, size: [24, 24], skip: true, ..Settings::default() };
+            Session::after(gpu, &project, scene.clone(), settings, previous).unwrap_or_else(|f| panic!("{f}"))
+        };
+        for (what, change) in changes.iter().filter(|(what, _)| graph == "final_gather" || !what.contains('=')) {
+            let mut first = session(&shown, &[], None);
+            (0..3).for_each(|i| drop(frame(&mut first, i)));
+            let mut scene = shown.clone();
+            change(&mut scene);
+            let set: Vec<String> = what.contains('=').then(|| what.to_string()).into_iter().collect();
+            let mut next = session(&scene, &set, Some(&first));
+            let anew = frame(&mut next, 3) == frame(&mut session(&scene, &set, None), 3);
+            assert_eq!(anew, *what != "nothing", "{graph}: {what}");
+        }
+        let [mut forgets, mut fresh] = [0, 1].map(|_| session(&shown, &[], None));
+        (0..2).for_each(|i| drop(frame(&mut forgets, i)));
+        forgets.forget();
+        assert!(frame(&mut forgets, 2) == frame(&mut fresh, 2), "{graph}: a frame was remembered");
+    }
 }
 
 /// The images of a walk down the nave of the hall, and how many probes each frame captured, where the graph says.

@@ -100,6 +100,15 @@ type Quad = [[f32; 3]; 4];
 /// Four metres wide.
 const FLOOR: Quad = [[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]];
 
+/// At one side of the floor, two metres high.
+const WALL: Quad = [[-2.0, 0.0, 2.0], [-2.0, 0.0, -2.0], [-2.0, 2.0, -2.0], [-2.0, 2.0, 2.0]];
+
+/// At all four sides of the floor.
+fn around(side: Quad) -> impl Iterator<Item = Quad> {
+    let turn = |quad: &Quad| Some(quad.map(|[x, y, z]| [z, y, -x]));
+    std::iter::successors(Some(side), turn).take(4)
+}
+
 /// Faces down.
 fn ceiling([low_x, high_x]: [f32; 2], [low_z, high_z]: [f32; 2], height: f32) -> Quad {
     [[low_x, height, low_z], [high_x, height, low_z], [high_x, height, high_z], [low_x, height, high_z]]
@@ -260,11 +269,8 @@ fn smooth_normals_on_coarse_triangles_change_no_light() {
 #[test]
 fn the_sky_lights_a_room_through_a_window() {
     let folder = Scratch::new("window");
-    let turn = |quad: Quad| quad.map(|[x, y, z]| [z, y, -x]);
-    let wall = [[-2.0, 0.0, 2.0], [-2.0, 0.0, -2.0], [-2.0, 2.0, -2.0], [-2.0, 2.0, 2.0]];
     let roof = ceiling([-2.0, 0.25], [-2.0, -0.25], 2.0);
-    let around = |first: Quad| std::iter::successors(Some(first), move |quad| Some(turn(*quad))).take(4);
-    let room: Vec<Quad> = std::iter::once(FLOOR).chain(around(wall)).chain(around(roof)).collect();
+    let room: Vec<Quad> = std::iter::once(FLOOR).chain(around(WALL)).chain(around(roof)).collect();
     lit_by(&[], &room, 1.9, folder.path());
     let file = folder.path().join("window.ron");
     std::fs::write(&file, r#"Scene(gltf: "lit.gltf", environment: Constant(radiance: (1, 1, 1)))"#).unwrap();
@@ -277,6 +283,47 @@ fn the_sky_lights_a_room_through_a_window() {
     println!("window: 8×8 means {blocks:.3} %, bias {:+.3} %", metrics.bias_percent);
     assert!(metrics.mean_reference > 5e-3, "the floor is lit");
     assert!(blocks <= 25.0 && metrics.bias_percent.abs() <= 5.0, "{metrics:?}");
+}
+
+/// A lamp shows a picture that is bright in one corner, and most of its light comes back from a shelf half a metre away.
+/// Where all points of the lamp counted alike, 8×8 means were 26 % off.
+#[test]
+fn a_lamp_that_shows_a_picture_sends_light_from_where_it_is_bright() {
+    let folder = Scratch::new("picture");
+    let lamp = ceiling([-0.5, 0.5], [-0.5, 0.5], 1.0).map(|[x, y, z]| [x, y, -z]);
+    let roof = ceiling([-2.0, 2.0], [-2.0, 2.0], 2.0);
+    let shelf = ceiling([-0.7, 0.7], [-0.7, 0.7], 1.4);
+    let room: Vec<Quad> = [FLOOR, roof, shelf].into_iter().chain(around(WALL)).collect();
+    let file = lit_by(&[lamp], &room, 1.9, folder.path());
+    let mut scene: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    let vertices = scene["accessors"][0]["count"].as_u64().unwrap() as usize;
+    let corners = [[0.0_f32, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].as_flattened();
+    let uvs = corners.repeat(vertices / 4).iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let bright = |x: u32| (2..6).contains(&x);
+    let texel = |x, y| image::Rgb([if bright(x) && bright(y) { 255 } else { 20 }; 3]);
+    image::RgbImage::from_fn(16, 16, texel).save(folder.path().join("picture.png")).unwrap();
+    let mut add = |list: &str, what: serde_json::Value| scene[list].as_array_mut().unwrap().push(what);
+    add("buffers", serde_json::json!({"byteLength": uvs.len(), "uri": "uvs.bin"}));
+    add("bufferViews", serde_json::json!({"buffer": 1, "byteLength": uvs.len()}));
+    add("accessors", serde_json::json!({"bufferView": 2, "componentType": 5126, "count": vertices, "type": "VEC2"}));
+    scene["images"] = serde_json::json!([{"uri": "picture.png"}]);
+    scene["textures"] = serde_json::json!([{"source": 0}]);
+    scene["materials"][1] = serde_json::json!({
+        "pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.0, 0.0, 0.0, 1.0]},
+        "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}
+    });
+    scene["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = serde_json::json!([0.7, 0.7, 0.7, 1.0]);
+    scene["meshes"][0]["primitives"][1]["attributes"]["TEXCOORD_0"] = 3.into();
+    std::fs::write(folder.path().join("uvs.bin"), uvs).unwrap();
+    std::fs::write(&file, scene.to_string()).unwrap();
+    let set = "samples=1024";
+    let [expected] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", &file, 48) }.render(["indirect"]);
+    let [indirect] = Shot::new("graphs/gi/final_gather.ron", &file, 48).render(["indirect"]);
+    let metrics = compared(&indirect, &expected, None);
+    let blocks = metrics.block_rmse_percent;
+    println!("picture: 8×8 means {blocks:.3} %, bias {:+.3} %", metrics.bias_percent);
+    assert!(metrics.mean_reference > 1e-4, "the room is lit");
+    assert!(blocks <= 10.0 && metrics.bias_percent.abs() <= 5.0, "{metrics:?}");
 }
 
 /// In a closed room of albedo ρ whose walls emit 1, n bounces after the first give the sum of ρᵏ up to k = n + 1.
