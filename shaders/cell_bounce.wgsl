@@ -1,9 +1,8 @@
 //! A bounce between the cells: what each sends on of the light that it had, along all links at once.
 #import lightgraph::cells::NO_CELL
-#import lightgraph::kept::{NO_KEY, key_of_cell, link_place}
+#import lightgraph::kept::{LINKS, NO_KEY, key_of_cell, link_place}
 #import lightgraph::rays::unpack
 
-const LINKS: u32 = #{LINKS}u;
 /// See connect_cells.wgsl.
 var link_texels: texture_storage_2d<rgba32uint, read>;
 #ifdef ENVIRONMENT

@@ -1,10 +1,9 @@
 //! Light that comes to the cells straight from emitters, or from the environment: irradiance over pi, the mean over the
 //! places that their rays leave. In alpha, summed over the channels: half of what every other ray tells beyond the
 //! rest.
-#import lightgraph::kept::{NO_KEY, key_of_cell}
+#import lightgraph::kept::{LINKS, NO_KEY, key_of_cell}
 #import lightgraph::packed_light
 
-const LINKS: u32 = #{LINKS}u;
 /// See cell_looks.wgsl and cell_sky.wgsl.
 var<storage, read> link_emission: array<vec2u>;
 var<storage, read_write> emitted: array<vec4f>;

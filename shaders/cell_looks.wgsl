@@ -3,13 +3,12 @@
 //! that met emitters count, too.
 #import lightgraph::emitters::{Sample, draw, emitters}
 #import lightgraph::looks::{cell_samples, points_each}
-#import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
+#import lightgraph::kept::{LINKS, NO_KEY, key_of_cell, leaves}
 #import lightgraph::packed_light
 #import lightgraph::random::{next, next_pair, scramble}
 #import lightgraph::rounds::salt
 #import lightgraph::trace::{is_free, leave}
 
-const LINKS: u32 = #{LINKS}u;
 /// Before: what the ray brings. After: what the place that it leaves has of emitters, as a white surface would send it
 /// on.
 var<storage, read_write> link_emission: array<vec2u>;

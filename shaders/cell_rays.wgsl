@@ -2,13 +2,10 @@
 //! meet, the light of which they bring, bounce by bounce.
 #import lightgraph::cells::NO_CELL
 #import lightgraph::hit::look_from
-#import lightgraph::kept::{NO_KEY, key_of_cell, leaves}
+#import lightgraph::kept::{LINKS, NO_KEY, key_of_cell, leaves, link_direction}
 #import lightgraph::lit_ray_ends::lit_end_on
-#import lightgraph::random::{even_pair, scramble}
-#import lightgraph::rays::{Ray, pack}
-#import lightgraph::rounds::frame
-#import lightgraph::sampling::cosine_direction
-#import lightgraph::trace::leave
+#import lightgraph::rays::{Ray, SKY, pack}
+#import lightgraph::trace::{FAR, leave}
 
 #ifdef EMITTERS
 #import lightgraph::emitters
@@ -36,7 +33,6 @@ fn brought(met: Met, normal: vec3f, direction: vec3f) -> vec3f {
 }
 #endif
 
-const LINKS: u32 = #{LINKS}u;
 var<storage, read_write> link_rays: array<vec4u>;
 
 @compute @workgroup_size(64)
@@ -48,12 +44,11 @@ fn cell_rays(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let here = leaves(cell, link);
-    // A cell's rays follow from its key.
-    let direction = cosine_direction(here.normal, even_pair(frame() * LINKS + link, scramble(key)));
+    let direction = link_direction(here, key, link);
     let start = leave(here.position, here.flat_normal);
     let met = look_from(start, here.position, here.flat_normal, direction);
     var found = Ray();
-    found.cell = NO_CELL;
+    found.cell = select(NO_CELL, SKY, met.distance >= FAR);
     if met.lit {
         found = lit_end_on(met);
     }

@@ -2,7 +2,7 @@
 //! each looks at a source, too. What both bring goes with what the ray met.
 #import lightgraph::cells::NO_CELL
 #import lightgraph::find_cell::find_near
-#import lightgraph::kept::{NO_KEY, key_of_cell, leaves, link_place}
+#import lightgraph::kept::{LINKS, NO_KEY, key_of_cell, leaves, link_place}
 #import lightgraph::photons::{RAYS_A_SOURCE, form, from_source, halves_of, share_of_ray}
 #import lightgraph::packed_light
 #import lightgraph::random::scramble
@@ -12,7 +12,6 @@
 #import lightgraph::sources::{CANDIDATES, choose, sees, source_count}
 #import lightgraph::trace::leave
 
-const LINKS: u32 = #{LINKS}u;
 var<storage, read> emitted: array<vec4f>;
 var<storage, read> link_rays: array<vec4u>;
 var link_texels: texture_storage_2d<rgba32uint, write>;
@@ -29,7 +28,7 @@ fn connect_cells(@builtin(global_invocation_id) id: vec3u) {
     let packed = link_rays[2u * id.x + 1u];
     let met = unpack(link_rays[2u * id.x], packed);
     var next = NO_CELL;
-    if met.cell != NO_CELL {
+    if met.cell == 0u {
         next = find_near(met.position, met.normal);
     }
     var there = vec4f(0.0);

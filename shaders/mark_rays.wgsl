@@ -2,7 +2,7 @@
 #import lightgraph::marks::{PARTS, zone_of}
 #import lightgraph::rays::unpack
 #ifdef OF_CELLS
-#import lightgraph::kept::{NO_KEY, key_of_cell}
+#import lightgraph::kept::{LINKS, NO_KEY, key_of_cell}
 #endif
 #ifdef LIGHTS
 #import lightgraph::lights::{arrival, light_count, lights}
@@ -12,10 +12,6 @@
 /// Rays of `met`.
 const COUNT: u32 = #{COUNT}u;
 var<storage, read> met: array<vec4u>;
-#ifdef OF_CELLS
-/// Rays of a cell.
-const LINKS: u32 = #{LINKS}u;
-#endif
 /// See `lightgraph::marks`.
 var<storage, read_write> marks: array<atomic<u32>>;
 

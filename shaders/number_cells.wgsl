@@ -1,9 +1,8 @@
 //! Numbers the cells in the order of their places, so that passes over cells and over their links have as many
 //! invocations as there are cells and links.
 #import lightgraph::cells::PLACES
-#import lightgraph::kept::WORDS
+#import lightgraph::kept::{LINKS, WORDS}
 
-const LINKS: u32 = #{LINKS}u;
 var<storage, read> keys: array<u32>;
 /// Keys at the places before each, and at all.
 var<storage, read> numbers: array<u32>;

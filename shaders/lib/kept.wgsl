@@ -1,9 +1,14 @@
 //! What each cell keeps: its key, then the rows of KEPT rays that met it.
 #define_import_path lightgraph::kept
 #import lightgraph::cells::PLACES
+#import lightgraph::random::{even_pair, scramble}
 #import lightgraph::rays::{Ray, unpack}
+#import lightgraph::rounds::frame
+#import lightgraph::sampling::cosine_direction
 
 const KEPT: u32 = #{KEPT}u;
+/// Rays that leave a cell.
+const LINKS: u32 = #{LINKS}u;
 /// Words of a cell.
 const WORDS: u32 = KEPT + 1u;
 /// Stands where there is no cell.
@@ -27,4 +32,9 @@ fn link_place(link: u32) -> vec2u {
 fn leaves(cell: u32, link: u32) -> Ray {
     let row = kept[cell * WORDS + 1u + link % KEPT] & 0x3fffffu;
     return unpack(met_by[2u * row], met_by[2u * row + 1u]);
+}
+
+/// Where it goes: a cell's rays follow from its key.
+fn link_direction(here: Ray, key: u32, link: u32) -> vec3f {
+    return cosine_direction(here.normal, even_pair(frame() * LINKS + link, scramble(key)));
 }

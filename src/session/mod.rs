@@ -325,7 +325,9 @@ impl Session {
     /// As [`gpu::begin`].
     pub(crate) fn repeat(&mut self, gpu: &Gpu, run: &[bool]) -> Checked<Frame> {
         let pose = self.scene.pose_shifted(self.last.time, &self.last.shift);
-        let (values, _) = self.last.next((&self.scene, &self.settings), (&pose, self.pointer), self.last.index)?;
+        let at = self.last.index;
+        let (mut values, _) = self.last.next((&self.scene, &self.settings), (&pose, self.pointer), at)?;
+        values.extend([self.held.content(&self.plan, &self.keys, &self.inputs, &values)]);
         // What other steps would have left isn't there.
         self.forget();
         gpu::begin(
