@@ -185,7 +185,7 @@ fn a_walk_flickers_by_one_per_cent_at_most() {
 }
 
 #[test]
-#[ignore = "takes half an hour on two cores: cargo test ten_seconds -- --ignored --nocapture"]
+#[ignore = "takes an hour and more on two cores: cargo test ten_seconds -- --ignored --nocapture"]
 fn ten_seconds_of_a_walk_flicker_by_one_per_cent_at_most() {
     let gpu = &device::gpu();
     for scene in ["hall", "apartment", "street", "atrium", "workshop"] {
