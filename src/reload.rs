@@ -184,6 +184,12 @@ mod tests {
     use std::sync::mpsc::channel;
 
     #[test]
+    fn images_of_every_kind_that_scenes_name_are_watched() {
+        let all = ["a.png", "a.jpg", "a.JPEG", "a.webp", "a.ktx2", "a.hdr", "a.exr"];
+        assert!(all.iter().all(|name| matters(Path::new(name))) && !matters(Path::new("a.txt")));
+    }
+
+    #[test]
     fn what_comes_together_is_one_change_and_our_own_files_are_none() {
         let (send, changes) = channel();
         let files = |names: &[&str]| names.iter().map(PathBuf::from).collect::<BTreeSet<_>>();

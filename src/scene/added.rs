@@ -341,3 +341,15 @@ fn usual_turbidity() -> f32 {
 fn usual_ground() -> [f32; 3] {
     [0.2; 3]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_light_is_no_stronger_than_a_number_says() {
+        let light = |candela| AddedLight::Point { at: [0.0; 3], candela, color: [100.0, 0.0, 0.0], range: None };
+        assert_eq!(light(1e36).check(), Ok(()));
+        assert!(light(1e38).check().unwrap_err().contains("their product must be finite"));
+    }
+}
