@@ -336,40 +336,37 @@ fn an_instance_costs_what_it_shows_and_not_what_its_mesh_could() {
     plan_for("hostile-vertices", &gltf, None, 0, &[]);
 }
 
-#[test]
-fn channels_with_the_same_keys_take_neither_memory_nor_time() {
-    let (channels, keys) = (10_000, 100_000_u32);
-    let times: Vec<u8> = (0..keys).flat_map(|i| (i as f32).to_le_bytes()).collect();
-    let animated = |channel: &dyn Fn(usize) -> usize| {
-        let mut gltf = triangle();
-        gltf["buffers"].as_array_mut().unwrap().push(json!({"uri": "times.bin", "byteLength": times.len()}));
-        gltf["bufferViews"].as_array_mut().unwrap().push(json!({"buffer": 1, "byteLength": times.len()}));
-        let input = json!({"bufferView": 3, "componentType": 5126, "count": keys, "type": "SCALAR"});
-        gltf["accessors"].as_array_mut().unwrap().extend([input, zeros(keys as usize, "VEC3")]);
-        let target = |node: usize| json!({"sampler": 0, "target": {"node": node, "path": "translation"}});
-        let all: Vec<Value> = (0..channels).map(|i| target(channel(i))).collect();
-        gltf["animations"] = json!([{"samplers": [{"input": 1, "output": 2}], "channels": all}]);
-        gltf["nodes"].as_array_mut().unwrap().extend(vec![json!({}); channels]);
-        gltf["scenes"][0]["nodes"] = (0..=channels).collect();
-        gltf
-    };
-    let besides = || Some(("times.bin", times.clone()));
-    plan_for("hostile-channel", &animated(&|_| 0), besides(), 0, &[]);
-    plan_for("hostile-channels", &animated(&|i| i + 1), besides(), 0, &[]);
-}
-
-#[test]
-fn what_hangs_from_many_moving_nodes_is_not_swept_by_each_alone() {
-    let (nodes, keys) = (1000, 256_u32);
+/// [`triangle`] with one sampler that moves these nodes, and the file of its times.
+fn moved(keys: u32, nodes: impl Iterator<Item = usize>) -> (Value, Vec<u8>) {
     let times: Vec<u8> = (0..keys).flat_map(|i| (i as f32).to_le_bytes()).collect();
     let mut gltf = triangle();
     gltf["buffers"].as_array_mut().unwrap().push(json!({"uri": "times.bin", "byteLength": times.len()}));
     gltf["bufferViews"].as_array_mut().unwrap().push(json!({"buffer": 1, "byteLength": times.len()}));
     let input = json!({"bufferView": 3, "componentType": 5126, "count": keys, "type": "SCALAR"});
     gltf["accessors"].as_array_mut().unwrap().extend([input, zeros(keys as usize, "VEC3")]);
-    let target = |node: usize| json!({"sampler": 0, "target": {"node": node, "path": "translation"}});
-    let all: Vec<Value> = (0..nodes).map(target).collect();
-    gltf["animations"] = json!([{"samplers": [{"input": 1, "output": 2}], "channels": all}]);
+    let channel = |node: usize| json!({"sampler": 0, "target": {"node": node, "path": "translation"}});
+    let channels: Vec<Value> = nodes.map(channel).collect();
+    gltf["animations"] = json!([{"samplers": [{"input": 1, "output": 2}], "channels": channels}]);
+    (gltf, times)
+}
+
+#[test]
+fn channels_with_the_same_keys_take_neither_memory_nor_time() {
+    let channels = 10_000;
+    let plan = |name: &str, node: fn(usize) -> usize| {
+        let (mut gltf, times) = moved(100_000, (0..channels).map(node));
+        gltf["nodes"].as_array_mut().unwrap().extend(vec![json!({}); channels]);
+        gltf["scenes"][0]["nodes"] = (0..=channels).collect();
+        plan_for(name, &gltf, Some(("times.bin", times)), 0, &[]);
+    };
+    plan("hostile-channel", |_| 0);
+    plan("hostile-channels", |i| i + 1);
+}
+
+#[test]
+fn what_hangs_from_many_moving_nodes_is_not_swept_by_each_alone() {
+    let nodes = 1000;
+    let (mut gltf, times) = moved(256, 0..nodes);
     let below = |i: usize| if i + 1 < nodes { json!({"mesh": 0, "children": [i + 1]}) } else { json!({"mesh": 0}) };
     gltf["nodes"] = (0..nodes).map(below).collect();
     plan_for("hostile-chain", &gltf, Some(("times.bin", times)), 0, &[]);

@@ -285,7 +285,7 @@ fn the_sky_lights_a_room_through_a_window() {
     assert!(blocks <= 25.0 && metrics.bias_percent.abs() <= 5.0, "{metrics:?}");
 }
 
-/// A lamp shows a picture that is bright in one corner, and most of its light comes back from a shelf half a metre away.
+/// A lamp shows a picture that is bright in one corner. Most of its light comes back from a shelf half a metre away.
 /// Where all points of the lamp counted alike, 8×8 means were 26 % off.
 #[test]
 fn a_lamp_that_shows_a_picture_sends_light_from_where_it_is_bright() {
