@@ -2,8 +2,8 @@
 //! what it gives unshadowed (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005). Rays
 //! that met emitters count, too.
 #import lightgraph::emitters::{Sample, draw, emitters}
-#import lightgraph::looks::{cell_samples, points_each}
 #import lightgraph::kept::{LINKS, NO_KEY, key_of_cell, leaves}
+#import lightgraph::looks::{cell_samples, points_each}
 #import lightgraph::packed_light
 #import lightgraph::random::{next, next_pair, scramble}
 #import lightgraph::rounds::salt

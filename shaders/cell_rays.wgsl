@@ -1,5 +1,5 @@
-//! Rays from the cells: LINKS from each, of the surface where rays met it. connect_cells.wgsl finds the cells that they
-//! meet, the light of which they bring, bounce by bounce.
+//! Rays from the cells: LINKS from each, of the surface where rays met it. They bring light of the cells that they
+//! meet, bounce by bounce; connect_cells.wgsl finds those.
 #import lightgraph::cells::NO_CELL
 #import lightgraph::hit::look_from
 #import lightgraph::kept::{LINKS, NO_KEY, key_of_cell, leaves, link_direction}

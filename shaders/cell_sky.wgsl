@@ -1,5 +1,5 @@
-//! Light that comes to the cells straight from the environment, told from where their rays leave: from directions drawn
-//! by its light, and from the rays that left the scene.
+//! Light that comes to the cells straight from the environment, told from where their rays leave. Directions are drawn
+//! by its light, and rays that left the scene count too.
 #import lightgraph::environment::{draw, draw_density, radiance}
 #import lightgraph::kept::{LINKS, NO_KEY, key_of_cell, leaves, link_direction}
 #import lightgraph::packed_light

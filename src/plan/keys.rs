@@ -8,6 +8,7 @@ use super::inputs::{self, Contents, InputKind, Moving, Named, ReadInputs, Resour
 use super::tables::SceneInputs;
 use super::{Desc, Frames, Loop, OrderNode, Plan, ResourceId, StepId, Until};
 use crate::content::hash;
+use crate::scene::CONTENT_HASH;
 use crate::value::Type;
 use crate::value::{Value, Values};
 use std::collections::{BTreeMap, BTreeSet};
@@ -70,7 +71,7 @@ pub struct Keys {
     pub from_bits: Vec<bool>,
     /// The unit that writes dirty bits, by their buffer.
     pub markers: BTreeMap<ResourceId, usize>,
-    /// By unit: history follows from what it makes.
+    /// By unit: history follows from what it makes. Nothing where no unit asks for [`CONTENT_HASH`].
     remembered: Vec<bool>,
     without: Option<InputKind>,
 }
@@ -113,7 +114,8 @@ impl Keys {
             markers.extend(written.filter(marks).map(|id| (*id, i)));
         }
         let mut remembered = vec![false; units.len()];
-        for (i, unit) in units.iter().enumerate().rev() {
+        let asked = units.iter().any(|unit| unit.names.iter().any(|named| named.name == CONTENT_HASH));
+        for (i, unit) in units.iter().enumerate().rev().filter(|_| asked) {
             remembered[i] |= unit.writes.iter().any(|r| plan.resources[r.0].history);
             if remembered[i] {
                 unit.makers.iter().flatten().for_each(|maker| remembered[*maker] = true);

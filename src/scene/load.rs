@@ -264,7 +264,8 @@ fn without_loss(material: &super::Material, shown: &str) -> Option<Diagnostic> {
 
 /// What the scene RON adds, its names looked up.
 fn apply(scene: &mut Scene, description: &Description, document: &Document<'_>, faults: &mut Vec<Diagnostic>) {
-    let finishes: FxHashMap<_, _> = description.materials.iter().map(|(name, finish)| (&*name.value, finish)).collect();
+    let stated = description.materials.iter().map(|(name, finish)| (&*name.value, finish));
+    let finishes: FxHashMap<_, _> = stated.collect();
     for material in &mut scene.materials {
         if let Some(finish) = finishes.get(&*material.name) {
             (material.specular, material.shininess) = (finish.specular, finish.shininess);

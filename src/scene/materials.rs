@@ -148,11 +148,12 @@ fn material(
         faults.push(document.error(at, why));
     }
     let mut uses = vec![];
-    let mut add = |slot, texture: usize, set, others: Option<&Map<String, Value>>| match TextureExtensions::deserialize(
-        Value::Object(others.cloned().unwrap_or_default()),
-    ) {
-        Ok(TextureExtensions { transform }) => uses.push(Use { slot, texture, set, transform, made: None }),
-        Err(e) => faults.push(document.error(at, format!("the extensions of its texture {texture}: {e}"))),
+    let mut add = |slot, texture: usize, set, others: Option<&Map<String, Value>>| {
+        let stated = Value::Object(others.cloned().unwrap_or_default());
+        match TextureExtensions::deserialize(stated) {
+            Ok(TextureExtensions { transform }) => uses.push(Use { slot, texture, set, transform, made: None }),
+            Err(e) => faults.push(document.error(at, format!("the extensions of its texture {texture}: {e}"))),
+        }
     };
     let plain = [
         (TextureSlot::BaseColor, &pbr.base_color_texture),
