@@ -1,20 +1,20 @@
-//! Indirect light that lobes of surfaces reflect towards the camera: rays along the lobes, and what lights the surfaces
-//! that they meet. Those count as matte.
+//! Indirect light that lobes of surfaces reflect towards the camera, as far as rays along them are likely to find it:
+//! what lights the surfaces that they meet. Those count as matte. Rays that pixels share bring the rest.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::cells::NO_CELL
 #import lightgraph::find_cell::find_near
-#import lightgraph::gloss::{draw_density, draw_lobe, lobes, shines, tints}
+#import lightgraph::gloss::{as_matte, draw_density, draw_lobe, shines}
 #import lightgraph::hit::look_from
 #import lightgraph::random::{even_pair, seed}
 #import lightgraph::rounds::salt
 #import lightgraph::seen::{finished, seen_at}
+#import lightgraph::shared_lobes::{by_lobes, lobe_rays}
 #import lightgraph::surface::{Surface, is_lit, read_record}
 #import lightgraph::trace::leave
 #ifdef LIGHTS
 #import lightgraph::irradiance::irradiance
 #endif
 
-var<uniform> lobe_rays: u32;
 /// See cell_emission.wgsl and cell_total.wgsl.
 var<storage, read> emitted: array<vec4f>;
 var<storage, read> held: array<vec4f>;
@@ -34,20 +34,19 @@ fn along(s: Surface, direction: vec3f) -> vec4f {
 #ifdef LIGHTS
     arrived += irradiance(met.surface.position, met.surface.normal, met.start);
 #endif
-    return vec4f(met.surface.albedo * arrived, 1.0);
+    return vec4f(as_matte(met.surface) * arrived, 1.0);
 }
 
 fn reflected(s: Surface, shift: u32) -> vec3f {
     var sum = vec4f(0.0);
     for (var i = 0u; i < lobe_rays; i++) {
         let direction = draw_lobe(s, even_pair(i, shift));
-        let density = draw_density(s, direction);
-        if dot(direction, s.normal) <= 0.0 || density <= 0.0 {
+        if dot(direction, s.normal) <= 0.0 || draw_density(s, direction) <= 0.0 {
             sum.a += 1.0;
             continue;
         }
         let light = along(s, direction);
-        sum += vec4f(tints(s) * lobes(s, direction) / density * light.rgb, light.a);
+        sum += vec4f(by_lobes(s, direction) * light.rgb, light.a);
     }
     return max(sum.rgb / max(sum.a, 1.0), vec3f(0.0));
 }

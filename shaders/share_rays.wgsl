@@ -3,7 +3,11 @@
 //! Ends near by are shared with few pixels, far ones with many: what hides one from a pixel but not from its neighbour
 //! mostly lies at the distance of what it hides, or nearer.
 #import lightgraph::camera::{camera, pixel_ray}
+#ifdef DOUBT
+#import lightgraph::gloss::as_matte
+#else
 #import lightgraph::gloss::matte
+#endif
 #import lightgraph::packed_light
 #import lightgraph::photons::{RAYS_A_SOURCE, from_source}
 #import lightgraph::points::{has_point, points}
@@ -12,6 +16,10 @@
 #import lightgraph::seen::{finished, seen_at}
 #ifdef ENVIRONMENT
 #import lightgraph::sky_guide::{block_of, drawn_density}
+#endif
+#ifdef LOBES
+#import lightgraph::gloss::shines
+#import lightgraph::shared_lobes::by_shared
 #endif
 #import lightgraph::source_texels::source_at
 #import lightgraph::surface::{Surface, is_lit, read_record}
@@ -131,6 +139,10 @@ fn neighbour(s: Surface, tile: vec2i, step: vec2i) -> Neighbour {
     return n;
 }
 
+#ifdef LOBES
+/// Whether the pixel's surface has lobes.
+var<private> has_lobes: bool;
+#endif
 /// What the pixel has of its neighbours' rays, so far.
 struct Sums {
     /// Light of ray ends by their weights, and the weights.
@@ -140,6 +152,11 @@ struct Sums {
 #ifdef ENVIRONMENT
     /// Light of the environment, by the weights of ends.
     sky: vec3f,
+#endif
+#ifdef LOBES
+    /// Light of ends that lobes reflect, by their weights; and of sources.
+    lobes: vec3f,
+    straight_lobes: vec3f,
 #endif
 #ifdef DOUBT
     /// Squares of weights, times the end's light, times that again; of the sources' light.
@@ -156,7 +173,7 @@ var<private> block: u32;
 /// Radiance of the environment along a ray that is met under a cosine, weighed against directions that pixels draw this
 /// densely.
 fn from_sky(radiance: vec3f, cosine: f32, drawn: f32) -> vec3f {
-    let others = f32(#{SKY_RAYS}) * cosine / 3.14159265359;
+    let others = f32(#{SHARED_RAYS}) * cosine / 3.14159265359;
     return radiance * others / max(others + drawn, 1e-20);
 }
 #endif
@@ -179,6 +196,11 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
             let weight = n.weight * (*weights)[step] * bitcast<f32>(look.y);
             let light = weight * from_source(source, s.position, s.normal, RAYS_A_SOURCE);
             sums.straight += light;
+#ifdef LOBES
+            if has_lobes {
+                sums.straight_lobes += light * by_shared(s, normalize(source.position - s.position));
+            }
+#endif
 #ifdef DOUBT
             let bright = dot(light, vec3f(1.0));
             sums.squares.w += bright * bright;
@@ -217,6 +239,11 @@ fn add(s: Surface, n: Neighbour, weights: ptr<function, array<f32, STEPS>>, row:
     let share = n.weight * (*weights)[step] * min(meets_here / meets_there, MOST);
     let sent = packed_light::unpack(brings.xy);
     sums.ends += share * vec4f(sent, 1.0);
+#ifdef LOBES
+    if has_lobes {
+        sums.lobes += share * sent * by_shared(s, way_here);
+    }
+#endif
 #ifdef DOUBT
     let bright = dot(sent, vec3f(1.0));
     sums.squares += share * share * vec4f(1.0, bright, bright * bright, 0.0);
@@ -264,6 +291,9 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
     let beside = pixel_ray(pixel + vec2u(1u, 0u));
     footprint = length(beside.origin + seen.normal.w * beside.direction - s.position);
     let tile = vec2i(pixel / TILE);
+#ifdef LOBES
+    has_lobes = shines(s);
+#endif
 #ifdef ENVIRONMENT
     block = block_of(pixel);
 #endif
@@ -333,12 +363,13 @@ fn share_rays(@builtin(global_invocation_id) id: vec3u) {
 #endif
     let q = sums.squares;
     let variance = (q.z - 2.0 * bright * q.y + bright * bright * q.x) / max(sums.ends.a * sums.ends.a, 1e-12) + q.w;
-    let albedo = dot(matte(s), vec3f(0.333));
+    let albedo = dot(as_matte(s), vec3f(0.333));
     doubts[point] = albedo * albedo * max(variance, 0.0);
 #else
     var light = matte(s) * (mean + sums.straight);
 #ifdef LOBES
     light += textureLoad(lobe_light, pixel, 0).rgb;
+    light += sums.straight_lobes + sums.lobes / max(sums.ends.a, 1e-6);
 #endif
     textureStore(indirect, pixel, vec4f(light, 1.0));
 #ifdef ENVIRONMENT

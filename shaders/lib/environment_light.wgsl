@@ -5,7 +5,7 @@
 #import lightgraph::random::{sobol_pair, scramble}
 #import lightgraph::surface::Surface
 #import lightgraph::trace::{is_free, FAR}
-#ifdef SKY_RAYS
+#ifdef SHARED_RAYS
 #import lightgraph::gloss::matte
 #import lightgraph::sky_guide::{drawn_density, draws, guided}
 #ifdef SPECULAR
@@ -38,9 +38,9 @@ fn arrived(direction: vec3f, density: f32) -> vec3f {
     return radiance(direction) * (density / (density + draw_density(direction)));
 }
 
-#ifdef SKY_RAYS
+#ifdef SHARED_RAYS
 /// Part of what a surface without lobes reflects of the environment, from directions drawn by its light and by where a
-/// block of points sees it. SKY_RAYS directions drawn by the cosine bring the other part elsewhere: all are weighed
+/// block of points sees it. SHARED_RAYS directions drawn by the cosine bring the other part elsewhere: all are weighed
 /// against each other.
 fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32, block: u32) -> vec3f {
     var sum = vec3f(0.0);
@@ -58,7 +58,7 @@ fn drawn_environment(s: Surface, start: vec3f, samples: u32, shift: u32, block: 
         let density = max(dot(s.normal, d.direction), 0.0) / 3.14159265359;
         if density > 0.0 && any(d.radiance > vec3f(0.0)) && is_free(start, d.direction, FAR) {
             let drawn = drawn_density(block, samples, d.direction, d.density);
-            sum += density * d.radiance / (drawn + f32(#{SKY_RAYS}) * density);
+            sum += density * d.radiance / (drawn + f32(#{SHARED_RAYS}) * density);
         }
     }
     return matte(s) * sum;

@@ -37,6 +37,11 @@ fn matte(s: Surface) -> vec3f {
 /// Albedo of a matte surface that reflects as much: what a surface is taken for where light goes on from it in all
 /// directions.
 fn as_matte(s: Surface) -> vec3f {
+#ifdef GGX
+    if !is_phong(s) {
+        return metallic_roughness::as_matte(s);
+    }
+#endif
     return min(s.albedo + vec3f(s.specular), vec3f(1.0));
 }
 

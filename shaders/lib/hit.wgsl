@@ -130,6 +130,11 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
 #endif
 #ifdef FACES
     s.face = m.face;
+#ifndef DIELECTRICS
+    if m.faced == 0u {
+        s.face = vec4f(0.0);
+    }
+#endif
 #ifdef TEXTURES
     s.face *= vec4f(read_texture(m.face_tint_texture, p, wide).rgb, 1.0) * read_texture(m.face_texture, p, wide).a;
 #endif

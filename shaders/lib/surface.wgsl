@@ -57,6 +57,7 @@ struct Material {
 #endif
 #ifdef FACES
     face: vec4f,
+    faced: u32,
     face_texture: u32,
     face_tint_texture: u32,
 #endif

@@ -162,8 +162,8 @@ fn is_open(index: u32, at: vec2f) -> bool {
         return false;
     }
 #ifdef CLEAR
-    // Who follows paths sees what is there in part.
-    if m.alpha_blend != 0u {
+    // Who follows paths sees what is there in part, or lets light through.
+    if m.alpha_blend != 0u || m.alpha_cutoff > 1.0 {
         return false;
     }
 #endif

@@ -40,6 +40,7 @@ impl Scene {
                 ("alpha_blend", flag(|m| m.alpha == Alpha::Blend)),
                 ("unlit", flag(|m| m.unlit)),
                 ("face", Column::Vec4(all.iter().map(|m| head_on(&m.face)).collect())),
+                ("faced", flag(Material::is_faced)),
                 ("face_texture", map(|m| m.face.strength_texture)),
                 ("face_tint_texture", map(|m| m.face.tint_texture)),
                 ("transmission", float(|m| m.transmission)),
@@ -165,9 +166,10 @@ impl Scene {
     }
 }
 
-/// From which alpha on something is there, for what can't be there in part; 0: always.
+/// From which alpha on something is there, for what can't be there in part; 0: always, above 1: never.
 fn cutoff(m: &Material) -> f32 {
     match m.alpha {
+        _ if m.is_mostly_clear() => 2.0,
         Alpha::Opaque => 0.0,
         Alpha::Mask(cutoff) => cutoff,
         Alpha::Blend => 0.5,

@@ -311,7 +311,9 @@ pub(super) fn settle(
         if m.alpha == Alpha::Blend {
             note("graphs that trace paths blend it; others draw it where its alpha is one half or more");
         }
-        if m.transmission > 0.0 {
+        if m.is_mostly_clear() {
+            note("graphs that trace paths let light through it, straight on; others leave it out");
+        } else if m.transmission > 0.0 {
             note("graphs that trace paths let light through it, straight on; to others it is opaque");
         }
         if m.coat.strength > 0.0 {

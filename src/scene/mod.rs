@@ -136,11 +136,12 @@ use crate::value::Type;
 ///   1), `shininess` (Phong exponent), `roughness`, `metallic` (glTF's, 0 to 1), `finish_texture` (roughness in green,
 ///   metalness in blue), `normal_texture`, `normal_scale`, `normal_deviation` (sine of the angle between normals
 ///   and the triangles' planes, at most on nearly all of its area; 0 for flat ones), `alpha_cutoff` (nothing is there
-///   where alpha is less; 0 for opaque ones, one half for those that blend), `alpha_blend` (0 or 1), `unlit` (0 or 1),
+///   where alpha is less; 0 for opaque ones, one half for those that blend, 2 for those that let most light through),
+///   `alpha_blend` (0 or 1), `unlit` (0 or 1),
 ///   `face` (of what is no metal: reflectance head on in rgb, at grazing angles in a), `face_texture` (times its
-///   alpha), `face_tint_texture` (head on times its colour), `transmission`, `transmission_texture` (red), `coat` (share of a clear layer),
-///   `coat_texture` (red), `coat_roughness`, `coat_roughness_texture` (green), `coat_normal_texture`,
-///   `coat_normal_scale`
+///   alpha), `face_tint_texture` (head on times its colour), `faced` (0 or 1: the material states what its face does),
+///   `transmission`, `transmission_texture` (red), `coat` (share of a clear layer), `coat_texture` (red),
+///   `coat_roughness`, `coat_roughness_texture` (green), `coat_normal_texture`, `coat_normal_scale`
 /// - `textures`: how materials read images: `turn` (a matrix's columns) and `offset` (what is added then) of
 ///   coordinates, `x`, `y`, `layer` (its first texel on the pages of `scene_textures`), `width`, `height`, `levels`
 ///   (mips), `flags` (bits 0 and 1 how x goes on beyond 0 to 1: 0 repeats, 1 stays, 2 mirrors; 2 and 3 the same for y;
@@ -210,6 +211,7 @@ pub const TABLES: &[TableKind] = &[
             ("face", Type::Vec4),
             ("face_texture", Type::Uint),
             ("face_tint_texture", Type::Uint),
+            ("faced", Type::Uint),
             ("transmission", Type::Float),
             ("transmission_texture", Type::Uint),
             ("coat", Type::Float),
@@ -414,9 +416,8 @@ impl Follows {
 /// The facts every scene states, for conditions, sizes and uniforms. `environment` is the edge of the finest square of
 /// the table of that name, 0 for a scene in the dark. Materials with textures of a kind are `finish_textures`,
 /// `normal_textures` and `emission_textures`; `smooth_materials` are shaded by other normals than their triangles',
-/// `masked_materials` have holes, `clear_materials` blend or let light
-/// through, `faced_materials` reflect at their face otherwise than glTF's own model, `colored_vertices` and
-/// `second_uvs` are 0 where no vertex has any. `max_shininess` is the largest exponent of those with a Phong lobe, 0
+/// `masked_materials` have holes or let most light through, `clear_materials` blend or let light through,
+/// `faced_materials` state what their face does, `colored_vertices` and `second_uvs` are 0 where no vertex has any. `max_shininess` is the largest exponent of those with a Phong lobe, 0
 /// without. `bounds_*` enclose all geometry over all its motion; `grid_*` are the scene file's probe bounds, or
 /// `bounds_*`.
 pub const FACTS: &[(&str, Type)] = &[

@@ -317,10 +317,10 @@ impl Scene {
             ("normal_textures", materials(|m| m.normal_texture.or(m.coat.normal_texture).is_some())),
             ("smooth_materials", materials(|m| m.normal_deviation > 0.0)),
             ("emission_textures", materials(|m| m.emission_texture.is_some())),
-            ("masked_materials", materials(|m| m.alpha != Alpha::Opaque)),
+            ("masked_materials", materials(|m| m.alpha != Alpha::Opaque || m.is_mostly_clear())),
             ("clear_materials", materials(Material::is_clear)),
             ("unlit_materials", materials(|m| m.unlit)),
-            ("faced_materials", materials(|m| m.face != Face::default() || m.transmission > 0.0)),
+            ("faced_materials", materials(Material::is_faced)),
             ("coated_materials", materials(|m| m.coat.strength > 0.0)),
             ("colored_vertices", count(self.geometry.more.colors.len())),
             ("second_uvs", count(self.geometry.more.uvs.len())),
@@ -407,6 +407,18 @@ impl Material {
     /// Whether some light goes straight through.
     pub fn is_clear(&self) -> bool {
         self.alpha == Alpha::Blend || self.transmission > 0.0
+    }
+
+    /// Whether it states what its face does, by ior, specular or transmission: else it counts as matte.
+    pub fn is_faced(&self) -> bool {
+        self.face != Face::default() || self.transmission > 0.0
+    }
+
+    /// Whether most light goes straight through everywhere: who cannot show it in part leaves it out.
+    pub fn is_mostly_clear(&self) -> bool {
+        let through = self.transmission * (1.0 - self.metallic) * self.base_color.truncate().max_element();
+        let everywhere = self.transmission_texture.is_none() && !matches!(self.alpha, Alpha::Mask(_));
+        everywhere && !self.emits() && through > 0.5
     }
 
     /// Whether it gives light.

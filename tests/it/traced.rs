@@ -285,6 +285,36 @@ fn the_sky_lights_a_room_through_a_window() {
     assert!(blocks <= 25.0 && metrics.bias_percent.abs() <= 5.0, "{metrics:?}");
 }
 
+/// A pane closes that window. The first frame leaves it out, and paths in later ones count what it takes of the light.
+/// As an opaque pane it left the room dark.
+#[test]
+fn a_pane_lets_the_sky_through() {
+    let folder = Scratch::new("pane");
+    let roof = ceiling([-2.0, 0.25], [-2.0, -0.25], 2.0);
+    let room: Vec<Quad> = std::iter::once(FLOOR).chain(around(WALL)).chain(around(roof)).collect();
+    let file = lit_by(&[ceiling([-0.25, 0.25], [-0.25, 0.25], 2.0)], &room, 1.9, folder.path());
+    let mut scene: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    scene["materials"][1] = serde_json::json!({
+        "doubleSided": true, "pbrMetallicRoughness": {"metallicFactor": 0},
+        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}
+    });
+    scene["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = serde_json::json!([0.7, 0.7, 0.7, 1.0]);
+    scene["extensionsUsed"] = serde_json::json!(["KHR_materials_transmission"]);
+    std::fs::write(&file, scene.to_string()).unwrap();
+    let file = folder.path().join("pane.ron");
+    std::fs::write(&file, r#"Scene(gltf: "lit.gltf", environment: Constant(radiance: (1, 1, 1)))"#).unwrap();
+    let scene = file.display().to_string();
+    let set = "samples=64 bounces=0";
+    let [expected] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", &scene, 48) }.render_frames(32, ["direct"]);
+    for (frames, at_most) in [(1, 15.0), (32, 3.0)] {
+        let [direct] = Shot::new("graphs/gi/final_gather.ron", &scene, 48).render_frames(frames, ["direct"]);
+        let metrics = compared(&direct, &expected, None);
+        println!("a pane, {frames} frames: bias {:+.3} %", metrics.bias_percent);
+        assert!(metrics.mean_reference > 5e-3, "the floor is lit");
+        assert!(metrics.bias_percent.abs() <= at_most, "{frames} frames: {metrics:?}");
+    }
+}
+
 /// A lamp shows a picture that is bright in one corner. Most of its light comes back from a shelf half a metre away.
 /// Where all points of the lamp counted alike, 8×8 means were 26 % off.
 #[test]

@@ -1,0 +1,28 @@
+//! How rays along the lobes of a surface and the rays that pixels share divide light which both may find: by how likely
+//! each finds it (the balance heuristic).
+#define_import_path lightgraph::shared_lobes
+#import lightgraph::gloss::{draw_density, lobes, tints}
+#import lightgraph::surface::Surface
+
+/// Rays along the lobes, of a pixel.
+var<uniform> lobe_rays: u32;
+
+/// How densely rays that pixels share leave in a direction above the surface.
+fn shared_density(s: Surface, direction: vec3f) -> f32 {
+    return f32(#{SHARED_RAYS}) * dot(s.normal, direction) / 3.14159265359;
+}
+
+/// What the lobes reflect of light that a shared ray brings, over what a white matte surface reflects of it.
+fn by_shared(s: Surface, direction: vec3f) -> vec3f {
+    if dot(s.normal, direction) <= 0.0 {
+        return vec3f(0.0);
+    }
+    let all = shared_density(s, direction) + f32(lobe_rays) * draw_density(s, direction);
+    return f32(#{SHARED_RAYS}) / max(all, 1e-20) * (tints(s) * lobes(s, direction));
+}
+
+/// What the lobes reflect of light along a ray drawn from them, above the surface.
+fn by_lobes(s: Surface, direction: vec3f) -> vec3f {
+    let all = shared_density(s, direction) + f32(lobe_rays) * draw_density(s, direction);
+    return f32(lobe_rays) / max(all, 1e-20) * (tints(s) * lobes(s, direction));
+}
