@@ -11,7 +11,7 @@
 #import lightgraph::lobe_table::{ANGLES, DIRECTIONS}
 #import lightgraph::sh::ORDER
 #import lightgraph::surface::{Surface, materials}
-#ifdef GGX
+#ifdef METALS
 #import lightgraph::surface::mean_finish
 #endif
 
@@ -46,7 +46,7 @@ fn surface(row: u32) -> Surface {
     s.material = row / ANGLES;
     s.specular = m.specular;
     s.shininess = m.shininess;
-#ifdef GGX
+#ifdef METALS
     let mean = mean_finish(m);
     s.roughness = mean.x;
     s.metallic = mean.y;

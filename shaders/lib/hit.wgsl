@@ -1,10 +1,10 @@
 //! The surface that a ray meets.
 #define_import_path lightgraph::hit
-#import lightgraph::surface::{Point, Record, Surface, Wide, base_color, bent_normal, materials}
+#import lightgraph::surface::{Point, Record, Surface, Wide, albedo_at, base_color, bent_normal, materials}
 #ifdef TEXTURES
 #import lightgraph::surface::read_texture
 #endif
-#ifdef GGX
+#ifdef METALS
 #import lightgraph::surface::finish
 #endif
 #ifdef COATS
@@ -104,7 +104,7 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
     let shading = weights.x * t.na + weights.y * t.nb + weights.z * t.nc;
     s.normal = side * bent_normal(m, shading, p, wide);
     s.view = -direction;
-    s.albedo = color.rgb;
+    s.albedo = albedo_at(m, color.rgb, p, wide);
     s.emission = select(vec3f(0.0), m.emission, met.front);
     s.material = t.material;
     s.specular = m.specular;
@@ -112,7 +112,7 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
 #ifdef SMOOTH
     s.deviation = m.normal_deviation;
 #endif
-#ifdef GGX
+#ifdef METALS
     let made = finish(m, p, wide);
     s.roughness = made.x;
     s.metallic = made.y;

@@ -4,7 +4,7 @@
 //! FACES what states what its face does.
 #define_import_path lightgraph::metallic_roughness
 #import lightgraph::surface::Surface
-#import lightgraph::microfacets::{facets, unshadowed, draw_facet}
+#import lightgraph::microfacets::{facets, unshadowed, draw_facet, reflected_shares}
 
 #ifdef DIELECTRICS
 /// Reflectance of what is no metal, seen head on and at grazing angles.
@@ -61,26 +61,11 @@ fn tints(s: Surface) -> mat3x3f {
 #endif
 }
 
-/// Shares of light from all around that the first two lobes reflect at this roughness and cosine to the viewer: cubic in
-/// both, 0.006 and 0.002 off on the mean over the hemisphere.
-fn reflected_shares(roughness: f32, cosine: f32) -> vec2f {
-    let r = vec4f(1.0, roughness, roughness * roughness, roughness * roughness * roughness);
-    let c = vec4f(1.0, cosine, cosine * cosine, cosine * cosine * cosine);
-    let first = mat4x4f(
-        1.053, -0.108, -0.122, 0.137, -1.178, 4.693, -3.664, 0.745,
-        2.386, -13.844, 14.462, -4.623, -1.681, 8.927, -10.728, 3.822,
-    );
-    let second = mat4x4f(
-        1.053, -4.46, 6.157, -2.767, -2.329, 12.523, -20.119, 10.024,
-        1.173, -10.886, 21.481, -11.932, 0.155, 2.658, -7.353, 4.623,
-    );
-    return clamp(vec2f(dot(c, first * r), dot(c, second * r)), vec2f(0.0), vec2f(1.0));
-}
-
 /// Albedo of a matte surface that reflects as much towards the viewer of light from all around.
 fn as_matte(s: Surface) -> vec3f {
     let parts = tints(s);
-    let shares = reflected_shares(s.roughness, max(dot(s.normal, s.view), 0.0));
+    let cosine = max(dot(s.normal, s.view), 0.0);
+    let shares = reflected_shares(s.roughness, vec4f(1.0, cosine, cosine * cosine, cosine * cosine * cosine));
     return matte(s) + shares.x * parts[0] + shares.y * parts[1];
 }
 

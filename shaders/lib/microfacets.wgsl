@@ -32,3 +32,22 @@ fn draw_facet(normal: vec3f, view: vec3f, width: f32, u: vec2f) -> vec3f {
     let along = max(dot(half, normal), 1e-7) * normal;
     return normalize(along + width * (half - dot(half, normal) * normal));
 }
+
+/// Powers of the cosine to the viewer, on the mean over the directions that a matte surface sends light to.
+const MEAN_POWERS: vec4f = vec4f(1.0, 2.0 / 3.0, 0.5, 0.4);
+
+/// Shares of light from all around that facets reflect towards a viewer, as if they reflected all and times Schlick's
+/// (1 - cos)^5, by powers 0 to 3 of the cosine to the viewer. A fit to the integrals, cubic in it and in roughness:
+/// 0.006 and 0.002 off on the mean.
+fn reflected_shares(roughness: f32, powers: vec4f) -> vec2f {
+    let r = vec4f(1.0, roughness, roughness * roughness, roughness * roughness * roughness);
+    let all = mat4x4f(
+        1.053, -0.108, -0.122, 0.137, -1.178, 4.693, -3.664, 0.745,
+        2.386, -13.844, 14.462, -4.623, -1.681, 8.927, -10.728, 3.822,
+    );
+    let edge = mat4x4f(
+        1.053, -4.46, 6.157, -2.767, -2.329, 12.523, -20.119, 10.024,
+        1.173, -10.886, 21.481, -11.932, 0.155, 2.658, -7.353, 4.623,
+    );
+    return clamp(vec2f(dot(powers, all * r), dot(powers, edge * r)), vec2f(0.0), vec2f(1.0));
+}

@@ -7,11 +7,15 @@
 //! light shows, each of rgb holds two numbers of 12 bits: `albedo_of` and `glow_of` tell them apart.
 //!
 //! What a material is at a point is asked here alone: by draws, and by rays. A definition leaves out what no material
-//! of the scene has: TEXTURES any texture, SECOND_UVS a second set of coordinates, VERTEX_COLORS, NORMAL_MAPS,
-//! FINISH_MAPS roughness and metalness by textures, EMISSION_MAPS, MASKS holes, UNLIT, SMOOTH normals that are not the
-//! triangles'; in graphs that trace paths also
-//! CLEAR, FACES and COATS.
+//! of the scene has: TEXTURES any texture, SECOND_UVS a second set of coordinates, VERTEX_COLORS, NORMAL_MAPS, METALS
+//! roughness and metalness, FINISH_MAPS those by textures, EMISSION_MAPS, MASKS holes, UNLIT, SMOOTH normals that are
+//! not the triangles'; in graphs that trace paths also CLEAR, FACES and COATS.
 #define_import_path lightgraph::surface
+#ifdef METALS
+#ifndef GGX
+#import lightgraph::microfacets::{MEAN_POWERS, reflected_shares}
+#endif
+#endif
 #ifdef TEXTURES
 #import lightgraph::textures
 #endif
@@ -26,7 +30,7 @@ struct Material {
     /// Phong strength and exponent.
     specular: f32,
     shininess: f32,
-#ifdef GGX
+#ifdef METALS
     roughness: f32,
     metallic: f32,
 #ifdef FINISH_MAPS
@@ -170,7 +174,7 @@ fn bent_coat_normal(m: Material, normal: vec3f, p: Point, wide: Wide) -> vec3f {
 }
 #endif
 
-#ifdef GGX
+#ifdef METALS
 /// Roughness and metalness.
 fn finish(m: Material, p: Point, wide: Wide) -> vec2f {
     var found = vec2f(m.roughness, m.metallic);
@@ -191,6 +195,23 @@ fn mean_finish(m: Material) -> vec2f {
     return found;
 }
 #endif
+
+/// The albedo of what has this colour. Where metals have no lobes, they are matte, as bright as those on the mean.
+fn albedo_at(m: Material, color: vec3f, p: Point, wide: Wide) -> vec3f {
+#ifdef METALS
+#ifndef GGX
+#ifdef UNLIT
+    if m.unlit != 0u {
+        return color;
+    }
+#endif
+    let found = finish(m, p, wide);
+    let shares = reflected_shares(found.x, MEAN_POWERS);
+    return mix(color, shares.x * color + shares.y * (vec3f(1.0) - color), found.y);
+#endif
+#endif
+    return color;
+}
 
 #ifdef GLOW
 /// Whether what is recorded of a material holds more than its albedo.
@@ -286,7 +307,7 @@ fn wide_of(p: Point) -> Wide {
     return wide;
 }
 
-#ifdef GGX
+#ifdef METALS
 /// Roughness and metalness, recorded besides by graphs that show metals. Call it in uniform control flow of a fragment
 /// entry only.
 fn recorded_finish(material: u32, p: Point) -> vec2f {
@@ -311,7 +332,7 @@ fn record(material: u32, p: Point, normal: vec3f, depth: f32, front: bool) -> Re
         discard;
     }
 #endif
-    var color = found.rgb;
+    var color = albedo_at(m, found.rgb, p, wide);
 #ifdef GLOW
     color = recorded(m, color, p, wide);
 #endif
@@ -343,7 +364,7 @@ struct Surface {
     /// Sine of the angle between its normal and that of the triangle, at most.
     deviation: f32,
 #endif
-#ifdef GGX
+#ifdef METALS
     roughness: f32,
     metallic: f32,
 #endif
@@ -393,7 +414,7 @@ fn read_record(albedo: vec4f, normal: vec4f, origin: vec3f, direction: vec3f) ->
 #ifdef SMOOTH
     s.deviation = m.normal_deviation;
 #endif
-#ifdef GGX
+#ifdef METALS
     let mean = mean_finish(m);
     s.roughness = mean.x;
     s.metallic = mean.y;
