@@ -13,14 +13,19 @@ var<storage, read> direct_means: array<vec4f>;
 #ifdef ENVIRONMENT
 var<storage, read> gathered_sky: array<vec4f>;
 #endif
+#ifdef PATHS_ALONE
 var path_direct: texture_2d<f32>;
+#endif
+var path_indirect: texture_2d<f32>;
 var settled: texture_2d<f32>;
 var direct: texture_storage_2d<rgba32float, write>;
 var indirect: texture_storage_2d<rgba32float, write>;
 var color: texture_storage_2d<rgba32float, write>;
 
-/// Paths that are worth a frame's own direct light.
+#ifdef PATHS_ALONE
+/// Paths that are worth the frames' own direct light.
 const ALIKE: u32 = 16u;
+#endif
 
 @compute @workgroup_size(8, 8)
 fn settle(@builtin(global_invocation_id) id: vec3u) {
@@ -28,15 +33,9 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let index = place(id.xy);
-#ifdef PATHS_ALONE
-    // Gathered light has no lobes, and pixels share what rays see of the environment: paths take its place.
-    let alike = ALIKE;
-#else
-    let alike = ALIKE * (progress.round + 1u);
-#endif
-    let share = f32(progress.next) / f32(progress.next + alike);
     var gathered = direct_means[index].rgb;
-    var rest = vec3f(0.0);
+    // Behind what paths see in part there may be nothing that gathers light.
+    var rest = textureLoad(path_indirect, id.xy, 0).rgb;
     let seen = seen_at(id.xy);
     if is_lit(seen.albedo) {
         let ray = pixel_ray(id.xy);
@@ -46,7 +45,13 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
         gathered += albedo * gathered_sky[index].rgb;
 #endif
     }
+#ifdef PATHS_ALONE
+    // Gathered light has no lobes, and pixels share what rays see of the environment: paths take its place.
+    let share = f32(progress.next) / f32(progress.next + ALIKE);
     let first = mix(gathered, textureLoad(path_direct, id.xy, 0).rgb, share);
+#else
+    let first = gathered;
+#endif
     textureStore(direct, id.xy, vec4f(first, 1.0));
     textureStore(indirect, id.xy, vec4f(rest, 1.0));
     textureStore(color, id.xy, vec4f(first + rest, 1.0));

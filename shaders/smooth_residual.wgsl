@@ -22,7 +22,7 @@ var settled_more: texture_storage_2d<rgba32float, write>;
 const SAME_NORMAL: f32 = 0.8;
 const SAME_PLANE: f32 = 0.2;
 /// Of one bright path among dark ones the scatter is not known: this over what n * UNSURE_PATHS paths have by n + 1 is
-/// taken for chance beside what the paths' scatter tells, each coarser scale half of it.
+/// taken for chance beside what the paths' scatter tells.
 const UNSURE: f32 = 8.0;
 const UNSURE_PATHS: f32 = 16.0;
 
@@ -34,7 +34,7 @@ fn together(scale: u32) -> f32 {
 /// The share of what was found with an energy that is not chance.
 fn sure_share(energy: f32, chance: f32) -> f32 {
     let known = f32(progress.next) / UNSURE_PATHS + 1.0;
-    let doubt = 1.0 + UNSURE / (known * f32(1u << params.scale));
+    let doubt = 1.0 + UNSURE / known;
     return clamp(1.0 - doubt * chance / max(energy, 1e-30), 0.0, 1.0);
 }
 

@@ -355,8 +355,9 @@ fn unshadowed(e: Emitter, s: Surface, start: vec3f) -> f32 {
     }
     let offset = (a + b + c) / 3.0;
     let square = dot(offset, offset);
-    // Of one that is large from here the middle says little.
-    if LARGE * e.area > square {
+    // Of one that is large or long from here the middle says little.
+    let longest = max(max(dot(b - a, b - a), dot(c - a, c - a)), dot(c - b, c - b));
+    if LARGE * max(e.area, 0.5 * longest) > square {
         return form(e, start, s.normal) * dot(e.radiance, vec3f(1.0));
     }
     let way = offset * inverseSqrt(max(square, 1e-20));

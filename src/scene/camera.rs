@@ -47,6 +47,10 @@ const DEFAULT_YFOV: f32 = std::f32::consts::FRAC_PI_3;
 /// Share of the way to the scene at which depth begins at the latest.
 const BEFORE: f32 = 0.01;
 
+/// Share of the way to the scene's farthest corner at which depth begins at the earliest: a nearer plane would leave
+/// depths of 32 bits too few numbers to tell surfaces apart, and nobody sees what is so near in a scene so large.
+const NEAREST: f32 = 1e-5;
+
 impl Scene {
     /// The `camera_…` names of [`super::FRAME_VALUES`] for an image of `width` × `height`, and what the user should
     /// know: a camera's vertical angle holds and the aspect is the image's. Clip space has z in 0..1 and y up, so that
@@ -140,9 +144,10 @@ impl Scene {
             // glTF's endless projection has no inverse at its far plane; a far plane behind everything draws the same.
             // So does a near plane just before everything, and depths of 32 bits tell more apart behind it.
             Lens::Perspective { near, far, .. } => {
-                let far = far.unwrap_or_else(|| (self.bounds.farthest(place.position) * 1.01).max(near * 2.0));
+                let reach = (self.bounds.farthest(place.position) * 1.01).max(near * 2.0);
+                let far = far.unwrap_or(reach);
                 let begins = self.bounds.first_along(place.forward) - place.position.dot(place.forward);
-                (near.max(BEFORE * begins.min(far)), far)
+                (near.max(BEFORE * begins.min(far)).max(NEAREST * reach.min(far)), far)
             }
             Lens::Orthographic { near, far, .. } => (near, far),
         }

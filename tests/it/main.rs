@@ -31,6 +31,7 @@
 //! - `many_lights`: lights lit in groups, held against lights lit one by one
 //! - `open_air`: environments, suns and cameras that files don't hold
 //! - `mutations`: the tests of `tests/graphs` notice what is edited
+//! - `panes`: what light goes through, in first frames and in later ones
 //! - `projection`: factors of the projection, fitted and windowed
 //! - `probe`: what one invocation computed, against a readback
 //! - `record`: frames recorded into a program's commands, with memory of its own
@@ -92,6 +93,7 @@ mod mutants;
 mod mutated;
 mod mutations;
 mod open_air;
+mod panes;
 mod parts;
 mod plain_scenes;
 mod planes;

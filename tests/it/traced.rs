@@ -14,7 +14,7 @@ fn reference(name: &str) -> Image {
     read_exr(&repository(&format!("tests/references/{name}.exr"))).unwrap_or_else(|f| panic!("{f}"))
 }
 
-fn compared(test: &Image, expected: &Image, mask: Option<&[bool]>) -> Metrics {
+pub fn compared(test: &Image, expected: &Image, mask: Option<&[bool]>) -> Metrics {
     compare(test, expected, mask).unwrap_or_else(|f| panic!("{f}"))
 }
 
@@ -51,7 +51,7 @@ fn shadows_of_the_sun_agree_with_the_reference() {
 
 /// A scene of matte and of emissive quads, counter-clockwise from the front, seen from `height` metres above the
 /// origin.
-fn lit_by(lamps: &[Quad], matte: &[Quad], height: f32, folder: &Path) -> String {
+pub fn lit_by(lamps: &[Quad], matte: &[Quad], height: f32, folder: &Path) -> String {
     let quads = || matte.iter().chain(lamps);
     let mut bytes: Vec<u8> = quads().flatten().flatten().flat_map(|x| x.to_le_bytes()).collect();
     let from = bytes.len();
@@ -95,22 +95,22 @@ fn lit_by(lamps: &[Quad], matte: &[Quad], height: f32, folder: &Path) -> String 
 }
 
 /// Its corners.
-type Quad = [[f32; 3]; 4];
+pub type Quad = [[f32; 3]; 4];
 
 /// Four metres wide.
-const FLOOR: Quad = [[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]];
+pub const FLOOR: Quad = [[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]];
 
 /// At one side of the floor, two metres high.
-const WALL: Quad = [[-2.0, 0.0, 2.0], [-2.0, 0.0, -2.0], [-2.0, 2.0, -2.0], [-2.0, 2.0, 2.0]];
+pub const WALL: Quad = [[-2.0, 0.0, 2.0], [-2.0, 0.0, -2.0], [-2.0, 2.0, -2.0], [-2.0, 2.0, 2.0]];
 
 /// At all four sides of the floor.
-fn around(side: Quad) -> impl Iterator<Item = Quad> {
+pub fn around(side: Quad) -> impl Iterator<Item = Quad> {
     let turn = |quad: &Quad| Some(quad.map(|[x, y, z]| [z, y, -x]));
     std::iter::successors(Some(side), turn).take(4)
 }
 
 /// Faces down.
-fn ceiling([low_x, high_x]: [f32; 2], [low_z, high_z]: [f32; 2], height: f32) -> Quad {
+pub fn ceiling([low_x, high_x]: [f32; 2], [low_z, high_z]: [f32; 2], height: f32) -> Quad {
     [[low_x, height, low_z], [high_x, height, low_z], [high_x, height, high_z], [low_x, height, high_z]]
 }
 
@@ -285,34 +285,21 @@ fn the_sky_lights_a_room_through_a_window() {
     assert!(blocks <= 25.0 && metrics.bias_percent.abs() <= 5.0, "{metrics:?}");
 }
 
-/// A pane closes that window. The first frame leaves it out, and paths in later ones count what it takes of the light.
-/// As an opaque pane it left the room dark.
+/// Three centimetres of light along a wall, most of it close to the long triangles' edges: those far from a triangle's
+/// middle and near to its edge asked it too seldom, and pixels were hundreds of times too bright.
 #[test]
-fn a_pane_lets_the_sky_through() {
-    let folder = Scratch::new("pane");
-    let roof = ceiling([-2.0, 0.25], [-2.0, -0.25], 2.0);
-    let room: Vec<Quad> = std::iter::once(FLOOR).chain(around(WALL)).chain(around(roof)).collect();
-    let file = lit_by(&[ceiling([-0.25, 0.25], [-0.25, 0.25], 2.0)], &room, 1.9, folder.path());
-    let mut scene: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
-    scene["materials"][1] = serde_json::json!({
-        "doubleSided": true, "pbrMetallicRoughness": {"metallicFactor": 0},
-        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}
-    });
-    scene["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = serde_json::json!([0.7, 0.7, 0.7, 1.0]);
-    scene["extensionsUsed"] = serde_json::json!(["KHR_materials_transmission"]);
-    std::fs::write(&file, scene.to_string()).unwrap();
-    let file = folder.path().join("pane.ron");
-    std::fs::write(&file, r#"Scene(gltf: "lit.gltf", environment: Constant(radiance: (1, 1, 1)))"#).unwrap();
-    let scene = file.display().to_string();
-    let set = "samples=64 bounces=0";
-    let [expected] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", &scene, 48) }.render_frames(32, ["direct"]);
-    for (frames, at_most) in [(1, 15.0), (32, 3.0)] {
-        let [direct] = Shot::new("graphs/gi/final_gather.ron", &scene, 48).render_frames(frames, ["direct"]);
-        let metrics = compared(&direct, &expected, None);
-        println!("a pane, {frames} frames: bias {:+.3} %", metrics.bias_percent);
-        assert!(metrics.mean_reference > 5e-3, "the floor is lit");
-        assert!(metrics.bias_percent.abs() <= at_most, "{frames} frames: {metrics:?}");
-    }
+fn a_strip_of_light_beside_a_wall_lights_it_evenly() {
+    let strip = ceiling([-1.99, -1.96], [-1.5, 1.5], 1.2);
+    let folder = Scratch::new("strip");
+    let room: Vec<Quad> = std::iter::once(FLOOR).chain(around(WALL)).collect();
+    let file = lit_by(&[strip], &room, 1.9, folder.path());
+    let set = "samples=1024 bounces=0";
+    let [expected] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", &file, 48) }.render(["direct"]);
+    let [direct] = Shot::new("graphs/gi/final_gather.ron", &file, 48).render(["direct"]);
+    let metrics = compared(&direct, &expected, None);
+    println!("strip: rmse {:.3} %, bias {:+.3} %", metrics.rmse_percent, metrics.bias_percent);
+    assert!(metrics.mean_reference > 1e-3, "the wall is lit");
+    assert!(metrics.rmse_percent <= 20.0 && metrics.bias_percent.abs() <= 2.0, "{metrics:?}");
 }
 
 /// A lamp shows a picture that is bright in one corner. Most of its light comes back from a shelf half a metre away.

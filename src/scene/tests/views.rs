@@ -85,6 +85,9 @@ fn depth_begins_a_little_before_the_scene_for_a_camera_far_away() {
     assert_eq!(seen(1000.0, 20.0), Value::Float(20.0));
     // Within the scene it is the camera's own.
     assert_eq!(seen(-0.5, 0.05), Value::Float(0.05));
+    // But not so near that depths could not tell apart what is far.
+    let Value::Float(near) = seen(-0.5, 1e-9) else { panic!("a number") };
+    assert!((1e-5..5e-5).contains(&near), "{near}");
 }
 
 #[test]
