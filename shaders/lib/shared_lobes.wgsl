@@ -7,9 +7,11 @@
 /// Rays along the lobes, of a pixel.
 var<uniform> lobe_rays: u32;
 
-/// How densely rays that pixels share leave in a direction above the surface.
-fn shared_density(s: Surface, direction: vec3f) -> f32 {
-    return f32(#{SHARED_RAYS}) * dot(s.normal, direction) / 3.14159265359;
+/// What the lobes reflect of light from a direction above the surface, over how densely rays of both kinds leave in it.
+fn reflected(s: Surface, direction: vec3f) -> vec3f {
+    let shared_rays = f32(#{SHARED_RAYS}) * dot(s.normal, direction) / 3.14159265359;
+    let all = shared_rays + f32(lobe_rays) * draw_density(s, direction);
+    return tints(s) * lobes(s, direction) / max(all, 1e-20);
 }
 
 /// What the lobes reflect of light that a shared ray brings, over what a white matte surface reflects of it.
@@ -17,12 +19,10 @@ fn by_shared(s: Surface, direction: vec3f) -> vec3f {
     if dot(s.normal, direction) <= 0.0 {
         return vec3f(0.0);
     }
-    let all = shared_density(s, direction) + f32(lobe_rays) * draw_density(s, direction);
-    return f32(#{SHARED_RAYS}) / max(all, 1e-20) * (tints(s) * lobes(s, direction));
+    return f32(#{SHARED_RAYS}) * reflected(s, direction);
 }
 
 /// What the lobes reflect of light along a ray drawn from them, above the surface.
 fn by_lobes(s: Surface, direction: vec3f) -> vec3f {
-    let all = shared_density(s, direction) + f32(lobe_rays) * draw_density(s, direction);
-    return f32(lobe_rays) / max(all, 1e-20) * (tints(s) * lobes(s, direction));
+    return f32(lobe_rays) * reflected(s, direction);
 }

@@ -163,7 +163,7 @@ fn is_open(index: u32, at: vec2f) -> bool {
     }
 #ifdef CLEAR
     // Who follows paths sees what is there in part, or lets light through.
-    if m.alpha_blend != 0u || m.alpha_cutoff > 1.0 {
+    if m.alpha_blend != 0u || (m.transmission > 0.0 && m.alpha_cutoff > 1.0) {
         return false;
     }
 #endif
