@@ -1,5 +1,5 @@
-//! How rays along the lobes of a surface and the rays that pixels share divide light which both may find: by how likely
-//! each finds it (the balance heuristic).
+//! How rays along the lobes of a surface and the rays that pixels share divide light which both may find: by how
+//! likely each finds it (the balance heuristic).
 #define_import_path lightgraph::shared_lobes
 #import lightgraph::gloss::{draw_density, lobes, tints}
 #import lightgraph::surface::Surface
@@ -7,7 +7,7 @@
 /// Rays along the lobes, of a pixel.
 var<uniform> lobe_rays: u32;
 
-/// What the lobes reflect of light from a direction above the surface, over how densely rays of both kinds leave in it.
+/// What the lobes reflect of light from a direction above the surface, over the density of both kinds of rays there.
 fn reflected(s: Surface, direction: vec3f) -> vec3f {
     let shared_rays = f32(#{SHARED_RAYS}) * dot(s.normal, direction) / 3.14159265359;
     let all = shared_rays + f32(lobe_rays) * draw_density(s, direction);

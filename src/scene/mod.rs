@@ -417,9 +417,9 @@ impl Follows {
 /// the table of that name, 0 for a scene in the dark. Materials with textures of a kind are `finish_textures`,
 /// `normal_textures` and `emission_textures`; `smooth_materials` are shaded by other normals than their triangles',
 /// `masked_materials` have holes or let most light through, `clear_materials` blend or let light through,
-/// `faced_materials` state what their face does, `colored_vertices` and `second_uvs` are 0 where no vertex has any. `max_shininess` is the largest exponent of those with a Phong lobe, 0
-/// without. `bounds_*` enclose all geometry over all its motion; `grid_*` are the scene file's probe bounds, or
-/// `bounds_*`.
+/// `faced_materials` state what their face does. `colored_vertices` and `second_uvs` are 0 where no vertex has any.
+/// `max_shininess` is the largest exponent of those with a Phong lobe, 0 without. `bounds_*` enclose all geometry
+/// over all its motion; `grid_*` are the scene file's probe bounds, or `bounds_*`.
 pub const FACTS: &[(&str, Type)] = &[
     ("lights", Type::Uint),
     ("point_lights", Type::Uint),

@@ -33,8 +33,8 @@ fn reflected(cosine: f64, roughness: f64) -> [f64; 3] {
     sums
 }
 
-/// What of even light leaves a material towards who sees it under a cosine. `dielectrics`: faces count of which it says
-/// nothing.
+/// What of even light leaves a material towards who sees it under a cosine. With `dielectrics` every face reflects,
+/// stated or not.
 fn expected(m: &Material, cosine: f64, dielectrics: bool) -> DVec3 {
     let color = m.base_color.truncate().as_dvec3();
     if m.unlit {

@@ -224,9 +224,9 @@ fn rough_metals_reflect_what_their_lobe_integrates_to() {
     }
 }
 
-/// Rays that pixels share and cells on surfaces take rough metals for as bright as paths do, whether walls emit light or
-/// a lamp lights them. Where cells took them for matte surfaces of their colour, cornell_point was 1.5 times as bright at
-/// roughness 1. Probes take them for matte ones that reflect as much, and err by what 2×2×2 of them do.
+/// Rough metals are as bright by `final_gather` as by paths. Where its cells took them for matte surfaces of their
+/// colour, cornell_point was 1.5 times as bright at roughness 1. Probes take them for matte surfaces that reflect as
+/// much; their limits are wider because a grid of them errs on matte rooms, too.
 #[test]
 fn rooms_of_rough_metal_are_as_bright_as_paths_say() {
     const SIZE: u32 = 48;

@@ -29,8 +29,8 @@ fn against_paths(scene: &str, output: &str, set: &str, frames: u32) -> Metrics {
     metrics
 }
 
-/// A pane closes a window in the roof. The first frame leaves it out, and paths in later ones count what it takes of the
-/// light. As an opaque pane it left the room dark.
+/// A pane closes a window in the roof. The first frame leaves the pane out. Paths in later frames count what it takes
+/// of the light. While the pane was opaque, the room was dark.
 #[test]
 fn a_pane_lets_the_sky_through() {
     let folder = Scratch::new("pane");
@@ -48,7 +48,7 @@ fn a_pane_lets_the_sky_through() {
     }
 }
 
-/// Four walls light a pane with the sky behind it. Where nothing else was seen, frames that add up left its light out.
+/// Four walls light a pane with the sky behind it. Frames that add up left the pane's indirect light out.
 #[test]
 fn a_pane_before_the_sky_shows_what_lights_it() {
     let folder = Scratch::new("before");

@@ -286,8 +286,8 @@ fn the_sky_lights_a_room_through_a_window() {
     assert!(blocks <= 25.0 && metrics.bias_percent.abs() <= 5.0, "{metrics:?}");
 }
 
-/// Three tubes of twelve long sides just above the floor, more triangles than a pixel asks. What is close to one but far from its
-/// middle asked it too seldom: single pixels were far too bright, which made the rmse 269 %.
+/// Three tubes of twelve long sides just above the floor have more triangles than a pixel asks. Points close to a
+/// triangle but far from its middle asked it too seldom: single pixels were too bright, and the rmse was 269 %.
 #[test]
 fn long_tubes_above_a_floor_light_it_evenly() {
     let corner = |tube: u32, i: u32, z| {
