@@ -3,6 +3,7 @@
 use crate::device::Shot;
 use crate::support::Scratch;
 use crate::traced::{FLOOR, Quad, WALL, around, ceiling, compared, lit_by};
+use lightgraph::Image;
 use lightgraph::internals::image::metrics::Metrics;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -20,11 +21,15 @@ fn under_the_sky(matte: &[Quad], pane: Quad, material: Value, folder: &Path) -> 
     file.display().to_string()
 }
 
-/// An output of `final_gather` after so many frames, against paths.
-fn against_paths(scene: &str, output: &str, set: &str, frames: u32) -> Metrics {
+fn by_paths(scene: &str, output: &str, set: &str) -> Image {
     let [expected] = Shot { set, ..Shot::new("graphs/gi/pathtrace.ron", scene, 48) }.render_frames(32, [output]);
+    expected
+}
+
+/// An output of `final_gather` after so many frames, against that of paths.
+fn against(expected: &Image, scene: &str, output: &str, frames: u32) -> Metrics {
     let [found] = Shot::new("graphs/gi/final_gather.ron", scene, 48).render_frames(frames, [output]);
-    let metrics = compared(&found, &expected, None);
+    let metrics = compared(&found, expected, None);
     println!("{output}, {frames} frames: bias {:+.3} %, rmse {:.3} %", metrics.bias_percent, metrics.rmse_percent);
     metrics
 }
@@ -41,8 +46,9 @@ fn a_pane_lets_the_sky_through() {
         "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}
     });
     let scene = under_the_sky(&room, ceiling([-0.25, 0.25], [-0.25, 0.25], 2.0), glass, folder.path());
+    let expected = by_paths(&scene, "direct", "samples=64 bounces=0");
     for (frames, at_most) in [(1, 15.0), (32, 3.0)] {
-        let metrics = against_paths(&scene, "direct", "samples=64 bounces=0", frames);
+        let metrics = against(&expected, &scene, "direct", frames);
         assert!(metrics.mean_reference > 5e-3, "the floor is lit");
         assert!(metrics.bias_percent.abs() <= at_most, "{frames} frames: {metrics:?}");
     }
@@ -58,7 +64,7 @@ fn a_pane_before_the_sky_shows_what_lights_it() {
         "pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.7, 0.7, 0.7, 0.4]}
     });
     let scene = under_the_sky(&walls, ceiling([-1.0, 1.0], [-1.0, 1.0], 0.5), thin, folder.path());
-    let metrics = against_paths(&scene, "indirect", "samples=16", 16);
+    let metrics = against(&by_paths(&scene, "indirect", "samples=16"), &scene, "indirect", 16);
     assert!(metrics.mean_reference > 5e-3, "the pane is lit");
     assert!(metrics.bias_percent.abs() <= 3.0 && metrics.rmse_percent <= 20.0, "{metrics:?}");
 }
