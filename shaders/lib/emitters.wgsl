@@ -234,7 +234,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
         next += asks * step;
         // Some point surely falls on what gives a step or more.
         let weight = max(step / alone, 1.0);
-        // Of the points' irradiance: all, and what arrives; the light that arrives, and its gloss.
+        // Of the points' irradiance: all, and what arrives; the light that arrives, its gloss, and what is no more matte.
         var all = 0.0;
         var arrived = 0.0;
 #ifdef EMISSION_MAPS
@@ -243,6 +243,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
 #endif
 #ifdef SPECULAR
         var shine = vec3f(0.0);
+        var lost = vec3f(0.0);
 #endif
         // What the first points told, and how many times the others count.
         var told = 0.0;
@@ -275,7 +276,9 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
 #ifdef SPECULAR
                 let even = itself / (step * angle);
                 let share = even / (even + f32(drawn) * gloss::draw_density(s, p.direction));
-                shine += tints(s) * lobes(s, p.direction) * p.radiance * angle * share;
+                let parts = lobes(s, p.direction);
+                shine += gloss::glossy(s, parts) * p.radiance * angle * share;
+                lost += parts.z * p.radiance * angle;
 #endif
             }
         }
@@ -284,7 +287,11 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
 #ifndef EMISSION_MAPS
             let light = arrived * e.radiance;
 #endif
-            var part = matte(s) / 3.14159265359 * form(e, start, s.normal) / arrived * light;
+            var reflected = matte(s) / 3.14159265359 * light;
+#ifdef SPECULAR
+            reflected += tints(s)[2] * lost;
+#endif
+            var part = form(e, start, s.normal) / arrived * reflected;
 #ifdef SPECULAR
             part += shine / f32(asked) * (all / arrived);
 #endif
@@ -333,7 +340,7 @@ fn met_by_lobe(s: Surface, start: vec3f, direction: vec3f, step: f32, drawn: u32
         return vec3f(0.0);
     }
     let even = unshadowed(e, s, start) / step * hit.distance * hit.distance / max(cosine * e.area, 1e-20);
-    return tints(s) * lobes(s, direction) * radiance / (even + f32(drawn) * gloss::draw_density(s, direction));
+    return gloss::glossy(s, lobes(s, direction)) * radiance / (even + f32(drawn) * gloss::draw_density(s, direction));
 }
 #endif
 

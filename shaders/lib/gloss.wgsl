@@ -68,6 +68,12 @@ fn lobes(s: Surface, direction: vec3f) -> vec3f {
     return vec3f(phong_lobe(s, direction), 0.0, 0.0);
 }
 
+/// What lobes themselves reflect, without what the second takes from the matte share.
+fn glossy(s: Surface, parts: vec3f) -> vec3f {
+    let t = tints(s);
+    return parts.x * t[0] + parts.y * t[1];
+}
+
 /// Phong's (n + 1)/(2 pi) * cos(alpha)^n, where alpha is the angle to the mirror direction.
 fn phong_lobe(s: Surface, direction: vec3f) -> f32 {
     let cosine = dot(reflect(-s.view, s.normal), direction);

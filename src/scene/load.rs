@@ -247,8 +247,10 @@ fn come_near(scene: &mut Scene, shown: &str) -> Option<Diagnostic> {
 fn without_loss(material: &super::Material, shown: &str) -> Option<Diagnostic> {
     let albedo = material.base_color.truncate().max_element();
     let kept = albedo + material.specular;
-    // A texture takes its part, and an albedo above 1 has been spoken of.
-    if kept < 1.0 || material.base_color_texture.is_some() || albedo > 1.0 {
+    // A texture takes its part, what reflects nothing or lets light through loses it, and an albedo above 1 has been
+    // spoken of.
+    let loses = material.base_color_texture.is_some() || material.unlit || material.transmission > 0.0;
+    if kept < 1.0 || loses || albedo > 1.0 {
         return None;
     }
     let name = &material.name;

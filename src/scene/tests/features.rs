@@ -148,6 +148,23 @@ fn vertices_come_to_what_they_state() {
 }
 
 #[test]
+fn what_is_unlit_or_lets_light_through_does_not_reflect_all_of_it() {
+    let notes = |name: &str, value: Value| {
+        let mut f = Fixture::quad();
+        if !name.is_empty() {
+            extension(&mut f, name, value);
+        }
+        render(&f.read().unwrap_or_else(|e| panic!("{e}")).1)
+    };
+    assert!(notes("", Value::Null).contains("\"white\" reflects all light"));
+    for (name, value) in
+        [("KHR_materials_unlit", json!({})), ("KHR_materials_transmission", json!({"transmissionFactor": 0.5}))]
+    {
+        assert!(!notes(name, value).contains("reflects all light"), "{name}");
+    }
+}
+
+#[test]
 fn there_is_a_file_for_each_of_sixty_features_and_misuses() {
     let count = materials::MATERIALS.len() + textures::TEXTURES.len() + vertices::VERTICES.len();
     assert!(count >= 60, "{count}");
