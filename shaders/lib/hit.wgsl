@@ -7,6 +7,9 @@
 #ifdef METALS
 #import lightgraph::surface::finish
 #endif
+#ifdef FACES
+#import lightgraph::surface::face_of
+#endif
 #ifdef COATS
 #import lightgraph::surface::bent_coat_normal
 #endif
@@ -129,12 +132,7 @@ fn describe(hit: Hit, origin: vec3f, direction: vec3f, spread: f32) -> Met {
     }
 #endif
 #ifdef FACES
-    s.face = m.face;
-#ifndef DIELECTRICS
-    if m.faced == 0u {
-        s.face = vec4f(0.0);
-    }
-#endif
+    s.face = face_of(m);
 #ifdef TEXTURES
     s.face *= vec4f(read_texture(m.face_tint_texture, p, wide).rgb, 1.0) * read_texture(m.face_texture, p, wide).a;
 #endif

@@ -196,6 +196,32 @@ fn mean_finish(m: Material) -> vec2f {
 }
 #endif
 
+#ifdef FACES
+/// What the face reflects if it is no metal: head on, and in w at grazing angles.
+fn face_of(m: Material) -> vec4f {
+#ifndef DIELECTRICS
+    if m.faced == 0u {
+        return vec4f(0.0);
+    }
+#endif
+    return m.face;
+}
+
+/// The same on average, for what knows no point.
+fn mean_face(m: Material) -> vec4f {
+    var found = face_of(m);
+#ifdef TEXTURES
+    if m.face_texture != NO_TEXTURE {
+        found *= textures::mean(m.face_texture).a;
+    }
+    if m.face_tint_texture != NO_TEXTURE {
+        found *= vec4f(textures::mean(m.face_tint_texture).rgb, 1.0);
+    }
+#endif
+    return found;
+}
+#endif
+
 /// The albedo of what has this colour. Where metals have no lobes, they are matte, as bright as those on the mean.
 fn albedo_at(m: Material, color: vec3f, p: Point, wide: Wide) -> vec3f {
 #ifdef METALS
@@ -418,6 +444,9 @@ fn read_record(albedo: vec4f, normal: vec4f, origin: vec3f, direction: vec3f) ->
     let mean = mean_finish(m);
     s.roughness = mean.x;
     s.metallic = mean.y;
+#endif
+#ifdef FACES
+    s.face = mean_face(m);
 #endif
     return s;
 }
