@@ -1,5 +1,6 @@
 //! Indirect light that lobes of surfaces reflect towards the camera, as far as rays along them are likely to find it:
-//! what lights the surfaces that they meet. Those count as matte. Rays that pixels share bring the rest.
+//! what lights the surfaces that they meet, which shine in the scene's lights and count as matte in all other light.
+//! Rays that pixels share bring the rest.
 #import lightgraph::camera::pixel_ray
 #import lightgraph::cells::NO_CELL
 #import lightgraph::find_cell::find_near
@@ -12,7 +13,7 @@
 #import lightgraph::surface::{Surface, is_lit, read_record}
 #import lightgraph::trace::leave
 #ifdef LIGHTS
-#import lightgraph::irradiance::irradiance
+#import lightgraph::traced_lights::traced_light
 #endif
 
 /// See cell_emission.wgsl and cell_total.wgsl.
@@ -30,11 +31,11 @@ fn along(s: Surface, direction: vec3f) -> vec4f {
     if cell == NO_CELL {
         return vec4f(0.0);
     }
-    var arrived = held[cell].rgb + emitted[cell].rgb;
+    var light = as_matte(met.surface) * (held[cell].rgb + emitted[cell].rgb);
 #ifdef LIGHTS
-    arrived += irradiance(met.surface.position, met.surface.normal, met.start);
+    light += traced_light(met.surface, met.start);
 #endif
-    return vec4f(as_matte(met.surface) * arrived, 1.0);
+    return vec4f(light, 1.0);
 }
 
 fn reflected(s: Surface, shift: u32) -> vec3f {

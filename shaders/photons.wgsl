@@ -2,7 +2,7 @@
 //! place from which light comes again. Those that end where no ray did light nothing that is asked for.
 #import lightgraph::cells::{NO_CELL, key_of}
 #import lightgraph::find_cell::find
-#import lightgraph::gloss::as_matte
+#import lightgraph::gloss::sent_on
 #import lightgraph::hit::{flat_side, look}
 #import lightgraph::marks::{PARTS, zone_of}
 #import lightgraph::packed_light
@@ -177,7 +177,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
             }
             flux = taken * whole / (f32(PHOTONS) * sum_of(light.intensity) * reach(light) * way.share * density);
         }
-        arrived = sum_of(irradiance(position, normal, met.start));
+        arrived = sum_of(irradiance(met.surface, met.start));
 #endif
 #ifdef EMITTERS
         if chosen >= all.lights {
@@ -189,7 +189,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
         }
 #endif
     }
-    let sent = packed_light::pack(flux * as_matte(met.surface) / 3.14159265359);
+    let sent = packed_light::pack(flux * sent_on(met.surface, -direction) / 3.14159265359);
     photon_ends[3u * id.x] = vec4u(bitcast<vec3u>(position), pack_normal(flat_normal));
     photon_ends[3u * id.x + 1u] = vec4u(sent, bitcast<u32>(arrived), cell);
     photon_ends[3u * id.x + 2u] = vec4u(bitcast<u32>(whole), u32(wanted), 0u, 0u);

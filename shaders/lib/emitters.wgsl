@@ -4,7 +4,7 @@
 #import lightgraph::lobe::reflectance
 #import lightgraph::gloss::matte
 #ifdef SPECULAR
-#import lightgraph::gloss::{draw_lobe, lobes, shines, tints}
+#import lightgraph::gloss::{draw_lobe, glossy, shines, taken}
 #import lightgraph::gloss
 #import lightgraph::surface::materials
 #import lightgraph::trace
@@ -276,9 +276,9 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
 #ifdef SPECULAR
                 let even = itself / (step * angle);
                 let share = even / (even + f32(drawn) * gloss::draw_density(s, p.direction));
-                let parts = lobes(s, p.direction);
-                shine += gloss::glossy(s, parts) * p.radiance * angle * share;
-                lost += parts.z * p.radiance * angle;
+                let less = taken(s, p.direction);
+                shine += (glossy(s, p.direction) - less) * p.radiance * angle * share;
+                lost += less * p.radiance * angle;
 #endif
             }
         }
@@ -289,7 +289,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
 #endif
             var reflected = matte(s) / 3.14159265359 * light;
 #ifdef SPECULAR
-            reflected += tints(s)[2] * lost;
+            reflected += lost;
 #endif
             var part = form(e, start, s.normal) / arrived * reflected;
 #ifdef SPECULAR
@@ -340,7 +340,8 @@ fn met_by_lobe(s: Surface, start: vec3f, direction: vec3f, step: f32, drawn: u32
         return vec3f(0.0);
     }
     let even = unshadowed(e, s, start) / step * hit.distance * hit.distance / max(cosine * e.area, 1e-20);
-    return gloss::glossy(s, lobes(s, direction)) * radiance / (even + f32(drawn) * gloss::draw_density(s, direction));
+    let shine = glossy(s, direction) - taken(s, direction);
+    return shine * radiance / (even + f32(drawn) * gloss::draw_density(s, direction));
 }
 #endif
 

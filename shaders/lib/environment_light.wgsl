@@ -9,7 +9,7 @@
 #import lightgraph::gloss::matte
 #import lightgraph::sky_guide::{drawn_density, draws, guided}
 #ifdef SPECULAR
-#import lightgraph::gloss::{draw_density as draw_lobe_density, draw_lobe, lobes, tints}
+#import lightgraph::gloss::{draw_density as draw_lobe_density, draw_lobe, glossy}
 #endif
 #endif
 #ifdef CLEAR
@@ -70,7 +70,7 @@ fn mirrored_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> v
     var sum = vec3f(0.0);
     for (var i = 0u; i < samples; i++) {
         let d = draw(sobol_pair(i, scramble(shift)));
-        let reflected = tints(s) * lobes(s, d.direction);
+        let reflected = glossy(s, d.direction);
         let light = reflected * d.radiance / (d.density + draw_lobe_density(s, d.direction));
         if d.density > 0.0 && any(light > vec3f(0.0)) && is_free(start, d.direction, FAR) {
             sum += light;
@@ -78,7 +78,7 @@ fn mirrored_environment(s: Surface, start: vec3f, samples: u32, shift: u32) -> v
         let direction = draw_lobe(s, sobol_pair(i, shift));
         let density = draw_lobe_density(s, direction);
         if density > 0.0 && dot(s.normal, direction) > 0.0 && is_free(start, direction, FAR) {
-            sum += tints(s) * lobes(s, direction) / density * arrived(direction, density);
+            sum += glossy(s, direction) / density * arrived(direction, density);
         }
     }
     return sum / f32(samples);

@@ -9,6 +9,12 @@
 #import lightgraph::sampling::lobe_direction
 #ifdef GGX
 #import lightgraph::metallic_roughness
+#import lightgraph::microfacets::{MEAN_POWERS, powers, reflected_shares}
+#endif
+
+#ifdef COATS
+/// The largest number below 1.
+const BELOW_1: f32 = 0.99999994;
 #endif
 
 /// Whether a surface's lobe is Phong's.
@@ -24,38 +30,119 @@ fn is_phong(s: Surface) -> bool {
 #endif
 }
 
-/// Albedo of the matte share.
-fn matte(s: Surface) -> vec3f {
-#ifdef GGX
-    if !is_phong(s) {
-        return metallic_roughness::matte(s);
-    }
-#endif
-    return s.albedo;
+#ifdef COATS
+/// Share of light that the clear layer reflects: of an ior of 1.5 (KHR_materials_clearcoat, "Layering").
+fn coat_share(s: Surface) -> f32 {
+    return s.coat.x * (0.04 + 0.96 * pow(clamp(1.0 - abs(dot(s.coat_normal, s.view)), 0.0, 1.0), 5.0));
 }
 
-/// Albedo of a matte surface that reflects as much: what a surface is taken for where light goes on from it in all
-/// directions.
-fn as_matte(s: Surface) -> vec3f {
+/// A surface as its clear layer is.
+fn coat_of(s: Surface) -> Surface {
+    var coat = s;
+    coat.normal = s.coat_normal;
+    coat.roughness = s.coat.y;
+    return coat;
+}
+
+fn is_above_coat(s: Surface, direction: vec3f) -> bool {
+    return dot(s.coat_normal, direction) > 0.0;
+}
+
+/// Of the directions drawn from lobes, the share that the clear layer's gets.
+fn coat_draws(s: Surface) -> f32 {
+    return min(coat_share(s) / max(lobe_share(s), 1e-20), 1.0);
+}
+#endif
+
+/// Albedo of the matte share.
+fn matte(s: Surface) -> vec3f {
+    var found = s.albedo;
 #ifdef GGX
     if !is_phong(s) {
-        return metallic_roughness::as_matte(s);
+        found = metallic_roughness::matte(s);
+    }
+#endif
+#ifdef COATS
+    found *= 1.0 - coat_share(s);
+#endif
+    return found;
+}
+
+/// Albedo of a matte surface that reflects as much towards the viewer of light from all around.
+fn as_matte(s: Surface) -> vec3f {
+    let below = below_coat(s);
+#ifdef COATS
+    return (1.0 - coat_share(s)) * below + by_coat(s);
+#else
+    return below;
+#endif
+}
+
+/// The same on the mean over all viewers: what a surface is taken for where light goes on from it in all directions.
+fn mean_albedo(s: Surface) -> vec3f {
+    var found = min(s.albedo + vec3f(s.specular), vec3f(1.0));
+#ifdef GGX
+    if !is_phong(s) {
+        found = metallic_roughness::reflected_evenly(s, MEAN_POWERS);
+    }
+#endif
+#ifdef COATS
+    found = mix(found, reflected_shares(s.coat.y, MEAN_POWERS).xxx, mean_coat_share(s));
+#endif
+    return found;
+}
+
+/// Share of light from one direction that goes on in all. Lobes are reciprocal: as much as who looks from there sees of
+/// light from all around.
+fn sent_on(s: Surface, direction: vec3f) -> vec3f {
+    var seen = s;
+    seen.view = direction;
+    let below = below_coat(seen);
+#ifdef COATS
+    // What lies below a coat is dimmed by the viewer's share alone.
+    return (1.0 - mean_coat_share(s)) * below + by_coat(seen);
+#else
+    return below;
+#endif
+}
+
+/// `as_matte` without a clear layer.
+fn below_coat(s: Surface) -> vec3f {
+#ifdef GGX
+    if !is_phong(s) {
+        return metallic_roughness::reflected_evenly(s, powers(dot(s.normal, s.view)));
     }
 #endif
     return min(s.albedo + vec3f(s.specular), vec3f(1.0));
 }
 
-/// How much each lobe counts, a column each. Of Phong's: its strength.
-fn tints(s: Surface) -> mat3x3f {
-#ifdef GGX
-    if !is_phong(s) {
-        return metallic_roughness::tints(s);
-    }
-#endif
-    return mat3x3f(vec3f(s.specular), vec3f(0.0), vec3f(0.0));
+#ifdef COATS
+/// What a clear layer reflects towards the viewer of light from all around.
+fn by_coat(s: Surface) -> vec3f {
+    return vec3f(coat_share(s) * reflected_shares(s.coat.y, powers(dot(s.coat_normal, s.view))).x);
 }
 
-/// The lobes of a surface. Nothing comes from behind.
+/// `coat_share` on the mean over all viewers: of (1 - cos)^5 it is 1/21.
+fn mean_coat_share(s: Surface) -> f32 {
+    return s.coat.x * (0.04 + 0.96 / 21.0);
+}
+#endif
+
+/// How much each lobe counts, a column each. Of Phong's: its strength.
+fn tints(s: Surface) -> mat3x3f {
+    var found = mat3x3f(vec3f(s.specular), vec3f(0.0), vec3f(0.0));
+#ifdef GGX
+    if !is_phong(s) {
+        found = metallic_roughness::tints(s);
+    }
+#endif
+#ifdef COATS
+    found *= 1.0 - coat_share(s);
+#endif
+    return found;
+}
+
+/// The lobes of a surface, but for that of a clear layer. Nothing comes from behind.
 fn lobes(s: Surface, direction: vec3f) -> vec3f {
     if dot(s.normal, direction) <= 0.0 {
         return vec3f(0.0);
@@ -68,10 +155,20 @@ fn lobes(s: Surface, direction: vec3f) -> vec3f {
     return vec3f(phong_lobe(s, direction), 0.0, 0.0);
 }
 
-/// What lobes themselves reflect, without what the second takes from the matte share.
-fn glossy(s: Surface, parts: vec3f) -> vec3f {
-    let t = tints(s);
-    return parts.x * t[0] + parts.y * t[1];
+/// What all lobes reflect.
+fn glossy(s: Surface, direction: vec3f) -> vec3f {
+    var sum = tints(s) * lobes(s, direction);
+#ifdef COATS
+    if is_above_coat(s, direction) {
+        sum += vec3f(coat_share(s) * metallic_roughness::lobes(coat_of(s), direction).x);
+    }
+#endif
+    return sum;
+}
+
+/// Of that, what the second lobe takes from the matte share: not above 0.
+fn taken(s: Surface, direction: vec3f) -> vec3f {
+    return tints(s)[2] * lobes(s, direction).z;
 }
 
 /// Phong's (n + 1)/(2 pi) * cos(alpha)^n, where alpha is the angle to the mirror direction.
@@ -82,43 +179,70 @@ fn phong_lobe(s: Surface, direction: vec3f) -> f32 {
 
 /// How often to draw from the lobes rather than evenly: their share of what the surface reflects, about.
 fn lobe_share(s: Surface) -> f32 {
-#ifdef GGX
-    if !is_phong(s) {
-        return metallic_roughness::lobe_share(s);
-    }
-#endif
     let diffuse = max(max(s.albedo.r, s.albedo.g), s.albedo.b);
-    return select(0.0, s.specular / (s.specular + diffuse), s.specular > 0.0);
+    var share = select(0.0, s.specular / (s.specular + diffuse), s.specular > 0.0);
+#ifdef GGX
+    if !is_phong(s) {
+        share = metallic_roughness::lobe_share(s);
+    }
+#endif
+#ifdef COATS
+    share = mix(share, 1.0, coat_share(s));
+#endif
+    return share;
 }
 
-/// A direction drawn from the first lobe; it may lie below the surface.
+/// A direction drawn from the lobes; it may lie below the surface.
 fn draw_lobe(s: Surface, u: vec2f) -> vec3f {
+    var pair = u;
+#ifdef COATS
+    let draws = coat_draws(s);
+    if u.x < draws {
+        return metallic_roughness::draw_lobe(coat_of(s), vec2f(min(u.x / draws, BELOW_1), u.y));
+    }
+    pair.x = min((u.x - draws) / (1.0 - draws), BELOW_1);
+#endif
 #ifdef GGX
     if !is_phong(s) {
-        return metallic_roughness::draw_lobe(s, u);
+        return metallic_roughness::draw_lobe(s, pair);
     }
 #endif
-    return lobe_direction(reflect(-s.view, s.normal), s.shininess, u);
+    return lobe_direction(reflect(-s.view, s.normal), s.shininess, pair);
 }
 
-/// The density with which `draw_lobe` draws a direction above the surface, in 1/sr.
+/// The density with which `draw_lobe` draws a direction above the surface, in 1/sr; 0 for one below.
 fn draw_density(s: Surface, direction: vec3f) -> f32 {
+    var density = 0.0;
+    if dot(s.normal, direction) > 0.0 {
+        density = phong_lobe(s, direction);
 #ifdef GGX
-    if !is_phong(s) {
-        return metallic_roughness::draw_density(s, direction);
-    }
+        if !is_phong(s) {
+            density = metallic_roughness::draw_density(s, direction);
+        }
 #endif
-    return phong_lobe(s, direction);
+    }
+#ifdef COATS
+    var coat = 0.0;
+    if is_above_coat(s, direction) {
+        coat = metallic_roughness::draw_density(coat_of(s), direction);
+    }
+    density = mix(density, coat, coat_draws(s));
+#endif
+    return density;
 }
 
 /// Whether a surface has lobes.
 fn shines(s: Surface) -> bool {
+    var found = s.specular > 0.0;
 #ifdef GGX
     if !is_phong(s) {
-        return metallic_roughness::shines(s);
+        found = metallic_roughness::shines(s);
     }
 #endif
-    return s.specular > 0.0;
+#ifdef COATS
+    found = found || s.coat.x > 0.0;
+#endif
+    return found;
 }
 
 /// The surface whose lobes a table of harmonics up to degree `order` holds. Of Phong's, 99 % of the square of a lobe of

@@ -1,19 +1,28 @@
-//! Irradiance from the scene's lights, over pi, with traced shadows: what a white matte surface reflects of them.
+//! Light from the scene's lights that goes on from surfaces, with traced shadows.
 #define_import_path lightgraph::irradiance
 #import lightgraph::lights::{lights, arrival, light_count}
+#import lightgraph::surface::Surface
 #import lightgraph::trace::{is_free, FAR}
+#ifdef GGX
+#import lightgraph::gloss::{mean_albedo, sent_on}
+#endif
 
-/// At a point with a unit normal; `start`: where its rays start.
-fn irradiance(point: vec3f, normal: vec3f, start: vec3f) -> vec3f {
+/// Irradiance over pi: what a white matte surface reflects. Of lights that lobes send on more, or less, than light from
+/// all around, as much more: times `gloss::mean_albedo` it is what goes on. `start`: where its rays start.
+fn irradiance(s: Surface, start: vec3f) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < light_count(); i++) {
         let light = lights[i];
-        let a = arrival(light, point);
-        let arriving = max(dot(a.direction, normal), 0.0) / 3.14159265359 * a.irradiance;
+        let a = arrival(light, s.position);
+        let arriving = max(dot(a.direction, s.normal), 0.0) / 3.14159265359 * a.irradiance;
         if any(arriving > vec3f(0.0)) {
             let end = select(distance(light.position, start), FAR, light.kind == 2u);
             if is_free(start, a.direction, end) {
+#ifdef GGX
+                sum += arriving * sent_on(s, a.direction) / max(mean_albedo(s), vec3f(1e-6));
+#else
                 sum += arriving;
+#endif
             }
         }
     }

@@ -11,7 +11,7 @@
 fn lit_end_on(met: Met) -> Ray {
     var end = end_on(met);
 #ifdef LIGHTS
-    end.lit = irradiance(end.position, end.normal, met.start);
+    end.lit = irradiance(met.surface, met.start);
 #endif
     return end;
 }

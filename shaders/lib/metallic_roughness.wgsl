@@ -61,12 +61,9 @@ fn tints(s: Surface) -> mat3x3f {
 #endif
 }
 
-/// Albedo of a matte surface that reflects as much towards the viewer of light from all around.
-fn as_matte(s: Surface) -> vec3f {
-    let parts = tints(s);
-    let cosine = max(dot(s.normal, s.view), 0.0);
-    let shares = reflected_shares(s.roughness, vec4f(1.0, cosine, cosine * cosine, cosine * cosine * cosine));
-    return matte(s) + shares.x * parts[0] + shares.y * parts[1];
+/// What is reflected of light from all around, by `microfacets::powers` of the cosine to the viewer.
+fn reflected_evenly(s: Surface, powers: vec4f) -> vec3f {
+    return matte(s) + tints(s) * reflected_shares(s.roughness, powers);
 }
 
 /// The lobe as if facets reflected all; times Schlick's (1 - cos)^5; and a matte surface times that.

@@ -36,10 +36,16 @@ fn draw_facet(normal: vec3f, view: vec3f, width: f32, u: vec2f) -> vec3f {
 /// Powers of the cosine to the viewer, on the mean over the directions that a matte surface sends light to.
 const MEAN_POWERS: vec4f = vec4f(1.0, 2.0 / 3.0, 0.5, 0.4);
 
+/// The same towards one viewer.
+fn powers(cosine: f32) -> vec4f {
+    let c = max(cosine, 0.0);
+    return vec4f(1.0, c, c * c, c * c * c);
+}
+
 /// Shares of light from all around that facets reflect towards a viewer, as if they reflected all and times Schlick's
-/// (1 - cos)^5, by powers 0 to 3 of the cosine to the viewer. A fit to the integrals, cubic in it and in roughness:
-/// 0.006 and 0.002 off on the mean.
-fn reflected_shares(roughness: f32, powers: vec4f) -> vec2f {
+/// (1 - cos)^5, and a matte surface times that, by `powers` of the cosine to the viewer. A fit to the integrals, cubic
+/// in it and in roughness: 0.006, 0.002 and 0.0001 off on the mean.
+fn reflected_shares(roughness: f32, powers: vec4f) -> vec3f {
     let r = vec4f(1.0, roughness, roughness * roughness, roughness * roughness * roughness);
     let all = mat4x4f(
         1.053, -0.108, -0.122, 0.137, -1.178, 4.693, -3.664, 0.745,
@@ -49,5 +55,6 @@ fn reflected_shares(roughness: f32, powers: vec4f) -> vec2f {
         1.053, -4.46, 6.157, -2.767, -2.329, 12.523, -20.119, 10.024,
         1.173, -10.886, 21.481, -11.932, 0.155, 2.658, -7.353, 4.623,
     );
-    return clamp(vec2f(dot(powers, all * r), dot(powers, edge * r)), vec2f(0.0), vec2f(1.0));
+    let matte = dot(powers, vec4f(0.028, -0.0773, 0.0749, -0.0257));
+    return clamp(vec3f(dot(powers, all * r), dot(powers, edge * r), matte), vec3f(0.0), vec3f(1.0));
 }

@@ -1,6 +1,6 @@
 //! Where rays end, as they are kept.
 #define_import_path lightgraph::ray_ends
-#import lightgraph::gloss::as_matte
+#import lightgraph::gloss::mean_albedo
 #import lightgraph::hit::{Met, flat_side}
 #import lightgraph::rays::Ray
 
@@ -10,6 +10,6 @@ fn end_on(met: Met) -> Ray {
     end.position = met.surface.position;
     end.normal = met.surface.normal;
     end.flat_normal = flat_side(met);
-    end.albedo = as_matte(met.surface);
+    end.albedo = mean_albedo(met.surface);
     return end;
 }

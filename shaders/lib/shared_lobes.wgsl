@@ -1,7 +1,7 @@
 //! How rays along the lobes of a surface and the rays that pixels share divide light which both may find: by how
 //! likely each finds it (the balance heuristic).
 #define_import_path lightgraph::shared_lobes
-#import lightgraph::gloss::{draw_density, lobes, tints}
+#import lightgraph::gloss::{draw_density, glossy}
 #import lightgraph::surface::Surface
 
 /// Rays along the lobes, of a pixel.
@@ -11,7 +11,7 @@ var<uniform> lobe_rays: u32;
 fn reflected(s: Surface, direction: vec3f) -> vec3f {
     let shared_rays = f32(#{SHARED_RAYS}) * dot(s.normal, direction) / 3.14159265359;
     let all = shared_rays + f32(lobe_rays) * draw_density(s, direction);
-    return tints(s) * lobes(s, direction) / max(all, 1e-20);
+    return glossy(s, direction) / max(all, 1e-20);
 }
 
 /// What the lobes reflect of light that a shared ray brings, over what a white matte surface reflects of it.

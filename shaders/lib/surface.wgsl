@@ -222,6 +222,22 @@ fn mean_face(m: Material) -> vec4f {
 }
 #endif
 
+#ifdef COATS
+/// Share and roughness of the clear layer, for what knows no point.
+fn mean_coat(m: Material) -> vec2f {
+    var found = vec2f(m.coat, m.coat_roughness);
+#ifdef TEXTURES
+    if m.coat_texture != NO_TEXTURE {
+        found.x *= textures::mean(m.coat_texture).r;
+    }
+    if m.coat_roughness_texture != NO_TEXTURE {
+        found.y *= textures::mean(m.coat_roughness_texture).g;
+    }
+#endif
+    return found;
+}
+#endif
+
 /// The albedo of what has this colour. Where metals have no lobes, they are matte, as bright as those on the mean.
 fn albedo_at(m: Material, color: vec3f, p: Point, wide: Wide) -> vec3f {
 #ifdef METALS
@@ -447,6 +463,11 @@ fn read_record(albedo: vec4f, normal: vec4f, origin: vec3f, direction: vec3f) ->
 #endif
 #ifdef FACES
     s.face = mean_face(m);
+#endif
+#ifdef COATS
+    // As bent as what lies below it.
+    s.coat = mean_coat(m);
+    s.coat_normal = s.normal;
 #endif
     return s;
 }
