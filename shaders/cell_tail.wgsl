@@ -17,12 +17,13 @@ const LANES: u32 = 128u;
 const MOST: f32 = 0.9995;
 var<workgroup> sums: array<f32, LANES>;
 
-/// Element 0: the share; 1: the change of the last bounce. The sum over the cells of what the bounce before changed
-/// is kept.
+/// Element 0: the share; 1: the sum over the cells of what an earlier bounce changed, which is kept.
 @compute @workgroup_size(LANES)
 fn cell_tail(@builtin(local_invocation_id) id: vec3u) {
-    // The last two say it.
-    if params.bounce + 2u < params.rounds {
+    // The last and the last but two say it: between walls that face each other light goes to and fro, and changes of
+    // one bounce and the next differ.
+    let left = params.rounds - 1u - params.bounce;
+    if left != 0u && left != 2u {
         return;
     }
     var sum = 0.0;
@@ -37,8 +38,8 @@ fn cell_tail(@builtin(local_invocation_id) id: vec3u) {
         }
     }
     if id.x == 0u {
-        let last = change[1];
-        change[0] = clamp(select(0.0, sums[0] / last, last > 0.0), 0.0, MOST);
+        let earlier = change[1];
+        change[0] = clamp(sqrt(max(select(0.0, sums[0] / earlier, earlier > 0.0), 0.0)), 0.0, MOST);
         change[1] = sums[0];
     }
 }

@@ -308,6 +308,34 @@ fn long_tubes_above_a_floor_light_it_evenly() {
     assert!(metrics.rmse_percent <= 20.0 && metrics.bias_percent.abs() <= 2.0, "{metrics:?}");
 }
 
+/// Light goes to and fro between a bright slab and the white ceiling close above it, so that of what bounces add each
+/// second one is more. Where the last of them alone told what would come, this room was 35 % too dark, others far too
+/// bright.
+#[test]
+fn light_that_goes_to_and_fro_does_not_run_away() {
+    let folder = Scratch::new("slab");
+    let below = ceiling([-1.0, 1.0], [-1.0, 1.0], 1.892);
+    let mut above = below.map(|[x, y, z]| [x, y + 0.04, z]);
+    above.reverse();
+    let roof = ceiling([-2.0, 2.0], [-2.0, 2.0], 2.0);
+    let room: Vec<Quad> = [FLOOR, roof].into_iter().chain(around(WALL)).collect();
+    let file = lit_by(&[below, above], &room, 1.8, folder.path());
+    let mut scene: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    for material in scene["materials"].as_array_mut().unwrap() {
+        material["pbrMetallicRoughness"] =
+            serde_json::json!({"metallicFactor": 0, "baseColorFactor": [0.97, 0.97, 0.97, 1]});
+    }
+    std::fs::write(&file, scene.to_string()).unwrap();
+    let mean = |graph, set| {
+        let [image] = Shot { set, ..Shot::new(graph, &file, 48) }.render(["indirect"]);
+        image.rgb().map(|p| f64::from(p[0])).sum::<f64>() / f64::from(48 * 48)
+    };
+    let expected = mean("graphs/gi/pathtrace.ron", "samples=64 bounces=512");
+    let found = mean("graphs/gi/final_gather.ron", "");
+    println!("to and fro: {found:.3}, by paths {expected:.3}");
+    assert!((found / expected - 1.0).abs() <= 0.2, "{found}, not {expected}");
+}
+
 /// A lamp shows a picture that is bright in one corner. Most of its light comes back from a shelf half a metre away.
 /// Where all points of the lamp counted alike, 8×8 means were 26 % off.
 #[test]
