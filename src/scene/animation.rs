@@ -70,10 +70,15 @@ impl Animation {
         Mat4::from_mat3_translation(linear, vector(&self.translation, translation))
     }
 
+    /// The keyframes of each of its tracks, one after the other.
+    pub(super) fn times(&self) -> impl Iterator<Item = f32> {
+        let tracks = [&self.translation, &self.rotation, &self.scale];
+        tracks.into_iter().flatten().flat_map(|t| t.times.iter().copied())
+    }
+
     /// Its transforms at keyframes and between them: what a box round all of it is made from.
     pub(super) fn sweep(&self) -> Vec<Mat4> {
-        let tracks = [&self.translation, &self.rotation, &self.scale];
-        let mut times: Vec<f32> = tracks.into_iter().flatten().flat_map(|t| t.times.iter().copied()).collect();
+        let mut times: Vec<f32> = self.times().collect();
         times.sort_by(f32::total_cmp);
         times.dedup();
         let steps = (MOST_STEPS / times.len().max(1)).clamp(1, STEPS);

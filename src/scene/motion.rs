@@ -1,5 +1,7 @@
 //! A scene at a time: where its nodes, lights and cameras are, and the box it stays in.
 
+mod posed;
+
 use super::{
     Column, PREVIOUS_TRANSFORM, Table,
     deform::{Deformed, Skinned},
@@ -263,6 +265,7 @@ impl Scene {
                 carried[node].push(Carried::of(around.corners().to_vec()));
             }
         }
+        let bounds = bounds.union(self.posed(&mut carried));
         self.swept(carried).into_iter().fold(bounds, Bounds::union)
     }
 

@@ -12,4 +12,5 @@ mod meshes;
 mod motion;
 mod rays;
 mod rooms;
+mod swept;
 mod views;
