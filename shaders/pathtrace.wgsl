@@ -18,7 +18,7 @@
 #import lightgraph::environment_light
 #endif
 #ifdef CLEAR
-#import lightgraph::passage::look_on
+#import lightgraph::passage::{look_on, through}
 #endif
 #ifdef UNLIT
 #import lightgraph::surface::materials
@@ -253,6 +253,14 @@ fn pathtrace(@builtin(global_invocation_id) id: vec3u) {
     let direct_mean = mix(before.direct, vec4f(sum.direct, 1.0), share);
     let indirect_mean = mix(before.indirect, vec4f(sum.indirect, second), share);
     path_means[place(id.xy)] = Mean(direct_mean, indirect_mean);
-    textureStore(direct, id.xy, vec4f(direct_mean.rgb, 1.0));
+    var alone = false;
+#ifdef MOMENTS
+#ifdef CLEAR
+    // What is gathered there is of what stands behind, or of what is taken for opaque.
+    let first = look(ray.origin, ray.direction);
+    alone = first.lit && any(through(first) > vec3f(0.0));
+#endif
+#endif
+    textureStore(direct, id.xy, vec4f(direct_mean.rgb, select(1.0, 0.0, alone)));
     textureStore(indirect, id.xy, indirect_mean);
 }

@@ -14,6 +14,7 @@ var<storage, read> direct_means: array<vec4f>;
 var<storage, read> gathered_sky: array<vec4f>;
 #endif
 #ifdef PATHS_ALONE
+/// In alpha 0 where a pixel sees through something.
 var path_direct: texture_2d<f32>;
 #endif
 var path_indirect: texture_2d<f32>;
@@ -23,8 +24,9 @@ var indirect: texture_storage_2d<rgba32float, write>;
 var color: texture_storage_2d<rgba32float, write>;
 
 #ifdef PATHS_ALONE
-/// Paths that are worth the frames' own direct light.
+/// Paths that are worth the frames' own direct light, and their light where a pixel sees through something.
 const ALIKE: u32 = 16u;
+const ALIKE_THROUGH: u32 = 4u;
 #endif
 
 @compute @workgroup_size(8, 8)
@@ -46,9 +48,15 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
 #endif
     }
 #ifdef PATHS_ALONE
-    // Gathered light has no lobes, and pixels share what rays see of the environment: paths take its place.
-    let share = f32(progress.next) / f32(progress.next + ALIKE);
-    let first = mix(gathered, textureLoad(path_direct, id.xy, 0).rgb, share);
+    // Pixels share what rays see of the environment: paths take its place. Sooner, and of all light, where a pixel sees
+    // through something.
+    let by_paths = textureLoad(path_direct, id.xy, 0);
+    let through = by_paths.a == 0.0;
+    let share = f32(progress.next) / f32(progress.next + select(ALIKE, ALIKE_THROUGH, through));
+    if through {
+        rest = mix(rest, textureLoad(path_indirect, id.xy, 0).rgb, share);
+    }
+    let first = mix(gathered, by_paths.rgb, share);
 #else
     let first = gathered;
 #endif

@@ -68,3 +68,21 @@ fn a_pane_before_the_sky_shows_what_lights_it() {
     assert!(metrics.mean_reference > 5e-3, "the pane is lit");
     assert!(metrics.bias_percent.abs() <= 3.0 && metrics.rmse_percent <= 20.0, "{metrics:?}");
 }
+
+/// The first frame takes a pane of alpha 0.6 for opaque. Paths have four fifths of the second frame, which had half of
+/// the first before.
+#[test]
+fn the_second_frame_shows_what_stands_behind_a_pane() {
+    let folder = Scratch::new("behind");
+    let room: Vec<Quad> = std::iter::once(FLOOR).chain(around(WALL)).collect();
+    let tinted = json!({
+        "doubleSided": true, "alphaMode": "BLEND",
+        "pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.1, 0.1, 0.1, 0.6]}
+    });
+    let scene = under_the_sky(&room, ceiling([-1.0, 1.0], [-1.0, 1.0], 0.5), tinted, folder.path());
+    let set = "samples=64 bounces=0";
+    let expected = by_paths(&scene, "direct", set);
+    let first = against(&expected, &scene, "direct", 1);
+    let second = against(&expected, &scene, "direct", 2);
+    assert!(second.rmse_percent <= 20.0 && second.bias_percent.abs() <= 6.0, "{first:?}, then {second:?}");
+}
