@@ -115,6 +115,26 @@ fn indices(mesh: &Mesh, component: ComponentType) -> Result<Vec<u8>, String> {
     bytes.ok_or_else(past)
 }
 
+/// How far quantizing moves a number of joints, at most.
+const QUANTIZED: f32 = 0.1;
+
+/// The bytes of a whole number, if it is about one of this type.
+fn whole(value: f32, component: ComponentType) -> Option<Vec<u8>> {
+    let nearest = value.round();
+    if !((value - nearest).abs() <= QUANTIZED) {
+        return None;
+    }
+    let n = nearest as i64;
+    match component {
+        ComponentType::I8 => i8::try_from(n).ok().map(|n| n.to_le_bytes().to_vec()),
+        ComponentType::U8 => u8::try_from(n).ok().map(|n| n.to_le_bytes().to_vec()),
+        ComponentType::I16 => i16::try_from(n).ok().map(|n| n.to_le_bytes().to_vec()),
+        ComponentType::U16 => u16::try_from(n).ok().map(|n| n.to_le_bytes().to_vec()),
+        ComponentType::U32 => u32::try_from(n).ok().map(|n| n.to_le_bytes().to_vec()),
+        ComponentType::F32 => None,
+    }
+}
+
 /// The values of an attribute for each point, as an accessor states them.
 fn values(attribute: &PointAttribute, points: usize, accessor: &Accessor) -> Result<Vec<u8>, String> {
     let (component, Checked::Valid(shape)) = (component(accessor)?, accessor.type_) else {
@@ -137,7 +157,10 @@ fn values(attribute: &PointAttribute, points: usize, accessor: &Accessor) -> Res
         ComponentType::F32 => false,
     };
     if !same {
-        return Err(format!("its data are {found:?}, and its accessor is of {component:?}"));
+        // Encoders keep joints as floats, too.
+        let all = attribute.read_f32s(points, parts).into_iter().map(|x| whole(x, component));
+        let bytes = all.collect::<Option<Vec<_>>>().map(|all| all.concat());
+        return bytes.ok_or_else(|| format!("its data are {found:?}, and do not fit its accessor of {component:?}"));
     }
     let (size, data) = (component.size() * parts, attribute.buffer().data());
     let stride = usize::try_from(attribute.byte_stride()).map_err(|_| "its data are damaged")?;
@@ -148,4 +171,18 @@ fn values(attribute: &PointAttribute, points: usize, accessor: &Accessor) -> Res
         bytes.extend(value.ok_or("its data are damaged")?);
     }
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ComponentType, whole};
+
+    #[test]
+    fn floats_that_are_whole_numbers_of_a_type_are_told_from_others() {
+        assert_eq!(whole(2.04, ComponentType::U8), Some(vec![2]));
+        assert_eq!(whole(-3.0, ComponentType::I16), Some(vec![0xfd, 0xff]));
+        for value in [2.4, -1.0, 256.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(whole(value, ComponentType::U8), None, "{value}");
+        }
+    }
 }
