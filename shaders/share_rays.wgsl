@@ -64,7 +64,7 @@ var first_sky: texture_storage_2d<rgba32float, write>;
 
 /// Neighbours count whose normals differ by less than acos of this, and whose planes lie closer than this share of
 /// their distance.
-const SAME_NORMAL: f32 = 0.8;
+const SAME_NORMAL: f32 = 0.9;
 const SAME_PLANE: f32 = 0.3;
 /// Farther than this many times the way between pixel and point lies what they share.
 const FAR_ENOUGH: f32 = 2.0;

@@ -253,7 +253,7 @@ fn rooms_of_rough_metal_are_as_bright_as_paths_say() {
     }
 }
 
-/// Faces and coats reflect in first frames of `final_gather` as they do by paths, which it left to later frames before:
+/// Faces and coats reflect in first frames of `final_gather` as they do by paths. It left them to later frames before:
 /// rooms of a high ior were 11 % too dark, of coats 5 %.
 #[test]
 fn first_frames_show_faces_and_coats_as_paths_do() {

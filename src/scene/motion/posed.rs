@@ -43,8 +43,8 @@ struct Chain {
 
 impl Scene {
     /// Takes from `carried` what hangs from several moving nodes of the same period, or from one that the glTF moves,
-    /// and returns the box that it stays in; of what nodes of another period carry on, the box's corners are left with these. What would take too long
-    /// stays as it is.
+    /// and returns the box that it stays in. Where nodes of another period carry it on, it leaves them the box's
+    /// corners. What would take too long stays as it is.
     pub(super) fn posed(&self, carried: &mut [Vec<Carried>]) -> Bounds {
         let mut chains: Vec<Chain> = Vec::with_capacity(self.nodes.len());
         for (index, node) in self.nodes.iter().enumerate() {
