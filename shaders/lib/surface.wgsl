@@ -9,7 +9,7 @@
 //! What a material is at a point is asked here alone: by draws, and by rays. A definition leaves out what no material
 //! of the scene has: TEXTURES any texture, SECOND_UVS a second set of coordinates, VERTEX_COLORS, NORMAL_MAPS, METALS
 //! roughness and metalness, FINISH_MAPS those by textures, EMISSION_MAPS, MASKS holes, UNLIT, SMOOTH normals that are
-//! not the triangles'; in graphs that trace paths also CLEAR, FACES and COATS.
+//! not the triangles', FACES what reflects at its face, COATS clear layers, CLEAR what lets light through.
 #define_import_path lightgraph::surface
 #ifdef METALS
 #ifndef GGX

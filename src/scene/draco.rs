@@ -121,7 +121,8 @@ const QUANTIZED: f32 = 0.1;
 /// The bytes of a whole number, if it is about one of this type.
 fn whole(value: f32, component: ComponentType) -> Option<Vec<u8>> {
     let nearest = value.round();
-    if !((value - nearest).abs() <= QUANTIZED) {
+    let off = (value - nearest).abs();
+    if off.is_nan() || off > QUANTIZED {
         return None;
     }
     let n = nearest as i64;

@@ -32,7 +32,7 @@ const LOOKS: usize = 5;
 
 /// What a node hangs from, itself included.
 #[derive(Clone, Copy, Default)]
-struct Chain {
+struct Ancestry {
     /// The moving node next to it, and its period.
     last: Option<(usize, f32)>,
     /// How many nodes of this period move it, up to the first of another one.
@@ -46,21 +46,23 @@ impl Scene {
     /// and returns the box that it stays in. Where nodes of another period carry it on, it leaves them the box's
     /// corners. What would take too long stays as it is.
     pub(super) fn posed(&self, carried: &mut [Vec<Carried>]) -> Bounds {
-        let mut chains: Vec<Chain> = Vec::with_capacity(self.nodes.len());
+        let mut chains: Vec<Ancestry> = Vec::with_capacity(self.nodes.len());
         for (index, node) in self.nodes.iter().enumerate() {
-            let up = node.parent.map_or(Chain::default(), |p| chains[p]);
+            let up = node.parent.map_or(Ancestry::default(), |p| chains[p]);
             chains.push(match (period(node), up.last) {
                 (None, _) => up,
                 (Some(own), Some((_, same))) if own == same => {
-                    Chain { last: Some((index, own)), length: up.length + 1, ..up }
+                    Ancestry { last: Some((index, own)), length: up.length + 1, ..up }
                 }
-                (Some(own), _) => Chain { last: Some((index, own)), length: 1, above: up.last.map(|(above, _)| above) },
+                (Some(own), _) => {
+                    Ancestry { last: Some((index, own)), length: 1, above: up.last.map(|(above, _)| above) }
+                }
             });
         }
         // By what carries them on, and the bits of their period.
         let mut groups: BTreeMap<(Option<usize>, u32), BTreeSet<usize>> = BTreeMap::new();
         let group = |index: usize| {
-            let Chain { last, length, above } = chains[index];
+            let Ancestry { last, length, above } = chains[index];
             // What one node alone moves in lines and turns is swept more exactly.
             let (moving, period) = last?;
             (length > 1 || self.nodes[moving].motion.is_empty()).then_some((above, period.to_bits()))
@@ -170,10 +172,10 @@ impl<'s> Rig<'s> {
             let looks: [f32; LOOKS] = std::array::from_fn(|i| if i == 4 { to } else { from + quarter * i as f32 });
             let locals = looks.map(|time| self.locals(time));
             // Two poses a quarter apart, and a curve of this acceleration between them.
-            let course = self.course(&locals, &far);
-            let leaves = Some(course.bend / (16.0 * 8.0)).filter(|leaves| leaves.is_finite())?;
+            let trajectory = self.trajectory(&locals, &far);
+            let leaves = Some(trajectory.bend / (16.0 * 8.0)).filter(|leaves| leaves.is_finite())?;
             // Rounding looks like acceleration, however short the piece is.
-            let most = BULGE * bounds.diagonal() + 8.0 * f32::EPSILON * course.far;
+            let most = BULGE * bounds.diagonal() + 8.0 * f32::EPSILON * trajectory.far;
             // Where there is no time between those looked at, nothing is missed.
             let apart = from + quarter > from;
             if apart && leaves > most {
@@ -207,17 +209,17 @@ impl<'s> Rig<'s> {
 
     /// Of all points over a piece of time, from transforms at its quarters; a piece is one unit of time. `far`: how far
     /// the points are from their nodes.
-    fn course(&self, locals: &[Vec<Mat4>; LOOKS], far: &[f32]) -> Course {
+    fn trajectory(&self, locals: &[Vec<Mat4>; LOOKS], far: &[f32]) -> Trajectory {
         let mut carried = vec![None; self.links.len()];
         for ((link, _), far) in self.loads.iter().zip(far) {
-            carried[*link] = Some(Course { far: *far, ..Course::default() });
+            carried[*link] = Some(Trajectory { far: *far, ..Trajectory::default() });
         }
-        let mut most = Course::default();
+        let mut most = Trajectory::default();
         for (index, (_, parent)) in self.links.iter().enumerate().rev() {
             let Some(below) = carried[index] else { continue };
-            let course = below.carried_by(locals.each_ref().map(|all| all[index]));
+            let trajectory = below.carried_by(locals.each_ref().map(|all| all[index]));
             let above = parent.map_or(&mut most, |parent| carried[parent].get_or_insert_default());
-            *above = above.max(course);
+            *above = above.max(trajectory);
         }
         most
     }
@@ -225,16 +227,16 @@ impl<'s> Rig<'s> {
 
 /// Bounds of where points are over a piece of time: the lengths of their places, velocities and accelerations.
 #[derive(Clone, Copy, Default)]
-struct Course {
+struct Trajectory {
     far: f32,
     speed: f32,
     bend: f32,
 }
 
-impl Course {
-    fn max(self, other: Course) -> Course {
+impl Trajectory {
+    fn max(self, other: Trajectory) -> Trajectory {
         let most = |a: f32, b: f32| if a.is_nan() || a > b { a } else { b };
-        Course {
+        Trajectory {
             far: most(self.far, other.far),
             speed: most(self.speed, other.speed),
             bend: most(self.bend, other.bend),
@@ -243,10 +245,10 @@ impl Course {
 
     /// In the space of the parent of a node with these transforms at the quarters of the time: derivatives of
     /// `translation + linear · place`.
-    fn carried_by(self, quarters: [Mat4; LOOKS]) -> Course {
-        let slides = course(quarters.map(|m| m.w_axis.truncate()), Vec3::length);
-        let turns = course(quarters.map(Mat3::from_mat4), stretch);
-        Course {
+    fn carried_by(self, quarters: [Mat4; LOOKS]) -> Trajectory {
+        let slides = trajectory(quarters.map(|m| m.w_axis.truncate()), Vec3::length);
+        let turns = trajectory(quarters.map(Mat3::from_mat4), stretch);
+        Trajectory {
             far: slides.far + turns.far * self.far,
             speed: slides.speed + turns.speed * self.far + turns.far * self.speed,
             bend: slides.bend + turns.bend * self.far + 2.0 * turns.speed * self.speed + turns.far * self.bend,
@@ -255,7 +257,7 @@ impl Course {
 }
 
 /// How large something gets over time, and its derivatives, from what it is at the quarters.
-fn course<T>(at: [T; LOOKS], length: impl Fn(T) -> f32) -> Course
+fn trajectory<T>(at: [T; LOOKS], length: impl Fn(T) -> f32) -> Trajectory
 where
     T: Copy + std::ops::Sub<Output = T> + std::ops::Mul<f32, Output = T>,
 {
@@ -267,7 +269,7 @@ where
     let [a, b, c] = second;
     let bend = most(&[a, c, a * 2.0 - b, c * 2.0 - b]);
     // Between two of them it is off the straight line by no more than its second derivative tells.
-    Course { far: most(&at) + bend / (16.0 * 8.0), speed: most(&first) + bend / 8.0, bend }
+    Trajectory { far: most(&at) + bend / (16.0 * 8.0), speed: most(&first) + bend / 8.0, bend }
 }
 
 /// A bound of how much longer a matrix makes vectors: exact for a rotation of scales.
