@@ -104,8 +104,8 @@ fn period(node: &Node) -> Option<f32> {
 
 /// Nodes that move together.
 struct Rig<'s> {
-    /// With the place of the parent in this list, which is an earlier one. Those without hang from the space that all is
-    /// posed in.
+    /// With the place of the parent in this list, which is an earlier one. Those without hang from the space that all
+    /// is posed in.
     links: Vec<(&'s Node, Option<usize>)>,
     /// Points in the spaces of nodes, by their place in the list.
     loads: Vec<(usize, Vec<Vec3>)>,
@@ -264,8 +264,8 @@ where
     let most = |all: &[T]| all.iter().map(|one| length(*one)).fold(0.0, f32::max);
     let first: [T; 4] = std::array::from_fn(|i| (at[i + 1] - at[i]) * 4.0);
     let second: [T; 3] = std::array::from_fn(|i| (first[i + 1] - first[i]) * 4.0);
-    // Of cubic curves the second derivative is a straight line: it is largest at the ends, half as far from the last two
-    // as these are from each other.
+    // Of cubic curves the second derivative is a straight line: it is largest at the ends, half as far from the last
+    // two as these are from each other.
     let [a, b, c] = second;
     let bend = most(&[a, c, a * 2.0 - b, c * 2.0 - b]);
     // Between two of them it is off the straight line by no more than its second derivative tells.
