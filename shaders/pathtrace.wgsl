@@ -54,8 +54,6 @@ fn add(light: ptr<function, Light>, amount: vec3f, bounce: u32) {
 
 /// Bounces after which a path may end by chance, as likely as it carries little light.
 const SURE: u32 = 3u;
-/// Paths end at one bounce of so many at least: else those between white walls would not.
-const LONGEST: f32 = 0.95;
 
 /// What leaves a surface that a pixel sees by itself.
 fn shown(met: Met) -> vec3f {
@@ -138,7 +136,7 @@ fn path(seen: Met, index: u32, pixel: vec2u) -> Light {
         }
         carried *= reflected / density;
         if bounce >= SURE {
-            let survival = clamp(max(max(carried.r, carried.g), carried.b), 0.05, LONGEST);
+            let survival = clamp(max(max(carried.r, carried.g), carried.b), 0.05, 1.0);
             if next(&state) >= survival {
                 break;
             }
