@@ -48,8 +48,8 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
 #endif
     }
 #ifdef PATHS_ALONE
-    // Pixels share what rays see of the environment: paths take its place. Sooner, and of all light, where a pixel sees
-    // through something.
+    // Pixels share what rays see of the environment: paths take its place. Where a pixel sees through something, they
+    // do so sooner, and for all light.
     let by_paths = textureLoad(path_direct, id.xy, 0);
     let through = by_paths.a == 0.0;
     let share = f32(progress.next) / f32(progress.next + select(ALIKE, ALIKE_THROUGH, through));

@@ -234,8 +234,8 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
         next += asks * step;
         // Some point surely falls on what gives a step or more.
         let weight = max(step / alone, 1.0);
-        // Of the points' irradiance: all, and what arrives; the light that arrives, its gloss, and what the matte share
-        // loses.
+        // Of the points' irradiance: all, and what arrives. The light that arrives, its gloss, and what the matte
+        // share loses.
         var all = 0.0;
         var arrived = 0.0;
 #ifdef EMISSION_MAPS

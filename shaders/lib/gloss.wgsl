@@ -92,8 +92,8 @@ fn mean_albedo(s: Surface) -> vec3f {
     return found;
 }
 
-/// Share of light from one direction that goes on in all. Lobes are reciprocal: as much as who looks from there sees of
-/// light from all around.
+/// Share of light from one direction that goes on in all directions. Lobes are reciprocal: a viewer there would see as
+/// much of light from all around.
 fn sent_on(s: Surface, direction: vec3f) -> vec3f {
     var seen = s;
     seen.view = direction;

@@ -7,8 +7,8 @@
 #import lightgraph::gloss::{mean_albedo, sent_on}
 #endif
 
-/// Irradiance over pi: what a white matte surface reflects. Of lights that lobes send on more, or less, than light from
-/// all around, as much more: times `gloss::mean_albedo` it is what goes on. `start`: where its rays start.
+/// Irradiance over pi, so that its product with `gloss::mean_albedo` goes on. Lobes send on more or less of a light
+/// than of light from all around: each light counts as much more or less. `start`: where its rays start.
 fn irradiance(s: Surface, start: vec3f) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < light_count(); i++) {

@@ -1,7 +1,7 @@
 //! glTF's metallic-roughness model as lobes of `gloss`: GGX, Smith's shadowing, Schlick's Fresnel term.
 //!
-//! Metals reflect with the base colour. What is no metal is matte. With FACES, materials that state what their face does
-//! reflect there, too; with DIELECTRICS all do.
+//! Metals reflect with the base colour. What is no metal is matte. With FACES, materials that state what their face
+//! does reflect there, too. With DIELECTRICS all do.
 #define_import_path lightgraph::metallic_roughness
 #import lightgraph::surface::Surface
 #import lightgraph::microfacets::{facets, unshadowed, draw_facet, reflected_shares}

@@ -309,7 +309,7 @@ fn long_tubes_above_a_floor_light_it_evenly() {
 }
 
 /// Light goes to and fro between a bright slab and the white ceiling close above it, so that of what bounces add each
-/// second one is more. Where the last of them alone told what would come, this room was 35 % too dark, others far too
+/// second one is more. Where the last of them alone told what would come, this room was 34 % too dark, others far too
 /// bright.
 #[test]
 fn light_that_goes_to_and_fro_does_not_run_away() {

@@ -207,8 +207,8 @@ impl<'s> Rig<'s> {
         })
     }
 
-    /// Of all points over a piece of time, from transforms at its quarters; a piece is one unit of time. `far`: how far
-    /// the points are from their nodes.
+    /// The trajectory of all points over a piece of time, from transforms at its quarters. A piece is one unit of time.
+    /// `far`: how far the points are from their nodes.
     fn trajectory(&self, locals: &[Vec<Mat4>; LOOKS], far: &[f32]) -> Trajectory {
         let mut carried = vec![None; self.links.len()];
         for ((link, _), far) in self.loads.iter().zip(far) {
