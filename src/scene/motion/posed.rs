@@ -207,7 +207,7 @@ impl<'s> Rig<'s> {
         })
     }
 
-    /// The trajectory of all points over a piece of time, from transforms at its quarters. A piece is one unit of time.
+    /// Trajectory of all points over a piece of time, which is one unit, from transforms at its quarters.
     /// `far`: how far the points are from their nodes.
     fn trajectory(&self, locals: &[Vec<Mat4>; LOOKS], far: &[f32]) -> Trajectory {
         let mut carried = vec![None; self.links.len()];
