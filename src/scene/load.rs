@@ -156,7 +156,10 @@ pub(super) fn read(
     scene.measure_normals();
     let dark = additions.is_none_or(|a| a.no_default_light) || description.is_some_and(|d| !d.default_light);
     complete::make_up(&mut scene, shown, dark, additions.is_some(), faults);
-    faults.extend(scene.materials.iter().filter_map(|m| without_loss(m, shown)));
+    // Colours of vertices take their part.
+    if scene.geometry.more.colors.is_empty() {
+        faults.extend(scene.materials.iter().filter_map(|m| without_loss(m, shown)));
+    }
     scene.bounds = scene.swept_bounds();
     if let Some(d) = come_near(&mut scene, shown) {
         faults.push(d);
@@ -245,12 +248,9 @@ fn come_near(scene: &mut Scene, shown: &str) -> Option<Diagnostic> {
 
 /// Between surfaces that reflect all they get, light never fades: sums over bounces have no limit.
 fn without_loss(material: &super::Material, shown: &str) -> Option<Diagnostic> {
-    let albedo = material.base_color.truncate().max_element();
-    let kept = albedo + material.specular;
-    // A texture takes its part, what reflects nothing or lets light through loses it, and an albedo above 1 has been
-    // spoken of.
-    let loses = material.base_color_texture.is_some() || material.unlit || material.transmission > 0.0;
-    if kept < 1.0 || loses || albedo > 1.0 {
+    let kept = material.most_reflected();
+    // An albedo above 1 has been spoken of.
+    if kept < 1.0 || material.base_color.truncate().max_element() > 1.0 {
         return None;
     }
     let name = &material.name;

@@ -418,7 +418,8 @@ impl Follows {
 /// `normal_textures` and `emission_textures`; `smooth_materials` are shaded by other normals than their triangles',
 /// `masked_materials` have holes or let most light through, `clear_materials` blend or let light through,
 /// `faced_materials` state what their face does. `colored_vertices` and `second_uvs` are 0 where no vertex has any.
-/// `max_shininess` is the largest exponent of those with a Phong lobe, 0 without. `bounds_*` enclose all geometry
+/// `max_shininess` is the largest exponent of those with a Phong lobe, 0 without; `max_albedo` is the largest share of
+/// light that a material without a texture reflects. `bounds_*` enclose all geometry
 /// over all its motion; `grid_*` are the scene file's probe bounds, or `bounds_*`.
 pub const FACTS: &[(&str, Type)] = &[
     ("lights", Type::Uint),
@@ -432,6 +433,7 @@ pub const FACTS: &[(&str, Type)] = &[
     ("emissive_materials", Type::Uint),
     ("specular_materials", Type::Uint),
     ("max_shininess", Type::Float),
+    ("max_albedo", Type::Float),
     ("metallic_materials", Type::Uint),
     ("textured_materials", Type::Uint),
     ("finish_textures", Type::Uint),

@@ -311,6 +311,10 @@ impl Scene {
                     self.materials.iter().filter(|m| m.specular > 0.0).map(|m| m.shininess).fold(0.0, f32::max),
                 ),
             ),
+            (
+                "max_albedo",
+                Value::Float(self.materials.iter().map(Material::most_reflected).fold(0.0, f32::max).min(1.0)),
+            ),
             ("metallic_materials", materials(|m| m.metallic > 0.0)),
             ("textured_materials", materials(|m| m.textures().next().is_some())),
             ("finish_textures", materials(|m| m.finish_texture.is_some())),
@@ -419,6 +423,13 @@ impl Material {
         let through = self.transmission * (1.0 - self.metallic) * self.base_color.truncate().max_element();
         let everywhere = self.transmission_texture.is_none() && !matches!(self.alpha, Alpha::Mask(_));
         everywhere && !self.emits() && through > 0.5
+    }
+
+    /// The share of light that it reflects, of the channel of which it does most; 0 where a texture decides, or where
+    /// light goes through.
+    pub fn most_reflected(&self) -> f32 {
+        let elsewhere = self.base_color_texture.is_some() || self.unlit || self.transmission > 0.0;
+        if elsewhere { 0.0 } else { self.base_color.truncate().max_element() + self.specular }
     }
 
     /// Whether it gives light.
