@@ -3,7 +3,7 @@
 #import lightgraph::cells::NO_CELL
 #import lightgraph::find_cell::find_near
 #import lightgraph::kept::{LINKS, NO_KEY, key_of_cell, leaves, link_place}
-#import lightgraph::photons::{RAYS_A_SOURCE, form, from_source, halves_of, share_of_ray}
+#import lightgraph::photons::{RAYS_A_SOURCE, form, from_source, halves_of, share_of_ray, sum_of}
 #import lightgraph::packed_light
 #import lightgraph::random::scramble
 #import lightgraph::rays::unpack
@@ -36,8 +36,9 @@ fn connect_cells(@builtin(global_invocation_id) id: vec3u) {
         there = emitted[next];
     }
     let arrived = met.lit + there.rgb;
+    let evenly = exp2(met.evenly) * sum_of(met.lit) + sum_of(there.rgb);
     let found = form(met.position - here.position, here.normal, met.flat_normal);
-    let share = share_of_ray(found, halves_of(arrived, there.a), source_count[0].scale, RAYS_A_SOURCE);
+    let share = share_of_ray(found, halves_of(evenly, there.a), source_count[0].scale, RAYS_A_SOURCE);
     var first_light = met.albedo * arrived * share;
     if source_count[0].count > 0u {
         let first = scramble(key + salt()) + link * CANDIDATES;

@@ -2,15 +2,19 @@
 //! place from which light comes again. Those that end where no ray did light nothing that is asked for.
 #import lightgraph::cells::{NO_CELL, key_of}
 #import lightgraph::find_cell::find
-#import lightgraph::gloss::sent_on
+#import lightgraph::gloss::{sent_from, sent_on}
 #import lightgraph::hit::{flat_side, look}
 #import lightgraph::marks::{PARTS, zone_of}
 #import lightgraph::packed_light
-#import lightgraph::photons::{PHOTONS, sum_of}
+#ifdef GGX
+#import lightgraph::photons::pack_glossy
+#endif
+#import lightgraph::photons::{PHOTONS, TEXELS, sum_of}
 #import lightgraph::random::{even_pair, scramble, unit}
 #import lightgraph::rays::pack_normal
 #import lightgraph::rounds::frame
 #import lightgraph::sampling
+#import lightgraph::sent::sent_evenly
 #import lightgraph::trace::leave
 #ifdef LIGHTS
 #import lightgraph::irradiance::irradiance
@@ -24,9 +28,9 @@
 #import lightgraph::trace::is_free
 #endif
 
-/// Three times four words a photon. Where it ended, and the flat normal there. The flux that goes on, over pi; what
+/// Rows of four words a photon. Where it ended, and the flat normal there. The flux that goes on, over pi; what
 /// arrives there of all lights (and of emitters, where there is no cell); the cell. The power of all, and whether the
-/// photon counts.
+/// photon counts. With GGX the flux is what goes on as from a matte surface, and one row more holds the rest.
 var<storage, read_write> photon_ends: array<vec4u>;
 var<storage, read> marks: array<u32>;
 #ifdef LIGHTS
@@ -177,7 +181,7 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
             }
             flux = taken * whole / (f32(PHOTONS) * sum_of(light.intensity) * reach(light) * way.share * density);
         }
-        arrived = sum_of(irradiance(met.surface, met.start));
+        arrived = sum_of(irradiance(met.surface, met.start).evenly);
 #endif
 #ifdef EMITTERS
         if chosen >= all.lights {
@@ -189,8 +193,18 @@ fn photon(@builtin(global_invocation_id) id: vec3u) {
         }
 #endif
     }
-    let sent = packed_light::pack(flux * sent_on(met.surface, -direction) / 3.14159265359);
-    photon_ends[3u * id.x] = vec4u(bitcast<vec3u>(position), pack_normal(flat_normal));
-    photon_ends[3u * id.x + 1u] = vec4u(sent, bitcast<u32>(arrived), cell);
-    photon_ends[3u * id.x + 2u] = vec4u(bitcast<u32>(whole), u32(wanted), 0u, 0u);
+    flux /= 3.14159265359;
+    // Rays tell light of emitters as if it went on evenly.
+    var sent = sent_evenly(sent_on(met.surface, -direction));
+    if chosen < all.lights {
+        sent = sent_from(met.surface, -direction);
+    }
+    let row = (TEXELS + 1u) * id.x;
+    photon_ends[row] = vec4u(bitcast<vec3u>(position), pack_normal(flat_normal));
+    photon_ends[row + 1u] = vec4u(packed_light::pack(flux * sent.matte), bitcast<u32>(arrived), cell);
+    photon_ends[row + 2u] = vec4u(bitcast<u32>(whole), u32(wanted), 0u, 0u);
+#ifdef GGX
+    sent.glossy *= flux;
+    photon_ends[row + 3u] = pack_glossy(sent);
+#endif
 }

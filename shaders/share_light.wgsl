@@ -1,7 +1,7 @@
 //! The light that each gathered ray brings, as pixels share it; with FIRST that of the first bounce alone.
 #import lightgraph::cells::PLACES
 #import lightgraph::packed_light
-#import lightgraph::photons::{Count, RAYS_A_SOURCE, form, halves_of, share_of_ray}
+#import lightgraph::photons::{Count, RAYS_A_SOURCE, form, halves_of, share_of_ray, sum_of}
 #import lightgraph::points::points
 #import lightgraph::rays::{OF_SKY, Ray, SKY, unpack, unpack_normal}
 #import lightgraph::tiles::points_across
@@ -93,9 +93,10 @@ fn brought(met: Ray, point: u32, cell: u32) -> vec3f {
         there = mean_of_cells(point);
     }
     let arrived = met.lit + there.emitted.rgb;
+    let evenly = exp2(met.evenly) * sum_of(met.lit) + sum_of(there.emitted.rgb);
     let at = points[point];
     let found = form(met.position - bitcast<vec3f>(at.xyz), unpack_normal(at.w), met.flat_normal);
-    let halves = halves_of(arrived, there.emitted.a);
+    let halves = halves_of(evenly, there.emitted.a);
     return met.albedo * (there.held + arrived * share_of_ray(found, halves, source_count.scale, RAYS_A_SOURCE));
 }
 

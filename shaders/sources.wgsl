@@ -1,8 +1,10 @@
 //! The photons that light something, in their order.
 #import lightgraph::cells::NO_CELL
-#import lightgraph::photons::{Count, PHOTONS, halves_of}
+#import lightgraph::photons::{Count, PHOTONS, TEXELS, halves_of, sum_of}
 #import lightgraph::packed_light
 
+/// Of `photon_ends`, of a photon; see photons.wgsl.
+const ROWS: u32 = TEXELS + 1u;
 const LANES: u32 = 128u;
 const EACH: u32 = (PHOTONS + LANES - 1u) / LANES;
 var<storage, read> photon_ends: array<vec4u>;
@@ -14,7 +16,7 @@ var<storage, read_write> source_count: Count;
 var<workgroup> counts: array<u32, LANES>;
 
 fn is_source(i: u32) -> bool {
-    return i < PHOTONS && photon_ends[3u * i + 2u].y != 0u;
+    return i < PHOTONS && photon_ends[ROWS * i + 2u].y != 0u;
 }
 
 @compute @workgroup_size(LANES)
@@ -37,17 +39,22 @@ fn gather_sources(@builtin(local_invocation_id) id: vec3u) {
     for (var i = 0u; i < EACH; i++) {
         let k = id.x * EACH + i;
         if is_source(k) {
-            let b = photon_ends[3u * k + 1u];
+            let b = photon_ends[ROWS * k + 1u];
             var arrived = vec2f(bitcast<f32>(b.z));
             if b.w != NO_CELL {
                 let found = emitted[b.w];
-                arrived += halves_of(found.rgb, found.a);
+                arrived += halves_of(sum_of(found.rgb), found.a);
             }
             // As if it stood for all.
             let sent = packed_light::pack(packed_light::unpack(b.xy) * f32(all));
-            let place = vec2u(2u * (at % SOURCES_A_ROW), at / SOURCES_A_ROW);
-            textureStore(source_texels, place, photon_ends[3u * k]);
+            let place = vec2u(TEXELS * (at % SOURCES_A_ROW), at / SOURCES_A_ROW);
+            textureStore(source_texels, place, photon_ends[ROWS * k]);
             textureStore(source_texels, place + vec2u(1u, 0u), vec4u(sent, bitcast<vec2u>(scale * arrived)));
+#ifdef GGX
+            let c = photon_ends[ROWS * k + 3u];
+            let glossy = packed_light::pack(packed_light::unpack(c.xy) * f32(all));
+            textureStore(source_texels, place + vec2u(2u, 0u), vec4u(glossy, c.zw));
+#endif
             at++;
         }
     }

@@ -7,9 +7,11 @@
 #define_import_path lightgraph::gloss
 #import lightgraph::surface::Surface
 #import lightgraph::sampling::lobe_direction
+#import lightgraph::sent::{Sent, sent_evenly}
 #ifdef GGX
 #import lightgraph::metallic_roughness
 #import lightgraph::microfacets::{MEAN_POWERS, powers, reflected_shares}
+#import lightgraph::sent::LEAST_ROUGHNESS
 #endif
 
 #ifdef COATS
@@ -104,6 +106,18 @@ fn sent_on(s: Surface, direction: vec3f) -> vec3f {
 #else
     return below;
 #endif
+}
+
+/// The same, told apart.
+fn sent_from(s: Surface, direction: vec3f) -> Sent {
+    let all = sent_on(s, direction);
+#ifdef GGX
+    if !is_phong(s) {
+        let evenly = min(matte(s), all);
+        return Sent(evenly, all - evenly, direction, s.normal, max(s.roughness, LEAST_ROUGHNESS));
+    }
+#endif
+    return sent_evenly(all);
 }
 
 /// `as_matte` without a clear layer.

@@ -11,7 +11,9 @@
 fn lit_end_on(met: Met) -> Ray {
     var end = end_on(met);
 #ifdef LIGHTS
-    end.lit = irradiance(met.surface, met.start);
+    let arriving = irradiance(met.surface, met.start);
+    end.lit = arriving.seen;
+    end.evenly = log2(max(dot(arriving.evenly, vec3f(1.0)), 1e-20) / max(dot(arriving.seen, vec3f(1.0)), 1e-20));
 #endif
     return end;
 }

@@ -3,8 +3,13 @@
 //! count by how likely each comes upon a place (the balance heuristic of Veach, 1997), so that near ones bring no
 //! peaks.
 #define_import_path lightgraph::photons
+#ifdef GGX
+#import lightgraph::octahedron::{fold, unfold}
+#import lightgraph::rays::pack_normal
+#endif
 #import lightgraph::packed_light
 #import lightgraph::rays::unpack_normal
+#import lightgraph::sent::{Sent, towards}
 
 const PHOTONS: u32 = #{PHOTONS}u;
 /// How many rays count as much as a source that is chosen by what it gives.
@@ -29,22 +34,44 @@ struct Source {
     /// Of the triangle itself, on the side that is lit.
     flat_normal: vec3f,
     /// W/sr along that normal, as if it stood for all sources.
-    intensity: vec3f,
+    intensity: Sent,
     /// Of coming upon it among the sources, in 1/m², as either half of the looks at emitters tells it.
     densities: vec2f,
 }
 
-fn unpack_source(a: vec4u, b: vec4u) -> Source {
-    return Source(bitcast<vec3f>(a.xyz), unpack_normal(a.w), packed_light::unpack(b.xy), bitcast<vec2f>(b.zw));
+#ifdef GGX
+/// Texels of a source.
+const TEXELS: u32 = 3u;
+
+fn unpack_source(a: vec4u, b: vec4u, c: vec4u) -> Source {
+    let surface = unpack4x8snorm(c.w);
+    let sent = Sent(
+        packed_light::unpack(b.xy), packed_light::unpack(c.xy), unpack_normal(c.z), unfold(surface.xy), surface.z,
+    );
+    return Source(bitcast<vec3f>(a.xyz), unpack_normal(a.w), sent, bitcast<vec2f>(b.zw));
 }
+
+/// What a lobe sends on, as `unpack_source` reads it.
+fn pack_glossy(sent: Sent) -> vec4u {
+    let surface = pack4x8snorm(vec4f(fold(sent.normal), sent.roughness, 0.0));
+    return vec4u(packed_light::pack(sent.glossy), pack_normal(sent.direction), surface);
+}
+#else
+const TEXELS: u32 = 2u;
+
+fn unpack_source(a: vec4u, b: vec4u) -> Source {
+    let sent = Sent(packed_light::unpack(b.xy));
+    return Source(bitcast<vec3f>(a.xyz), unpack_normal(a.w), sent, bitcast<vec2f>(b.zw));
+}
+#endif
 
 /// Light that arrives at a place, the sum of the channels, as either half of the looks at emitters tells it; `apart` is
 /// half their difference. Times the `scale` that sources.wgsl keeps it is the density with which photons come there.
 ///
 /// The weight of what one half tells follows from the other half. A weight from the same samples would be smaller
 /// wherever they happen to see more, and the sum too dark.
-fn halves_of(arrived: vec3f, apart: f32) -> vec2f {
-    return max(sum_of(arrived) + vec2f(apart, -apart), vec2f(0.0));
+fn halves_of(arrived: f32, apart: f32) -> vec2f {
+    return max(arrived + vec2f(apart, -apart), vec2f(0.0));
 }
 
 /// What a surface sees of another, over pi: the density of its rays there, in 1/m². `other` is its flat normal.
@@ -57,8 +84,10 @@ fn form(offset: vec3f, normal: vec3f, other: vec3f) -> f32 {
 /// Radiance that a white surface sends on of a source that it sees, as rays leave it for the source: `rays` of them
 /// for each source asked.
 fn from_source(s: Source, position: vec3f, normal: vec3f, rays: f32) -> vec3f {
-    let f = form(s.position - position, normal, s.flat_normal);
-    return s.intensity * (f * share_of_source(f, s.densities, rays));
+    let offset = position - s.position;
+    let way = offset * inverseSqrt(max(dot(offset, offset), 1e-12));
+    let f = form(-offset, normal, s.flat_normal);
+    return towards(s.intensity, way) * (f * share_of_source(f, s.densities, rays));
 }
 
 /// The share that a source counts.
@@ -72,7 +101,7 @@ fn promised(s: Source, position: vec3f, normal: vec3f) -> f32 {
     let square = max(dot(offset, offset), 1e-12);
     let way = offset * inverseSqrt(square);
     let f = max(dot(normal, way), 0.1) * max(-dot(s.flat_normal, way), 0.02) / (3.14159265359 * square);
-    return sum_of(s.intensity) * (f * share_of_source(f, s.densities, 1.0));
+    return sum_of(towards(s.intensity, -way)) * (f * share_of_source(f, s.densities, 1.0));
 }
 
 /// The share that light counts which a ray meets by chance; see `halves_of`.

@@ -9,9 +9,11 @@ struct Ray {
     normal: vec3f,
     flat_normal: vec3f,
     albedo: vec3f,
-    /// Irradiance from the scene's lights over pi; once connected, the radiance that it brings straight from lights
-    /// and emitters.
+    /// Irradiance from the scene's lights over pi, as far as it goes on the way that the ray came; once connected, the
+    /// radiance that it brings straight from lights and emitters.
     lit: vec3f,
+    /// How much more of it goes on in all directions, on the mean: 2 to the power of this.
+    evenly: f32,
     /// Of its cell: the key, then the place; 0 or NO_CELL for none, SKY where the ray left the scene.
     cell: u32,
 }
@@ -40,12 +42,17 @@ fn unpack_flat_normal(word: u32) -> vec3f {
     return unfold(unpack4x8snorm(word).zw);
 }
 
+/// Steps of `evenly` from one power of two to the next, and where the bits of it stand beside those of the light.
+const EVENLY_STEPS: f32 = 16.0;
+const EVENLY_SHIFT: u32 = 24u;
+
 fn pack(r: Ray) -> array<vec4u, 2> {
+    let evenly = bitcast<u32>(i32(clamp(round(EVENLY_STEPS * r.evenly), -128.0, 127.0)));
     let lack = vec3u(sqrt(clamp(vec3f(1.0) - r.albedo, vec3f(0.0), vec3f(1.0))) * STEPS + 0.5);
     let colors = lack.r | lack.g << 11u | lack.b << 22u;
     return array<vec4u, 2>(
         vec4u(bitcast<vec3u>(r.position), pack_normals(r.normal, r.flat_normal)),
-        vec4u(packed_light::pack(r.lit), colors, r.cell),
+        vec4u(packed_light::pack(r.lit) | vec2u(0u, evenly << EVENLY_SHIFT), colors, r.cell),
     );
 }
 
@@ -56,7 +63,8 @@ fn unpack(a: vec4u, b: vec4u) -> Ray {
         unfold(unpack4x8snorm(a.w).xy),
         unpack_flat_normal(a.w),
         vec3f(1.0) - lack * lack,
-        packed_light::unpack(b.xy),
+        packed_light::unpack(b.xy & vec2u(0xffffffffu, (1u << EVENLY_SHIFT) - 1u)),
+        f32(bitcast<i32>(b.y) >> EVENLY_SHIFT) / EVENLY_STEPS,
         b.w,
     );
 }
