@@ -5,12 +5,13 @@
 //! the normal and the plane of incidence; so the harmonics of lobes can be kept in a table (`lobe_table`). Without GGX:
 //! Phong's lobe. With GGX: glTF's (`metallic_roughness`); with PHONG, too, Phong's where a material has it.
 #define_import_path lightgraph::gloss
-#import lightgraph::surface::Surface
+#import lightgraph::microfacets::{MEAN_POWERS, powers}
 #import lightgraph::sampling::lobe_direction
 #import lightgraph::sent::{Sent, sent_evenly}
+#import lightgraph::surface::Surface
 #ifdef GGX
 #import lightgraph::metallic_roughness
-#import lightgraph::microfacets::{MEAN_POWERS, powers, reflected_shares}
+#import lightgraph::microfacets::reflected_shares
 #import lightgraph::sent::LEAST_ROUGHNESS
 #endif
 
@@ -72,7 +73,7 @@ fn matte(s: Surface) -> vec3f {
 
 /// Albedo of a matte surface that reflects as much towards the viewer of light from all around.
 fn as_matte(s: Surface) -> vec3f {
-    let below = below_coat(s);
+    let below = below_coat(s, powers(dot(s.normal, s.view)));
 #ifdef COATS
     return (1.0 - coat_share(s)) * below + by_coat(s);
 #else
@@ -82,25 +83,21 @@ fn as_matte(s: Surface) -> vec3f {
 
 /// The same on the mean over all viewers: what a surface is taken for where light goes on from it in all directions.
 fn mean_albedo(s: Surface) -> vec3f {
-    var found = min(s.albedo + vec3f(s.specular), vec3f(1.0));
-#ifdef GGX
-    if !is_phong(s) {
-        found = metallic_roughness::reflected_evenly(s, MEAN_POWERS);
-    }
-#endif
+    let below = below_coat(s, MEAN_POWERS);
 #ifdef COATS
-    found = mix(found, reflected_shares(s.coat.y, MEAN_POWERS).xxx, mean_coat_share(s));
+    return mix(below, reflected_shares(s.coat.y, MEAN_POWERS).xxx, mean_coat_share(s));
+#else
+    return below;
 #endif
-    return found;
 }
 
 /// Share of light from one direction that goes on in all directions. Lobes are reciprocal: a viewer there would see as
 /// much of light from all around.
 fn sent_on(s: Surface, direction: vec3f) -> vec3f {
+    let below = below_coat(s, powers(dot(s.normal, direction)));
+#ifdef COATS
     var seen = s;
     seen.view = direction;
-    let below = below_coat(seen);
-#ifdef COATS
     // What lies below a coat is dimmed by the viewer's share alone.
     return (1.0 - mean_coat_share(s)) * below + by_coat(seen);
 #else
@@ -120,11 +117,11 @@ fn sent_from(s: Surface, direction: vec3f) -> Sent {
     return sent_evenly(all);
 }
 
-/// `as_matte` without a clear layer.
-fn below_coat(s: Surface) -> vec3f {
+/// What lies below a clear layer reflects this of light from all around, by powers of the cosine to the viewer.
+fn below_coat(s: Surface, powers: vec4f) -> vec3f {
 #ifdef GGX
     if !is_phong(s) {
-        return metallic_roughness::reflected_evenly(s, powers(dot(s.normal, s.view)));
+        return metallic_roughness::reflected_evenly(s, powers);
     }
 #endif
     return min(s.albedo + vec3f(s.specular), vec3f(1.0));
