@@ -13,9 +13,6 @@
 /// on.
 var<storage, read_write> link_emission: array<vec2u>;
 
-/// Rays end this share before an emitter, which would be in its own way.
-const REACH: f32 = 0.9999;
-
 @compute @workgroup_size(64)
 fn cell_looks(@builtin(global_invocation_id) id: vec3u) {
     let cell = id.x / LINKS;
@@ -52,7 +49,7 @@ fn cell_looks(@builtin(global_invocation_id) id: vec3u) {
         }
         // Both by how likely each finds a point (the balance heuristic), as if all candidates counted: some of the
         // points, and one ray.
-        if own > 0.0 && is_free(start, chosen.direction, REACH * chosen.distance) {
+        if own > 0.0 && is_free(start, chosen.direction, chosen.distance) {
             let density = dot(here.normal, chosen.direction) / 3.14159265359;
             let drawn = f32(candidates) * chosen.density;
             straight += chosen.radiance * (density * total / (own * f32(candidates)) * drawn / (drawn + density));

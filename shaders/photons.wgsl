@@ -94,7 +94,7 @@ fn from_emitters(start: vec3f, normal: vec3f, index: u32) -> vec3f {
     for (var i = 0u; i < LOOKS; i++) {
         let p = draw(start, (f32(i) + next(&state)) / f32(LOOKS), next_pair(&state));
         let cosine = dot(normal, p.direction);
-        if p.density > 0.0 && cosine > 0.0 && is_free(start, p.direction, 0.9999 * p.distance) {
+        if p.density > 0.0 && cosine > 0.0 && is_free(start, p.direction, p.distance) {
             sum += p.radiance * cosine / (3.14159265359 * p.density);
         }
     }

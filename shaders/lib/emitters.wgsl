@@ -41,9 +41,6 @@ struct Emitter {
 }
 var<storage, read> emitters: array<Emitter>;
 
-/// Rays end this share before an emitter, which would be in its own way.
-const REACH: f32 = 0.9999;
-
 /// Light from a point on an emitter.
 struct Sample {
     /// Unit, towards the point.
@@ -269,7 +266,7 @@ fn reflected_emitters(s: Surface, start: vec3f, samples: vec2u, first: f32, shif
             }
             let angle = e.density * e.area / p.density;
             all += cosine * angle;
-            if is_free(start, p.direction, REACH * p.distance) {
+            if is_free(start, p.direction, p.distance) {
                 arrived += cosine * angle;
 #ifdef EMISSION_MAPS
                 light += cosine * angle * p.radiance;
@@ -382,9 +379,9 @@ fn estimate(s: Surface, start: vec3f, p: Sample, scattered: f32) -> vec3f {
     if p.density <= 0.0 || all(light <= vec3f(0.0)) {
         return vec3f(0.0);
     }
-    return free_share(start, p.direction, REACH * p.distance) * light / (p.density + scattered);
+    return free_share(start, p.direction, p.distance) * light / (p.density + scattered);
 #else
-    if p.density <= 0.0 || all(light <= vec3f(0.0)) || !is_free(start, p.direction, REACH * p.distance) {
+    if p.density <= 0.0 || all(light <= vec3f(0.0)) || !is_free(start, p.direction, p.distance) {
         return vec3f(0.0);
     }
     return light / (p.density + scattered);

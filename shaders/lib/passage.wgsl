@@ -3,7 +3,7 @@
 #define_import_path lightgraph::passage
 #import lightgraph::hit::{Met, describe, look}
 #import lightgraph::random::next
-#import lightgraph::trace::{FAR, NOTHING, closest_between}
+#import lightgraph::trace::{FAR, NOTHING, REACH, closest_between}
 
 /// Sheets that a ray goes through at most.
 const SHEETS: u32 = 64u;
@@ -56,7 +56,7 @@ fn look_on(origin: vec3f, direction: vec3f, carried: ptr<function, vec3f>, state
 fn free_share(start: vec3f, direction: vec3f, end: f32) -> vec3f {
     var share = vec3f(1.0);
     var here = start;
-    var left = end;
+    var left = REACH * end;
     for (var i = 0u; i < SHEETS; i++) {
         let hit = closest_between(here, direction, 0.0, left);
         if hit.triangle == NOTHING {

@@ -305,7 +305,10 @@ fn closest_between(origin: vec3f, direction: vec3f, start: f32, end: f32) -> Hit
     return search(origin, direction, start, end, false);
 }
 
-/// Whether a ray is free up to `end` metres.
+/// Of the way to a light, the share that must be free: what it lies on would be in its way.
+const REACH: f32 = 0.9999;
+
+/// Whether a ray is free up to what gives light `end` metres away.
 fn is_free(origin: vec3f, direction: vec3f, end: f32) -> bool {
-    return search(origin, direction, 0.0, end, true).triangle == NOTHING;
+    return search(origin, direction, 0.0, REACH * end, true).triangle == NOTHING;
 }

@@ -1,7 +1,7 @@
 //! Light whose amount is known on paper, in every pixel.
 
 use crate::device::{Shot, gpu};
-use crate::support::repository;
+use crate::support::{Scratch, repository};
 use glam::{Mat4, Vec3};
 use lightgraph::internals::gpu::{FrameInputs, execute, prepare, read_image};
 use lightgraph::internals::plan::build::{Options, plan_with};
@@ -149,4 +149,26 @@ fn sharing_and_order_leave_no_trace() {
 
 fn bits(image: &Image) -> Vec<u32> {
     image.data.iter().map(|x| x.to_bits()).collect()
+}
+
+/// A lamp in the very plane of the ceiling lights the room as by shadow maps, which begin a way off. By rounding the
+/// ceiling hid it from half of the rays before.
+#[test]
+fn what_a_lamp_lies_on_does_not_hide_it() {
+    let file = repository("scenes/cornell_point.gltf");
+    let top = Scene::load(&file).unwrap_or_else(|f| panic!("{f}")).scene.bounds.max.y;
+    let text = std::fs::read_to_string(&file).expect("a scene");
+    let mut document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let nodes = document["nodes"].as_array_mut().expect("nodes");
+    let lamp = nodes.iter_mut().find(|n| n["extensions"].is_object()).expect("a lamp");
+    lamp["translation"][1] = top.into();
+    let scratch = Scratch::new("lamp-on-ceiling");
+    let path = scratch.path().join("room.gltf");
+    std::fs::write(&path, document.to_string()).expect("a scene");
+    let [by_maps, by_rays] = ["direct", "final_gather"].map(|graph| {
+        let graph = format!("graphs/gi/{graph}.ron");
+        let [image] = Shot::new(&graph, &path.display().to_string(), 32).render(["direct"]);
+        image.rgb().map(|p| f64::from(p.iter().sum::<f32>())).sum::<f64>()
+    });
+    assert!((by_rays / by_maps - 1.0).abs() <= 0.02, "{by_rays}, not {by_maps}");
 }
