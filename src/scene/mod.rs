@@ -419,8 +419,8 @@ impl Follows {
 /// `masked_materials` have holes or let most light through, `clear_materials` blend or let light through,
 /// `faced_materials` state what their face does. `colored_vertices` and `second_uvs` are 0 where no vertex has any.
 /// `max_shininess` is the largest exponent of those with a Phong lobe, 0 without; `max_albedo` is the largest share of
-/// light that a material without a texture reflects. `bounds_*` enclose all geometry
-/// over all its motion; `grid_*` are the scene file's probe bounds, or `bounds_*`.
+/// light that a material without a texture reflects. `bounds_*` enclose all geometry over all its motion;
+/// `grid_*` are the scene file's probe bounds, or `bounds_*`.
 pub const FACTS: &[(&str, Type)] = &[
     ("lights", Type::Uint),
     ("point_lights", Type::Uint),

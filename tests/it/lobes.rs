@@ -3,6 +3,7 @@
 
 use crate::device::{Shot, gpu};
 use crate::support::{Scratch, repository};
+use crate::traced::compared;
 use glam::{DVec3, Vec3, Vec4};
 use lightgraph::internals::image::exr::read_exr;
 use lightgraph::internals::image::mask::both;
@@ -256,7 +257,7 @@ fn rooms_of_rough_metal_are_as_bright_as_paths_say() {
     }
 }
 
-/// Faces and coats reflect in first frames of `final_gather` as they do by paths. It left them to later frames before.
+/// Faces and coats reflect in first frames of `final_gather` as they do by paths.
 #[test]
 fn first_frames_show_faces_and_coats_as_paths_do() {
     const SIZE: u32 = 48;
@@ -279,19 +280,9 @@ fn first_frames_show_faces_and_coats_as_paths_do() {
     }
 }
 
-/// Root mean square of what blocks of 8×8 pixels differ by from those of another image, over its mean.
-fn block_error(found: &[f64], expected: &[f64], size: usize) -> f64 {
-    let mut blocks = vec![0.0; (size / 8).pow(2)];
-    for (pixel, (a, b)) in found.iter().zip(expected).enumerate() {
-        blocks[pixel / size / 8 * (size / 8) + pixel % size / 8] += (a - b) / 64.0;
-    }
-    (blocks.iter().map(|d| d * d).sum::<f64>() / blocks.len() as f64).sqrt() / mean(expected)
-}
-
-/// A floor of metal throws the sun at what lies the mirror's way, in first frames of `final_gather` as by paths.
+/// A floor of metal reflects the sun to what lies the mirror's way, in first frames of `final_gather` as by paths.
 #[test]
 fn metal_lights_what_lies_in_its_mirror_direction() {
-    const SIZE: u32 = 48;
     let text = std::fs::read_to_string(repository("scenes/cornell_point.gltf")).expect("a scene");
     let mut document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     document["extensions"]["KHR_lights_punctual"]["lights"][0] =
@@ -305,13 +296,17 @@ fn metal_lights_what_lies_in_its_mirror_direction() {
     let scratch = Scratch::new("sunlit-metal");
     let path = scratch.path().join("room.gltf");
     std::fs::write(&path, document.to_string()).expect("a scene");
-    let scene = || Scene::load(&path).unwrap_or_else(|f| panic!("{f}")).scene;
-    let expected = traced(scene(), &["samples=512"], SIZE);
-    let found = first_frame("graphs/gi/final_gather.ron", scene(), &[], SIZE);
-    let (blocks, bias) = (block_error(&found, &expected, SIZE as usize), mean(&found) / mean(&expected) - 1.0);
-    println!("8×8 {:.2} %, bias {:+.2} %", 100.0 * blocks, 100.0 * bias);
+    let file = path.display().to_string();
+    let image = |graph: &str, set: &str| {
+        let [image] = Shot { set, ..Shot::new(graph, &file, 48) }.render(["color"]);
+        image
+    };
+    let expected = image("graphs/gi/pathtrace.ron", "samples=512");
+    let metrics = compared(&image("graphs/gi/final_gather.ron", ""), &expected, None);
+    let (blocks, bias) = (metrics.block_rmse_percent, metrics.bias_percent);
+    println!("8×8 {blocks:.2} %, bias {bias:+.2} %");
     // As if the floor lit all that it sees alike: 32 and -14 %.
-    assert!(blocks <= 0.08 && bias.abs() <= 0.05, "{blocks}, {bias}");
+    assert!(blocks <= 8.0 && bias.abs() <= 5.0, "{metrics:?}");
 }
 
 /// Between white walls that emit 1, paths of 512 bounces bring 1 from each. Frames ended in an error before: the driver
