@@ -13,7 +13,9 @@ fn lit_end_on(met: Met) -> Ray {
 #ifdef LIGHTS
     let arriving = irradiance(met.surface, met.start);
     end.lit = arriving.seen;
+#ifdef GGX
     end.evenly = log2(max(dot(arriving.evenly, vec3f(1.0)), 1e-20) / max(dot(arriving.seen, vec3f(1.0)), 1e-20));
+#endif
 #endif
     return end;
 }
